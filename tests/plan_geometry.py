@@ -69,7 +69,7 @@ def body(kitchen: KitchenRequest, line: RunLine) -> Rect:
     row = floor_row(kitchen, line)
     front = line.depth + standard_sizes.WORKTOP_OVERHANG
     if any(s.kind is BaseKind.FRIDGE for s in row):
-        front = max(front, StyleModels(kitchen.style, preset_params()).of("fridge").number("depth") + 0.03)
+        front = max(front, StyleModels(kitchen.style, preset_params()).for_role("fridge").length("depth") + 0.03)
     back = 0.0 if line.at_wall else -line.run.overhang
     return rect(line, row[0].left, row[-1].right, back, front)
 
@@ -85,8 +85,8 @@ def passages(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float, float]]
         if cornered(kitchen, one, other):
             continue
         a, b = body(kitchen, one), body(kitchen, other)
-        face = (one.frame.quarter - other.frame.quarter) % 4 == 2
-        axis = "x" if one.frame.quarter % 2 == 0 else "y"
+        face = (one.frame.quarter_turns - other.frame.quarter_turns) % 4 == 2
+        axis = "x" if one.frame.quarter_turns % 2 == 0 else "y"
         works = face and a.meets(b, axis) and not (one.is_island and other.is_island)
         yield one.id, other.id, a.gap(b), 1.067 if works else 0.914
 
@@ -99,9 +99,11 @@ def walls_free(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float]]:
         for wall in kitchen.room.walls:
             if wall.id == line.run.on or (line.run.joins and wall.id == kitchen.lines[line.run.joins.run].run.on):
                 continue
-            us, vs = zip(*(wall.frame.of(x, y) for x in (here.x0, here.x1) for y in (here.y0, here.y1)), strict=True)
+            us, vs = zip(
+                *(wall.frame.to_local(x, y) for x in (here.x0, here.x1) for y in (here.y0, here.y1)), strict=True
+            )
             if (
-                wall.frame.of(*middle)[1] > 0
+                wall.frame.to_local(*middle)[1] > 0
                 and min(us) < wall.length
                 and max(us) > 0
                 and not _touches(line, wall.id, kitchen)

@@ -38,9 +38,9 @@ MAIN = PlacedRun(
     origin=(0.0, 0.0),
     yaw=0.0,
     length=5.0,
-    left=RunEnd.WALL,
-    right=RunEnd.CORNER,
-    next="right",
+    left_end=RunEnd.WALL,
+    right_end=RunEnd.CORNER,
+    next_run="right",
     corner_right=1.1,
     units=(
         unit("fridge", "fridge", 0.0, 0.95, 2.26, 0.77),
@@ -55,7 +55,7 @@ SIDE = PlacedRun(
     origin=(5.0, 0.0),
     yaw=RIGHT,
     length=3.4,
-    left=RunEnd.CORNER,
+    left_end=RunEnd.CORNER,
     corner_left=0.67,
     units=(
         unit("right_doors", "doors", 0.67, 1.35),
@@ -67,7 +67,7 @@ SIDE = PlacedRun(
 WALLS = (
     RoomWall(id="back", start=OUTLINE[0], end=OUTLINE[1]),
     RoomWall(id="right", start=OUTLINE[1], end=OUTLINE[2]),
-    RoomWall(id="front", start=OUTLINE[2], end=OUTLINE[3], open=True),
+    RoomWall(id="front", start=OUTLINE[2], end=OUTLINE[3], is_open=True),
     RoomWall(id="left", start=OUTLINE[3], end=OUTLINE[0]),
 )
 WINDOW = WallOpening(
@@ -76,13 +76,20 @@ WINDOW = WallOpening(
     wall="right",
     start=(5.0, -1.8),
     end=(5.0, -3.0),
-    low=1.1,
-    high=2.1,
-    clear=1.2,
-    movable=True,
+    bottom=1.1,
+    top=2.1,
+    clear_width=1.2,
+    can_open=True,
 )
 DOOR = WallOpening(
-    id="door", kind=OpeningKind.DOOR, wall="left", start=(0.0, -3.8), end=(0.0, -2.9), low=0.0, high=2.0, clear=0.82
+    id="door",
+    kind=OpeningKind.DOOR,
+    wall="left",
+    start=(0.0, -3.8),
+    end=(0.0, -2.9),
+    bottom=0.0,
+    top=2.0,
+    clear_width=0.82,
 )
 
 
@@ -95,11 +102,11 @@ def drawers(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
         category="drawer_stack",
         unit=name,
         run=row.id,
-        foot=foot,
-        low=0.0,
-        high=0.89,
+        footprint=foot,
+        bottom=0.0,
+        top=0.89,
         joints=(flap(foot, "drawer2_slidejoint", 0.5, 0.7, 0.87, slides=True),),
-        volumes=(volume(foot, "drawer2_int", 0.74, 0.86, moves=True),),
+        regions=(volume(foot, "drawer2_int", 0.74, 0.86, moves=True),),
     )
 
 
@@ -113,9 +120,9 @@ def cabinet(row: PlacedRun, left: float, right: float, name: str) -> Fixture:
         category="base_cabinet",
         unit=name,
         run=row.id,
-        foot=foot,
-        low=0.0,
-        high=0.89,
+        footprint=foot,
+        bottom=0.0,
+        top=0.89,
         joints=(door(foot, "doorhinge", -w, w, 0.1, 0.89),),
     )
 
@@ -138,18 +145,24 @@ def upper(left: float, right: float, name: str, doors: int = 1, low: float = 1.3
         category="wall_cabinet",
         unit=name,
         run="main",
-        foot=foot,
-        low=low,
-        high=low + 0.88,
+        footprint=foot,
+        bottom=low,
+        top=low + 0.88,
         joints=leaves[:doors],
-        volumes=(volume(foot, "level0", low + 0.02, low + 0.4),),
+        regions=(volume(foot, "level0", low + 0.02, low + 0.4),),
     )
 
 
 def thing(name: str, role: Role, at: Vec2, size: Vec2, low: float, high: float) -> Fixture:
     """Something loose that belongs to no row."""
     return Fixture(
-        name=name, role=role, category="thing", foot=Footprint(middle=at, size=size), low=low, high=high, loose=True
+        name=name,
+        role=role,
+        category="thing",
+        footprint=Footprint(center=at, size=size),
+        bottom=low,
+        top=high,
+        is_movable=True,
     )
 
 
@@ -158,7 +171,7 @@ def appliances() -> tuple[Fixture, ...]:
     fridge, stove = foot_in(MAIN, 0.02, 0.93, 0.77, 0.03), foot_in(MAIN, 2.452, 3.208, 0.67, 0.012)
     washer, basin = foot_in(SIDE, 1.352, 1.948, 0.6), foot_in(SIDE, 2.0, 2.8, 0.58, 0.06)
     hob = tuple(
-        FixtureSite(name=n, at=(*stove.at(0.2, -0.3), 0.93))
+        FixtureSite(name=n, position=(*stove.at(0.2, -0.3), 0.93))
         for n in ("burner_on_front_left", "burner_front_left_place_site")
     )
     knob = FixtureJoint(name="knob_front_left_joint", kind=JointKind.HINGE, range=(0.0, 2.6))
@@ -171,9 +184,9 @@ def appliances() -> tuple[Fixture, ...]:
             role=Role.FRIDGE,
             unit="fridge",
             run="main",
-            foot=fridge,
-            low=0.0,
-            high=1.78,
+            footprint=fridge,
+            bottom=0.0,
+            top=1.78,
             joints=(door(fridge, "door_joint", -0.45, 0.45, 0.1, 1.75),),
             category="refrigerator",
         ),
@@ -182,11 +195,11 @@ def appliances() -> tuple[Fixture, ...]:
             role=Role.RANGE,
             unit="range",
             run="main",
-            foot=stove,
-            low=0.0,
-            high=0.915,
+            footprint=stove,
+            bottom=0.0,
+            top=0.915,
             joints=(flap(stove, "door_joint", 0.6, 0.2, 0.8), knob),
-            marks=hob,
+            sites=hob,
             category="range",
         ),
         Fixture(
@@ -194,9 +207,9 @@ def appliances() -> tuple[Fixture, ...]:
             role=Role.DISHWASHER,
             unit="dishwasher",
             run="right",
-            foot=washer,
-            low=0.0,
-            high=0.85,
+            footprint=washer,
+            bottom=0.0,
+            top=0.85,
             joints=(flap(washer, "door_joint", 0.6, 0.1, 0.8),),
             category="dishwasher",
         ),
@@ -205,9 +218,9 @@ def appliances() -> tuple[Fixture, ...]:
             role=Role.HOOD,
             unit="hood",
             run="main",
-            foot=foot_in(MAIN, 2.43, 3.23, 0.5),
-            low=1.6,
-            high=2.7,
+            footprint=foot_in(MAIN, 2.43, 3.23, 0.5),
+            bottom=1.6,
+            top=2.7,
             category="hood",
         ),
         Fixture(
@@ -215,12 +228,12 @@ def appliances() -> tuple[Fixture, ...]:
             role=Role.SINK,
             unit="sink",
             run="right",
-            foot=basin,
-            low=0.72,
-            high=0.92,
+            footprint=basin,
+            bottom=0.72,
+            top=0.92,
             joints=faucet,
-            marks=(FixtureSite(name="water", at=(*basin.at(0.0, -0.3), 1.0)),),
-            volumes=(volume(basin, "basin", 0.73, 0.91),),
+            sites=(FixtureSite(name="water", position=(*basin.at(0.0, -0.3), 1.0)),),
+            regions=(volume(basin, "basin", 0.73, 0.91),),
             category=common["category"],
         ),
     )
@@ -229,7 +242,7 @@ def appliances() -> tuple[Fixture, ...]:
 def on_top() -> tuple[Fixture, ...]:
     """Microwave and coffee machine."""
     oven, coffee = foot_in(MAIN, 1.1, 1.6, 0.44, 0.06), foot_in(MAIN, 3.55, 3.8, 0.4, 0.06)
-    tray = Footprint(middle=oven.middle, size=(0.3, 0.3), yaw=oven.yaw)
+    tray = Footprint(center=oven.center, size=(0.3, 0.3), yaw=oven.yaw)
     return (
         Fixture(
             name="microwave",
@@ -237,12 +250,14 @@ def on_top() -> tuple[Fixture, ...]:
             category="microwave",
             unit="main_doors",
             run="main",
-            foot=oven,
-            low=TOP,
-            high=1.21,
+            footprint=oven,
+            bottom=TOP,
+            top=1.21,
             joints=(door(oven, "microjoint", -0.25, 0.25, 0.93, 1.2),),
-            volumes=(volume(tray, "tray", 0.95, 1.15),),
-            buttons=tuple(FixtureSite(name=n, at=(*oven.at(0.2, 0.0), 1.0)) for n in ("start_button", "stop_button")),
+            regions=(volume(tray, "tray", 0.95, 1.15),),
+            buttons=tuple(
+                FixtureSite(name=n, position=(*oven.at(0.2, 0.0), 1.0)) for n in ("start_button", "stop_button")
+            ),
         ),
         Fixture(
             name="coffee_machine",
@@ -250,12 +265,12 @@ def on_top() -> tuple[Fixture, ...]:
             category="coffee_machine",
             unit="main_drawers_2",
             run="main",
-            foot=coffee,
-            low=TOP,
-            high=1.26,
-            loose=True,
-            marks=(FixtureSite(name="receptacle_place_site", at=(*coffee.at(0.0, -0.08), 0.97)),),
-            buttons=(FixtureSite(name="start_button", at=(*coffee.at(0.0, 0.0), 1.2)),),
+            footprint=coffee,
+            bottom=TOP,
+            top=1.26,
+            is_movable=True,
+            sites=(FixtureSite(name="receptacle_place_site", position=(*coffee.at(0.0, -0.08), 0.97)),),
+            buttons=(FixtureSite(name="start_button", position=(*coffee.at(0.0, 0.0), 1.2)),),
         ),
     )
 
@@ -272,10 +287,10 @@ def worktops() -> tuple[Fixture, ...]:
                 role=Role.WORKTOP,
                 category="counter",
                 run=row.id,
-                foot=foot,
-                low=0.89,
-                high=TOP,
-                volumes=(volume(foot, name, TOP, TOP + 0.4),),
+                footprint=foot,
+                bottom=0.89,
+                top=TOP,
+                regions=(volume(foot, name, TOP, TOP + 0.4),),
             )
         )
     return tuple(found)
@@ -288,8 +303,8 @@ def kitchen() -> KitchenFacts:
         plan="worked",
         outline=OUTLINE,
         walls=WALLS,
-        ways=(WINDOW, DOOR),
-        rows=(MAIN, SIDE),
+        openings=(WINDOW, DOOR),
+        runs=(MAIN, SIDE),
         fixtures=(
             *appliances(),
             cabinet(MAIN, 0.95, 1.75, "main_doors"),
@@ -319,15 +334,15 @@ def with_more(facts: KitchenFacts, *fixtures: Fixture) -> KitchenFacts:
 def with_unit(facts: KitchenFacts, row: str, name: str, left: float, right: float) -> KitchenFacts:
     """Facts in which a unit of a row begins and ends elsewhere."""
     rows = []
-    for r in facts.rows:
+    for r in facts.runs:
         units = [u.replace(left=left, right=right) if r.id == row and u.name == name else u for u in r.units]
         rows.append(r.replace(units=tuple(units)))
-    return facts.replace(rows=tuple(rows))
+    return facts.replace(runs=tuple(rows))
 
 
 def with_aisle(facts: KitchenFacts, kind: AisleKind, width: float) -> KitchenFacts:
     """Facts with one aisle."""
-    return facts.replace(aisles=(Aisle(kind=kind, one="main", other="island", width=width, at=(2.0, -1.5)),))
+    return facts.replace(aisles=(Aisle(kind=kind, first="main", second="island", width=width, position=(2.0, -1.5)),))
 
 
 def judged(facts: KitchenFacts) -> Report:

@@ -20,13 +20,13 @@ from casa_assets.model.kitchen.floor import (
 def unit(name: str, kind: str, left: float, right: float, high: float = 0.89, front: float = 0.65) -> PlacedUnit:
     """A unit of a row; tall ones and ranges carry no worktop."""
     carries = kind not in ("range", "gap") and high < 1.5
-    return PlacedUnit(name=name, kind=kind, left=left, right=right, front=front, high=high, worktop=carries)
+    return PlacedUnit(name=name, kind=kind, left=left, right=right, front=front, height=high, has_worktop=carries)
 
 
 def foot_in(row: PlacedRun, left: float, right: float, front: float, back: float = 0.0) -> Footprint:
     """The foot of what stands there in a row, facing as its fronts do."""
     middle = row.at((left + right) / 2, (front + back) / 2)
-    return Footprint(middle=middle, size=(right - left, front - back), yaw=row.yaw)
+    return Footprint(center=middle, size=(right - left, front - back), yaw=row.yaw)
 
 
 def box(foot: Footprint, left: float, right: float, back: float, front: float) -> Corners:
@@ -42,8 +42,8 @@ def flap(foot: Footprint, name: str, out: float, low: float, high: float, slides
         name=name,
         kind=JointKind.SLIDE if slides else JointKind.HINGE,
         range=(-out, 0.0) if slides else (0.0, 1.5),
-        grip=(*foot.at(0.0, 0.03), high - 0.05),
-        leaf=SweptArea(swept=outline, open=outline, low=low, high=high, down=True),
+        grip_point=(*foot.at(0.0, 0.03), high - 0.05),
+        swept_area=SweptArea(outline=outline, open_outline=outline, bottom=low, top=high, sweeps_front=True),
     )
 
 
@@ -60,13 +60,17 @@ def door(
         name=name,
         kind=JointKind.HINGE,
         range=(0.0, 1.57),
-        grip=(*foot.at(at + way * 0.9 * wide, 0.03), low + 0.1),
-        leaf=SweptArea(
-            swept=tuple((float(x), float(y)) for x, y in swept), open=opened, low=low, high=high, down=False
+        grip_point=(*foot.at(at + way * 0.9 * wide, 0.03), low + 0.1),
+        swept_area=SweptArea(
+            outline=tuple((float(x), float(y)) for x, y in swept),
+            open_outline=opened,
+            bottom=low,
+            top=high,
+            sweeps_front=False,
         ),
     )
 
 
 def volume(foot: Footprint, name: str, low: float, high: float, moves: bool = False) -> FixtureRegion:
     """A region that fills a foot."""
-    return FixtureRegion(name=name, foot=foot, low=low, high=high, moves=moves)
+    return FixtureRegion(name=name, footprint=foot, bottom=low, top=high, is_moving=moves)

@@ -67,7 +67,7 @@ def light_scene(scene: Scene, form: Callable[[Asset], Asset] = lighten) -> Light
     Args:
         form: `lighten`, or what gives the same faster.
     """
-    return LightScene(scene=scene, forms=tuple(form(asset) for asset in scene.assets))
+    return LightScene(scene=scene, light_assets=tuple(form(asset) for asset in scene.assets))
 
 
 def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], ...]:

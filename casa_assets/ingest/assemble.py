@@ -77,7 +77,7 @@ def _grasps(draft: Draft, shift: Floats) -> tuple[Site, ...]:
         px, py, pz = (_seven(float(v)) for v in np.array(one.center) + shift)
         pose = Pose(position=(px, py, pz), quaternion=(_seven(w), _seven(x), _seven(y), _seven(z)))
         size = (_seven(one.width), PAD_M, PAD_M)
-        sites.append(Site(name=f"grasp_{one.hold.value}", pose=pose, kind="box", size=size))
+        sites.append(Site(name=f"grasp_{one.feature.value}", pose=pose, kind="box", size=size))
     return tuple(sites)
 
 

@@ -85,7 +85,7 @@ def _score(pinch: AntipodalGrasp, hold: GraspFeature, off: Floats) -> float:
 
 def _record(hold: GraspFeature, pinch: AntipodalGrasp) -> Grasp:
     return Grasp(
-        hold=hold,
+        feature=hold,
         center=_rounded(pinch.center),
         closing=_rounded(pinch.closing),
         approach=_rounded(pinch.approach),

@@ -265,7 +265,7 @@ def read_vocabulary(document: Document, categories: Mapping[str, Category], word
     names = [(c.id, c.id) for c in categories.values() if c.id != FALLBACK]
     names += [(alias, c.id) for c in categories.values() for alias in (*c.aliases, *c.lvis)]
     try:
-        return Vocabulary.of(names, words.weak, words.breaks)
+        return Vocabulary.of(names, words.weak, words.separators)
     except ValueError as error:
         name = str(error)
         claims: list[KeyPath] = [

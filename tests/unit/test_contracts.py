@@ -61,7 +61,7 @@ class TestEach:
         assert contract.read_by or "reference" in text
 
     def test_asks_for_its_outer_size(self, contract: Contract) -> None:
-        assert [r.least for r in contract.regions if r.matches("main")] == [1]
+        assert [r.min_count for r in contract.regions if r.matches("main")] == [1]
 
     def test_keys_and_trials_speak_of_what_is_asked_for(self, contract: Contract) -> None:
         """A trial that presses, moves or expects what no rule asks for would pass on anything."""
@@ -73,13 +73,13 @@ class TestEach:
         }
         used = {"press": [], "move": [], "then": []}  # type: dict[str, list[str]]
         for trial in contract.trials:
-            assert any(step.then for step in trial.steps), f"{trial.name} expects nothing"
+            assert any(step.expect for step in trial.steps), f"{trial.name} expects nothing"
             for step in trial.steps:
                 used["press"] += [step.press] if step.press else []
                 used["move"] += step.move
-                used["then"] += step.then
+                used["then"] += step.expect
         for key in contract.keyframes:
-            used["move"] += key.stands
+            used["move"] += key.joint_shares
             used["then"] += key.values
         for kind, patterns in used.items():
             for pattern in patterns:
@@ -88,7 +88,7 @@ class TestEach:
     def test_values_that_are_expected_are_asked_for(self, contract: Contract) -> None:
         rules = [r for n in needs_of(contract) for r in n.variables]
         values = {v for r in rules for v in r.values}
-        expected = [v for t in contract.trials for s in t.steps for v in s.then.values()]
+        expected = [v for t in contract.trials for s in t.steps for v in s.expect.values()]
         expected += [v for k in contract.keyframes for v in k.values.values()]
         assert {one for v in expected for one in v.split("|")} <= values
 

@@ -93,11 +93,11 @@ SOUND: dict[str, str | None] = {
     "fixtures": "",
     "limits": 'hull_count: {value: 32, unit: "", why: "Cost."}\n',
     "materials": "",
-    "rejections": "GEO001: {name: degenerate_shape, meaning: m, mend: n}\n",
+    "rejections": "GEO001: {name: degenerate_shape, meaning: m, remedy: n}\n",
     "densities": 'hollow_clay: {kg_m3: 700, why: "A pot."}\n',
     "substances": "ceramic: {density: 2300, static_friction: 0.5, dynamic_friction: 0.4}\n",
     "waivers": "- {code: AST001, subject: mug_1, reason: measured}\n",
-    "words": "weak: [can]\nbreaks: [with]\n",
+    "words": "weak: [can]\nseparators: [with]\n",
 }
 
 
@@ -202,7 +202,7 @@ def test_limits_have_values_and_units(shipped: Registry) -> None:
 
 def test_rejections_say_what_to_do(shipped: Registry) -> None:
     assert shipped.rejections["GEO001"].name == "degenerate_shape"
-    assert {r.code for r in shipped.rejections.values() if not r.meaning or not r.mend} == set()
+    assert {r.code for r in shipped.rejections.values() if not r.meaning or not r.remedy} == set()
     names = [r.name for r in shipped.rejections.values()]
     assert len(set(names)) == len(names)
 
@@ -340,9 +340,9 @@ def test_a_sound_small_registry_loads(tmp_path: Path) -> None:
         ({"classes": "object: {}\n"}, "classes.yaml", 1, "object.qcode", "nothing"),
         ({"substances": "ceramic: {density: -1}\n"}, "substances.yaml", 1, "ceramic.density", "-1"),
         ({"limits": "a: {value: 1, why: w}\nb: {value: x, why: w}\n"}, "limits.yaml", 2, "b.value", "'x'"),
-        ({"rejections": "GEO1: {name: n, meaning: m, mend: n}\n"}, "rejections.yaml", 1, "GEO1.code", "GEO1"),
+        ({"rejections": "GEO1: {name: n, meaning: m, remedy: n}\n"}, "rejections.yaml", 1, "GEO1.code", "GEO1"),
         ({"waivers": "- {code: AST001, subject: s}\n"}, "waivers.yaml", 1, "0.reason", "nothing"),
-        ({"words": "weak: [can]\nbreaks: [with, on]\n"}, "words.yaml", 2, "breaks.1", "True"),
+        ({"words": "weak: [can]\nseparators: [with, on]\n"}, "words.yaml", 2, "separators.1", "True"),
         ({"limits": None}, "limits.yaml", 1, "", "a readable file"),
     ],
 )

@@ -16,7 +16,7 @@ def whereabouts(subject: DesignSubject) -> dict[str, Any]:
     Returns:
         base_radius: of the robot, metres.
         parking: fixture -> `shut`, and `open` by joint: `x`, `y`, `yaw` of the middle of the base (yaw: radians to the
-            left of the x axis) and its `stance`; None where the base does not get to.
+            left of the x axis) and the `side` of the fixture that it stands at; None where the base does not get to.
         tasks: each of the 25 atomic tasks -> whether it is `afforded`, with which fixtures, joints, sites and regions,
             how much free worktop and floor there is, and at which rate things can be put; else what it `wants`.
     """
@@ -37,4 +37,4 @@ def _task(task: Afforded) -> dict[str, Any]:
 def _place(place: ParkingPlace | None) -> dict[str, Any] | None:
     if place is None:
         return None
-    return {"x": place.at[0], "y": place.at[1], "yaw": place.yaw, "stance": place.stance.value}
+    return {"x": place.position[0], "y": place.position[1], "yaw": place.yaw, "side": place.side.value}

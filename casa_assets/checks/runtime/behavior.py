@@ -150,7 +150,7 @@ def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, tria
             machine = _settled(machine, pressed, HELD)
             machine = _settled(machine, model.measure(stands), HELD)
         machine = _settled(machine, model.measure(stands), round(act.wait_s / TICK_S))
-        unlike = list(_unlike(machine, act.then))
+        unlike = list(_unlike(machine, act.expect))
         if unlike:
             done = ", ".join([*(f"{p} to {w:g}" for p, w in act.move.items()), act.press or ""]).strip(", ")
             yield pointer, f"after {done or 'waiting'} {unlike[0]}"

@@ -34,8 +34,8 @@ def has_links_and_joints(package: Package, limit: float | None) -> Measured:
     faults = names.missing_requirements(package.asset, contract, names.links_and_joints)
     for each in contract.for_each:
         used = names.in_use(package.asset, contract, each.key)
-        if len(used) < each.least:
-            message = f"{len(used)} in use, {each.least} wanted: {', '.join(each.values)}"
+        if len(used) < each.min_count:
+            message = f"{len(used)} in use, {each.min_count} wanted: {', '.join(each.values)}"
             faults.append((f"contract/for_each/{each.key}", message))
     for joint in package.asset.joints:
         for pattern in contract.forbidden_joints:
@@ -88,8 +88,10 @@ def has_regions(package: Package, limit: float | None) -> Measured:
         assert limit is not None, "the row of this check names a limit"
         if gap > limit:
             faults.append(("regions/main", f"leaves out {gap:.4f} m of what is seen"))
-        if spare > contract.wide_m:
-            faults.append(("regions/main", f"is {spare:.4f} m wider than what is seen; {contract.wide_m:g} is enough"))
+        if spare > contract.main_margin_m:
+            faults.append(
+                ("regions/main", f"is {spare:.4f} m wider than what is seen; {contract.main_margin_m:g} is enough")
+            )
     for region in asset.regions:
         if region.name == "main" or not _is_inside(contract, region):
             continue
@@ -137,7 +139,7 @@ def is_spelled_as_read(package: Package, limit: float | None) -> Measured:
     contract = _contract(package)
     if contract is None:
         return _without(package)
-    if not contract.spelled:
+    if not contract.runtime_names:
         return not_applicable("its contract names nothing whose spelling is free")
     if not package.mjcf.is_file():
         return not_run(NO_FILE)
@@ -197,12 +199,12 @@ def _within(at: float, joint: Joint, fixed: bool) -> bool:
 def _pose(asset: Asset, rule: KeyRule) -> list[names.Fault]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None:
-        return [(f"keyframes/{rule.name}", "there is no such pose")] if rule.least else []
+        return [(f"keyframes/{rule.name}", "there is no such pose")] if rule.min_count else []
     stands = {at.joint: at.value for at in key.joints}
     faults = []
     for joint in asset.joints:
         share = stands.get(joint.name, 0.0) / max(joint.range, key=abs)
-        wanted = [least for pattern, least in rule.stands.items() if re.fullmatch(pattern, joint.name)]
+        wanted = [least for pattern, least in rule.joint_shares.items() if re.fullmatch(pattern, joint.name)]
         if any(share < least for least in wanted):
             message = f"{joint.name} stands at {share:.2f} of its way, not at {max(wanted):.2f}"
             faults.append((f"keyframes/{rule.name}", message))

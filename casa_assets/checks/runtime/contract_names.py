@@ -148,11 +148,14 @@ def opening(joint: Joint) -> OpeningSide | None:
 def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> Iterator[Fault]:
     for rule in rules:
         count = sum(rule.matches(name) for name in names)
-        if count < rule.least:
+        if count < rule.min_count:
             there = ", ".join(names) or "none"
-            yield f"{kind}/{rule.name}", f"there are {count} of that name, {rule.least} wanted; there are: {there:.160}"
-        elif rule.most is not None and count > rule.most:
-            yield f"{kind}/{rule.name}", f"there are {count} of that name, at most {rule.most} wanted"
+            yield (
+                f"{kind}/{rule.name}",
+                f"there are {count} of that name, {rule.min_count} wanted; there are: {there:.160}",
+            )
+        elif rule.max_count is not None and count > rule.max_count:
+            yield f"{kind}/{rule.name}", f"there are {count} of that name, at most {rule.max_count} wanted"
 
 
 T = TypeVar("T", Site, Region)

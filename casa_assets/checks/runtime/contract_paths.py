@@ -49,7 +49,7 @@ def misspelled(path: Path, asset: Asset, contract: Contract) -> Iterator[names.F
     written = {element.get("name") for element in root.iter("geom", "site", "joint", "body")}
     regions = {r.name for r in asset.regions}
     ours = regions | {c.name for k in asset.links for c in k.colliders}
-    for name, spelled in contract.spelled.items():
+    for name, spelled in contract.runtime_names.items():
         wanted = f"reg_{spelled}" if name in regions else spelled
         if name in ours and wanted not in written:
             yield f"model.xml/{name}", f"should be written as {wanted!r}, as the runtime looks for it"
@@ -115,7 +115,7 @@ def _colliders(asset: Asset, rule: ShapeRule) -> list[str]:
 def _regions(root: etree._Element, body: etree._Element, asset: Asset, contract: Contract) -> Iterator[names.Fault]:
     geoms = {g.get("name") for g in root.iter("geom")}
     for region in asset.regions:
-        if f"reg_{region.name}" not in geoms and f"reg_{contract.spelled.get(region.name)}" not in geoms:
+        if f"reg_{region.name}" not in geoms and f"reg_{contract.runtime_names.get(region.name)}" not in geoms:
             yield f"model.xml/geom/reg_{region.name}", "is not there: v1.0 reads regions from geoms"
     if any(region.name == "main" for region in asset.regions):
         sites = {s.get("name") for s in body.findall("site")}

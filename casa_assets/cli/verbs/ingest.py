@@ -168,7 +168,7 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
         why = explained(whole.limits)
         for code, count in codes.most_common():
             row = known.get(code)
-            meaning, mend = (row.meaning, row.mend) if row else (why.get(code, ""), "as the line of each input says")
+            meaning, mend = (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
             table.add_row(code, meaning, str(count), mend)
         console.print(table)
     if explain:

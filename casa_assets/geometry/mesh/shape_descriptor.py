@@ -10,7 +10,7 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import shell_moments
 from casa_assets.geometry.solid.coverage import surface_samples
-from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, ShapeDescriptor
+from casa_assets.model.asset.signature import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
 
 # Places on a surface whose distances to each other are measured: a million pairs.
 SURFACE_SAMPLES = 1500
@@ -31,9 +31,9 @@ def shape_descriptor(points: Floats, faces: Ints) -> ShapeDescriptor:
     x, y, z = (_short(float(side)) for side in axes / radius)
     return ShapeDescriptor(
         radius=significant(radius, 6),
-        pairs=tuple(_short(v) for v in quantile_means(pdist(places), PAIR_SHARES)),
-        reach=tuple(_short(v) for v in quantile_means(np.linalg.norm(places, axis=1), REACH_SHARES)),
-        axes=(x, y, z),
+        pair_distances=tuple(_short(v) for v in quantile_means(pdist(places), PAIR_SHARES)),
+        center_distances=tuple(_short(v) for v in quantile_means(np.linalg.norm(places, axis=1), CENTER_SHARES)),
+        axis_spread=(x, y, z),
     )
 
 
@@ -71,9 +71,9 @@ def quantile_means(values: Floats, count: int) -> list[float]:
 
 def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
     """Distance between two shape descriptors, relative to the radius; copies stay below some hundredths."""
-    pairs = np.abs(np.subtract(one.pairs, other.pairs)).mean()
-    reach = np.abs(np.subtract(one.reach, other.reach)).mean()
-    axes = np.abs(np.subtract(one.axes, other.axes)).max()
+    pairs = np.abs(np.subtract(one.pair_distances, other.pair_distances)).mean()
+    reach = np.abs(np.subtract(one.center_distances, other.center_distances)).mean()
+    axes = np.abs(np.subtract(one.axis_spread, other.axis_spread)).max()
     return float(max(pairs, reach, axes))
 
 

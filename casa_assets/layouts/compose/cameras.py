@@ -55,7 +55,7 @@ def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:
     """Eye and target of a robot in the left and in the right of the room, where it stands free and sees far."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     units = [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
-    boxes = [(_box(s), s.high > EYE_HEIGHT_M - 0.2) for s in units]
+    boxes = [(_box(s), s.top > EYE_HEIGHT_M - 0.2) for s in units]
     found = []
     for shares, way in (((0.35, 0.28, 0.42, 0.5), 1.0), ((0.65, 0.72, 0.58, 0.5), -1.0)):
         places = [(x0 + fx * (x1 - x0), y0 + fy * (y1 - y0)) for fy in (0.3, 0.2, 0.4, 0.1) for fx in shares]
@@ -75,7 +75,7 @@ def _box(slot: UnitSlot) -> Box:
 
 def _outlook(kitchen: KitchenRequest, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
     """True if a robot has room at a point, and its mean free sight from there in half metres."""
-    free = kitchen.room.holds(*at) and all(_away(box, at) > ROBOT_CLEARANCE_M for box, _ in boxes)
+    free = kitchen.room.contains(*at) and all(_away(box, at) > ROBOT_CLEARANCE_M for box, _ in boxes)
     ahead = math.atan2(target[1] - at[1], target[0] - at[0])
     tall = [box for box, high in boxes if high]
     total = 0.0
@@ -83,7 +83,7 @@ def _outlook(kitchen: KitchenRequest, boxes: Sequence[tuple[Box, bool]], at: Vec
         way = (math.cos(ahead + math.radians(turn)), math.sin(ahead + math.radians(turn)))
         for step in range(1, SIGHT + 1):
             x, y = at[0] + 0.1 * step * way[0], at[1] + 0.1 * step * way[1]
-            if not kitchen.room.holds(x, y) or any(_away(box, (x, y)) <= 0 for box in tall):
+            if not kitchen.room.contains(x, y) or any(_away(box, (x, y)) <= 0 for box in tall):
                 break
             total += 0.1
     return free, round(2 * total / len(FAN_DEG)) / 2
@@ -97,7 +97,7 @@ def _away(box: Box, at: Vec2) -> float:
 def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: float) -> Camera:
     """From the side that the plan leaves open, high enough to see over what stands in front."""
     openings = [w for w in kitchen.room.walls if w.open]
-    sides = {w.frame.quarter for w in openings}
+    sides = {w.frame.quarter_turns for w in openings}
     turn = 0.0
     if 3 in sides and 1 not in sides:
         turn = 0.5

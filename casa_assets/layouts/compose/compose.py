@@ -36,9 +36,9 @@ def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str)
             pose=pose_at_spot(assets[w.name], w.spot),
             layer=Layer(w.layer),
         )
-        for w in kitchen.wanted
+        for w in kitchen.items
     )
-    each = {a.id: a for a in (assets[w.name] for w in kitchen.wanted)}
+    each = {a.id: a for a in (assets[w.name] for w in kitchen.items)}
     scene = Scene(
         id=scene_id,
         assets=tuple(each[k] for k in sorted(each)),
@@ -66,9 +66,11 @@ def box_of(asset: Asset) -> tuple[Vec3, Vec3]:
 def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
     """room_from_asset of an asset placed at a spot."""
     (x, y, z), (_, depth, height) = box_of(asset)
-    own = {DepthReference.BACK: depth / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -depth / 2}[spot.depth]
+    own = {DepthReference.BACK: depth / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -depth / 2}[
+        spot.depth_reference
+    ]
     end = {HeightReference.FOOT: -height / 2, HeightReference.MIDDLE: 0.0, HeightReference.HEAD: height / 2}[
-        spot.height
+        spot.height_reference
     ]
     # A thing that is turned stands with its turned box against the line.
     if spot.turn_deg:
@@ -76,7 +78,7 @@ def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
         (_, wide), (w, d) = (0.0, 0.0), (_size(asset)[0], depth)
         wide = abs(w * math.sin(angle)) + abs(d * math.cos(angle))
         toward = {DepthReference.BACK: wide / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -wide / 2}[
-            spot.depth
+            spot.depth_reference
         ]
         there = turned_left(spot.frame.pose(spot.u, spot.v + toward, spot.z), spot.turn_deg)
         mark = np.array([x, y, z + end])

@@ -56,24 +56,24 @@ ON_FLOOR = 0.1
 
 def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
     """Floor plan of a kitchen and of the scene that was composed of it."""
-    wanted = {w.name: w for w in kitchen.wanted}
+    wanted = {w.name: w for w in kitchen.items}
     assets = scene.asset_of
     outlines = {a.id: AssetOutlines(a) for a in scene.assets}
     fixtures = tuple(_fixture(p, assets[p.name], wanted[p.name], outlines) for p in scene.placements)
     of = {f.name: f for f in fixtures}
-    drawn = {w.name for w in kitchen.wanted}
+    drawn = {w.name for w in kitchen.items}
     walls = tuple(
         RoomWall(
             id=w.id,
             start=_flat(w.frame.at(0.0, 0.0)),
             end=_flat(w.frame.at(w.length, 0.0)),
-            open=f"wall_{w.id}" not in drawn,
+            is_open=f"wall_{w.id}" not in drawn,
         )
         for w in kitchen.room.walls
     )
     rows = tuple(_row(kitchen, line, kitchen.slots[name], of) for name, line in kitchen.lines.items())
     outline = kitchen.room.outline
-    closed = {w.id for w in walls if not w.open}
+    closed = {w.id for w in walls if not w.is_open}
     holes = [h for h in kitchen.holes if h.wall.id in closed]
     return KitchenFacts(
         id=scene.id,
@@ -82,8 +82,8 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
         outline=outline,
         height=kitchen.room.height,
         walls=walls,
-        ways=tuple(_way(h, assets.get(h.opening.id), of.get(h.opening.id)) for h in holes),
-        rows=rows,
+        openings=tuple(_way(h, assets.get(h.opening.id), of.get(h.opening.id)) for h in holes),
+        runs=rows,
         fixtures=fixtures,
         aisles=find_aisles(rows, walls, outline),
     )
@@ -106,7 +106,7 @@ def _role(wanted: OrderItem, place: Placement, asset: Asset, low: float) -> Role
 def _fixture(place: Placement, asset: Asset, wanted: OrderItem, outlines: Mapping[str, AssetOutlines]) -> Fixture:
     middle, size = box_of(asset)
     x, y, z = _at(place.pose, middle)
-    foot = Footprint(middle=(_tidy(x), _tidy(y)), size=(size[0], size[1]), yaw=_yaw(place.pose))
+    foot = Footprint(center=(_tidy(x), _tidy(y)), size=(size[0], size[1]), yaw=_yaw(place.pose))
     low, high = _tidy(z - size[2] / 2), _tidy(z + size[2] / 2)
     around = outlines[asset.id]
     role = _role(wanted, place, asset, low)
@@ -114,15 +114,15 @@ def _fixture(place: Placement, asset: Asset, wanted: OrderItem, outlines: Mappin
         name=place.name,
         role=role,
         category=asset.labels.category,
-        unit=wanted.slot,
+        unit=wanted.unit,
         run=wanted.run,
-        foot=foot,
-        low=low,
-        high=high,
-        loose=asset.base is Base.FREE or role is Role.SEAT,
+        footprint=foot,
+        bottom=low,
+        top=high,
+        is_movable=asset.base is Base.FREE or role is Role.SEAT,
         joints=tuple(_joints(place, asset, around, foot)),
-        volumes=tuple(_volumes(place, asset, around)),
-        marks=tuple(_mark(s.name, place.pose @ around.poses[s.link] @ s.pose) for s in asset.sites),
+        regions=tuple(_volumes(place, asset, around)),
+        sites=tuple(_mark(s.name, place.pose @ around.poses[s.link] @ s.pose) for s in asset.sites),
         buttons=tuple(
             _mark(c.name, place.pose @ around.poses[k.name] @ c.pose)
             for k in asset.links
@@ -133,19 +133,19 @@ def _fixture(place: Placement, asset: Asset, wanted: OrderItem, outlines: Mappin
 
 
 def _mark(name: str, pose: Pose) -> FixtureSite:
-    return FixtureSite(name=name, at=_at(pose, (0.0, 0.0, 0.0)))
+    return FixtureSite(name=name, position=_at(pose, (0.0, 0.0, 0.0)))
 
 
 def _joints(place: Placement, asset: Asset, around: AssetOutlines, foot: Footprint) -> Iterator[FixtureJoint]:
     for joint in asset.joints:
-        grip = around.grip(joint)
+        grip = around.grip_point(joint)
         yield FixtureJoint(
             name=joint.name,
             kind=joint.kind,
             range=joint.range,
             behind=joint.behind,
-            grip=None if grip is None else _at(place.pose, grip),
-            leaf=around.leaf(joint, place.pose, foot),
+            grip_point=None if grip is None else _at(place.pose, grip),
+            swept_area=around.swept_area(joint, place.pose, foot),
         )
 
 
@@ -155,11 +155,11 @@ def _volumes(place: Placement, asset: Asset, around: AssetOutlines) -> Iterator[
         (x, y, z), (w, d, h) = pose.position, region.size
         yield FixtureRegion(
             name=region.name,
-            foot=Footprint(middle=(_tidy(x), _tidy(y)), size=(w, d), yaw=_yaw(pose)),
-            low=_tidy(z - h / 2),
-            high=_tidy(z + h / 2),
-            round=region.kind == "cylinder",
-            moves=region.link != asset.root.name,
+            footprint=Footprint(center=(_tidy(x), _tidy(y)), size=(w, d), yaw=_yaw(pose)),
+            bottom=_tidy(z - h / 2),
+            top=_tidy(z + h / 2),
+            is_cylinder=region.kind == "cylinder",
+            is_moving=region.link != asset.root.name,
         )
 
 
@@ -169,20 +169,20 @@ def _way(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> WallOp
     leaf = None
     if opening.kind is OpeningKind.DOOR and asset is not None and fixture is not None:
         for joint, known in zip(asset.joints, fixture.joints, strict=True):
-            if known.leaf is not None:
+            if known.swept_area is not None:
                 width, taken = door_leaf_widths(asset, joint)
-                clear, leaf = width - taken, known.leaf
+                clear, leaf = width - taken, known.swept_area
     return WallOpening(
         id=opening.id,
         kind=opening.kind,
         wall=hole.wall.id,
         start=_flat(frame.at(hole.left, 0.0)),
         end=_flat(frame.at(hole.right, 0.0)),
-        low=hole.low,
-        high=hole.high,
-        clear=round(clear, 4),
-        movable=asset is not None and bool(asset.joints),
-        leaf=leaf,
+        bottom=hole.bottom,
+        top=hole.top,
+        clear_width=round(clear, 4),
+        can_open=asset is not None and bool(asset.joints),
+        swept_area=leaf,
     )
 
 
@@ -191,22 +191,22 @@ def _row(kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], of: 
     behind = 0.0
     if not line.at_wall:
         behind = (standard_sizes.END_PANEL if has_back(line) else 0.0) + max(line.run.overhang, 0.01)
-    tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.high > standard_sizes.WORKTOP_HEIGHT}
+    tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.top > standard_sizes.WORKTOP_HEIGHT}
     return PlacedRun(
         id=line.id,
         origin=(line.frame.x, line.frame.y),
-        yaw=round(line.frame.quarter % 4 * math.pi / 2, 9),
+        yaw=round(line.frame.quarter_turns % 4 * math.pi / 2, 9),
         length=line.length,
-        back=round(behind, 4),
-        depth=round(line.depth + standard_sizes.WORKTOP_OVERHANG, 4),
+        depth_behind=round(behind, 4),
+        depth_before=round(line.depth + standard_sizes.WORKTOP_OVERHANG, 4),
         height=standard_sizes.WORKTOP_HEIGHT,
         at_wall=line.at_wall,
-        island=line.is_island,
-        left=RunEnd(line.left.kind.value),
-        right=RunEnd(line.right.kind.value),
-        next=corner.runs[1] if corner is not None and corner.runs[0] == line.id else None,
-        corner_left=line.left.base,
-        corner_right=line.right.base,
+        is_island=line.is_island,
+        left_end=RunEnd(line.left.kind.value),
+        right_end=RunEnd(line.right.kind.value),
+        next_run=corner.runs[1] if corner is not None and corner.runs[0] == line.id else None,
+        corner_left=line.left.base_length,
+        corner_right=line.right.base_length,
         overhang=line.run.overhang,
         units=tuple(
             _unit(line, slot, slot.name not in tall, of)
@@ -219,16 +219,16 @@ def _row(kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], of: 
 def _unit(line: RunLine, slot: UnitSlot, worktop: bool, of: Mapping[str, Fixture]) -> PlacedUnit:
     fronts = [slot.depth + (standard_sizes.WORKTOP_OVERHANG if worktop else 0.0)]
     for fixture in of.values():
-        if fixture.unit == slot.name and fixture.low < 0.3 and slot.kind is not BaseKind.GAP:
-            fronts.append(line.frame.of(*fixture.foot.at(0.0, 0.0))[1])
+        if fixture.unit == slot.name and fixture.bottom < 0.3 and slot.kind is not BaseKind.GAP:
+            fronts.append(line.frame.to_local(*fixture.footprint.at(0.0, 0.0))[1])
     return PlacedUnit(
         name=slot.name,
         kind=slot.kind.value,
         left=slot.left,
         right=slot.right,
         front=round(max(fronts), 4),
-        high=slot.high,
-        worktop=worktop,
+        height=slot.top,
+        has_worktop=worktop,
     )
 
 

@@ -17,8 +17,8 @@ def lights(kitchen: KitchenRequest, placements: Sequence[Placement], assets: Map
     """A sun with shadows, light from the open side without, and the lamps under the ceiling."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)
-    sun = blackbody(kitchen.style.daylight)
-    lamp = blackbody(kitchen.style.lights)
+    sun = blackbody(kitchen.style.daylight_kelvin)
+    lamp = blackbody(kitchen.style.lamp_kelvin)
     out = [
         Light(
             name="sun",
@@ -34,7 +34,7 @@ def lights(kitchen: KitchenRequest, placements: Sequence[Placement], assets: Map
             castshadow=False,
         ),
     ]
-    hung = [w for w in kitchen.wanted if w.role == "lamp"]
+    hung = [w for w in kitchen.items if w.role == "lamp"]
     for k, wanted in enumerate(hung[:MOST_LAMPS]):
         x, y, _ = wanted.spot.frame.at(wanted.spot.u, wanted.spot.v)
         out.append(

@@ -41,7 +41,7 @@ class SupportSurface:
     width: float
     depth: float
     height: float
-    shelf: bool
+    is_shelf: bool
 
 
 def scatter_props(
@@ -55,10 +55,10 @@ def scatter_props(
     """
     rng = rng_for(seed, f"{RANDOM_LANE}/{kitchen.plan.id}/{kitchen.style.id}")
     taken = [
-        _bounds(assets[w.name], pose_at_spot(assets[w.name], w.spot)) for w in kitchen.wanted if w.layer == "things"
+        _bounds(assets[w.name], pose_at_spot(assets[w.name], w.spot)) for w in kitchen.items if w.layer == "things"
     ]
     worked = [
-        _bounds(assets[w.name], pose_at_spot(assets[w.name], w.spot)) for w in kitchen.wanted if w.role in WORKED_AT
+        _bounds(assets[w.name], pose_at_spot(assets[w.name], w.spot)) for w in kitchen.items if w.role in WORKED_AT
     ]
     kept = [np.array([box[0] - (WORKED_M, WORKED_M, 9.0), box[1] + (WORKED_M, WORKED_M, 9.0)]) for box in worked]
     out: list[tuple[OrderItem, Asset]] = []
@@ -68,10 +68,10 @@ def scatter_props(
     surfaces = list(_surfaces(kitchen, assets))
     surfaces = [surfaces[int(k)] for k in rng.permutation(len(surfaces))]
     for surface in surfaces:
-        room = MOST_ON_SHELVES - on_shelves if surface.shelf else MOST_ON_TOPS - on_tops
-        share = MOST_ON_ONE if surface.shelf else max(1, int(surface.width / STRETCH_PER_ITEM_M))
+        room = MOST_ON_SHELVES - on_shelves if surface.is_shelf else MOST_ON_TOPS - on_tops
+        share = MOST_ON_ONE if surface.is_shelf else max(1, int(surface.width / STRETCH_PER_ITEM_M))
         for _ in range(min(room, share)):
-            found = _put(surface, waiting, taken if surface.shelf else taken + kept, rng)
+            found = _put(surface, waiting, taken if surface.is_shelf else taken + kept, rng)
             if found is None:
                 break
             index, spot, box = found
@@ -81,13 +81,13 @@ def scatter_props(
             name = f"prop_{choice.family}_{counts[choice.family]}"
             out.append((OrderItem(name, "prop", choice, spot), asset))
             taken.append(box)
-            on_shelves += surface.shelf
-            on_tops += not surface.shelf
+            on_shelves += surface.is_shelf
+            on_tops += not surface.is_shelf
     return tuple(out)
 
 
 def _surfaces(kitchen: KitchenRequest, assets: Mapping[str, Asset]) -> Iterator[SupportSurface]:
-    for wanted in kitchen.wanted:
+    for wanted in kitchen.items:
         if wanted.role not in ("counter", "shelf"):
             continue
         asset = assets[wanted.name]
@@ -120,8 +120,8 @@ def _put(
             if side <= 0:
                 break
             x = float(rng.uniform(-side, side))
-            back = surface.depth / 2 - half[1] - (0.01 if surface.shelf else FROM_WALL)
-            y = 0.0 if surface.shelf else back - float(rng.uniform(0.0, 0.04))
+            back = surface.depth / 2 - half[1] - (0.01 if surface.is_shelf else FROM_WALL)
+            y = 0.0 if surface.is_shelf else back - float(rng.uniform(0.0, 0.04))
             if back <= -surface.depth / 2 + half[1]:
                 break
             spot = _spot(surface, x, y, turn)

@@ -30,7 +30,7 @@ class AssetOutlines:
             self.poses[link.name] = link.pose if link.parent is None else self.poses[link.parent] @ link.pose
         self.points = {k.name: self.poses[k.name].apply(_points(k)) for k in asset.links}
 
-    def grip(self, joint: Joint) -> Vec3 | None:
+    def grip_point(self, joint: Joint) -> Vec3 | None:
         """Middle of what a hand takes, asset frame, metres."""
         for link in self.asset.links:
             for collider in link.colliders:
@@ -38,7 +38,7 @@ class AssetOutlines:
                     return (self.poses[link.name] @ collider.pose).position
         return None
 
-    def carried(self, joint: Joint) -> Floats:
+    def moved_points(self, joint: Joint) -> Floats:
         """(N, 3) points of all that a joint moves, while all joints are at zero; asset frame."""
         moved = [joint.child]
         for link in self.asset.links:
@@ -46,9 +46,9 @@ class AssetOutlines:
                 moved.append(link.name)
         return np.concatenate([self.points[name] for name in moved])
 
-    def passed(self, joint: Joint) -> Floats:
+    def swept_points(self, joint: Joint) -> Floats:
         """(S, N, 3) points of all that a joint moves, from shut to open; asset frame."""
-        shut = self.carried(joint)
+        shut = self.moved_points(joint)
         low, high = joint.range
         far = high if abs(high) >= abs(low) else low
         pose = self.poses[joint.child]
@@ -58,9 +58,9 @@ class AssetOutlines:
         anchor = pose.apply(np.array([joint.anchor]))[0]
         return np.stack([(shut - anchor) @ about_axis(axis, a).T + anchor for a in np.linspace(0.0, far, HINGE_POSES)])
 
-    def leaf(self, joint: Joint, world: Pose, foot: Footprint) -> SweptArea | None:
+    def swept_area(self, joint: Joint, world: Pose, foot: Footprint) -> SweptArea | None:
         """Area that a joint's parts sweep, or None where they stay within the fixture's footprint."""
-        passed = self.passed(joint)
+        passed = self.swept_points(joint)
         if not passed.shape[1] or np.abs(passed[-1] - passed[0])[:, :2].max() < MIN_REACH_M:
             return None
         points = world.apply(passed.reshape(-1, 3)).reshape(passed.shape)
@@ -69,11 +69,11 @@ class AssetOutlines:
             return None
         upright = joint.kind is JointKind.HINGE and abs(joint.axis[2]) > 0.5
         return SweptArea(
-            swept=_corners(outline_of(points[..., :2].reshape(-1, 2))),
-            open=_corners(last),
-            low=round(float(points[..., 2].min()), 4),
-            high=round(float(points[..., 2].max()), 4),
-            down=not upright,
+            outline=_corners(outline_of(points[..., :2].reshape(-1, 2))),
+            open_outline=_corners(last),
+            bottom=round(float(points[..., 2].min()), 4),
+            top=round(float(points[..., 2].max()), 4),
+            sweeps_front=not upright,
         )
 
 

@@ -38,7 +38,7 @@ def order_back_panels(
         fronts = front_look(models, group_of(floor[0]))
         params = {
             "width": round(width - PLAY_M, 4),
-            "height": floor[0].high,
+            "height": floor[0].top,
             "thick": standard_sizes.END_PANEL,
             "columns": max(1, min(4, round(width / FIELD_WIDTH_M))),
             "front": fronts["front"],

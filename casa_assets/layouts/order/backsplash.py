@@ -25,7 +25,7 @@ def order_backsplash(
     models: StyleModels,
 ) -> None:
     """Order panels between worktops and wall units, lower under windows."""
-    splash = models.style.splash
+    splash = models.style.backsplash
     if splash is None:
         return
     for name, line in lines.items():
@@ -48,7 +48,7 @@ def order_backsplash(
 
 def window_reach(models: StyleModels) -> float:
     """Distance that a window's casing and sill reach beside and below its hole, metres."""
-    casing = float(models.of("window").numbers.get("casing", 0.0)) if models.has("window") else 0.0
+    casing = float(models.for_role("window").params.get("casing", 0.0)) if models.has("window") else 0.0
     return round(max(casing + SILL_HORN, 0.03) + 0.002, 4)
 
 
@@ -59,7 +59,7 @@ def _fields(
     floor = [s for s in slots if not s.is_upper]
     parts: list[tuple[float, float]] = []
     for slot in floor:
-        if slot.kind in (*TALL, BaseKind.GAP) or slot.high > standard_sizes.WORKTOP_HEIGHT:
+        if slot.kind in (*TALL, BaseKind.GAP) or slot.top > standard_sizes.WORKTOP_HEIGHT:
             continue
         if parts and slot.left - parts[-1][1] < 0.01:
             parts[-1] = (parts[-1][0], slot.right)
@@ -104,13 +104,13 @@ def _under_windows(
     full = standard_sizes.UPPER_FROM
     at = a
     for hole in sorted((h for h in holes if h.wall.id == line.run.on), key=lambda h: h.left):
-        shift = line.frame.of(*hole.wall.frame.at(0.0, 0.0)[:2])[0]
+        shift = line.frame.to_local(*hole.wall.frame.at(0.0, 0.0)[:2])[0]
         left, right = hole.left + shift - casing, hole.right + shift + casing
-        if right <= at or left >= b or hole.low - casing >= full:
+        if right <= at or left >= b or hole.bottom - casing >= full:
             continue
         if left > at:
             yield at, left, full
-        yield max(at, left), min(b, right), round(hole.low - casing, 4)
+        yield max(at, left), min(b, right), round(hole.bottom - casing, 4)
         at = right
     if at < b:
         yield at, b, full

@@ -30,22 +30,22 @@ class BeamGrid:
     """
 
     along_x: bool
-    low: float
-    high: float
+    start: float
+    end: float
     count: int
 
     def between(self, x: float, y: float) -> Vec2:
         """The point nearest to x, y that lies in the middle between two beams."""
-        pitch = (self.high - self.low) / self.count
+        pitch = (self.end - self.start) / self.count
         at = y if self.along_x else x
-        gap = min(max(round((at - self.low) / pitch), 1), self.count - 1)
-        snapped = self.low + gap * pitch
+        gap = min(max(round((at - self.start) / pitch), 1), self.count - 1)
+        snapped = self.start + gap * pitch
         return (x, snapped) if self.along_x else (snapped, y)
 
     def crosses(self, low: float, high: float) -> bool:
         """True if a beam comes between two places across the beams, or nearly."""
-        pitch = (self.high - self.low) / self.count
-        middles = [self.low + (k + 0.5) * pitch for k in range(self.count)]
+        pitch = (self.end - self.start) / self.count
+        middles = [self.start + (k + 0.5) * pitch for k in range(self.count)]
         return any(low - BEAM_HALF_WIDTH_M < m < high + BEAM_HALF_WIDTH_M for m in middles)
 
 
@@ -56,11 +56,11 @@ def beams_of(
 
     Where the plan has a row of lamps they run along it, so that it hangs between two of them.
     """
-    if style.shell.beams is None:
+    if style.room.beams is None:
         return None
     (x0, y0), (x1, y1) = room.bounds()
     rows = [lines[lamps.over] for lamps in plan.lamps if lamps.over is not None and lamps.over in lines]
-    ways = (rows[0].frame.quarter % 2 == 0,) if rows else (False, True)
+    ways = (rows[0].frame.quarter_turns % 2 == 0,) if rows else (False, True)
     usual, every = (
         [w for along_x in ways for w in _beamworks(along_x, *((y0, y1) if along_x else (x0, x1)), off)]
         for off in (MAX_COUNT_CHANGE, MOST)

@@ -49,9 +49,9 @@ def front_look(models: StyleModels, group: str) -> dict[str, Any]:
     cabinets = models.style.cabinets
     fronts: FrontStyle = {
         "base": cabinets.base,
-        "upper": cabinets.upper.over(cabinets.base),
-        "tall": cabinets.tall.over(cabinets.base),
-        "island": cabinets.island.over(cabinets.base),
+        "upper": cabinets.upper.filled_from(cabinets.base),
+        "tall": cabinets.tall.filled_from(cabinets.base),
+        "island": cabinets.island.filled_from(cabinets.base),
     }[group]
     return {name: getattr(fronts, name) for name in FrontStyle.model_fields}
 
@@ -72,14 +72,14 @@ def _put(
     z: float | None = None,
     **at: Any,
 ) -> None:
-    spot = Spot(slot.line.frame, slot.middle, v, slot.low if z is None else z, **at)
+    spot = Spot(slot.line.frame, slot.middle, v, slot.bottom if z is None else z, **at)
     order.add(OrderItem(name or slot.name, role, choice, spot, slot.name, slot.line.id))
 
 
 def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     unit, group = slot.unit, group_of(slot)
     assert isinstance(unit, BaseUnit)
-    size = {"width": slot.width, "depth": slot.depth, "height": slot.high}
+    size = {"width": slot.width, "depth": slot.depth, "height": slot.top}
     dressed = {**size, "look": front_look(models, group)}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.DRAWERS:
@@ -102,14 +102,14 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
         _put(order, slot, "base", preset_with("island_base/shaker_white", {**dressed, "columns": columns}))
     elif unit.kind is BaseKind.SHELF:
         face = models.style.cabinets.shelf
-        shelf = {"width": slot.width, "depth": 0.58, "height": slot.high, "plinth": 0.1, "face": face, "inside": face}
+        shelf = {"width": slot.width, "depth": 0.58, "height": slot.top, "plinth": 0.1, "face": face, "inside": face}
         _put(order, slot, "shelf", preset_with("open_shelf/pine_floor", shelf))
     elif unit.kind is BaseKind.FILLER:
         _filler(order, slot, models)
     elif unit.kind is BaseKind.PANEL:
         panel = {
             "width": slot.depth,
-            "height": slot.high,
+            "height": slot.top,
             "thick": standard_sizes.END_PANEL,
             "front": "slab",
             "face": face_of(models, group),
@@ -119,10 +119,10 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
             OrderItem(slot.name, "panel", preset_with("cabinet_panel/slab_oak", panel), spot, slot.name, slot.line.id)
         )
     elif unit.kind is BaseKind.RANGE:
-        _put(order, slot, "range", models.of("range").choice, v=0.012)
+        _put(order, slot, "range", models.for_role("range").choice, v=0.012)
     elif unit.kind is BaseKind.DISHWASHER:
-        model = models.of("dishwasher")
-        height = min(model.number("height"), slot.high - 0.004)
+        model = models.for_role("dishwasher")
+        height = min(model.length("height"), slot.top - 0.004)
         choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": round(height, 4)})
         _put(order, slot, "dishwasher", choice, v=0.002)
 
@@ -135,10 +135,10 @@ def face_of(models: StyleModels, group: str) -> str:
 def _filler(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     upper = slot.is_upper
     # Between tall units a strip is as high as they are, and one of them.
-    group = "upper" if upper else "tall" if slot.high > standard_sizes.UPPER_FROM else group_of(slot)
-    low = slot.low if upper else 0.1
-    strip = {"width": slot.width, "height": round(slot.high - low, 4), "face": face_of(models, group), "kind": "plain"}
-    spot = Spot(slot.line.frame, slot.middle, slot.depth, low, depth=DepthReference.FRONT)
+    group = "upper" if upper else "tall" if slot.top > standard_sizes.UPPER_FROM else group_of(slot)
+    low = slot.bottom if upper else 0.1
+    strip = {"width": slot.width, "height": round(slot.top - low, 4), "face": face_of(models, group), "kind": "plain"}
+    spot = Spot(slot.line.frame, slot.middle, slot.depth, low, depth_reference=DepthReference.FRONT)
     order.add(OrderItem(slot.name, "filler", preset_with("filler/white", strip), spot, slot.name, slot.line.id))
 
 
@@ -151,7 +151,7 @@ def _corner(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     assert slot.corner is not None
     assert slot.hinge is not None
     common = {
-        "height": round(slot.high - slot.low, 4),
+        "height": round(slot.top - slot.bottom, 4),
         "depth": slot.depth,
         "plinth": 0.0 if upper else 0.1,
         "corner": slot.corner.value,
@@ -171,7 +171,7 @@ def _corner(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
 
 
 def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
-    height = round(slot.high - slot.low, 4)
+    height = round(slot.top - slot.bottom, 4)
     size = {"width": slot.width, "depth": slot.depth, "height": height}
     side = slot.hinge.value if slot.hinge else "left"
     face = models.style.cabinets.shelf
@@ -186,7 +186,7 @@ def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: floa
         _put(order, slot, "shelf", preset_with("open_shelf/white_wall", {**size, "face": face, "inside": face}))
     elif slot.kind is UpperKind.BOARDS:
         boards = {"width": slot.width, "depth": 0.25, "boards": 2, "spacing": 0.36, "face": face}
-        preset = models.of("boards").choice.preset if models.has("boards") else "floating_shelf/oak_floating"
+        preset = models.for_role("boards").choice.preset if models.has("boards") else "floating_shelf/oak_floating"
         _put(order, slot, "shelf", preset_with(preset, boards), z=1.42)
     elif slot.kind is UpperKind.FILLER:
         _filler(order, slot, models)
@@ -197,13 +197,13 @@ def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: floa
 
 
 def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
-    model = models.of("microwave_built_in")
-    depth = max(0.42, round(model.number("depth") + 0.05, 3))
-    niche = round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4)
+    model = models.for_role("microwave_built_in")
+    depth = max(0.42, round(model.length("depth") + 0.05, 3))
+    niche = round(model.length("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4)
     housing = {
         "width": slot.width,
         "depth": depth,
-        "height": round(slot.high - slot.low, 4),
+        "height": round(slot.top - slot.bottom, 4),
         "plinth": 0.0,
         "niche_from": 0.0,
         "niche": niche,
@@ -218,18 +218,18 @@ def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> N
         model.choice,
         name=f"{slot.name}_oven",
         v=depth - FRAME_PROUD,
-        z=slot.low + NICHE_PLAY_M / 2,
+        z=slot.bottom + NICHE_PLAY_M / 2,
         depth=DepthReference.FRONT,
     )
 
 
 def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
-    model = models.of("hood")
-    form = model.numbers["form"]
+    model = models.for_role("hood")
+    form = model.params["form"]
     if form in ("under_cabinet", "downlight"):
         low = standard_sizes.HOOD_FROM
         _put(order, slot, "hood", model.choice, z=low)
-        top = round(low + model.number("height") + 0.002, 4)
+        top = round(low + model.length("height") + 0.002, 4)
         width, height = slot.width, round(standard_sizes.UPPER_TO - top, 4)
         doors = {
             "width": width,
@@ -248,7 +248,7 @@ def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float
 def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     unit = slot.unit
     assert isinstance(unit, BaseUnit)
-    dressed = {"width": slot.width, "height": slot.high, "look": front_look(models, "tall")}
+    dressed = {"width": slot.width, "height": slot.top, "look": front_look(models, "tall")}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.PANTRY:
         doors = {
@@ -259,15 +259,15 @@ def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
         }
         _put(order, slot, "pantry", preset_with("tall_cabinet/shaker_white_split", {**dressed, **doors}))
     elif unit.kind is BaseKind.OVEN:
-        model = models.of("oven")
+        model = models.for_role("oven")
         niche: dict[str, Any] = {
             "niche_from": OVEN_FROM,
-            "niche": round(model.number("height") + BOARD_THICKNESS_M + OVEN_LIFT + NICHE_PLAY_M, 4),
+            "niche": round(model.length("height") + BOARD_THICKNESS_M + OVEN_LIFT + NICHE_PLAY_M, 4),
             "depth": slot.depth,
         }
         niche |= {"over": "doors" if slot.width >= 0.5 else "door"}
         _put(order, slot, "housing", preset_with("housing_oven/shaker_white", {**dressed, **niche}))
-        back = round(slot.depth - FRONT_THICKNESS_M - 0.001 - model.number("depth"), 4)
+        back = round(slot.depth - FRONT_THICKNESS_M - 0.001 - model.length("depth"), 4)
         _put(
             order,
             slot,
@@ -278,10 +278,10 @@ def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
             z=OVEN_FROM + BOARD_THICKNESS_M / 2 + OVEN_LIFT,
         )
     elif unit.kind is BaseKind.MICROWAVE:
-        model = models.of("microwave_built_in")
+        model = models.for_role("microwave_built_in")
         niche = {
             "niche_from": MICROWAVE_FROM,
-            "niche": round(model.number("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4),
+            "niche": round(model.length("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4),
             "depth": slot.depth,
         }
         _put(order, slot, "housing", preset_with("housing_microwave/shaker_white_tall", {**dressed, **niche}))
@@ -292,10 +292,10 @@ def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
 
 
 def _fridge(order: BuildOrder, slot: UnitSlot, unit: BaseUnit, models: StyleModels, dressed: dict[str, Any]) -> None:
-    model = models.of("fridge")
+    model = models.for_role("fridge")
     name = slot.name
     if unit.housing:
-        niche = {"niche": round(model.number("height") + 0.03, 3), "depth": slot.depth, "over": "doors"}
+        niche = {"niche": round(model.length("height") + 0.03, 3), "depth": slot.depth, "over": "doors"}
         _put(
             order,
             slot,

@@ -35,22 +35,22 @@ SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
 def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitSlot], models: StyleModels) -> None:
     """Order the items that stand on worktops."""
-    for stand in plan.stands:
+    for stand in plan.worktop_items:
         if stand.on not in slots:
-            raise PlanConflict(plan.id, ("stands", stand.id, "on"), "a unit of the plan", repr(stand.on))
+            raise PlanConflict(plan.id, ("worktop_items", stand.id, "on"), "a unit of the plan", repr(stand.on))
         if not models.has(stand.id):
-            raise PlanConflict(plan.id, ("stands", stand.id), "a role of the style", repr(stand.id))
+            raise PlanConflict(plan.id, ("worktop_items", stand.id), "a role of the style", repr(stand.id))
     for name, slot in slots.items():
-        row = sorted((s for s in plan.stands if s.on == name), key=lambda s: s.at)
+        row = sorted((s for s in plan.worktop_items if s.on == name), key=lambda s: s.at)
         breadths = [worktop_width(models, s.id) for s in row]
         for stand, u in zip(row, _side_by_side(slot, [s.at for s in row], breadths), strict=True):
             spot = Spot(slot.line.frame, u, stand.back, standard_sizes.WORKTOP_HEIGHT + SET_DOWN_GAP_M, stand.turn_deg)
-            order.add(OrderItem(stand.id, stand.id, models.of(stand.id).choice, spot, slot.name, slot.line.id))
+            order.add(OrderItem(stand.id, stand.id, models.for_role(stand.id).choice, spot, slot.name, slot.line.id))
 
 
 def worktop_width(models: StyleModels, role: str) -> float:
     """Approximate width that an item takes up on a worktop, metres."""
-    width = models.of(role).numbers.get("width")
+    width = models.for_role(role).params.get("width")
     return 0.05 + float(width) if width is not None else WORKTOP_WIDTHS_M.get(role, 0.25)
 
 
@@ -85,7 +85,7 @@ def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], mod
             # The back of the stool is away from the top, which reaches out behind the line of the run.
             spot = Spot(line.frame, u, -line.run.overhang - 0.12, 0.0005, 0.0, DepthReference.MIDDLE)
             name = f"{seats.run}_stool_{k + 1}"
-            order.add(OrderItem(name, "stool", models.of("stool").choice, spot, "", seats.run))
+            order.add(OrderItem(name, "stool", models.for_role("stool").choice, spot, "", seats.run))
 
 
 def _free_part(line: RunLine) -> tuple[float, float]:
@@ -108,8 +108,8 @@ def order_wall_items(
     models: StyleModels,
 ) -> None:
     """Order the items that hang on walls."""
-    for hung in plan.hangings:
-        at = ("hangings", hung.id)
+    for hung in plan.wall_items:
+        at = ("wall_items", hung.id)
         if not models.has(hung.item):
             continue  # a style may leave a wall bare
         wall = room.wall(hung.wall) if hung.wall in {w.id for w in room.walls} else None
@@ -119,19 +119,19 @@ def order_wall_items(
             if hung.over not in slots:
                 raise PlanConflict(plan.id, (*at, "over"), "a unit of the plan", repr(hung.over))
             slot = slots[hung.over]
-            u = wall.frame.of(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
+            u = wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
         else:
             assert hung.at is not None
             u = resolve_length(plan, hung.at, given, *at, "at")
-        model = models.of(hung.item)
+        model = models.for_role(hung.item)
         v = (
             0.0105
-            if models.style.splash
+            if models.style.backsplash
             and hung.over
             and standard_sizes.WORKTOP_HEIGHT < hung.height < standard_sizes.UPPER_FROM
             else 0.0
         )
-        spot = Spot(wall.frame, u + hung.shift, v, hung.height, height=HeightReference.MIDDLE)
+        spot = Spot(wall.frame, u + hung.shift, v, hung.height, height_reference=HeightReference.MIDDLE)
         order.add(OrderItem(hung.id, hung.item, model.choice, spot, hung.over or ""))
 
 
@@ -144,14 +144,14 @@ def order_lamps(
     for n, lamps in enumerate(plan.lamps):
         if not models.has(lamps.item):
             continue
-        choice = models.of(lamps.item).choice
+        choice = models.for_role(lamps.item).choice
         stem = lamps.item if n == 0 else f"{lamps.item}_{n + 1}"
         count = lamps.count
         if lamps.over is not None and lamps.over in lines:
-            count = _fitting(count, lines[lamps.over], models.of(lamps.item).number("size"))
+            count = _fitting(count, lines[lamps.over], models.for_role(lamps.item).length("size"))
         for k, (frame, u, v) in enumerate(_hung_at(lamps.over, count, lines, (x0, y0, x1, y1), room)):
             if beams is not None:
-                u, v = frame.of(*beams.between(*frame.at(u, v)[:2]))
+                u, v = frame.to_local(*beams.between(*frame.at(u, v)[:2]))
             x, y, _ = frame.at(u, v)
             if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in hung):
                 continue
@@ -191,7 +191,7 @@ def _hung_at(
             for dx in (-LAMP_FROM_WALL_M, LAMP_FROM_WALL_M)
             for dy in (-LAMP_FROM_WALL_M, LAMP_FROM_WALL_M)
         )
-        if all(room.holds(*p) for p in beside) and not any(
+        if all(room.contains(*p) for p in beside) and not any(
             _is_near(line, x, y) for line in lines.values() if not line.at_wall
         ):
             out.append((WallFrame(x0, y1, 0), x - x0, y1 - y))
@@ -200,7 +200,7 @@ def _hung_at(
 
 def _is_near(line: RunLine, x: float, y: float) -> bool:
     """True if a point is so near an island or peninsula that a lamp there would hang among its own."""
-    u, v = line.frame.of(x, y)
+    u, v = line.frame.to_local(x, y)
     return (
         -LAMP_FROM_ISLAND_M < u < line.length + LAMP_FROM_ISLAND_M
         and -LAMP_FROM_ISLAND_M < v < line.depth + LAMP_FROM_ISLAND_M
@@ -211,8 +211,8 @@ def order_floor_items(
     order: BuildOrder, plan: Plan, room: Room, given: Mapping[str, float], models: StyleModels
 ) -> None:
     """Order the items that stand on the floor."""
-    for thing in plan.floor:
-        at = ("floor", thing.id)
+    for thing in plan.floor_items:
+        at = ("floor_items", thing.id)
         if not models.has(thing.item):
             continue
         if thing.wall not in {w.id for w in room.walls}:
@@ -222,8 +222,8 @@ def order_floor_items(
         wall = room.wall(thing.wall)
         u, v = (
             resolve_length(plan, thing.at, given, *at, "at"),
-            resolve_length(plan, thing.beside, given, *at, "beside"),
+            resolve_length(plan, thing.from_wall, given, *at, "from_wall"),
         )
         spot = Spot(wall.frame, u, v, 0.0005, thing.turn_deg, DepthReference.MIDDLE)
-        choice: PresetChoice = models.of(thing.item).choice
+        choice: PresetChoice = models.for_role(thing.item).choice
         order.add(OrderItem(thing.id, thing.item, choice, spot))

@@ -23,11 +23,11 @@ class StyleModel:
     """
 
     choice: PresetChoice
-    numbers: Mapping[str, Any]
+    params: Mapping[str, Any]
 
-    def number(self, name: str) -> float:
+    def length(self, name: str) -> float:
         """One of its lengths, metres."""
-        return float(self.numbers[name])
+        return float(self.params[name])
 
 
 @dataclass(frozen=True)
@@ -39,23 +39,23 @@ class StyleModels:
     """
 
     style: Style
-    offers: FamilyOffers
+    presets: FamilyOffers
 
-    def of(self, role: str) -> StyleModel:
+    def for_role(self, role: str) -> StyleModel:
         """The member for a role. Raises UnknownId where the style has none, or no family offers it."""
         if role not in self.style.models:
             raise UnknownId(f"model of style {self.style.id}", role, self.style.models)
-        return self.made(self.style.models[role])
+        return self.resolve(self.style.models[role])
 
     def has(self, role: str) -> bool:
         """True if the style has a member for the role."""
         return role in self.style.models
 
-    def made(self, choice: PresetChoice) -> StyleModel:
+    def resolve(self, choice: PresetChoice) -> StyleModel:
         """A member with its numbers. Raises UnknownId."""
-        if choice.family not in self.offers:
-            raise UnknownId("family", choice.family, self.offers)
-        presets = self.offers[choice.family]
+        if choice.family not in self.presets:
+            raise UnknownId("family", choice.family, self.presets)
+        presets = self.presets[choice.family]
         if choice.name not in presets:
             raise UnknownId(f"preset of {choice.family}", choice.name, presets)
         return StyleModel(choice, {**presets[choice.name], **choice.params})

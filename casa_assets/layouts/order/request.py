@@ -36,12 +36,12 @@ class KitchenRequest:
 
     plan: Plan
     style: Style
-    given: Mapping[str, float]
+    parameters: Mapping[str, float]
     room: Room
     holes: tuple[WallHole, ...]
     lines: Mapping[str, RunLine]
     slots: Mapping[str, tuple[UnitSlot, ...]]
-    wanted: tuple[OrderItem, ...]
+    items: tuple[OrderItem, ...]
 
     def slot(self, name: str) -> UnitSlot:
         """The slot of that name."""

@@ -43,7 +43,7 @@ def find_holes(
             if opening.over not in slots:
                 raise PlanConflict(plan.id, (*at, "over"), "a unit of the plan", repr(opening.over))
             slot = slots[opening.over]
-            middle = wall.frame.of(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
+            middle = wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
         else:
             assert opening.at is not None
             middle = resolve_length(plan, opening.at, given, *at, "at")
@@ -65,19 +65,19 @@ def order_shell(
     beams: BeamGrid | None = None,
 ) -> None:
     """Add floor, walls, windows, doors and ceiling; `closed`: open walls too. `beams`: under the ceiling."""
-    shell = models.style.shell
+    shell = models.style.room
     (x0, y0), (x1, y1) = room.bounds()
     outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.outline]
     flat = WallFrame(x0, y1, 0)
     middle = (x1 - x0) / 2
     boards = "y" if shell.turn_deg % 180 else "x"
     floor = {"outline": outline, "face": shell.floor, "boards": boards}
-    spot = Spot(flat, middle, 0.0, 0.0, height=HeightReference.HEAD)
+    spot = Spot(flat, middle, 0.0, 0.0, height_reference=HeightReference.HEAD)
     order.add(_room_part("floor", "floor", preset_with("room_floor/oak_boards", floor), spot))
     ceiling: dict[str, Any] = {"outline": outline, "face": shell.ceiling, "trim": shell.trim}
     if beams is not None:
         ceiling["beams"] = {"count": beams.count, "run": "x" if beams.along_x else "y", "finish": shell.beams}
-    top = Spot(flat, middle, 0.0, room.height, height=HeightReference.FOOT)
+    top = Spot(flat, middle, 0.0, room.height, height_reference=HeightReference.FOOT)
     order.add(OrderItem("ceiling", "ceiling", preset_with("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
     for wall in room.walls:
         if wall.open and not closed:
@@ -99,9 +99,9 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleMo
     k = by_id[wall.id]
     after = room.walls[(k + 1) % len(room.walls)]
     # Of two walls that meet, the left one closes the corner; an outer corner needs none.
-    right_more = 0.0 if wall.right_out or (after.open and not closed) else WALL_THICKNESS_M
+    right_more = 0.0 if wall.right_outer_corner or (after.open and not closed) else WALL_THICKNESS_M
     # At an outer corner both would fill the same post: the wall before it ends earlier.
-    length = round(wall.length - (WALL_THICKNESS_M if wall.right_out else 0.0), 5)
+    length = round(wall.length - (WALL_THICKNESS_M if wall.right_outer_corner else 0.0), 5)
     params = {
         "length": length,
         "height": room.height,
@@ -109,10 +109,15 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleMo
         "left_more": 0.0,
         "right_more": right_more,
         "openings": [
-            {"left": h.left, "bottom": h.low, "width": round(h.right - h.left, 4), "height": round(h.high - h.low, 4)}
+            {
+                "left": h.left,
+                "bottom": h.bottom,
+                "width": round(h.right - h.left, 4),
+                "height": round(h.top - h.bottom, 4),
+            }
             for h in holes
         ],
-        "inside": models.style.shell.wall,
+        "inside": models.style.room.wall,
     }
     spot = Spot(wall.frame, length / 2, -WALL_THICKNESS_M, 0.0)
     return _room_part(f"wall_{wall.id}", "wall", preset_with("room_wall/plaster_bare", params), spot)
@@ -123,7 +128,9 @@ def _threshold(order: BuildOrder, hole: WallHole, face: str) -> None:
     wide = round(hole.right - hole.left, 4)
     outline = [(0.0, 0.0), (wide, 0.0), (wide, WALL_THICKNESS_M), (0.0, WALL_THICKNESS_M)]
     choice = preset_with("room_floor/oak_boards", {"outline": outline, "face": face})
-    spot = Spot(hole.wall.frame, (hole.left + hole.right) / 2, -WALL_THICKNESS_M, 0.0, height=HeightReference.HEAD)
+    spot = Spot(
+        hole.wall.frame, (hole.left + hole.right) / 2, -WALL_THICKNESS_M, 0.0, height_reference=HeightReference.HEAD
+    )
     order.add(_room_part(f"threshold_{hole.opening.id}", "floor", choice, spot))
 
 
@@ -132,9 +139,9 @@ def _fill(order: BuildOrder, hole: WallHole, models: StyleModels) -> None:
     if opening.kind is OpeningKind.PASSAGE:
         return
     role = "window" if hole.is_window else "door"
-    model = models.of(role)
-    width, height = round(hole.right - hole.left - WALL_PLAY_M, 4), round(hole.high - hole.low - WALL_PLAY_M / 2, 4)
-    casing = float(model.numbers.get("casing", CASING_WIDTH_M))
+    model = models.for_role(role)
+    width, height = round(hole.right - hole.left - WALL_PLAY_M, 4), round(hole.top - hole.bottom - WALL_PLAY_M / 2, 4)
+    casing = float(model.params.get("casing", CASING_WIDTH_M))
     params = {**model.choice.params, "width": width, "height": height, "wall": WALL_THICKNESS_M}
     if not hole.is_window:
         # A window is as wide as its frame, a door as its leaf.
@@ -143,7 +150,11 @@ def _fill(order: BuildOrder, hole: WallHole, models: StyleModels) -> None:
         params["hinge_right"] = opening.hinge.value == "right"
     frame, middle = hole.wall.frame, (hole.left + hole.right) / 2
     spot = Spot(
-        frame, middle, -WALL_THICKNESS_M, round(hole.high + casing - WALL_PLAY_M / 2, 4), height=HeightReference.HEAD
+        frame,
+        middle,
+        -WALL_THICKNESS_M,
+        round(hole.top + casing - WALL_PLAY_M / 2, 4),
+        height_reference=HeightReference.HEAD,
     )
     choice = PresetChoice(preset=model.choice.preset, params=params)
     order.add(OrderItem(opening.id, role, choice, spot, layer="room"))
@@ -160,22 +171,22 @@ def order_skirting(
     closed: bool,
 ) -> None:
     """Skirting, or panelling where the style has it, along every stretch of wall that nothing stands at."""
-    high = WAINSCOT_HEIGHT_M if models.style.shell.wainscot else SKIRTING_HEIGHT_M
+    high = WAINSCOT_HEIGHT_M if models.style.room.wainscot else SKIRTING_HEIGHT_M
     for wall in room.walls:
         if wall.open and not closed:
             continue
         beside = _door_casing(models)
-        mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.low < high + CASING_WIDTH_M)]
+        mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.bottom < high + CASING_WIDTH_M)]
         taken = [(h.left - beside, h.right + beside) for h in mine]
         taken += _stood_at(wall, lines, slots, corners)
         taken = [(a, b) for a, b in taken if b > 0.0 and a < wall.length]
         # In an inner corner it ends before that of the wall beside.
-        at, k = DADO_DEEP if models.style.shell.wainscot else SKIRTING_DEEP, 0
+        at, k = DADO_DEEP if models.style.room.wainscot else SKIRTING_DEEP, 0
         for a, b in [*sorted(taken), (wall.length, wall.length)]:
             if a - at >= 0.3:
                 k += 1
                 spot = Spot(wall.frame, (at + a) / 2, 0.0, 0.0)
-                lining = _lining(round(a - at - 0.004, 4), models.style.shell)
+                lining = _lining(round(a - at - 0.004, 4), models.style.room)
                 order.add(_room_part(f"skirting_{wall.id}_{k}", "skirting", lining, spot))
             at = max(at, b)
 
@@ -191,7 +202,7 @@ def _lining(length: float, shell: RoomStyle) -> PresetChoice:
 
 def _door_casing(models: StyleModels) -> float:
     """Distance that a door's casing stands out beside its hole, metres."""
-    return float(models.of("door").numbers.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
+    return float(models.for_role("door").params.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
 
 
 def _stood_at(
@@ -221,6 +232,6 @@ def _stood_at(
 
 def _stretch(wall: WallLine, line: RunLine, us: Vec2, vs: Vec2) -> list[tuple[float, float]]:
     """Part of a wall that a rectangle on a line touches."""
-    found = [wall.frame.of(*line.frame.at(u, v)[:2]) for u in us for v in vs]
+    found = [wall.frame.to_local(*line.frame.at(u, v)[:2]) for u in us for v in vs]
     along, before = zip(*found, strict=True)
     return [(min(along), max(along))] if min(before) < 0.05 and max(before) > -0.05 else []

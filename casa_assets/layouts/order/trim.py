@@ -80,7 +80,7 @@ def order_cornices(
                 (low + high) / 2,
                 row.depth + out,
                 standard_sizes.UPPER_TO + 5e-4,
-                depth=DepthReference.FRONT,
+                depth_reference=DepthReference.FRONT,
             )
             stem = f"{name}_cornice" if k == 0 else f"{name}_cornice_{k + 1}"
             order.add(OrderItem(stem, "cornice", preset_with("cornice/white_crown", params), spot, "", name))
@@ -103,10 +103,10 @@ def _topped(
 ) -> Iterator[tuple[float, float, float, bool]]:
     """Left, right, depth of cabinets that reach the height of the wall units, and whether they stand on the floor."""
     for slot in slots:
-        if abs(slot.high - standard_sizes.UPPER_TO) > 1e-3:
+        if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3:
             continue
         if slot.is_upper:
-            hood = slot.kind is UpperKind.HOOD and models.of("hood").numbers["form"] in HOODS_UNDER_CABINETS
+            hood = slot.kind is UpperKind.HOOD and models.for_role("hood").params["form"] in HOODS_UNDER_CABINETS
             if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
                 yield slot.left, slot.right, standard_sizes.UPPER_DEPTH, False
         elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
@@ -143,23 +143,25 @@ def order_curtains(order: BuildOrder, holes: Sequence[WallHole], models: StyleMo
     """The style's curtain at every window; none where a long one would hang over a worktop."""
     if not models.has("curtain"):
         return
-    model = models.of("curtain")
-    form = model.numbers["form"]
+    model = models.for_role("curtain")
+    form = model.params["form"]
     for hole in holes:
-        width, height = round(hole.right - hole.left, 4), round(hole.high - hole.low, 4)
+        width, height = round(hole.right - hole.left, 4), round(hole.top - hole.bottom, 4)
         if not hole.is_window or not 0.7 <= width <= 2.4 or (form in LONG_CURTAINS and hole.opening.over is not None):
             continue
         if form == "valance":
             width, height = round(width - 0.1, 4), VALANCE_HEIGHT_M
         choice = preset_with(model.choice.preset, {**model.choice.params, "width": width, "height": height})
         before = (
-            CURTAIN_FROM_WALL_M if float(models.of("window").numbers.get("casing", 0.0)) else CURTAIN_FROM_BARE_WALL_M
+            CURTAIN_FROM_WALL_M
+            if float(models.for_role("window").params.get("casing", 0.0))
+            else CURTAIN_FROM_BARE_WALL_M
         )
         spot = Spot(
             hole.wall.frame,
             (hole.left + hole.right) / 2,
             before,
-            hole.high + CURTAIN_ABOVE_HOLE_M,
-            height=HeightReference.HEAD,
+            hole.top + CURTAIN_ABOVE_HOLE_M,
+            height_reference=HeightReference.HEAD,
         )
         order.add(OrderItem(f"{hole.opening.id}_curtain", "curtain", choice, spot))

@@ -18,7 +18,7 @@ def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models:
     """The units on the wall from left to right. Raises PlanConflict."""
     pointer = ("runs", line.id, "upper")
     out: list[UnitSlot] = [*_upper_corner(line, RunSide.LEFT)]
-    at, end = line.left.upper, round(line.length - line.right.upper, 4)
+    at, end = line.left.upper_length, round(line.length - line.right.upper_length, 4)
     waiting: list[UpperUnit] = []
     first = True
     for unit in line.run.upper:
@@ -35,10 +35,10 @@ def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models:
             raise PlanConflict(
                 plan.id, (*pointer, unit.id), f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
             )
-        out += _stretch(plan, line, waiting, at, left, models, first and line.left.upper == 0.0)
+        out += _stretch(plan, line, waiting, at, left, models, first and line.left.upper_length == 0.0)
         out.append(_upper_slot(line, unit, left, right))
         waiting, at, first = [], right, False
-    out += _stretch(plan, line, waiting, at, end, models, not first and line.right.upper > 0.0)
+    out += _stretch(plan, line, waiting, at, end, models, not first and line.right.upper_length > 0.0)
     out += _upper_corner(line, RunSide.RIGHT)
     return tuple(s for s in out if s.kind is not UpperKind.GAP and not _stands_alone(s, out))
 
@@ -59,7 +59,7 @@ def _stretch(
     widths = share_widths(spans, right - left)
     if widths is None:
         message = f"units that need at most {right - left:.3f} m"
-        got = f"at least {sum(s.low for s in spans):.3f} m ({describe_units(tuple(units), spans)})"
+        got = f"at least {sum(s.minimum for s in spans):.3f} m ({describe_units(tuple(units), spans)})"
         raise PlanConflict(plan.id, ("runs", line.id, "upper"), message, got)
     at = round(right - sum(widths), 4) if to_right else left
     for unit, width in zip(units, widths, strict=True):
@@ -70,7 +70,9 @@ def _stretch(
 def _upper_slot(line: RunLine, unit: UpperUnit, left: float, right: float) -> UnitSlot:
     hinge = unit.hinge
     if hinge is None:
-        near_corner = left - line.left.upper < 0.05 and line.left.kind is EndKind.CORNER and line.left.upper > 0
+        near_corner = (
+            left - line.left.upper_length < 0.05 and line.left.kind is EndKind.CORNER and line.left.upper_length > 0
+        )
         ends_at_wall = line.length - right < 0.05
         hinge = RunSide.RIGHT if near_corner or ends_at_wall else RunSide.LEFT
     low, high = standard_sizes.UPPER_FROM, standard_sizes.UPPER_TO
@@ -85,7 +87,7 @@ def _upper_corner(line: RunLine, side: RunSide) -> Iterator[UnitSlot]:
     end = line.left if side is RunSide.LEFT else line.right
     if end.corner is None or end.corner.upper is None:
         return
-    owns = (end.corner.by or end.corner.runs[0]) == line.id
+    owns = (end.corner.owner or end.corner.runs[0]) == line.id
 
     def slot(name: str, kind: CornerPart, near: float, far: float) -> UnitSlot:
         a, b = (near, far) if side is RunSide.LEFT else (line.length - far, line.length - near)
@@ -103,9 +105,9 @@ def _upper_corner(line: RunLine, side: RunSide) -> Iterator[UnitSlot]:
 
     stem = f"{line.id}_{side.value}_upper"
     if end.corner.upper is CornerKind.BLIND and owns:
-        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.upper)
+        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.upper_length)
     elif end.corner.upper is CornerKind.DIAGONAL:
         if owns:
-            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.upper)
+            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.upper_length)
     else:
-        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.UPPER_DEPTH, end.upper)
+        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.UPPER_DEPTH, end.upper_length)

@@ -43,8 +43,8 @@ class Spot:
     v: float
     z: float
     turn_deg: float = 0.0
-    depth: DepthReference = DepthReference.BACK
-    height: HeightReference = HeightReference.FOOT
+    depth_reference: DepthReference = DepthReference.BACK
+    height_reference: HeightReference = HeightReference.FOOT
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class OrderItem:
     role: str
     choice: PresetChoice
     spot: Spot
-    slot: str = ""
+    unit: str = ""
     run: str = ""
     layer: str = "things"
 

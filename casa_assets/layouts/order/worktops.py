@@ -29,14 +29,14 @@ class WorktopStretch:
     line: RunLine
     left: float
     right: float
-    lets: tuple[UnitSlot, ...]
+    cutout_slots: tuple[UnitSlot, ...]
 
-    def cut(self, left: float, right: float) -> WorktopStretch:
+    def part(self, left: float, right: float) -> WorktopStretch:
         """A shorter part of it."""
-        lets = tuple(s for s in self.lets if s.left >= left - 1e-6 and s.right <= right + 1e-6)
+        lets = tuple(s for s in self.cutout_slots if s.left >= left - 1e-6 and s.right <= right + 1e-6)
         return WorktopStretch(self.line, left, right, lets)
 
-    def to(self, left: float, right: float) -> WorktopStretch:
+    def with_ends(self, left: float, right: float) -> WorktopStretch:
         """Copy with other ends."""
         return replace(self, left=round(left, 4), right=round(right, 4))
 
@@ -49,7 +49,7 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
     lets: list[UnitSlot] = []
     end = 0.0
     for slot in floor:
-        if slot.kind in WORKTOP_BREAKS or slot.high > standard_sizes.WORKTOP_HEIGHT:
+        if slot.kind in WORKTOP_BREAKS or slot.top > standard_sizes.WORKTOP_HEIGHT:
             if begin is not None and slot.left - begin >= NARROWEST:
                 out.append(WorktopStretch(line, begin, slot.left, tuple(lets)))
             begin, lets = None, []
@@ -96,9 +96,15 @@ def _corner_top(
     if first.run.joins or second.run.joins:
         # The worktop of the wall goes through to the guests' side; that of the peninsula begins at its edge.
         if second.run.joins:
-            a, b = a.to(a.left, first.length + _behind(second)), b.to(standard_sizes.WORKTOP_DEPTH, b.right)
+            a, b = (
+                a.with_ends(a.left, first.length + _behind(second)),
+                b.with_ends(standard_sizes.WORKTOP_DEPTH, b.right),
+            )
         else:
-            a, b = a.to(a.left, first.length - standard_sizes.WORKTOP_DEPTH), b.to(-_behind(first), b.right)
+            a, b = (
+                a.with_ends(a.left, first.length - standard_sizes.WORKTOP_DEPTH),
+                b.with_ends(-_behind(first), b.right),
+            )
         left[first.id].append(a)
         left[second.id].insert(0, b)
         return
@@ -107,14 +113,14 @@ def _corner_top(
         longer, name = (a, first.id) if b.right - b.left < SHORTEST_ARM else (b, second.id)
         left[name].insert(len(left[name]) if longer is a else 0, longer)
         return
-    arm_a = _arm(a.right, a.left, [s.right for s in a.lets][::-1], first.left.kind is EndKind.CORNER)
-    arm_b = _arm(0.0, b.right, [s.left for s in b.lets], second.right.kind is EndKind.CORNER)
+    arm_a = _arm(a.right, a.left, [s.right for s in a.cutout_slots][::-1], first.left.kind is EndKind.CORNER)
+    arm_b = _arm(0.0, b.right, [s.left for s in b.cutout_slots], second.right.kind is EndKind.CORNER)
     if a.right - arm_a - a.left > 0.2:
-        left[first.id].append(a.cut(a.left, round(a.right - arm_a, 4)))
+        left[first.id].append(a.part(a.left, round(a.right - arm_a, 4)))
     else:
         arm_a = round(a.right - a.left, 4)
     if b.right - arm_b > 0.2:
-        left[second.id].insert(0, b.cut(round(arm_b, 4), b.right))
+        left[second.id].insert(0, b.part(round(arm_b, 4), b.right))
     else:
         arm_b = b.right
     top = worktop_of(models, first)
@@ -146,19 +152,19 @@ def _arm(start: float, end: float, holes: list[float], shared: bool) -> float:
 def _pieces(stretch: WorktopStretch) -> Iterator[WorktopStretch]:
     """Parts with one hole at most, none too long."""
     cuts = [stretch.left]
-    for here, there in zip(stretch.lets, stretch.lets[1:], strict=False):
+    for here, there in zip(stretch.cutout_slots, stretch.cutout_slots[1:], strict=False):
         cuts.append(round((here.right + there.left) / 2, 4))
     cuts.append(stretch.right)
     for a, b in itertools.pairwise(cuts):
-        part = stretch.cut(a, b)
+        part = stretch.part(a, b)
         if b - a <= MAX_SLAB_M:
             yield part
         else:
-            seam = part.lets[0].left - NARROWEST if part.lets else (a + b) / 2
+            seam = part.cutout_slots[0].left - NARROWEST if part.cutout_slots else (a + b) / 2
             if not MAX_SLAB_M >= seam - a >= NARROWEST:
-                seam = part.lets[0].right + NARROWEST
-            yield stretch.cut(a, round(seam, 4))
-            yield stretch.cut(round(seam, 4), b)
+                seam = part.cutout_slots[0].right + NARROWEST
+            yield stretch.part(a, round(seam, 4))
+            yield stretch.part(round(seam, 4), b)
 
 
 def worktop_of(models: StyleModels, line: RunLine) -> WorktopStyle:
@@ -204,7 +210,7 @@ def _straight(order: BuildOrder, name: str, line: RunLine, piece: WorktopStretch
             (piece.left + piece.right) / 2,
             -behind,
             standard_sizes.WORKTOP_HEIGHT,
-            height=HeightReference.HEAD,
+            height_reference=HeightReference.HEAD,
         )
         order.add(OrderItem(name, "island", preset_with("counter_island/plain", params), spot, "", line.id))
         return
@@ -214,7 +220,7 @@ def _straight(order: BuildOrder, name: str, line: RunLine, piece: WorktopStretch
         "depth": depth,
         "left_end": _is_free(line, piece.left, left=True),
         "right_end": _is_free(line, piece.right, left=False),
-        "upstand": models.style.counter.upstand if line.at_wall and models.style.splash is None else 0.0,
+        "upstand": models.style.counter.upstand if line.at_wall and models.style.backsplash is None else 0.0,
         "cutout": hole,
     }
     spot = Spot(line.frame, (piece.left + piece.right) / 2, -behind, z)
@@ -229,16 +235,16 @@ def _is_free(line: RunLine, at: float, left: bool) -> bool:
 
 
 def _cutout(piece: WorktopStretch, behind: float, models: StyleModels) -> dict[str, Any] | None:
-    if not piece.lets:
+    if not piece.cutout_slots:
         return None
-    slot = piece.lets[0]
+    slot = piece.cutout_slots[0]
     if slot.kind is BaseKind.HOB:
-        model = models.of("hob")
-        width, depth = model.number("width") - 0.03, model.number("depth") - 0.03
-        back, radius = _hob_back(model.number("depth")) + 0.015, 0.01
+        model = models.for_role("hob")
+        width, depth = model.length("width") - 0.03, model.length("depth") - 0.03
+        back, radius = _hob_back(model.length("depth")) + 0.015, 0.01
     else:
-        model = models.of("sink")
-        width, back, depth, radius = _sink_hole(model.numbers)
+        model = models.for_role("sink")
+        width, back, depth, radius = _sink_hole(model.params)
     left = round(slot.middle - width / 2 - piece.left, 4)
     return {"left": left, "back": round(back + behind, 4), "width": width, "depth": round(depth, 4), "radius": radius}
 
@@ -260,15 +266,15 @@ def _hob_back(depth: float) -> float:
 
 
 def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
-    model = models.of("sink")
-    top = standard_sizes.WORKTOP_HEIGHT + (RIM_M if model.numbers["mount"] == "drop_in" else 0.0)
-    spot = Spot(slot.line.frame, slot.middle, SINK_BACK, top, height=HeightReference.HEAD)
+    model = models.for_role("sink")
+    top = standard_sizes.WORKTOP_HEIGHT + (RIM_M if model.params["mount"] == "drop_in" else 0.0)
+    spot = Spot(slot.line.frame, slot.middle, SINK_BACK, top, height_reference=HeightReference.HEAD)
     deck = worktop_of(models, slot.line).thickness
     choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
     order.add(OrderItem(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))
 
 
 def _hob(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
-    model = models.of("hob")
-    spot = Spot(slot.line.frame, slot.middle, _hob_back(model.number("depth")), standard_sizes.WORKTOP_HEIGHT - 0.06)
+    model = models.for_role("hob")
+    spot = Spot(slot.line.frame, slot.middle, _hob_back(model.length("depth")), standard_sizes.WORKTOP_HEIGHT - 0.06)
     order.add(OrderItem(f"{slot.name}_plate", "hob", model.choice, spot, slot.name, slot.line.id))

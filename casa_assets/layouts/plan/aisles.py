@@ -36,33 +36,33 @@ class RunFace:
     end: Vec2
 
     @property
-    def along(self) -> np.ndarray:
+    def direction(self) -> np.ndarray:
         """Unit vector from its start to its end."""
         d = np.subtract(self.end, self.start)
         length = float(np.linalg.norm(d))
         return np.asarray(d / length if length else d)
 
     @property
-    def away(self) -> np.ndarray:
+    def normal(self) -> np.ndarray:
         """Unit vector into the room."""
-        x, y = self.along
+        x, y = self.direction
         return np.array([y, -x])
 
 
 def find_aisles(rows: Sequence[PlacedRun], walls: Sequence[RoomWall], outline: Corners) -> tuple[Aisle, ...]:
     """Narrowest place between each two faces that look at each other."""
     faces = [f for row in rows for f in _faces(row)]
-    faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.open]
+    faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.is_open]
     bodies = [_body(row) for row in rows]
     best: dict[tuple[str, str, str], Aisle] = {}
     for face in faces:
         if face.kind is FaceKind.WALL:
             continue
         for aisle in _seen(face, faces, bodies, outline):
-            one, other = sorted((aisle.one, aisle.other))
+            one, other = sorted((aisle.first, aisle.second))
             key = (aisle.kind.value, one, other)
             if key not in best or aisle.width < best[key].width:
-                best[key] = Aisle(kind=aisle.kind, one=one, other=other, width=aisle.width, at=aisle.at)
+                best[key] = Aisle(kind=aisle.kind, first=one, second=other, width=aisle.width, position=aisle.position)
     return tuple(best[key] for key in sorted(best))
 
 
@@ -75,17 +75,17 @@ def _faces(row: PlacedRun) -> Iterator[RunFace]:
         return
     first, last = row.units[0].left, row.units[-1].right
     if not row.at_wall:
-        yield RunFace(FaceKind.BACK, row.id, row.at(last, -row.back), row.at(first, -row.back))
-    if row.left is RunEnd.FREE:
-        yield RunFace(FaceKind.END, row.id, row.at(first, -row.back), row.at(first, row.units[0].front))
-    if row.right is RunEnd.FREE:
-        yield RunFace(FaceKind.END, row.id, row.at(last, row.units[-1].front), row.at(last, -row.back))
+        yield RunFace(FaceKind.BACK, row.id, row.at(last, -row.depth_behind), row.at(first, -row.depth_behind))
+    if row.left_end is RunEnd.FREE:
+        yield RunFace(FaceKind.END, row.id, row.at(first, -row.depth_behind), row.at(first, row.units[0].front))
+    if row.right_end is RunEnd.FREE:
+        yield RunFace(FaceKind.END, row.id, row.at(last, row.units[-1].front), row.at(last, -row.depth_behind))
 
 
 def _body(row: PlacedRun) -> tuple[PlacedRun, float, float, float]:
     """A run and its bounds: left, right, front."""
     left, right = row.span
-    return row, left, right, max((u.front for u in row.units), default=row.depth)
+    return row, left, right, max((u.front for u in row.units), default=row.depth_before)
 
 
 def _seen(
@@ -93,16 +93,16 @@ def _seen(
 ) -> Iterator[Aisle]:
     """Aisles that rays from a face find: the first other face that they meet."""
     length = float(np.linalg.norm(np.subtract(face.end, face.start)))
-    facing = [f for f in faces if float(f.away @ face.away) < -0.9 and f is not face]
+    facing = [f for f in faces if float(f.normal @ face.normal) < -0.9 and f is not face]
     found: dict[int, list[tuple[float, float]]] = {}
     for u in np.linspace(
         RAY_SPACING_M / 2, max(length - RAY_SPACING_M / 2, RAY_SPACING_M / 2), max(2, int(length / RAY_SPACING_M))
     ):
-        start = np.array(face.start) + u * face.along
+        start = np.array(face.start) + u * face.direction
         nearest: tuple[float, int] | None = None
         for k, other in enumerate(facing):
-            far = float((np.array(other.start) - start) @ face.away)
-            side = float((start + far * face.away - np.array(other.start)) @ other.along)
+            far = float((np.array(other.start) - start) @ face.normal)
+            side = float((start + far * face.normal - np.array(other.start)) @ other.direction)
             size = float(np.linalg.norm(np.subtract(other.end, other.start)))
             if far > MIN_OVERLAP_M and 0.0 <= side <= size and (nearest is None or far < nearest[0]):
                 nearest = (far, k)
@@ -113,7 +113,7 @@ def _seen(
         if other.owner == face.owner:
             continue
         width = min(d for _, d in hits)
-        at = np.array(face.start) + np.mean([u for u, _ in hits]) * face.along + width / 2 * face.away
+        at = np.array(face.start) + np.mean([u for u, _ in hits]) * face.direction + width / 2 * face.normal
         both = {face.kind, other.kind}
         if both == {FaceKind.FRONT}:
             kind = AisleKind.WORK
@@ -122,7 +122,7 @@ def _seen(
         else:
             continue
         middle = (round(float(at[0]), 4), round(float(at[1]), 4))
-        yield Aisle(kind=kind, one=face.owner, other=other.owner, width=round(width, 4), at=middle)
+        yield Aisle(kind=kind, first=face.owner, second=other.owner, width=round(width, 4), position=middle)
 
 
 def _passes(
@@ -134,11 +134,11 @@ def _passes(
 ) -> bool:
     """True if the strip before a face goes on at both ends."""
     for u in (hits[0][0] - PASSAGE_BEYOND_M, hits[-1][0] + PASSAGE_BEYOND_M):
-        x, y = np.array(face.start) + u * face.along + width / 2 * face.away
+        x, y = np.array(face.start) + u * face.direction + width / 2 * face.normal
         if not contains_point(outline, (float(x), float(y))):
             return False
         for row, left, right, front in bodies:
-            along, before = row.of((float(x), float(y)))
-            if left < along < right and -row.back < before < front:
+            along, before = row.to_local((float(x), float(y)))
+            if left < along < right and -row.depth_behind < before < front:
                 return False
     return True

@@ -33,7 +33,7 @@ def place_runs(plan: Plan, room: Room, given: Mapping[str, float], models: Style
 
 def _claim(corner: RunCorner, which: int) -> LineEnd:
     """Length that a corner takes of the first (0) or second (1) of its runs."""
-    owner = corner.by or corner.runs[0]
+    owner = corner.owner or corner.runs[0]
     owns = corner.runs[which] == owner
     base = {
         CornerKind.BLIND: standard_sizes.CORNER_CLEARANCE + (standard_sizes.CORNER_DOOR if owns else 0.0),
@@ -82,7 +82,7 @@ def _place(
             left = LineEnd(EndKind.WALL)
         if right.kind is EndKind.FREE and end < TOUCHES and not wall.right_bare:
             right = LineEnd(EndKind.WALL)
-        return RunLine(run, wall.frame.moved(start), length, standard_sizes.BASE_DEPTH, left, right)
+        return RunLine(run, wall.frame.offset(start), length, standard_sizes.BASE_DEPTH, left, right)
     length = _own_length(plan, run, given, models, left, right)
     other_id = run.faces.run if run.faces else run.joins.run if run.joins else ""
     if other_id not in lines:
@@ -91,23 +91,25 @@ def _place(
     if run.joins is not None:
         if run.joins.end is RunSide.RIGHT:
             return RunLine(
-                run, other.frame.moved(other.length, 0.0, -1), length, standard_sizes.BASE_DEPTH, left, right
+                run, other.frame.offset(other.length, 0.0, -1), length, standard_sizes.BASE_DEPTH, left, right
             )
-        frame = other.frame.moved(0.0, 0.0, 1)
-        return RunLine(run, frame.moved(-length), length, standard_sizes.BASE_DEPTH, left, right)
+        frame = other.frame.offset(0.0, 0.0, 1)
+        return RunLine(run, frame.offset(-length), length, standard_sizes.BASE_DEPTH, left, right)
     assert run.faces is not None
     depth = (
         standard_sizes.ISLAND_DEPTH if run.base and run.base[0].kind is BaseKind.ISLAND else standard_sizes.BASE_DEPTH
     )
     middle = other.length / 2
-    if run.faces.by is not None:
+    if run.faces.in_front_of is not None:
         slots = {s.name: s for s in base_slots(plan, other, models)}
-        if run.faces.by not in slots:
-            raise PlanConflict(plan.id, (*at, "faces", "by"), f"a unit of {other.id}", repr(run.faces.by))
-        middle = slots[run.faces.by].middle
+        if run.faces.in_front_of not in slots:
+            raise PlanConflict(
+                plan.id, (*at, "faces", "in_front_of"), f"a unit of {other.id}", repr(run.faces.in_front_of)
+            )
+        middle = slots[run.faces.in_front_of].middle
     middle += run.faces.shift
     back = standard_sizes.WORKTOP_DEPTH + run.faces.aisle + standard_sizes.WORKTOP_OVERHANG + depth
-    return RunLine(run, other.frame.moved(middle + length / 2, back, 2), length, depth, left, right)
+    return RunLine(run, other.frame.offset(middle + length / 2, back, 2), length, depth, left, right)
 
 
 def _own_length(
@@ -116,7 +118,9 @@ def _own_length(
     """Length of a run that no wall bounds."""
     if run.length is not None:
         return resolve_length(plan, run.length, given, "runs", run.id, "length")
-    return round(left.base + right.base + sum(standard_sizes.base_span(u, models).usual for u in run.base), 3)
+    return round(
+        left.base_length + right.base_length + sum(standard_sizes.base_span(u, models).usual for u in run.base), 3
+    )
 
 
 def _check_names(plan: Plan) -> None:
@@ -132,9 +136,9 @@ def _check_names(plan: Plan) -> None:
         ((field, thing.id), thing.id)
         for field, them in (
             ("openings", plan.openings),
-            ("stands", plan.stands),
-            ("hangings", plan.hangings),
-            ("floor", plan.floor),
+            ("worktop_items", plan.worktop_items),
+            ("wall_items", plan.wall_items),
+            ("floor_items", plan.floor_items),
         )
         for thing in them
     ]

@@ -27,8 +27,8 @@ class WallLine:
     frame: WallFrame
     length: float
     open: bool
-    left_out: bool = False
-    right_out: bool = False
+    left_outer_corner: bool = False
+    right_outer_corner: bool = False
     left_bare: bool = False
     right_bare: bool = False
 
@@ -57,7 +57,7 @@ class Room:
         xs, ys = zip(*self.outline, strict=True)
         return (min(xs), min(ys)), (max(xs), max(ys))
 
-    def holds(self, x: float, y: float) -> bool:
+    def contains(self, x: float, y: float) -> bool:
         """True if a point of the floor lies inside."""
         inside = False
         for (ax, ay), (bx, by) in zip(self.outline, (*self.outline[1:], self.outline[0]), strict=True):
@@ -74,8 +74,8 @@ class WallHole:
     wall: WallLine
     left: float
     right: float
-    low: float
-    high: float
+    bottom: float
+    top: float
 
     @property
     def is_window(self) -> bool:
@@ -95,7 +95,7 @@ def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
     x = y = 0.0
     lines: list[WallLine] = []
     for wall, length in zip(plan.walls, _lengths(plan, given), strict=True):
-        frame = WallFrame(round(x, 5), round(y, 5), QUARTERS[wall.go])
+        frame = WallFrame(round(x, 5), round(y, 5), QUARTERS[wall.heading])
         lines.append(WallLine(wall.id, frame, length, wall.open))
         x, y, _ = frame.at(length, 0.0)
     if max(abs(x), abs(y)) > 1e-3:
@@ -103,7 +103,7 @@ def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
             plan.id, ("walls",), "walls that lead back to where they begin", f"an end at {x:.3f}, {y:.3f} m"
         )
     count = len(lines)
-    bends = [(lines[i].frame.quarter - lines[(i + 1) % count].frame.quarter) % 4 for i in range(count)]
+    bends = [(lines[i].frame.quarter_turns - lines[(i + 1) % count].frame.quarter_turns) % 4 for i in range(count)]
     if any(b in (0, 2) for b in bends):
         wrong = lines[next(i for i, b in enumerate(bends) if b in (0, 2))].id
         raise PlanConflict(plan.id, ("walls", wrong), "a wall at a right angle to the next", "one that goes on or back")
@@ -123,13 +123,13 @@ def _lengths(plan: Plan, given: Mapping[str, float]) -> list[float]:
         w.id: resolve_length(plan, w.length, given, "walls", w.id, "length") for w in plan.walls if w.length is not None
     }
     for ways in ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)):
-        blank = [w for w in plan.walls if w.go in ways and w.length is None]
+        blank = [w for w in plan.walls if w.heading in ways and w.length is None]
         if len(blank) > 1:
             message = f"a length, since that of {blank[0].id} is left open"
             raise PlanConflict(plan.id, ("walls", blank[1].id), message, "none")
         if blank:
-            one, other = (sum(known[w.id] for w in plan.walls if w.go is way and w.id in known) for way in ways)
-            rest = round(other - one if blank[0].go is ways[0] else one - other, 4)
+            one, other = (sum(known[w.id] for w in plan.walls if w.heading is way and w.id in known) for way in ways)
+            rest = round(other - one if blank[0].heading is ways[0] else one - other, 4)
             if rest < 0.3:
                 raise PlanConflict(
                     plan.id, ("walls", blank[0].id), "walls that leave at least 0.3 m for it", f"{rest:.3f} m"

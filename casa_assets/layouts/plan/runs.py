@@ -32,8 +32,8 @@ class LineEnd:
 
     kind: EndKind
     corner: RunCorner | None = None
-    base: float = 0.0
-    upper: float = 0.0
+    base_length: float = 0.0
+    upper_length: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ class UnitSlot:
     left: float
     right: float
     depth: float
-    low: float
-    high: float
+    bottom: float
+    top: float
     unit: BaseUnit | UpperUnit | None = None
     hinge: RunSide | None = None
     corner: RunSide | None = None
@@ -106,16 +106,16 @@ class UnitSlot:
     @property
     def is_upper(self) -> bool:
         """True if it hangs on the wall."""
-        return self.low > 1.0
+        return self.bottom > 1.0
 
 
 def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot, ...]:
     """The units on the floor from left to right, with corners and strips. Raises PlanConflict where they do not fit."""
-    room = line.length - line.left.base - line.right.base
+    room = line.length - line.left.base_length - line.right.base_length
     spans = [standard_sizes.base_span(u, models) for u in line.run.base]
     widths = share_widths(spans, room)
     if widths is None:
-        least = sum(s.low for s in spans)
+        least = sum(s.minimum for s in spans)
         message = f"units that need at most {room:.3f} m"
         raise PlanConflict(
             plan.id,
@@ -129,7 +129,7 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
         first, last = _spread(plan, line, rest)
     high = standard_sizes.WORKTOP_HEIGHT - (models.style.island if line.is_island else models.style.counter).thickness
     out: list[UnitSlot] = [*_corner_slots(line, RunSide.LEFT, high)]
-    at = line.left.base
+    at = line.left.base_length
     if first >= 0.02 and not _bare(line.run.base[:1]):
         out.append(_strip(line, f"{line.id}_strip_left", at, at + first, _beside(line.run.base[:1], high)))
     at = round(at + first, 4)
@@ -145,7 +145,7 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
 
 def describe_units(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[WidthRange]) -> str:
     """Units and their least widths, for messages."""
-    return ", ".join(f"{u.id} {s.low:g}" for u, s in zip(units, spans, strict=True))
+    return ", ".join(f"{u.id} {s.minimum:g}" for u, s in zip(units, spans, strict=True))
 
 
 def _spread(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]:
@@ -158,7 +158,7 @@ def _spread(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]:
         return (rest, 0.0) if line.left.kind is EndKind.WALL else (0.0, rest)
     if rest <= 2 * WIDEST_FILLER:
         return round(rest / 2, 3), round(rest - round(rest / 2, 3), 3)
-    room = line.length - line.left.base - line.right.base
+    room = line.length - line.left.base_length - line.right.base_length
     raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
 
 
@@ -199,14 +199,14 @@ def _corner_slots(line: RunLine, side: RunSide, high: float) -> Iterator[UnitSlo
             hinge=other_side(side),
         )
 
-    owns = (end.corner.by or end.corner.runs[0]) == line.id
+    owns = (end.corner.owner or end.corner.runs[0]) == line.id
     if end.corner.base is CornerKind.BLIND and owns:
-        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.base)
+        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.base_length)
     elif end.corner.base is CornerKind.DIAGONAL:
         if owns:
-            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.base)
+            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.base_length)
     else:
-        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.BASE_DEPTH, end.base)
+        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.BASE_DEPTH, end.base_length)
 
 
 def other_side(side: RunSide) -> RunSide:
@@ -225,8 +225,8 @@ def _base_slot(line: RunLine, unit: BaseUnit, left: float, right: float, high: f
     hinge = unit.hinge
     if hinge is None:
         # Away from a corner, and towards a wall beside it.
-        near_left = left - line.left.base < TOUCHES and line.left.kind is EndKind.WALL
-        near_corner = left - line.left.base < 0.2 and line.left.kind is EndKind.CORNER
+        near_left = left - line.left.base_length < TOUCHES and line.left.kind is EndKind.WALL
+        near_corner = left - line.left.base_length < 0.2 and line.left.kind is EndKind.CORNER
         ends_at_wall = line.length - right < 0.2 and line.right.kind is EndKind.WALL
         hinge = RunSide.RIGHT if near_corner or (ends_at_wall and not near_left) else RunSide.LEFT
     return UnitSlot(unit.id, unit.kind, line, left, right, line.depth, 0.0, high, unit=unit, hinge=hinge)

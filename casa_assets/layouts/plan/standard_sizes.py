@@ -56,19 +56,19 @@ def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
 
 def _of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
     if unit.kind is BaseKind.RANGE:
-        width = models.of("range").number("width") + 0.006
+        width = models.for_role("range").length("width") + 0.006
     elif unit.kind is BaseKind.DISHWASHER:
-        width = models.of("dishwasher").number("width") + 0.004
+        width = models.for_role("dishwasher").length("width") + 0.004
     elif unit.kind is BaseKind.FRIDGE:
         side = HOUSING_SIDE if unit.housing else FRIDGE_SIDE
-        width = models.of("fridge").number("width") + 2 * side
+        width = models.for_role("fridge").length("width") + 2 * side
     elif unit.kind is BaseKind.OVEN:
-        width = models.of("oven").number("width") + 0.005
+        width = models.for_role("oven").length("width") + 0.005
     elif unit.kind is BaseKind.SINK:
-        least = round(models.of("sink").number("width") + 0.08, 2)
+        least = round(models.for_role("sink").length("width") + 0.08, 2)
         return WidthRange(max(0.6, least), max(0.9, least + 0.1))
     elif unit.kind is BaseKind.HOB:
-        least = round(models.of("hob").number("width") + 0.06, 2)
+        least = round(models.for_role("hob").length("width") + 0.06, 2)
         return WidthRange(max(0.6, least), max(0.9, least))
     else:
         return None
@@ -84,9 +84,9 @@ def upper_span(unit: UpperUnit, models: StyleModels) -> WidthRange:
     if unit.kind is UpperKind.MICROWAVE:
         return WidthRange(0.6, 0.6)
     if unit.kind is UpperKind.HOOD:
-        hood = models.of("hood")
+        hood = models.for_role("hood")
         # The ledge of a canopy stands out beside it.
-        width = hood.number("width") + (2 * CANOPY_LEDGE if hood.numbers["form"] == "canopy" else 0.0)
+        width = hood.length("width") + (2 * CANOPY_LEDGE if hood.params["form"] == "canopy" else 0.0)
         return WidthRange(width, width)
     return {
         UpperKind.DOORS: WidthRange(0.35, 0.9),

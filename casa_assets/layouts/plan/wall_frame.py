@@ -33,40 +33,40 @@ class WallFrame:
 
     x: float
     y: float
-    quarter: int
+    quarter_turns: int
 
     @property
-    def along(self) -> Vec2:
+    def direction(self) -> Vec2:
         """Unit vector from left to right."""
-        return _WAYS[self.quarter % 4]
+        return _WAYS[self.quarter_turns % 4]
 
     @property
-    def away(self) -> Vec2:
+    def normal(self) -> Vec2:
         """Unit vector from the line into the room."""
-        return _WAYS[(self.quarter - 1) % 4]
+        return _WAYS[(self.quarter_turns - 1) % 4]
 
     @property
-    def turn(self) -> Vec4:
+    def rotation(self) -> Vec4:
         """room_from_asset of what faces away from the line: quaternion (w, x, y, z)."""
-        return _TURNS[self.quarter % 4]
+        return _TURNS[self.quarter_turns % 4]
 
     def at(self, u: float, v: float, z: float = 0.0) -> Vec3:
         """Point u metres along the line, v away from it, z up, in the room."""
-        (a, b), (c, d) = self.along, self.away
+        (a, b), (c, d) = self.direction, self.normal
         return (_tidy(self.x + u * a + v * c), _tidy(self.y + u * b + v * d), _tidy(z))
 
     def pose(self, u: float, v: float, z: float = 0.0) -> Pose:
         """room_from_asset of something there that faces away from the line."""
-        return Pose(position=self.at(u, v, z), quaternion=self.turn)
+        return Pose(position=self.at(u, v, z), quaternion=self.rotation)
 
-    def moved(self, u: float, v: float = 0.0, turn: int = 0) -> WallFrame:
+    def offset(self, u: float, v: float = 0.0, turn: int = 0) -> WallFrame:
         """A frame whose left end is there, turned by quarter turns to the left."""
         x, y, _ = self.at(u, v)
-        return WallFrame(x, y, (self.quarter + turn) % 4)
+        return WallFrame(x, y, (self.quarter_turns + turn) % 4)
 
-    def of(self, x: float, y: float) -> Vec2:
+    def to_local(self, x: float, y: float) -> Vec2:
         """u and v of a point of the room."""
-        (a, b), (c, d) = self.along, self.away
+        (a, b), (c, d) = self.direction, self.normal
         dx, dy = x - self.x, y - self.y
         return (dx * a + dy * b, dx * c + dy * d)
 

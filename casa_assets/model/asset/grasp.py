@@ -22,13 +22,13 @@ class Grasp(Record):
     """One grasp of an object: its centre, directions and opening width.
 
     Attributes:
-        hold: what the fingers close on.
+        feature: part that the fingers close on.
         center: middle between the fingers, metres.
-        closing: unit vector along which they close. approach: unit vector along which the hand comes; at right angles.
+        closing: unit vector along which they close. approach: unit vector of the approach, at a right angle to it.
         width: distance between the fingers as they touch, metres.
     """
 
-    hold: GraspFeature
+    feature: GraspFeature
     center: Vec3
     closing: Vec3
     approach: Vec3

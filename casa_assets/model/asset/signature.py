@@ -8,9 +8,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record, Vec3
 
-# Equal shares whose means are kept: of distances between two places, of distances from the middle, of each tone.
-PAIR_SHARES, REACH_SHARES, TONE_SHARES = 32, 16, 9
-# Tones of colour: lightness, red against green, yellow against blue, and the two diagonals between the last two.
+# Numbers per distribution: each is the mean of an equal share of the sorted values (a quantile function).
+PAIR_SHARES, CENTER_SHARES, TONE_SHARES = 32, 16, 9
+# Axes of colour: lightness, red-green, yellow-blue, and the two diagonals of the last two.
 TONES = 5
 
 
@@ -19,24 +19,24 @@ class ShapeDescriptor(Record):
 
     Attributes:
         radius: root mean square distance of the surface from its centre, metres.
-        pairs: means of equal shares of the distance between two places of the surface, ascending.
-        reach: means of equal shares of the distance of a place from the centre, ascending.
-        axes: root mean square spread along the three principal axes, the widest first.
+        pair_distances: distances between two points of the surface over `radius`, as means of equal shares, ascending.
+        center_distances: distances of points from the centre, likewise.
+        axis_spread: root mean square spread along the principal axes over `radius`, the widest first.
     """
 
     radius: Annotated[float, Field(gt=0.0)]
-    pairs: Annotated[tuple[float, ...], Field(min_length=PAIR_SHARES, max_length=PAIR_SHARES)]
-    reach: Annotated[tuple[float, ...], Field(min_length=REACH_SHARES, max_length=REACH_SHARES)]
-    axes: Vec3
+    pair_distances: Annotated[tuple[float, ...], Field(min_length=PAIR_SHARES, max_length=PAIR_SHARES)]
+    center_distances: Annotated[tuple[float, ...], Field(min_length=CENTER_SHARES, max_length=CENTER_SHARES)]
+    axis_spread: Vec3
 
 
 class ColorHistogram(Record):
     """Distribution of the colours of a surface, by area.
 
     Attributes:
-        tones: means of equal shares of each tone in turn, CIELAB units.
+        tones: means of equal shares along each axis of colour in turn, CIELAB units.
         names: plain words for the colours with the share of the surface that each has, the largest first.
-        stated: whether somebody gave it a look; plain light grey and white all over is what readers fill in.
+        stated: whether the source has colours; plain light grey and white all over is what readers fill in.
     """
 
     tones: Annotated[tuple[float, ...], Field(min_length=TONES * TONE_SHARES, max_length=TONES * TONE_SHARES)]
@@ -47,5 +47,5 @@ class ColorHistogram(Record):
 class Signature(Record):
     """Shape descriptor and colours of one thing."""
 
-    form: ShapeDescriptor
-    tint: ColorHistogram
+    shape: ShapeDescriptor
+    color: ColorHistogram

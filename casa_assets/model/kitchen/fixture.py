@@ -60,30 +60,30 @@ APPLIANCES = (
 class Footprint(Record):
     """Rectangle on the floor: centre, full size along its own x and y, and yaw."""
 
-    middle: Vec2
+    center: Vec2
     size: Vec2
     yaw: float = 0.0
 
     @property
-    def right(self) -> Vec2:
+    def right_axis(self) -> Vec2:
         """Unit vector to the right of who stands before it."""
         return (math.cos(self.yaw), math.sin(self.yaw))
 
     @property
-    def front(self) -> Vec2:
+    def front_axis(self) -> Vec2:
         """Unit vector that it faces along."""
         return (math.sin(self.yaw), -math.cos(self.yaw))
 
     def at(self, across: float, before: float) -> Vec2:
-        """A point so far to the right of its middle, and so far before its front; metres."""
-        (a, b), (c, d) = self.right, self.front
+        """World point at a distance to the right of its centre, and a distance before its front; metres."""
+        (a, b), (c, d) = self.right_axis, self.front_axis
         v = before + self.size[1] / 2
-        return (self.middle[0] + across * a + v * c, self.middle[1] + across * b + v * d)
+        return (self.center[0] + across * a + v * c, self.center[1] + across * b + v * d)
 
-    def of(self, point: Vec2) -> Vec2:
-        """Coordinates of a point: distance to the right of the centre, and before the front; metres."""
-        (a, b), (c, d) = self.right, self.front
-        x, y = point[0] - self.middle[0], point[1] - self.middle[1]
+    def to_local(self, point: Vec2) -> Vec2:
+        """Distances of a world point to the right of the centre, and before the front; metres."""
+        (a, b), (c, d) = self.right_axis, self.front_axis
+        x, y = point[0] - self.center[0], point[1] - self.center[1]
         return (x * a + y * b, x * c + y * d - self.size[1] / 2)
 
     @property
@@ -97,51 +97,51 @@ class SweptArea(Record):
     """Area that a door, flap or drawer passes through, seen from above.
 
     Attributes:
-        swept: convex outline of all that it passes. open: of it alone where it stands open. Counter-clockwise.
-        low, high: heights between which it moves.
-        down: whether it is a flap that opens downwards, or a drawer: it lies before the fixture once it is open.
+        outline: convex outline of the swept area. open_outline: of the moving part when open. Counter-clockwise.
+        bottom, top: heights between which it moves, metres.
+        sweeps_front: whether it is a drawer or a flap, which lies before the fixture when open; False for side hinges.
     """
 
-    swept: Corners
-    open: Corners
-    low: float
-    high: float
-    down: bool
+    outline: Corners
+    open_outline: Corners
+    bottom: float
+    top: float
+    sweeps_front: bool
 
 
 class FixtureJoint(Record):
     """A joint of a placed fixture, with the area that it sweeps.
 
     Attributes:
-        name: in its asset. range: rad or m. behind: joint that has to be open before.
-        grip: middle of what a hand takes while all is shut, None where there is nothing to take.
-        leaf: None for what stays within the fixture, such as knobs and racks.
+        name: in its asset. range: rad or m. behind: joint that has to be open before this one can move.
+        grip_point: middle of the grip with every joint at zero, None where there is none.
+        swept_area: None for what stays within the fixture, such as knobs and racks.
     """
 
     name: Id
     kind: JointKind
     range: Vec2
     behind: Id | None = None
-    grip: Vec3 | None = None
-    leaf: SweptArea | None = None
+    grip_point: Vec3 | None = None
+    swept_area: SweptArea | None = None
 
 
 class FixtureRegion(Record):
-    """Box or cylinder of a fixture where things can be put, joints at zero: footprint, lower and upper end."""
+    """Box or cylinder of a fixture where things can be put, joints at zero; `bottom` and `top` are heights, metres."""
 
     name: Id
-    foot: Footprint
-    low: float
-    high: float
-    round: bool = False
-    moves: bool = False
+    footprint: Footprint
+    bottom: float
+    top: float
+    is_cylinder: bool = False
+    is_moving: bool = False
 
 
 class FixtureSite(Record):
     """Named point of a placed fixture: where a pan or a mug goes, a flame, a button."""
 
     name: Id
-    at: Vec3
+    position: Vec3
 
 
 class Fixture(Record):
@@ -149,9 +149,9 @@ class Fixture(Record):
 
     Attributes:
         name: of its placement. category: of its asset. unit, run: of the plan, empty where it belongs to none.
-        foot: without handles. low, high: above the floor.
-        loose: whether it can be pushed away.
-        joints, volumes: as above. marks: sites. buttons: keys that are found by touch.
+        footprint: without handles. bottom, top: heights above the floor, metres.
+        is_movable: whether it can be pushed away.
+        buttons: centres of colliders that are pressed.
     """
 
     name: Id
@@ -159,13 +159,13 @@ class Fixture(Record):
     category: str
     unit: str = ""
     run: str = ""
-    foot: Footprint
-    low: float
-    high: float
-    loose: bool = False
+    footprint: Footprint
+    bottom: float
+    top: float
+    is_movable: bool = False
     joints: tuple[FixtureJoint, ...] = ()
-    volumes: tuple[FixtureRegion, ...] = ()
-    marks: tuple[FixtureSite, ...] = ()
+    regions: tuple[FixtureRegion, ...] = ()
+    sites: tuple[FixtureSite, ...] = ()
     buttons: tuple[FixtureSite, ...] = ()
 
     def joint(self, name: str) -> FixtureJoint | None:

@@ -1,6 +1,6 @@
 """Floor plan of a finished kitchen: walls, runs, fixtures, aisles, and where a robot parks.
 
-All of it is in the frame of the world (z up, metres); fixtures are those of model/fixture.py.
+Everything is in the frame of the world (z up, metres).
 """
 
 from __future__ import annotations
@@ -52,16 +52,16 @@ class RoomWall(Record):
     id: Id
     start: Vec2
     end: Vec2
-    open: bool = False
+    is_open: bool = False
 
 
 class WallOpening(Record):
     """A window, door or passage in a wall of the room.
 
     Attributes:
-        start, end: of the hole on the inner face of the wall, from left to right. low, high: of it.
-        clear: how wide it is for who walks through it, the leaf open; of windows the width of the hole.
-        movable: whether it opens. leaf: where a door's leaf goes.
+        start, end: of the hole on the inner face of the wall, from left to right. bottom, top: heights, metres.
+        clear_width: free width with the door open; of windows the width of the hole; metres.
+        can_open: whether it has joints. swept_area: of a door's leaf.
     """
 
     id: Id
@@ -69,18 +69,18 @@ class WallOpening(Record):
     wall: Id
     start: Vec2
     end: Vec2
-    low: float
-    high: float
-    clear: float
-    movable: bool = False
-    leaf: SweptArea | None = None
+    bottom: float
+    top: float
+    clear_width: float
+    can_open: bool = False
+    swept_area: SweptArea | None = None
 
 
 class PlacedUnit(Record):
     """A unit of a run on the floor: left and right end along the run, front and height; metres.
 
     Attributes:
-        kind: as the plan has it. worktop: whether it carries one. front: distance from the line of the run.
+        kind: as the plan has it. has_worktop: whether it carries one. front: distance from the line of the run, metres.
     """
 
     name: Id
@@ -88,8 +88,8 @@ class PlacedUnit(Record):
     left: float
     right: float
     front: float
-    high: float
-    worktop: bool = True
+    height: float
+    has_worktop: bool = True
 
 
 class RunEnd(StrEnum):
@@ -104,38 +104,38 @@ class PlacedRun(Record):
     """A run of units in the frame of the room.
 
     Attributes:
-        origin: left end of its line. yaw: as of a fixture in it. length: of it.
-        back: how far its worktop reaches behind the line; depth: how far before it. height: of the worktop.
-        at_wall: whether the line is a wall's face. island: whether it stands free on all sides.
-        left, right: its ends. next: the run that begins where it ends, round a corner.
-        corner_left, corner_right: what corners take of it.
-        overhang: of the worktop over those who sit behind it.
+        origin: left end of its line. yaw: of a fixture in it, radians. length: of the line, metres.
+        depth_behind, depth_before: how far its worktop reaches behind and before the line. height: of the worktop.
+        at_wall: whether the line is a wall's face. is_island: whether it stands free on all sides.
+        next_run: the run that begins where it ends, round a corner.
+        corner_left, corner_right: lengths that corners take of it, metres.
+        overhang: of the worktop on the seating side, metres.
     """
 
     id: Id
     origin: Vec2
     yaw: float
     length: float
-    back: float = 0.0
-    depth: float = 0.65
+    depth_behind: float = 0.0
+    depth_before: float = 0.65
     height: float = 0.92
     at_wall: bool = True
-    island: bool = False
-    left: RunEnd = RunEnd.FREE
-    right: RunEnd = RunEnd.FREE
-    next: Id | None = None
+    is_island: bool = False
+    left_end: RunEnd = RunEnd.FREE
+    right_end: RunEnd = RunEnd.FREE
+    next_run: Id | None = None
     corner_left: float = 0.0
     corner_right: float = 0.0
     overhang: float = 0.0
     units: tuple[PlacedUnit, ...] = ()
 
     def at(self, along: float, before: float) -> Vec2:
-        """A point so far along the line, and so far before it; metres."""
+        """World point at a distance along the line, and a distance before it; metres."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         return (self.origin[0] + along * c + before * s, self.origin[1] + along * s - before * c)
 
-    def of(self, point: Vec2) -> Vec2:
-        """Coordinates of a point: distance along the line, and before it; metres."""
+    def to_local(self, point: Vec2) -> Vec2:
+        """Distances of a world point along the line, and before it; metres."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         x, y = point[0] - self.origin[0], point[1] - self.origin[1]
         return (x * c + y * s, x * s - y * c)
@@ -143,16 +143,16 @@ class PlacedRun(Record):
     @property
     def span(self) -> Vec2:
         """First and last position along the line that units take up, corners included; metres."""
-        first = 0.0 if self.left is not RunEnd.FREE or not self.units else self.units[0].left
-        last = self.length if self.right is not RunEnd.FREE or not self.units else self.units[-1].right
+        first = 0.0 if self.left_end is not RunEnd.FREE or not self.units else self.units[0].left
+        last = self.length if self.right_end is not RunEnd.FREE or not self.units else self.units[-1].right
         return first, last
 
     @property
     def frontages(self) -> tuple[Vec2, ...]:
-        """Stretches of worktop along it that nothing tall, no range and no gap interrupts; corners not counted."""
+        """Intervals of worktop along it without tall units, ranges and gaps; corners not counted; metres."""
         out: list[Vec2] = []
         for unit in self.units:
-            if not unit.worktop:
+            if not unit.has_worktop:
                 continue
             if out and abs(out[-1][1] - unit.left) < 0.01:
                 out[-1] = (out[-1][0], unit.right)
@@ -169,13 +169,13 @@ class AisleKind(StrEnum):
 
 
 class Aisle(Record):
-    """A passage and how wide it is at its narrowest, metres; `one` and `other`: runs or walls that bound it."""
+    """A passage and its least width, metres; `first` and `second`: ids of the runs or walls that bound it."""
 
     kind: AisleKind
-    one: str
-    other: str
+    first: str
+    second: str
     width: float
-    at: Vec2
+    position: Vec2
 
 
 class ParkingSide(StrEnum):
@@ -191,17 +191,17 @@ class ParkingPlace(Record):
     """Position of a robot's base that works at a fixture.
 
     Attributes:
-        fixture: its name. open: joint whose leaf stands open meanwhile, empty where all is shut.
-        at: middle of the base. yaw: direction in which the robot looks, radians to the left of the x axis.
-        stance: before the fixture, or beside or behind the open leaf. aside: how far from the fixture's middle, metres.
+        fixture: its name. open_joint: joint of the door or drawer that is open meanwhile, empty where all is closed.
+        position: centre of the base. yaw: direction in which the robot looks, radians to the left of the x axis.
+        side: before the fixture, or beside or behind the open door. offset: to the right of the fixture's centre, m.
     """
 
     fixture: Id
-    open: str = ""
-    at: Vec2
+    open_joint: str = ""
+    position: Vec2
     yaw: float
-    stance: ParkingSide = ParkingSide.FRONT
-    aside: float = 0.0
+    side: ParkingSide = ParkingSide.FRONT
+    offset: float = 0.0
 
 
 class KitchenFacts(Record):
@@ -219,15 +219,15 @@ class KitchenFacts(Record):
     outline: Corners
     height: float = 2.7
     walls: tuple[RoomWall, ...]
-    ways: tuple[WallOpening, ...] = ()
-    rows: tuple[PlacedRun, ...] = ()
+    openings: tuple[WallOpening, ...] = ()
+    runs: tuple[PlacedRun, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
     aisles: tuple[Aisle, ...] = ()
 
-    def of(self, *roles: Role) -> tuple[Fixture, ...]:
-        """Fixtures of these roles, in order."""
+    def with_role(self, *roles: Role) -> tuple[Fixture, ...]:
+        """Fixtures of these roles, in the order of the scene."""
         return tuple(f for f in self.fixtures if f.role in roles)
 
-    def row(self, name: str) -> PlacedRun | None:
+    def run(self, name: str) -> PlacedRun | None:
         """The run of that id, if there is one."""
-        return next((r for r in self.rows if r.id == name), None)
+        return next((r for r in self.runs if r.id == name), None)

@@ -14,9 +14,9 @@ class WorktopItem(Record):
     """Something that stands on a worktop or shelf.
 
     Attributes:
-        id: what it is: a role of the styles, such as `coffee_machine`.
-        on: the unit under the worktop. at: where along the unit, 0 left to 1 right.
-        back: gap between it and the wall, metres. turn_deg: to the left, seen from above.
+        id: role of the styles, such as `coffee_machine`.
+        on: id of the unit below. at: position along the unit, 0 left to 1 right.
+        back: gap between it and the wall, metres. turn_deg: yaw, counter-clockwise from above.
     """
 
     id: Id
@@ -37,8 +37,9 @@ class WallItem(Record):
     """Something on a wall.
 
     Attributes:
-        id: unique. item: role. wall: where. at: from its left end to the middle; or over: the unit it is centred on.
-        height: of its middle above the floor, metres. shift: to the right, metres.
+        id: unique. item: role of the styles. wall: id.
+        at: distance of its centre from the wall's left end, metres; or over: the unit it is centred on.
+        height: of its centre above the floor, metres. shift: to the right, metres.
     """
 
     id: Id
@@ -60,7 +61,7 @@ class CeilingLamps(Record):
     """Lamps under the ceiling.
 
     Attributes:
-        item: role. over: run along which they hang; None: over the free floor. count: of them.
+        item: role of the styles. over: run along which they hang; None: over the free floor.
     """
 
     item: Id
@@ -69,11 +70,11 @@ class CeilingLamps(Record):
 
 
 class FloorItem(Record):
-    """Something on the floor: its middle is `beside` metres from the wall, and `at` metres from its left end."""
+    """Something on the floor, its centre `from_wall` metres from a wall and `at` metres from the wall's left end."""
 
     id: Id
     item: Id
     wall: Id
     at: Length
-    beside: Length = 0.4
+    from_wall: Length = 0.4
     turn_deg: float = 0.0

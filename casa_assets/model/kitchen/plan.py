@@ -52,11 +52,12 @@ class Wall(Record):
     """A side of the room. An `open` one is drawn only where a closed room is asked for.
 
     Attributes:
-        length: metres; None: what leads back to where the walls begin, for one across the room and one along it.
+        heading: direction from its left to its right end, seen from above.
+        length: metres; None for one wall across the room and one along it: as long as needed to close the outline.
     """
 
     id: Id
-    go: Heading
+    heading: Heading
     length: Length | None = None
     open: bool = False
 
@@ -73,9 +74,9 @@ class PlanOpening(Record):
     """A window, a door, or a passage without a leaf.
 
     Attributes:
-        wall: where. at: from the wall's left end to its middle; or over: the unit that it is centred on.
-        width, height: of the hole. sill: height of its lower edge; doors and passages stand on the floor.
-        hinge: side on which a door is hung.
+        wall: id. at: distance of its centre from the wall's left end; or over: the unit that it is centred on.
+        width, height: of the hole. sill: height of its lower edge; doors and passages begin at the floor. All metres.
+        hinge: side of a door's hinges.
     """
 
     id: Id
@@ -104,14 +105,14 @@ class IslandPosition(Record):
     """Position of an island: in front of a run, and turned to it.
 
     Attributes:
-        run: the run that it faces. aisle: from worktop to worktop, metres.
-        by: the unit of that run that its middle is in front of; None: the middle of the run.
-        shift: of its middle to the right as seen by who stands before the run, metres.
+        run: id of the run that it faces. aisle: from worktop to worktop, metres.
+        in_front_of: unit of that run that it is centred on; None: the middle of the run.
+        shift: of its centre to the right as seen by who stands before the run, metres.
     """
 
     run: Id
     aisle: Annotated[float, Field(ge=0.9, le=3)] = 1.2
-    by: Id | None = None
+    in_front_of: Id | None = None
     shift: float = 0.0
 
 
@@ -126,12 +127,12 @@ class Run(Record):
     """A row of units.
 
     Attributes:
-        on: the wall that it stands at; or faces: a run that it stands before; or joins: a run that it continues.
-        start, end: distance of its ends from those of the wall, metres.
+        on: wall that it stands at; or faces: position of an island; or joins: position of a peninsula.
+        start, end: distances of its ends from those of the wall, metres.
         length: of an island or peninsula; None: the usual widths of its units. At a wall: instead of what `start` and
             `end` leave, from the corner that it has on one side, else from its left end.
-        base, upper: from left to right.
-        overhang: how far the worktop reaches out behind, for people to sit; 0 at a wall.
+        base, upper: units from left to right.
+        overhang: of the worktop behind the run, for seats, metres; 0 at a wall.
     """
 
     id: Id
@@ -151,11 +152,11 @@ class Run(Record):
         """Rows may be written `- drawers: 0.6`, `- doors: [0.4, 0.9]`, `- sink: {width: 0.8}` or just `- fridge`."""
         if not isinstance(value, Mapping):
             return value
-        whole = dict(value)
+        fields = dict(value)
         for row in ("base", "upper"):
-            if isinstance(units := whole.get(row), list):
-                whole[row] = list(numbered(units, str(whole.get("id", "run")), row))
-        return whole
+            if isinstance(units := fields.get(row), list):
+                fields[row] = list(numbered(units, str(fields.get("id", "run")), row))
+        return fields
 
     @model_validator(mode="after")
     def _placed(self) -> Self:
@@ -176,28 +177,26 @@ class RunCorner(Record):
     """Corner between the right end of one run and the left end of the next.
 
     Attributes:
-        runs: the first, and the one that is met clockwise of it.
-        base: below. upper: above, or None where one of the runs has no wall units there.
-        by: the run whose blind cabinet reaches into the corner; None: the first.
+        runs: the two runs, clockwise seen from above.
+        base: kind of the base units. upper: of the wall units, or None where one of the runs has none there.
+        owner: run whose cabinet fills the corner; None: the first.
     """
 
     runs: tuple[Id, Id]
     base: CornerKind = CornerKind.BLIND
     upper: CornerKind | None = None
-    by: Id | None = None
+    owner: Id | None = None
 
 
 class Plan(Record):
-    """A floor plan. See the module.
+    """A floor plan.
 
     Attributes:
         id, title: name, and what a person calls it.
         parameters: lengths that may vary.
-        height: of the room.
-        walls, openings, runs, corners: as above.
-        stands, seats, hangings, lamps, floor: what is put in besides the units.
-        dining: whether people eat in it at a worktop.
-        compact: a small kitchen: the aisle may be 0.914 m, as between walls that people only pass.
+        height: of the room, metres.
+        worktop_items, seats, wall_items, lamps, floor_items: furnishings besides the units.
+        compact: whether it is a small kitchen, in which aisles may be 0.914 m wide, as walkways are.
     """
 
     id: Id
@@ -208,32 +207,32 @@ class Plan(Record):
     openings: tuple[PlanOpening, ...] = ()
     runs: Annotated[tuple[Run, ...], Field(min_length=1)]
     corners: tuple[RunCorner, ...] = ()
-    stands: tuple[WorktopItem, ...] = ()
+    worktop_items: tuple[WorktopItem, ...] = ()
     seats: tuple[SeatRow, ...] = ()
-    hangings: tuple[WallItem, ...] = ()
+    wall_items: tuple[WallItem, ...] = ()
     lamps: tuple[CeilingLamps, ...] = ()
-    floor: tuple[FloorItem, ...] = ()
+    floor_items: tuple[FloorItem, ...] = ()
     compact: bool = False
 
     @model_validator(mode="before")
     @classmethod
     def _short(cls, value: Any) -> Any:
-        """Walls, openings, runs and all that is put in may be written as a mapping of ids to rows."""
+        """Walls, openings, runs and furnishings may be written as a mapping of ids to rows."""
         if not isinstance(value, Mapping):
             return value
-        whole = dict(value)
-        for field in ("walls", "openings", "runs", "stands", "hangings", "floor"):
-            if isinstance(rows := whole.get(field), Mapping):
-                whole[field] = [{"id": name, **row} if isinstance(row, Mapping) else row for name, row in rows.items()]
-        return whole
+        fields = dict(value)
+        for field in ("walls", "openings", "runs", "worktop_items", "wall_items", "floor_items"):
+            if isinstance(rows := fields.get(field), Mapping):
+                fields[field] = [{"id": name, **row} if isinstance(row, Mapping) else row for name, row in rows.items()]
+        return fields
 
-    def length(self, value: Length, given: Mapping[str, float]) -> float:
-        """Metres of a length: a number, or what the parameters are."""
-        return given[value] if isinstance(value, str) else value
+    def length(self, value: Length, parameters: Mapping[str, float]) -> float:
+        """Metres of a length: a number, or the value of a parameter."""
+        return parameters[value] if isinstance(value, str) else value
 
     @property
     def defaults(self) -> dict[str, float]:
-        """The parameters as the plan has them."""
+        """Default values of the parameters, metres."""
         return {name: p.default for name, p in self.parameters.items()}
 
     @property

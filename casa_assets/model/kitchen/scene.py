@@ -170,11 +170,11 @@ class LightScene(Record):
     """A scene with the light form of each of its assets: boxes, cylinders and spheres that stand for its colliders.
 
     Attributes:
-        scene: the whole one. forms: light forms of its assets, in their order, under the same ids.
+        scene: the full one. light_assets: light forms of its assets, in the same order, under the same ids.
     """
 
     scene: Scene
-    forms: tuple[Asset, ...]
+    light_assets: tuple[Asset, ...]
 
     @staticmethod
     def part_name(collider: str, number: int) -> str:
@@ -189,7 +189,7 @@ class LightScene(Record):
 
     @model_validator(mode="after")
     def _same_assets(self) -> Self:
-        if [a.id for a in self.scene.assets] != [a.id for a in self.forms]:
+        if [a.id for a in self.scene.assets] != [a.id for a in self.light_assets]:
             raise ValueError("a light scene has the light form of each asset, in the same order")
         return self
 

@@ -50,7 +50,7 @@ class PresetChoice(Record):
 
 
 class FrontStyle(Record):
-    """Look of a group of cabinets; None: as the base cabinets have it. Names as in the cabinets' `look`."""
+    """Look of a group of cabinets; None: as the base cabinets have it. Fields as in CabinetLook of the families."""
 
     front: Id | None = None
     handle: Id | None = None
@@ -60,8 +60,8 @@ class FrontStyle(Record):
     tray: Id | None = None
     metal: Id | None = None
 
-    def over(self, other: FrontStyle) -> FrontStyle:
-        """These, and what they leave open from another."""
+    def filled_from(self, other: FrontStyle) -> FrontStyle:
+        """Copy in which fields that are None have the value of `other`."""
         return FrontStyle(
             **{k: v if (v := getattr(self, k)) is not None else getattr(other, k) for k in FrontStyle.model_fields}
         )
@@ -71,7 +71,7 @@ class CabinetStyle(Record):
     """Fronts by group, and what goes with them.
 
     Attributes:
-        base: all of its fields are needed. upper, tall, island: what differs.
+        base: every field is required. upper, tall, island: fields that differ from it.
         glass: front of wall units that the plan wants glazed.
         shelf: finish of open shelves.
         cornice: profile over the wall units; None for none.
@@ -108,8 +108,8 @@ class RoomStyle(Record):
 
     Attributes:
         wall, floor, ceiling: finishes. trim: of skirting and casings.
-        turn_deg: boards run across the room (90) or along it (0).
-        skirting: profile. wainscot: kind of panelling of the lower wall, in its place; None for none.
+        turn_deg: direction of floor boards: along the room's x axis (0) or its y axis (90).
+        skirting: profile. wainscot: kind of panelling of the lower wall in place of skirting; None for none.
         beams: finish of beams under the ceiling, or None.
     """
 
@@ -134,11 +134,11 @@ class Style(Record):
 
     Attributes:
         id, title: name, and what a person calls it. description: what makes it recognisable, one line.
-        cabinets, counter, island, splash, shell: as above.
+        counter, island: worktops along walls, and of islands. backsplash: None for none.
         models: role -> member of a family. Roles are the words of the plans: range, hob, oven, microwave,
             microwave_built_in, hood, sink, fridge, dishwasher, window, door, stool, and what stands and hangs.
         props: members that may be scattered on worktops and shelves, the likeliest first.
-        lights: colour temperature of the lamps, kelvin. daylight: of the windows.
+        lamp_kelvin, daylight_kelvin: colour temperature of the lamps, and of the sun.
     """
 
     id: Id
@@ -147,24 +147,24 @@ class Style(Record):
     cabinets: CabinetStyle
     counter: WorktopStyle
     island: WorktopStyle
-    splash: BacksplashStyle | None = None
-    shell: RoomStyle
+    backsplash: BacksplashStyle | None = None
+    room: RoomStyle
     models: Mapping[Id, PresetChoice]
     props: tuple[PresetChoice, ...] = ()
-    lights: Annotated[float, Field(ge=2000, le=7000)] = 3000.0
-    daylight: Annotated[float, Field(ge=3000, le=9000)] = 5800.0
+    lamp_kelvin: Annotated[float, Field(ge=2000, le=7000)] = 3000.0
+    daylight_kelvin: Annotated[float, Field(ge=3000, le=9000)] = 5800.0
 
     def with_surfaces(self, surfaces: Mapping[Surface, str]) -> Style:
-        """The style with other finishes of walls, floor, worktops and cabinets, each chosen by itself."""
-        made = self
+        """Copy with other finishes of walls, floor, worktops and cabinets."""
+        style = self
         if name := surfaces.get(Surface.WALL):
-            made = made.replace(shell=made.shell.replace(wall=name))
+            style = style.replace(room=style.room.replace(wall=name))
         if name := surfaces.get(Surface.FLOOR):
-            made = made.replace(shell=made.shell.replace(floor=name))
+            style = style.replace(room=style.room.replace(floor=name))
         if name := surfaces.get(Surface.COUNTER):
-            made = made.replace(counter=made.counter.replace(face=name), island=made.island.replace(face=name))
+            style = style.replace(counter=style.counter.replace(face=name), island=style.island.replace(face=name))
         if name := surfaces.get(Surface.CABINET):
-            cabinets = made.cabinets
+            cabinets = style.cabinets
             groups = {k: getattr(cabinets, k).replace(face=None) for k in ("upper", "tall", "island")}
-            made = made.replace(cabinets=cabinets.replace(base=cabinets.base.replace(face=name), **groups))
-        return made
+            style = style.replace(cabinets=cabinets.replace(base=cabinets.base.replace(face=name), **groups))
+        return style

@@ -67,11 +67,11 @@ def _named(row: Any) -> Any:
 
 
 class NamePattern(Record):
-    """Pattern of names of which `least` to `most` have to exist (None: any number)."""
+    """Pattern of names of which `min_count` to `max_count` have to exist (None: any number)."""
 
     name: Pattern
-    least: Count = 1
-    most: Count | None = None
+    min_count: Count = 1
+    max_count: Count | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -80,8 +80,8 @@ class NamePattern(Record):
 
     @model_validator(mode="after")
     def _counts(self) -> Self:
-        if self.most is not None and self.most < self.least:
-            raise ValueError(f"at least {self.least} and at most {self.most} cannot both hold")
+        if self.max_count is not None and self.max_count < self.min_count:
+            raise ValueError(f"at least {self.min_count} and at most {self.max_count} cannot both hold")
         return self
 
     def matches(self, name: str) -> bool:
@@ -100,8 +100,8 @@ class JointRule(NamePattern):
 
     Attributes:
         kind, axis, opens: None where any will do.
-        reach: (low, high) rad or m that the range has to contain.
-        travel: (least, most) rad or m that the range may be wide.
+        reach: (lower, upper) positions that the range has to contain, rad or m.
+        travel: (minimum, maximum) of the width of the range, rad or m.
         depth: of the link that it moves: 1 is a child of `object`.
         link: pattern of that link's name.
     """
@@ -154,16 +154,16 @@ class Requirements(Record):
     variables: tuple[VariableRule, ...] = ()
 
     def filled(self, key: str, value: str) -> Requirements:
-        """With `{key}` replaced by a value in every pattern."""
+        """Copy with `{key}` replaced by a value in every pattern."""
         return Requirements.model_validate(_fill(self.model_dump(mode="json"), "{" + key + "}", value))
 
 
-def _fill(data: Any, mark: str, value: str) -> Any:
+def _fill(data: Any, placeholder: str, value: str) -> Any:
     if isinstance(data, str):
-        return data.replace(mark, value)
+        return data.replace(placeholder, value)
     if isinstance(data, list):
-        return [_fill(item, mark, value) for item in data]
-    return {k: _fill(v, mark, value) for k, v in data.items()} if isinstance(data, dict) else data
+        return [_fill(item, placeholder, value) for item in data]
+    return {k: _fill(v, placeholder, value) for k, v in data.items()} if isinstance(data, dict) else data
 
 
 class Alternatives(Record):
@@ -178,15 +178,15 @@ class ForEach(Record):
     Attributes:
         key: `loc`, written `{loc}` in patterns.
         values: what it may stand for.
-        used_by: a value is in use where a joint, site, collider or region has a name that one of these matches.
-        least: how many values have to be in use.
-        needs: of each.
+        used_by: a value is in use where one of these matches the name of a joint, site, collider or region.
+        min_count: how many values have to be in use.
+        needs: requirements of each.
     """
 
     key: Id
     values: Annotated[tuple[Id, ...], Field(min_length=1)]
     used_by: Annotated[tuple[Pattern, ...], Field(min_length=1)]
-    least: Count = 1
+    min_count: Count = 1
     needs: Requirements
 
 
@@ -224,15 +224,15 @@ class KeyRule(Record):
     """A named pose.
 
     Attributes:
-        stands: joint pattern -> least share of its way from zero at which every such joint stands.
+        joint_shares: joint pattern -> minimum position of every such joint, as a share of its way from zero.
         values: variable pattern -> pattern of the value that every such variable gets in this pose.
-        least: 0 where the pose may be missing.
+        min_count: 0 where the pose may be missing.
     """
 
     name: Id
-    stands: dict[Pattern, Share] = Field(default_factory=dict)
+    joint_shares: dict[Pattern, Share] = Field(default_factory=dict)
     values: dict[Pattern, Pattern] = Field(default_factory=dict)
-    least: Annotated[int, Field(ge=0, le=1)] = 1
+    min_count: Annotated[int, Field(ge=0, le=1)] = 1
 
     @model_validator(mode="before")
     @classmethod
@@ -244,17 +244,17 @@ class Step(Record):
     """One move of a trial, and what has to be true after it.
 
     Attributes:
-        move: joint pattern -> share of its way from zero to the end that is farther from it; negative to the other end.
-            Where both ends are as far the upper one is the far one.
+        move: joint pattern -> position as a share of its way from zero to the end that is farther from zero, the upper
+            one where both are as far; negative: towards the other end.
         press: pattern of the colliders that are touched in this step alone.
-        wait_s: seconds that pass then.
-        then: variable pattern -> pattern of the value that every such variable has.
+        wait_s: seconds to wait after that.
+        expect: variable pattern -> pattern of the value that every such variable then has.
     """
 
     move: dict[Pattern, SignedShare] = Field(default_factory=dict)
     press: Pattern | None = None
     wait_s: Annotated[float, Field(ge=0)] = 0.0
-    then: dict[Pattern, Pattern] = Field(default_factory=dict)
+    expect: dict[Pattern, Pattern] = Field(default_factory=dict)
 
 
 class Trial(Record):
@@ -270,14 +270,13 @@ class Contract(Requirements):
     Attributes:
         id: such as `microwave`; the name of its file.
         title: for people.
-        read_by: generation -> classes that read these names.
-        one_of: choices. for_each: what is needed for each burner, drawer, ... in use.
+        read_by: release -> classes that read these names.
+        one_of: alternatives. for_each: requirements of each burner, drawer, ... in use.
         forbidden_joints, forbidden_geoms: patterns of names that a runtime would mistake for something else.
-        labels: that something of the asset carries.
-        outside: labels of what may stick out of the region `main`: handles, a faucet.
-        spelled: our name -> name that the runtime reads, where ours cannot be that (it has capitals).
-        thresholds, keyframes, trials: how it behaves.
-        wide_m: how far `main` may be wider than what is seen, metres.
+        labels: each has to be the label of a visual or collider.
+        outside: labels of parts that may stick out of the region `main`: handles, a faucet.
+        runtime_names: our name -> name that the runtime reads, where that is no legal id here (it has capitals).
+        main_margin_m: how far `main` may extend beyond the visuals, metres.
     """
 
     id: Id
@@ -289,8 +288,8 @@ class Contract(Requirements):
     forbidden_geoms: tuple[Pattern, ...] = ()
     labels: tuple[Id, ...] = ()
     outside: tuple[Id, ...] = ()
-    spelled: dict[Id, str] = Field(default_factory=dict)
+    runtime_names: dict[Id, str] = Field(default_factory=dict)
     thresholds: tuple[Threshold, ...] = ()
     keyframes: tuple[KeyRule, ...] = ()
     trials: tuple[Trial, ...] = ()
-    wide_m: Positive = 0.05
+    main_margin_m: Positive = 0.05

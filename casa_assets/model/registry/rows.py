@@ -30,7 +30,7 @@ class Rejection(Record):
     code: Code
     name: Id
     meaning: str
-    mend: str
+    remedy: str
 
 
 class Waiver(Record):
@@ -42,7 +42,7 @@ class Waiver(Record):
 
 
 class MisleadingWords(Record):
-    """Words that mislead a look-up: `weak` ones yield to any other, `breaks` end what a text is about."""
+    """Words that mislead a look-up: `weak` ones yield to any other, `separators` end the name of a thing in a text."""
 
     weak: tuple[str, ...]
-    breaks: tuple[str, ...]
+    separators: tuple[str, ...]

@@ -34,15 +34,15 @@ class Vocabulary:
     Attributes:
         phrases: joined words of every name (`coffeemug`) -> entry.
         words: the single words that names are made of.
-        breaks: words such as `with`, which end what a text is about.
+        separators: words such as `with`, which end the part of a text that names the thing.
     """
 
     phrases: Mapping[str, VocabularyEntry]
     words: frozenset[str]
-    breaks: frozenset[str]
+    separators: frozenset[str]
 
     @classmethod
-    def of(cls, names: Iterable[tuple[str, str]], weak: Iterable[str], breaks: Iterable[str]) -> Self:
+    def of(cls, names: Iterable[tuple[str, str]], weak: Iterable[str], separators: Iterable[str]) -> Self:
         """Build from (name, id) pairs. Raises ValueError(name) where two ids claim a name or it has no letter."""
         yields = {"".join(split_words(word)) for word in weak}
         phrases: dict[str, VocabularyEntry] = {}
@@ -55,7 +55,7 @@ class Vocabulary:
                 raise ValueError(name)
             phrases[joined] = VocabularyEntry(target, joined in yields)
             words.update(parts)
-        return cls(phrases, frozenset(words), frozenset(breaks))
+        return cls(phrases, frozenset(words), frozenset(separators))
 
     def find(self, hints: Sequence[str]) -> VocabularyMatch | None:
         """The match of the first hint that has one; a weak match only where no hint has a better one."""
@@ -82,12 +82,12 @@ class Vocabulary:
         return None
 
     def _parts(self, hint: str) -> list[list[str]]:
-        """The words of the hint, cut at punctuation and at breaks: what it is about comes first."""
+        """The words of the hint, cut at punctuation and at separators: the part that names the thing comes first."""
         parts: list[list[str]] = []
         for clause in re.split(r"[,;:|()\[\]{}]|\s[-–—]\s", hint):
             parts.append([])
             for word in split_words(clause):
-                if word in self.breaks:
+                if word in self.separators:
                     parts.append([])
                 else:
                     parts[-1].append(word)

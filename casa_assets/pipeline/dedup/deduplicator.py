@@ -71,7 +71,7 @@ class Deduplicator:
         if found is None:
             if own.signature is not None:
                 self._others().append(replace(own, folder=self.library.folder(own.category, own.id)))
-                self._forms.add(own.signature.form)
+                self._forms.add(own.signature.shape)
             return result
         original, pair = found
         outcome = Outcome(False, NEAR_DUPLICATE_CODE, _message(original, pair))
@@ -84,7 +84,7 @@ class Deduplicator:
             return None
         store = Store(self.library.cache)
         others = self._others()
-        for place in self._forms.near(own.signature.form):
+        for place in self._forms.near(own.signature.shape):
             other = others[place]
             try:
                 pair = measure_pair(other, own, store)
@@ -98,7 +98,7 @@ class Deduplicator:
         """Assets that later inputs may be copies of: at first those of the library from inputs outside this run."""
         if self._known is None:
             found = [one for one in EntryTable(self.library, skip_damaged=True).rows if one.sha256 not in self.own]
-            signed = [(one, one.signature.form) for one in found if one.signature is not None]
+            signed = [(one, one.signature.shape) for one in found if one.signature is not None]
             self._known, self._forms = [one for one, _ in signed], ShapeIndex(form for _, form in signed)
         return self._known
 

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from casa_assets.checks.library.duplicates import ShapePair
 from casa_assets.geometry.mesh.registration import SampledSurface, align, sampled_surface
 from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
-from casa_assets.model.asset.signature import PAIR_SHARES, REACH_SHARES, ShapeDescriptor
+from casa_assets.model.asset.signature import CENTER_SHARES, PAIR_SHARES, ShapeDescriptor
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow
@@ -33,7 +33,7 @@ def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[ShapePair]
         store: keeps what was measured, by the contents of both.
     """
     signed = [row for row in rows if row.signature is not None]
-    for i, j in nearby_pairs([row.signature.form for row in signed if row.signature is not None]):
+    for i, j in nearby_pairs([row.signature.shape for row in signed if row.signature is not None]):
         yield measure_pair(signed[i], signed[j], store)
 
 
@@ -42,7 +42,7 @@ class ShapeIndex:
 
     def __init__(self, forms: Iterable[ShapeDescriptor] = ()) -> None:
         self._forms = list(forms)
-        self._table = np.array([_flat(form) for form in self._forms]).reshape(-1, PAIR_SHARES + REACH_SHARES + 3)
+        self._table = np.array([_flat(form) for form in self._forms]).reshape(-1, PAIR_SHARES + CENTER_SHARES + 3)
 
     def add(self, form: ShapeDescriptor) -> None:
         """One more form; its place is the number of those before it."""
@@ -64,14 +64,14 @@ class ShapeIndex:
 
 
 def _flat(form: ShapeDescriptor) -> tuple[float, ...]:
-    return (*form.pairs, *form.reach, *form.axes)
+    return (*form.pair_distances, *form.center_distances, *form.axis_spread)
 
 
 def nearby_pairs(forms: Sequence[ShapeDescriptor]) -> list[tuple[int, int]]:
     """Indices of the pairs of forms that are near each other, in order."""
     if len(forms) < 2:
         return []
-    table = np.array([form.pairs for form in forms])
+    table = np.array([form.pair_distances for form in forms])
     found = cKDTree(table).query_pairs(MAX_DESCRIPTOR_DISTANCE * PAIR_SHARES, p=1)
     return sorted((i, j) for i, j in found if descriptor_distance(forms[i], forms[j]) <= MAX_DESCRIPTOR_DISTANCE)
 
@@ -81,13 +81,13 @@ def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> ShapePair:
     assert one.signature is not None
     assert other.signature is not None
     most, every = _registration_error(one, other, store)
-    tints = one.signature.tint, other.signature.tint
+    tints = one.signature.color, other.signature.color
     return ShapePair(
         one=one.id,
         other=other.id,
         most=most,
         every=every,
-        size=other.signature.form.radius / one.signature.form.radius,
+        size=other.signature.shape.radius / one.signature.shape.radius,
         # Where nobody gave either a look, there is none to tell them apart by.
         colors=color_distance(*tints) if tints[0].stated or tints[1].stated else 0.0,
         same_category=one.category == other.category,

@@ -74,7 +74,7 @@ def search_by_words(query: str, library: disk.Library, most: int) -> list[Search
         if not entry.accepted:
             continue
         own = signatures[entry.id]
-        colors = dict(own.tint.names) if own is not None and own.tint.stated else {}
+        colors = dict(own.color.names) if own is not None and own.color.stated else {}
         found = [_word(word, entry, colors, known) for word in asked]
         score = sum(value for value, _ in found)
         if score > 0:

@@ -15,7 +15,7 @@ from casa_assets.preview.color_statistics import color_histogram
 def signature(asset: Asset) -> Signature | None:
     """Form and colours of all that is seen of an asset, joints at zero; None where nothing with an area is."""
     try:
-        return Signature(form=shape_descriptor(*surface(asset)), tint=color_histogram(asset))
+        return Signature(shape=shape_descriptor(*surface(asset)), color=color_histogram(asset))
     except DegenerateShape:
         return None
 

@@ -174,7 +174,7 @@ def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene
             made[key] = build_choice(name, choice, store)
         return made[key]
 
-    assets = {w.name: built(w.name, w.choice) for w in kitchen.wanted}
+    assets = {w.name: built(w.name, w.choice) for w in kitchen.items}
     props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
     store.tidy()
     return compose_kitchen(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
@@ -189,7 +189,7 @@ def compose_kitchen(
         assets: by name of what is wanted. props: what may be put on worktops and shelves. seed: draws their places.
     """
     added = scatter_props(kitchen, assets, props, seed)
-    kitchen = replace(kitchen, wanted=(*kitchen.wanted, *(wanted for wanted, _ in added)))
+    kitchen = replace(kitchen, items=(*kitchen.items, *(wanted for wanted, _ in added)))
     every = assets | {wanted.name: asset for wanted, asset in added}
     return kitchen, compose(kitchen, every, scene_id)
 
@@ -200,7 +200,7 @@ def kitchen_key(recipe: SceneRecipe) -> str:
     Raises as `resolve` and `build_choice` do.
     """
     kitchen = resolve(recipe)
-    choices = {c.model_dump_json(): c for c in (*(w.choice for w in kitchen.wanted), *kitchen.style.props)}
+    choices = {c.model_dump_json(): c for c in (*(w.choice for w in kitchen.items), *kitchen.style.props)}
     assets = [(name, asset_key(family(c.family), params_of(c))) for name, c in sorted(choices.items())]
     # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled
     # in one order.

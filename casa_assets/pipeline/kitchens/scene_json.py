@@ -26,8 +26,8 @@ FORMAT = 1
 
 def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
     """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
-    wanted = {w.name: w for w in kitchen.wanted}
-    shell, style = kitchen.style.shell, kitchen.style
+    wanted = {w.name: w for w in kitchen.items}
+    shell, style = kitchen.style.room, kitchen.style
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     return {
         "format": FORMAT,
@@ -35,7 +35,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
         "plan": recipe.plan,
         "style": recipe.style,
         "seed": recipe.seed,
-        "parameters": dict(sorted(kitchen.given.items())),
+        "parameters": dict(sorted(kitchen.parameters.items())),
         "surfaces": {
             "wall": shell.wall,
             "floor": shell.floor,
@@ -56,8 +56,8 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
                     "id": h.opening.id,
                     "kind": h.opening.kind.value,
                     "wall": h.wall.id,
-                    "from": list(h.wall.frame.at(h.left, 0, h.low)),
-                    "to": list(h.wall.frame.at(h.right, 0, h.high)),
+                    "from": list(h.wall.frame.at(h.left, 0, h.bottom)),
+                    "to": list(h.wall.frame.at(h.right, 0, h.top)),
                 }
                 for h in kitchen.holes
             ],
@@ -73,8 +73,8 @@ def surface_finishes(style: Style) -> dict[str, list[str]]:
     cabinets = style.cabinets
     groups = (cabinets.base, cabinets.upper, cabinets.tall, cabinets.island)
     found = {
-        Surface.WALL: [style.shell.wall],
-        Surface.FLOOR: [style.shell.floor],
+        Surface.WALL: [style.room.wall],
+        Surface.FLOOR: [style.room.floor],
         Surface.COUNTER: [style.counter.face, style.island.face],
         Surface.CABINET: [g.face for g in groups if g.face],
     }
@@ -95,7 +95,7 @@ def _fixture(place: Placement, asset: Asset, wanted: OrderItem) -> dict[str, Any
     return {
         "name": place.name,
         "role": wanted.role,
-        "unit": wanted.slot,
+        "unit": wanted.unit,
         "run": wanted.run,
         "layer": place.layer.value,
         "asset": asset.id,

@@ -218,7 +218,7 @@ def _state(path: Path) -> str:
 
 def _new_nearby_pairs(signed: Sequence[AssetRow], new: Sequence[int]) -> list[tuple[int, int]]:
     """Pairs of places of assets of near form of which at least one is new."""
-    forms = [one.signature.form for one in signed if one.signature is not None]
+    forms = [one.signature.shape for one in signed if one.signature is not None]
     if 2 * len(new) > len(signed):
         fresh = set(new)
         return [(i, j) for i, j in nearby_pairs(forms) if i in fresh or j in fresh]

@@ -43,7 +43,15 @@ R = TypeVar("R", bound=Record)
 # Of renameat2: paths are relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
 _HERE, _EXCHANGE = -100, 2
 # Fields that had another name in entries of schema version 1.
-_NAMES_SINCE_1 = {"says": "message", "because": "reason"}
+_NAMES_SINCE_1 = {
+    "says": "message",
+    "because": "reason",
+    "form": "shape",
+    "tint": "color",
+    "pairs": "pair_distances",
+    "reach": "center_distances",
+    "axes": "axis_spread",
+}
 _MEND = "remove its folder and run again"
 
 

@@ -37,7 +37,7 @@ def markdown() -> str:
     lines += ["", "## Reasons for rejections and warnings of the stages", "", "| code | name | meaning | what to do |"]
     lines.append("|---|---|---|---|")
     for code, entry in sorted(known.rejections.items()):
-        lines.append(f"| {code} | {entry.name} | {entry.meaning} | {entry.mend} |")
+        lines.append(f"| {code} | {entry.name} | {entry.meaning} | {entry.remedy} |")
     lines += _textures(known)
     return "\n".join(lines) + "\n"
 

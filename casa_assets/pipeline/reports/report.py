@@ -89,6 +89,6 @@ def _rejected(
         entry,
         meaning=known.meaning if known else explanations.get(entry.code, ""),
         reason=entry.message if known or not mend else f"{fault}.",
-        mend=known.mend if known else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
+        mend=known.remedy if known else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
         thumbnail=thumbnail,
     )

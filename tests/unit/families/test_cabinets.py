@@ -56,7 +56,7 @@ def holds(asset: Asset) -> None:
     """What every cabinet keeps: its names, signs, grips and interiors."""
     contract = known().contracts[str(asset.contract)]
     for wanted in contract.joints:
-        assert sum(wanted.matches(j.name) for j in asset.joints) >= wanted.least, wanted.name
+        assert sum(wanted.matches(j.name) for j in asset.joints) >= wanted.min_count, wanted.name
     for joint in asset.joints:
         assert NAMES.fullmatch(joint.name), joint.name
         assert asset.link(joint.child).parent == "object"

@@ -34,7 +34,7 @@ def draft(size: Vec3, *meshes: Mesh) -> Draft:
 
 
 def found(size: Vec3, *meshes: Mesh, row: Category = ROW) -> dict[GraspFeature, Grasp]:
-    return {g.hold: g for g in grasp(draft(size, *meshes), row, OPENING).grasps}
+    return {g.feature: g for g in grasp(draft(size, *meshes), row, OPENING).grasps}
 
 
 def mug() -> tuple[Mesh, ...]:

@@ -12,26 +12,26 @@ from tests.reference_kitchen import OUTLINE, WALLS
 from tests.reference_kitchen_parts import unit
 
 UNITS = (unit("a", "doors", 0.0, 1.0), unit("b", "doors", 1.0, 2.0))
-CLOSED = tuple(w.replace(open=False) for w in WALLS)
+CLOSED = tuple(w.replace(is_open=False) for w in WALLS)
 
 
 def row(name: str, x: float, y: float, quarter: int = 0, at_wall: bool = True, back: float = 0.0) -> PlacedRun:
     """Two metres of units with free ends, their line's left end at a point."""
     return PlacedRun(
-        id=name, origin=(x, y), yaw=quarter * math.pi / 2, length=2.0, at_wall=at_wall, back=back, units=UNITS
+        id=name, origin=(x, y), yaw=quarter * math.pi / 2, length=2.0, at_wall=at_wall, depth_behind=back, units=UNITS
     )
 
 
 def found(*rows: PlacedRun, walls: tuple[RoomWall, ...] = WALLS) -> dict[tuple[str, str], Aisle]:
-    return {(a.one, a.other): a for a in find_aisles(rows, walls, OUTLINE)}
+    return {(a.first, a.second): a for a in find_aisles(rows, walls, OUTLINE)}
 
 
 def test_fronts_that_face_each_other_make_a_work_aisle() -> None:
     aisle = found(row("main", 1.0, 0.0), row("island", 3.0, -2.5, 2, at_wall=False))[("island", "main")]
     assert aisle.kind is AisleKind.WORK
     assert aisle.width == pytest.approx(2.5 - 0.65 - 0.65)
-    assert 1.0 < aisle.at[0] < 3.0
-    assert aisle.at[1] == pytest.approx(-1.25)
+    assert 1.0 < aisle.position[0] < 3.0
+    assert aisle.position[1] == pytest.approx(-1.25)
 
 
 def test_narrowest_place_counts() -> None:
@@ -72,5 +72,7 @@ def test_niche_at_the_end_of_a_row_is_no_way() -> None:
 
 
 def test_gap_in_a_row_has_no_front() -> None:
-    alone = row("main", 1.0, 0.0).replace(units=(unit("a", "gap", 0.0, 2.0),), left=RunEnd.WALL, right=RunEnd.WALL)
+    alone = row("main", 1.0, 0.0).replace(
+        units=(unit("a", "gap", 0.0, 2.0),), left_end=RunEnd.WALL, right_end=RunEnd.WALL
+    )
     assert found(alone, walls=CLOSED) == {}

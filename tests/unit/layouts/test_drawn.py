@@ -20,7 +20,7 @@ def drawn(plan: str, style: str, seed: int) -> KitchenRequest:
 
 @pytest.mark.parametrize(("style", "seed"), [("mediterranean", 805162), ("farmhouse", 385648)])
 def test_no_lamp_of_the_room_hangs_at_one_over_an_island(style: str, seed: int) -> None:
-    lamps = [w for w in drawn("wraparound", style, seed).wanted if w.role == "lamp"]
+    lamps = [w for w in drawn("wraparound", style, seed).items if w.role == "lamp"]
     places = {w.name: w.spot.frame.at(w.spot.u, w.spot.v)[:2] for w in lamps}
     assert len(places) > 2
     for one, other in itertools.combinations(places, 2):
@@ -32,7 +32,7 @@ def test_no_lamp_of_the_room_hangs_at_one_over_an_island(style: str, seed: int) 
 @pytest.mark.parametrize("seed", [0, 30205, 163211])
 def test_a_rack_hangs_beside_the_shelf_at_the_end_of_a_row(style: str, seed: int) -> None:
     kitchen = drawn("galley", style, seed)
-    rack = next(w for w in kitchen.wanted if w.name == "utensil_rack")
+    rack = next(w for w in kitchen.items if w.name == "utensil_rack")
     assert rack.spot.u - kitchen.slot("main_upper_shelf").right > 0.5
 
 

@@ -58,7 +58,7 @@ def kitchens(request: pytest.FixtureRequest) -> list[KitchenRequest]:
 
 def message(kitchen: KitchenRequest, *more: object) -> str:
     """What to look at."""
-    return f"{kitchen.plan.id} {dict(kitchen.given)}: {' '.join(map(str, more))}"
+    return f"{kitchen.plan.id} {dict(kitchen.parameters)}: {' '.join(map(str, more))}"
 
 
 def of_kind(kitchen: KitchenRequest, *kinds: BaseKind | UpperKind) -> list[UnitSlot]:
@@ -70,7 +70,7 @@ class TestRoom:
     def test_no_two_units_overlap(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
-                if min(one.high, other.high) - max(one.low, other.low) > PLAY:
+                if min(one.top, other.top) - max(one.bottom, other.bottom) > PLAY:
                     assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
     def test_no_unit_leaves_the_room(self, kitchens: list[KitchenRequest]) -> None:
@@ -79,14 +79,14 @@ class TestRoom:
                 for x, y in ((r.x0, r.y0), (r.x1, r.y0), (r.x0, r.y1), (r.x1, r.y1)):
                     near_x = x + (PLAY if x == r.x0 else -PLAY)
                     near_y = y + (PLAY if y == r.y0 else -PLAY)
-                    assert kitchen.room.holds(near_x, near_y), message(kitchen, slot.name, x, y)
+                    assert kitchen.room.contains(near_x, near_y), message(kitchen, slot.name, x, y)
 
     def test_units_on_the_wall_stay_out_of_windows(self, kitchens: list[KitchenRequest]) -> None:
         for kitchen in kitchens:
             for hole in kitchen.holes:
                 for slot, _ in boxes(kitchen):
-                    if slot.line.run.on == hole.wall.id and slot.high > hole.low:
-                        shift = hole.wall.frame.of(*slot.line.frame.at(0.0, 0.0)[:2])[0]
+                    if slot.line.run.on == hole.wall.id and slot.top > hole.bottom:
+                        shift = hole.wall.frame.to_local(*slot.line.frame.at(0.0, 0.0)[:2])[0]
                         left, right = slot.left + shift, slot.right + shift
                         clear = max(left - hole.right, hole.left - right)
                         assert clear > 0.05, message(kitchen, slot.name, hole.opening.id, clear)
@@ -115,7 +115,7 @@ class TestWork:
         for kitchen in kitchens:
             for slot in of_kind(kitchen, *COOKERS):
                 for hole in (h for h in kitchen.holes if h.is_window and h.wall.id == slot.line.run.on):
-                    shift = hole.wall.frame.of(*slot.line.frame.at(0.0, 0.0)[:2])[0]
+                    shift = hole.wall.frame.to_local(*slot.line.frame.at(0.0, 0.0)[:2])[0]
                     assert slot.left + shift > hole.right or slot.right + shift < hole.left, message(kitchen, slot.name)
 
     def test_a_hood_hangs_over_the_cooker(self, kitchens: list[KitchenRequest]) -> None:
@@ -187,11 +187,11 @@ class TestContent:
         assert (x1 - x0, y1 - y0) == pytest.approx((width, depth))
         assert len(of_kind(kitchen, BaseKind.HOB)) == len(of_kind(kitchen, BaseKind.OVEN)) == int(hob)
         assert len(of_kind(kitchen, BaseKind.RANGE)) == int(not hob)
-        assert sum(w.role == "stool" for w in kitchen.wanted) == stools
+        assert sum(w.role == "stool" for w in kitchen.items) == stools
         assert any(h.is_window for h in kitchen.holes) is window
         assert any(h.opening.kind is not OpeningKind.WINDOW for h in kitchen.holes)
         for role in ("fridge", "microwave", "coffee_machine", "toaster", "dishwasher", "sink", "hood"):
-            assert sum(w.role == role for w in kitchen.wanted) == 1, role
+            assert sum(w.role == role for w in kitchen.items) == 1, role
         assert of_kind(kitchen, UpperKind.SHELF, UpperKind.BOARDS, BaseKind.SHELF)
 
     def test_tasks_find_their_units(self, kitchens: list[KitchenRequest]) -> None:
@@ -211,7 +211,7 @@ class TestContent:
             assert of_kind(kitchen, *COOKERS)
             assert not list(_crowded(kitchen)), message(kitchen, *_crowded(kitchen))
             for (one, a), (other, b) in itertools.combinations(boxes(kitchen), 2):
-                if min(one.high, other.high) - max(one.low, other.low) > PLAY:
+                if min(one.top, other.top) - max(one.bottom, other.bottom) > PLAY:
                     assert a.gap(b) > -PLAY, message(kitchen, one.name, other.name, a.gap(b))
 
 
@@ -224,13 +224,13 @@ def _tops_beside(kitchen: KitchenRequest, slot: UnitSlot) -> tuple[float, float]
 
 def _run_of_top(row: list[UnitSlot]) -> float:
     stops = (*WORKTOP_BREAKS, BaseKind.SINK, BaseKind.HOB)
-    return sum(s.width for s in itertools.takewhile(lambda s: s.kind not in stops and s.high < 1.0, row))
+    return sum(s.width for s in itertools.takewhile(lambda s: s.kind not in stops and s.top < 1.0, row))
 
 
 def _crowded(kitchen: KitchenRequest) -> Iterator[str]:
     """Units that are narrower than what stands on them."""
     models = StyleModels(kitchen.style, preset_params())
-    for unit, stands in itertools.groupby(sorted(kitchen.plan.stands, key=lambda s: s.on), key=lambda s: s.on):
+    for unit, stands in itertools.groupby(sorted(kitchen.plan.worktop_items, key=lambda s: s.on), key=lambda s: s.on):
         if sum(worktop_width(models, s.id) for s in stands) > kitchen.slot(unit).width:
             yield unit
 
@@ -241,7 +241,7 @@ def _stands_free(kitchen: KitchenRequest, slot: UnitSlot) -> bool:
     for way in (-1, 1):
         u = slot.middle + way * (slot.width / 2 + 0.3)
         place = rect(slot.line, u - 0.28, u + 0.28, 0.68, 1.24)
-        inside = all(kitchen.room.holds(x, y) for x in (place.x0, place.x1) for y in (place.y0, place.y1))
+        inside = all(kitchen.room.contains(x, y) for x in (place.x0, place.x1) for y in (place.y0, place.y1))
         if inside and all(place.gap(r) > 0 for r in others):
             return True
     return False

@@ -23,10 +23,10 @@ title: Tiny
 parameters:
   width: [3.6, 3.0, 5.0]
 walls:
-  back: {go: right, length: width}
-  right: {go: front, length: 3.0}
-  front: {go: left, open: true}
-  left: {go: back}
+  back: {heading: right, length: width}
+  right: {heading: front, length: 3.0}
+  front: {heading: left, open: true}
+  left: {heading: back}
 runs:
   main:
     on: back
@@ -105,16 +105,16 @@ class TestCorner:
 
     def test_other_run_may_own_it(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(
-            PLAN.replace("[main, side]}", "[main, side], by: side}").replace("1.9", "2.2"), tmp_path, {"width": 3.4}
+            PLAN.replace("[main, side]}", "[main, side], owner: side}").replace("1.9", "2.2"), tmp_path, {"width": 3.4}
         )
         assert kitchen.slot("side_left_corner").kind is CornerPart.BLIND
         assert kitchen.slot("main_right_filler").right == pytest.approx(3.4 - standard_sizes.BASE_DEPTH)
 
     def test_one_worktop_goes_round(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(PLAN, tmp_path)
-        (top,) = [w for w in kitchen.wanted if w.choice.family == "counter_corner"]
+        (top,) = [w for w in kitchen.items if w.choice.family == "counter_corner"]
         assert top.choice.params["side_arm"] == pytest.approx(1.9)
-        (straight,) = [w for w in kitchen.wanted if w.choice.family == "counter"]
+        (straight,) = [w for w in kitchen.items if w.choice.family == "counter"]
         arm, rest = top.choice.params["back_arm"], straight.choice.params["width"]
         assert arm + rest == pytest.approx(kitchen.lines["main"].length - kitchen.slot("main_drawers").left)
 
@@ -134,7 +134,7 @@ class TestCorner:
 
 class TestEnds:
     def test_open_walls_are_none(self, tmp_path: Path) -> None:
-        text = PLAN.replace("left: {go: back}", "left: {go: back, open: true}")
+        text = PLAN.replace("left: {heading: back}", "left: {heading: back, open: true}")
         assert kitchen_of(text, tmp_path).lines["main"].left.kind is EndKind.FREE
         assert kitchen_of(PLAN, tmp_path).lines["main"].left.kind is EndKind.WALL
 
@@ -145,8 +145,8 @@ class TestEnds:
     def test_strips_beside_tall_units_are_tall(self, tmp_path: Path) -> None:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - filler: 0.1\n      - pantry: 0.5\n", 1)
         kitchen = kitchen_of(text, tmp_path)
-        assert kitchen.slot("main_filler").high == standard_sizes.UPPER_TO
-        assert kitchen.slot("side_left_filler").high < standard_sizes.WORKTOP_HEIGHT
+        assert kitchen.slot("main_filler").top == standard_sizes.UPPER_TO
+        assert kitchen.slot("side_left_filler").top < standard_sizes.WORKTOP_HEIGHT
 
     def test_refrigerator_without_housing_has_air(self, tmp_path: Path) -> None:
         text = PLAN.replace("      - drawers: [0.4, 0.8]\n", "      - fridge: {housing: false}\n", 1).replace(
@@ -165,7 +165,7 @@ class TestPeninsula:
             "corners:\n",
             "  bar:\n    joins: {run: side, end: right}\n    length: 1.9\n    overhang: 0.3\n"
             "    base:\n      - drawers: [0.4, 0.9]\n      - panel\n"
-            "corners:\n  - {runs: [side, bar], by: bar}\n",
+            "corners:\n  - {runs: [side, bar], owner: bar}\n",
         )
         .replace("- doors: 0.45", "- doors: [0.4, 0.45]")
     )
@@ -173,20 +173,20 @@ class TestPeninsula:
     def test_tops_butt_and_do_not_overlap(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(self.TEXT, tmp_path)
         bar = kitchen.lines["bar"]
-        (top,) = [w for w in kitchen.wanted if w.run == "bar" and w.role == "counter"]
+        (top,) = [w for w in kitchen.items if w.run == "bar" and w.role == "counter"]
         assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(standard_sizes.WORKTOP_DEPTH)
         assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.END_PANEL)
         assert top.choice.params["depth"] == pytest.approx(standard_sizes.WORKTOP_DEPTH + 0.32)
 
     def test_has_a_back_from_the_wall_to_its_end(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(self.TEXT, tmp_path)
-        backs = [w for w in kitchen.wanted if w.name.startswith("bar_back")]
+        backs = [w for w in kitchen.items if w.name.startswith("bar_back")]
         assert sum(w.choice.params["width"] for w in backs) == pytest.approx(1.9, abs=0.002)
         assert all(w.choice.params["width"] <= 1.2 for w in backs)
 
     def test_faces_into_the_kitchen(self, tmp_path: Path) -> None:
         kitchen = kitchen_of(self.TEXT, tmp_path)
-        assert kitchen.lines["bar"].frame.away == (0.0, 1.0)
+        assert kitchen.lines["bar"].frame.normal == (0.0, 1.0)
 
 
 class TestMisfits:
@@ -237,9 +237,9 @@ class TestMisfits:
         assert error.pointer.startswith("corners")
 
     def test_dangling_unit_below_a_stand(self, tmp_path: Path) -> None:
-        text = PLAN + "stands:\n  toaster: {on: main_draws}\n"
+        text = PLAN + "worktop_items:\n  toaster: {on: main_draws}\n"
         error = self.fault(text, tmp_path)
-        assert (error.line, error.pointer) == (line_of(text, "main_draws"), "stands.toaster.on")
+        assert (error.line, error.pointer) == (line_of(text, "main_draws"), "worktop_items.toaster.on")
 
     def test_run_that_does_not_fit(self, tmp_path: Path) -> None:
         error = self.fault(PLAN, tmp_path, {"width": 2.8})
@@ -254,11 +254,11 @@ class TestMisfits:
         assert (error.line, error.pointer) == (line_of(text, "3.9"), "runs.side.length")
 
     def test_walls_that_do_not_close(self, tmp_path: Path) -> None:
-        error = self.fault(PLAN.replace("left: {go: back}", "left: {go: back, length: 2.5}"), tmp_path)
+        error = self.fault(PLAN.replace("left: {heading: back}", "left: {heading: back, length: 2.5}"), tmp_path)
         assert "lead back" in error.expected
 
     def test_two_walls_without_length(self, tmp_path: Path) -> None:
-        error = self.fault(PLAN.replace("right: {go: front, length: 3.0}", "right: {go: front}"), tmp_path)
+        error = self.fault(PLAN.replace("right: {heading: front, length: 3.0}", "right: {heading: front}"), tmp_path)
         assert error.pointer == "walls.left"
 
     def test_opening_that_leaves_its_wall(self, tmp_path: Path) -> None:

@@ -128,11 +128,13 @@ def test_finishes_exist(style: Style) -> None:
 
 def own_finishes(style: Style) -> Iterator[str]:
     """Finishes that a style names outside its models."""
-    cabinets, shell = style.cabinets, style.shell
+    cabinets, shell = style.cabinets, style.room
     for fronts in (cabinets.base, cabinets.upper, cabinets.tall, cabinets.island):
         yield from (f for f in (fronts.face, fronts.inside, fronts.tray, fronts.metal) if f is not None)
     yield from (cabinets.shelf, style.counter.face, style.island.face, shell.wall, shell.floor, shell.ceiling)
-    yield from (f for f in (shell.trim, shell.beams, style.splash.face if style.splash else None) if f is not None)
+    yield from (
+        f for f in (shell.trim, shell.beams, style.backsplash.face if style.backsplash else None) if f is not None
+    )
 
 
 def test_members_fit_the_composer(style: Style) -> None:
@@ -149,14 +151,14 @@ def test_members_fit_the_composer(style: Style) -> None:
 @pytest.mark.parametrize("plan", ["l_small", "one_wall_large"])
 def test_every_style_dresses_a_plan(style: Style, plan: str) -> None:
     kitchen = kitchen_of(plan, style)
-    made = {w.name: params_of(w.choice) for w in kitchen.wanted}
+    made = {w.name: params_of(w.choice) for w in kitchen.items}
     for name, params in made.items():
         assert set(params.finishes) <= known_finishes(), name
-    of_role = {w.role: made[w.name] for w in kitchen.wanted}
-    assert of_role["floor"].model_dump()["face"] == style.shell.floor
-    assert of_role["wall"].model_dump()["inside"] == style.shell.wall
-    groups = {True: style.cabinets.base, False: style.cabinets.island.over(style.cabinets.base)}
-    cabinets = [w for w in kitchen.wanted if w.choice.family in ("base_cabinet", "drawer_stack", "sink_base")]
+    of_role = {w.role: made[w.name] for w in kitchen.items}
+    assert of_role["floor"].model_dump()["face"] == style.room.floor
+    assert of_role["wall"].model_dump()["inside"] == style.room.wall
+    groups = {True: style.cabinets.base, False: style.cabinets.island.filled_from(style.cabinets.base)}
+    cabinets = [w for w in kitchen.items if w.choice.family in ("base_cabinet", "drawer_stack", "sink_base")]
     assert cabinets
     for wanted in cabinets:
         face = groups[kitchen.lines[wanted.run].at_wall].face
@@ -170,18 +172,18 @@ def test_no_two_styles_are_alike() -> None:
     styles = [style_of(name) for name in TWELVE]
 
     def marks(s: Style) -> dict[str, object]:
-        fronts = s.cabinets.upper.over(s.cabinets.base)
+        fronts = s.cabinets.upper.filled_from(s.cabinets.base)
         return {
             "fronts": (fronts.front, fronts.handle, fronts.metal, fronts.face),
             "base": (s.cabinets.base.front, s.cabinets.base.face),
             "counter": s.counter.face,
-            "floor": s.shell.floor,
-            "splash": s.splash.face if s.splash else s.shell.wall,
+            "floor": s.room.floor,
+            "splash": s.backsplash.face if s.backsplash else s.room.wall,
             "range": s.models["range"],
             "sink": s.models["sink"],
             "fridge": s.models["fridge"],
             "stool": s.models["stool"],
-            "island": (s.cabinets.island.over(s.cabinets.base).face, s.island.face),
+            "island": (s.cabinets.island.filled_from(s.cabinets.base).face, s.island.face),
         }
 
     for mark in marks(styles[0]):
@@ -195,7 +197,7 @@ def test_cornices_lie_on_rows_of_cabinets() -> None:
     style = style_of("traditional_1")
     kitchen = kitchen_of("l_small", style)
     models = StyleModels(style, preset_params())
-    cornices = [w for w in kitchen.wanted if w.role == "cornice"]
+    cornices = [w for w in kitchen.items if w.role == "cornice"]
     rows = {name: find_rows(kitchen.lines[name], slots, models) for name, slots in kitchen.slots.items()}
     assert cornices
     for wanted in cornices:
@@ -210,7 +212,7 @@ def test_cornices_lie_on_rows_of_cabinets() -> None:
                 held = (r for r in rows[name] if r.left <= slot.left + 0.001 and slot.right <= r.right + 0.001)
                 assert not all(r.is_tall for r in held), slot.name
     plainer = style.replace(cabinets=style.cabinets.replace(cornice=None))
-    assert not [w for w in kitchen_of("l_small", plainer).wanted if w.role == "cornice"]
+    assert not [w for w in kitchen_of("l_small", plainer).items if w.role == "cornice"]
 
 
 def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
@@ -226,11 +228,11 @@ def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
 
 def test_panelling_takes_the_place_of_skirting() -> None:
     style = style_of("traditional_1")
-    families = {w.choice.family for w in kitchen_of("l_small", style).wanted}
+    families = {w.choice.family for w in kitchen_of("l_small", style).items}
     assert "wall_panelling" in families
     assert "skirting" not in families
-    bare = style.replace(shell=style.shell.replace(wainscot=None))
-    families = {w.choice.family for w in kitchen_of("l_small", bare).wanted}
+    bare = style.replace(room=style.room.replace(wainscot=None))
+    families = {w.choice.family for w in kitchen_of("l_small", bare).items}
     assert "skirting" in families
     assert "wall_panelling" not in families
 

@@ -26,9 +26,11 @@ def test_a_name_matches_as_a_whole() -> None:
 
 
 def test_a_bare_name_is_a_rule() -> None:
-    needs = Requirements.model_validate({"sites": ["water"], "joints": ["a_joint", {"name": "b_joint", "least": 0}]})
+    needs = Requirements.model_validate(
+        {"sites": ["water"], "joints": ["a_joint", {"name": "b_joint", "min_count": 0}]}
+    )
     assert needs.sites == (SiteRule(name="water"),)
-    assert [(j.name, j.least) for j in needs.joints] == [("a_joint", 1), ("b_joint", 0)]
+    assert [(j.name, j.min_count) for j in needs.joints] == [("a_joint", 1), ("b_joint", 0)]
     assert Contract.model_validate({"id": "x", "title": "X", "keyframes": ["closed"]}).keyframes == (
         KeyRule(name="closed"),
     )
@@ -42,7 +44,7 @@ def test_what_is_no_pattern_is_refused(name: str) -> None:
 
 def test_at_most_is_not_less_than_at_least() -> None:
     with pytest.raises(ValidationError, match="cannot both hold"):
-        NamePattern(name="door", least=2, most=1)
+        NamePattern(name="door", min_count=2, max_count=1)
 
 
 @pytest.mark.parametrize("given", [{}, {"at": 0.4, "share": 0.5}])

@@ -203,9 +203,9 @@ def test_the_signature_hangs_on_nothing_but_form_and_look() -> None:
     one, other = signature(FIRST), signature(OTHER)
     assert one is not None
     assert other is not None
-    assert one.form == other.form
-    assert one.tint.names[0][0] == "red"
-    assert other.tint.names[0][0] == "blue"
+    assert one.shape == other.shape
+    assert one.color.names[0][0] == "red"
+    assert other.color.names[0][0] == "blue"
 
 
 class Painter:

@@ -104,8 +104,8 @@ class FloorMap:
 
     def _entries(self) -> Iterator[Mask]:
         """Cells just inside of each doorway and of each open side."""
-        lines = [(w.start, w.end) for w in self.facts.walls if w.open]
-        lines += [(w.start, w.end) for w in self.facts.ways if w.kind is not OpeningKind.WINDOW]
+        lines = [(w.start, w.end) for w in self.facts.walls if w.is_open]
+        lines += [(w.start, w.end) for w in self.facts.openings if w.kind is not OpeningKind.WINDOW]
         for start, end in lines:
             yield self._inside_of(start, end)
 
@@ -123,20 +123,22 @@ def points_shape(rows: slice, columns: slice) -> tuple[int, int]:
 def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
     """Outlines of all that the base cannot pass: walls, rows of units with their worktops, what stands on the floor."""
     for wall in facts.walls:
-        if not wall.open:
+        if not wall.is_open:
             yield from _wall(
-                facts.outline, wall, [(w.start, w.end) for w in facts.ways if _is_passed(w.kind) and w.wall == wall.id]
+                facts.outline,
+                wall,
+                [(w.start, w.end) for w in facts.openings if _is_passed(w.kind) and w.wall == wall.id],
             )
-    for row in facts.rows:
+    for row in facts.runs:
         yield from row_parts(row)
     for fixture in facts.fixtures:
         if stands(fixture):
-            yield fixture.foot.corners
+            yield fixture.footprint.corners
 
 
 def stands(fixture: Fixture) -> bool:
     """True if a fixture stands on the floor in the way of a base."""
-    return fixture.role not in NOT_THERE and fixture.low < STANDS and fixture.high > FLAT
+    return fixture.role not in NOT_THERE and fixture.bottom < STANDS and fixture.top > FLAT
 
 
 def _is_passed(kind: OpeningKind) -> bool:
@@ -168,11 +170,16 @@ def row_parts(row: PlacedRun) -> Iterator[Corners]:
     first, last = row.span
     parts = [(u.left, u.right, u.front) for u in row.units if u.kind != "gap"]
     if row.units and first < row.units[0].left:
-        parts.append((first, row.units[0].left, row.depth))
+        parts.append((first, row.units[0].left, row.depth_before))
     if row.units and last > row.units[-1].right:
-        parts.append((row.units[-1].right, last, row.depth))
+        parts.append((row.units[-1].right, last, row.depth_before))
     for left, right, front in parts:
-        yield (row.at(left, front), row.at(right, front), row.at(right, -row.back), row.at(left, -row.back))
+        yield (
+            row.at(left, front),
+            row.at(right, front),
+            row.at(right, -row.depth_behind),
+            row.at(left, -row.depth_behind),
+        )
 
 
 def _inside(outline: Corners, xs: Floats, ys: Floats) -> Mask:

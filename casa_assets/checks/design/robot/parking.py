@@ -64,44 +64,44 @@ def find_parking(facts: KitchenFacts, floor: FloorMap) -> ParkingPlaces:
     """Places for all fixtures that a robot works at."""
     shut: dict[str, ParkingPlace | None] = {}
     opened: dict[tuple[str, str], ParkingPlace | None] = {}
-    for fixture in facts.of(*VISITED):
+    for fixture in facts.with_role(*VISITED):
         edge = front_of(facts, fixture) + (GAP_TALL if is_tall(facts, fixture) else GAP)
         shut[fixture.name] = _first(_in_front(fixture, edge), floor, floor.reached)
         for joint in fixture.joints:
-            if joint.leaf is None or joint.behind is not None:
+            if joint.swept_area is None or joint.behind is not None:
                 continue
-            if joint.leaf.low > TALL:
+            if joint.swept_area.bottom > TALL:
                 place = shut[fixture.name]
-                opened[fixture.name, joint.name] = place and place.replace(open=joint.name)
+                opened[fixture.name, joint.name] = place and place.replace(open_joint=joint.name)
                 continue
-            reached = floor.connected(floor.beside(joint.leaf.open))
+            reached = floor.connected(floor.beside(joint.swept_area.open_outline))
             found = _first(_around(fixture, joint, edge), floor, reached)
-            opened[fixture.name, joint.name] = found and found.replace(open=joint.name)
+            opened[fixture.name, joint.name] = found and found.replace(open_joint=joint.name)
     return ParkingPlaces(shut, opened)
 
 
 def is_tall(facts: KitchenFacts, fixture: Fixture) -> bool:
     """True if a fixture stands in a unit that is higher than worktops."""
-    row = facts.row(fixture.run)
-    high = max((u.high for u in row.units if u.name == fixture.unit), default=0.0) if row else 0.0
-    on_floor = fixture.low < STANDS and fixture.high > TALL_UNIT
+    row = facts.run(fixture.run)
+    high = max((u.height for u in row.units if u.name == fixture.unit), default=0.0) if row else 0.0
+    on_floor = fixture.bottom < STANDS and fixture.top > TALL_UNIT
     return fixture.role in (Role.FRIDGE, Role.PANTRY) or high > TALL_UNIT or on_floor
 
 
 def front_of(facts: KitchenFacts, fixture: Fixture) -> float:
     """Distance before a fixture's own front at which the base has to stop: the edge of a worktop, say."""
-    row = facts.row(fixture.run)
+    row = facts.run(fixture.run)
     if row is None:
         return 0.0
-    u, v = row.of(fixture.foot.at(0.0, 0.0))
-    half = 0.45 * fixture.foot.size[0]
+    u, v = row.to_local(fixture.footprint.at(0.0, 0.0))
+    half = 0.45 * fixture.footprint.size[0]
     below = [n.front for n in row.units if n.left < u + half and n.right > u - half and n.kind != "gap"]
-    return max([*below, v] if below else [row.depth, v]) - v
+    return max([*below, v] if below else [row.depth_before, v]) - v
 
 
 def _in_front(fixture: Fixture, edge: float) -> Iterator[ParkingPlace]:
     """Places where the base's rim is at `edge` metres before a fixture's front, the middle one first."""
-    reach = fixture.foot.size[0] / 2 + ASIDE
+    reach = fixture.footprint.size[0] / 2 + ASIDE
     for k in range(int(reach / STEP) + 1):
         for aside in (k * STEP, -k * STEP)[: 1 if k == 0 else 2]:
             yield _place(fixture, aside, edge + RADIUS, ParkingSide.FRONT)
@@ -110,27 +110,27 @@ def _in_front(fixture: Fixture, edge: float) -> Iterator[ParkingPlace]:
 def _place(
     fixture: Fixture, aside: float, before: float, stance: ParkingSide, look: Vec2 | None = None
 ) -> ParkingPlace:
-    at = fixture.foot.at(aside, before)
-    x, y = fixture.foot.front
+    at = fixture.footprint.at(aside, before)
+    x, y = fixture.footprint.front_axis
     yaw = math.atan2(-y, -x) if look is None else toward(at, look)
     return ParkingPlace(
         fixture=fixture.name,
-        at=(round(at[0], 4), round(at[1], 4)),
+        position=(round(at[0], 4), round(at[1], 4)),
         yaw=decimals(yaw, 4),
-        stance=stance,
-        aside=round(aside, 4),
+        side=stance,
+        offset=round(aside, 4),
     )
 
 
 def _around(fixture: Fixture, joint: FixtureJoint, edge: float) -> Iterator[ParkingPlace]:
     """Places before a fixture, then beside the open leaf, then behind it."""
-    assert joint.leaf is not None
-    if not joint.leaf.down:
+    assert joint.swept_area is not None
+    if not joint.swept_area.sweeps_front:
         yield from _in_front(fixture, edge)
-    points = [fixture.foot.of(p) for p in joint.leaf.open]
+    points = [fixture.footprint.to_local(p) for p in joint.swept_area.open_outline]
     left, right = min(p[0] for p in points), max(p[0] for p in points)
     out = max(p[1] for p in points)
-    look = fixture.foot.at((left + right) / 2, 0.0)
+    look = fixture.footprint.at((left + right) / 2, 0.0)
     for k in range(5):
         more = RADIUS + PLAY + k * STEP
         for aside, stance in ((right + more, ParkingSide.RIGHT), (left - more, ParkingSide.LEFT)):
@@ -140,4 +140,4 @@ def _around(fixture: Fixture, joint: FixtureJoint, edge: float) -> Iterator[Park
 
 
 def _first(places: Iterator[ParkingPlace], floor: FloorMap, reached: Mask) -> ParkingPlace | None:
-    return next((p for p in places if floor.holds(reached, p.at)), None)
+    return next((p for p in places if floor.holds(reached, p.position)), None)

@@ -37,27 +37,27 @@ def floor_picture(subject: DesignSubject) -> Image.Image:
     sheet = _Sheet(points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN)
     sheet.fill(facts.outline, FLOOR)
     sheet.cells(subject)
-    for row in facts.rows:
+    for row in facts.runs:
         for part in row_parts(row):
             sheet.fill(part, SOLID, BLACK)
     for fixture in facts.fixtures:
         if fixture.role in APPLIANCES:
-            sheet.fill(fixture.foot.corners, APPLIANCE, BLACK)
+            sheet.fill(fixture.footprint.corners, APPLIANCE, BLACK)
         elif fixture.role is Role.SEAT or (stands(fixture) and not fixture.run):
-            sheet.fill(fixture.foot.corners, SOLID, BLACK)
+            sheet.fill(fixture.footprint.corners, SOLID, BLACK)
         elif fixture.role in (Role.UPPER, Role.SHELF, Role.HOOD):
-            sheet.dashes(fixture.foot.corners)
+            sheet.dashes(fixture.footprint.corners)
     for fixture in facts.fixtures:
         for joint in fixture.joints:
-            if joint.leaf is not None and joint.behind is None:
-                sheet.line((*joint.leaf.swept, joint.leaf.swept[0]), LEAF)
+            if joint.swept_area is not None and joint.behind is None:
+                sheet.line((*joint.swept_area.outline, joint.swept_area.outline[0]), LEAF)
     for wall in facts.walls:
-        sheet.line((wall.start, wall.end), (200, 200, 200) if wall.open else BLACK, 2 if wall.open else 9)
-    for way in facts.ways:
+        sheet.line((wall.start, wall.end), (200, 200, 200) if wall.is_open else BLACK, 2 if wall.is_open else 9)
+    for way in facts.openings:
         sheet.line((way.start, way.end), WHITE, 5)
     for place in subject.lots.every:
         sheet.pose(place)
-    for fixture in facts.of(*APPLIANCES, Role.COFFEE_MACHINE, Role.TOASTER):
+    for fixture in facts.with_role(*APPLIANCES, Role.COFFEE_MACHINE, Role.TOASTER):
         sheet.word(fixture)
     return sheet.image
 
@@ -100,15 +100,15 @@ class _Sheet:
         self.image.paste(grid, (round(x0), round(y0)), mask)
 
     def pose(self, place: ParkingPlace) -> None:
-        colour = POSE if not place.open else BESIDE
-        if place.open and place.stance is ParkingSide.FRONT:
+        colour = POSE if not place.open_joint else BESIDE
+        if place.open_joint and place.side is ParkingSide.FRONT:
             return
-        x, y = self._to(place.at)
+        x, y = self._to(place.position)
         r = 0.05 * PIXELS
         self.pen.ellipse([x - r, y - r, x + r, y + r], outline=colour, width=2)
-        tip = (place.at[0] + RADIUS * math.cos(place.yaw), place.at[1] + RADIUS * math.sin(place.yaw))
-        self.line((place.at, tip), colour, 2)
+        tip = (place.position[0] + RADIUS * math.cos(place.yaw), place.position[1] + RADIUS * math.sin(place.yaw))
+        self.line((place.position, tip), colour, 2)
 
     def word(self, fixture: Fixture) -> None:
-        x, y = self._to(fixture.foot.middle)
+        x, y = self._to(fixture.footprint.center)
         self.pen.text((x, y), fixture.role.value.replace("_", " "), fill=BLACK, anchor="mm")

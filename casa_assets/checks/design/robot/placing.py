@@ -83,30 +83,36 @@ def box_around(foot: Footprint, low: float, high: float) -> WorldBox:
 
 def shoulders(places: Iterable[ParkingPlace]) -> Floats:
     """(N, 2) front of the base at each place: where a mobile manipulator carries its arm."""
-    points = [(p.at[0] + RADIUS * math.cos(p.yaw), p.at[1] + RADIUS * math.sin(p.yaw)) for p in places]
+    points = [(p.position[0] + RADIUS * math.cos(p.yaw), p.position[1] + RADIUS * math.sin(p.yaw)) for p in places]
     return np.array(points, dtype=np.float64).reshape(-1, 2)
 
 
 def worktop_regions(facts: KitchenFacts) -> list[tuple[Fixture, FixtureRegion]]:
     """Regions of worktops on which things can stand."""
-    return [(f, v) for f in facts.of(Role.WORKTOP) for v in f.volumes if v.name == "top" or v.name.startswith("top_")]
+    return [
+        (f, v) for f in facts.with_role(Role.WORKTOP) for v in f.regions if v.name == "top" or v.name.startswith("top_")
+    ]
 
 
 def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
     """Boxes of what stands on worktops or is let into them."""
-    standing = facts.of(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
-    heights = [row.height for row in facts.rows]
-    return [box_around(f.foot, f.low, f.high) for f in standing if any(h - SUNK < f.low < h + ON_TOP for h in heights)]
+    standing = facts.with_role(Role.THING, Role.COFFEE_MACHINE, Role.TOASTER, Role.MICROWAVE)
+    heights = [row.height for row in facts.runs]
+    return [
+        box_around(f.footprint, f.bottom, f.top)
+        for f in standing
+        if any(h - SUNK < f.bottom < h + ON_TOP for h in heights)
+    ]
 
 
 def worktops_near(facts: KitchenFacts, fixture: Fixture, reach: float) -> list[tuple[str, str, WorldBox]]:
     """Worktops before and beside a fixture, up to `reach` metres to its left and right."""
-    w, d = fixture.foot.size
-    window = Footprint(middle=fixture.foot.middle, size=(w + 2 * reach, d + 1.0), yaw=fixture.foot.yaw)
+    w, d = fixture.footprint.size
+    window = Footprint(center=fixture.footprint.center, size=(w + 2 * reach, d + 1.0), yaw=fixture.footprint.yaw)
     box = box_around(window, -1.0, 9.0)
     found = []
     for top, volume in worktop_regions(facts):
-        shared = box_around(volume.foot, volume.low, volume.high).meets(box)
+        shared = box_around(volume.footprint, volume.bottom, volume.top).meets(box)
         if shared.x1 - shared.x0 > 0.05 and shared.y1 - shared.y0 > 0.05:
             found.append((top.name, volume.name, shared))
     return found

@@ -37,7 +37,7 @@ def is_reached_open(subject: DesignSubject, limit: float | None) -> Measured:
 def is_entered_by_base(subject: DesignSubject, limit: float | None) -> Measured:
     """NAV003: number of doors and passages from which a base does not get on to the kitchen's floor."""
     assert limit is not None
-    ways = [w for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW]
+    ways = [w for w in subject.facts.openings if w.kind is not OpeningKind.WINDOW]
     if not ways:
         return not_applicable("it has no door and no passage")
     blocked = [w.id for w in ways if not subject.floor.leads_in(w.start, w.end)]

@@ -84,7 +84,7 @@ class TaskView:
 
     def reached(self, *roles: Role) -> tuple[Fixture, ...]:
         """Fixtures of these roles before which the base parks."""
-        return tuple(f for f in self.facts.of(*roles) if self.lots.shut.get(f.name) is not None)
+        return tuple(f for f in self.facts.with_role(*roles) if self.lots.shut.get(f.name) is not None)
 
     def counter(self, fixtures: Sequence[Fixture], reach: float = NEAR) -> tuple[PlacingZone, ...]:
         """Free worktops beside fixtures, each once for each of them."""
@@ -99,14 +99,14 @@ class TaskView:
         place = self.lots.shut.get(fixture.name)
         points = shoulders([place] if place is not None else [])
         return tuple(
-            PlacingZone(fixture.name, v.name, box_around(v.foot, v.low, v.high), (), points)
-            for v in fixture.volumes
+            PlacingZone(fixture.name, v.name, box_around(v.footprint, v.bottom, v.top), (), points)
+            for v in fixture.regions
             if re.fullmatch(pattern, v.name)
         )
 
     def at(self, fixture: Fixture, site: str, side: float) -> PlacingZone:
         """A square around a site, in which the middle of a thing has to lie."""
-        x, y, z = next(m.at for m in fixture.marks if m.name == site)
+        x, y, z = next(m.position for m in fixture.sites if m.name == site)
         place = self.lots.shut.get(fixture.name)
         points = shoulders([place] if place is not None else [])
         span = WorldBox(x - side / 2, y - side / 2, x + side / 2, y + side / 2, z, z + 0.5)
@@ -114,12 +114,12 @@ class TaskView:
 
     def stands_beside(self, fixture: Fixture, joint: FixtureJoint) -> bool:
         """True if the base gets to the left or right of a fixture while its drawer is open."""
-        if joint.leaf is None:
+        if joint.swept_area is None:
             return False
-        reached = self.floor.connected(self.floor.beside(joint.leaf.open))
+        reached = self.floor.connected(self.floor.beside(joint.swept_area.open_outline))
         before = front_of(self.facts, fixture) + 0.2 + RADIUS
-        aside = fixture.foot.size[0] / 2 + RADIUS + 0.05
-        return any(self.floor.holds(reached, fixture.foot.at(s * aside, before)) for s in (1.0, -1.0))
+        aside = fixture.footprint.size[0] / 2 + RADIUS + 0.05
+        return any(self.floor.holds(reached, fixture.footprint.at(s * aside, before)) for s in (1.0, -1.0))
 
 
 def names(fixture: Fixture, found: Sequence[str]) -> tuple[str, ...]:
@@ -129,4 +129,8 @@ def names(fixture: Fixture, found: Sequence[str]) -> tuple[str, ...]:
 
 def doors(fixture: Fixture) -> tuple[FixtureJoint, ...]:
     """Upright doors of a fixture."""
-    return tuple(j for j in fixture.joints if j.kind is JointKind.HINGE and j.leaf is not None and not j.leaf.down)
+    return tuple(
+        j
+        for j in fixture.joints
+        if j.kind is JointKind.HINGE and j.swept_area is not None and not j.swept_area.sweeps_front
+    )

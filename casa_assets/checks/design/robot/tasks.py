@@ -45,7 +45,7 @@ ONCE = (
 
 def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
     found = view.reached(Role.UPPER)
-    return tuple(f for f in found if UPPER_FROM <= f.low <= UPPER_TO and len(doors(f)) in count)
+    return tuple(f for f in found if UPPER_FROM <= f.bottom <= UPPER_TO and len(doors(f)) in count)
 
 
 def _cabinet(view: TaskView) -> TaskFinding:
@@ -91,7 +91,7 @@ def _microwaves(view: TaskView) -> TaskFinding:
 
 def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
     """Joint of the knob, site of the flame and place of the pan for each burner that has all three."""
-    marks = {m.name for m in fixture.marks}
+    marks = {m.name for m in fixture.sites}
     found = []
     for joint in fixture.joints:
         match = re.fullmatch(r"knob_(.+)_joint", joint.name)
@@ -135,7 +135,7 @@ def _drawers(view: TaskView) -> TaskFinding:
     zones: list[PlacingZone] = []
     for fixture in view.reached(Role.DRAWERS, Role.CABINET, Role.ISLAND):
         for joint in fixture.joints:
-            height = None if joint.grip is None else joint.grip[2]
+            height = None if joint.grip_point is None else joint.grip_point[2]
             if joint.kind is not JointKind.SLIDE or height is None or not TOP_DRAWER[0] <= height <= TOP_DRAWER[1]:
                 continue
             if not view.stands_beside(fixture, joint):
@@ -156,7 +156,7 @@ def _drawers(view: TaskView) -> TaskFinding:
 
 def _faucet(view: TaskView, joint: str) -> TaskFinding:
     sinks = tuple(
-        f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.marks}
+        f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.sites}
     )
     if joint == "spout_joint":
         sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT for end in _range(f, joint)))
@@ -185,7 +185,7 @@ def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
 def _coffee(view: TaskView, put_down: bool) -> TaskFinding:
     place = "receptacle_place_site"
     pressed = _pressed(view, Role.COFFEE_MACHINE, "start_button")
-    found = tuple(f for f in pressed.fixtures if place in {m.name for m in f.marks})
+    found = tuple(f for f in pressed.fixtures if place in {m.name for m in f.sites})
     counter = view.counter(found, 0.35)
     zones = tuple(view.at(f, place, 0.02) for f in found)
     return TaskFinding(
@@ -206,12 +206,12 @@ def _heated(view: TaskView, button: str) -> TaskFinding:
 
 
 def _drive(view: TaskView) -> TaskFinding:
-    once = [f for role in ONCE if len(found := view.facts.of(role)) == 1 for f in found]
+    once = [f for role in ONCE if len(found := view.facts.with_role(role)) == 1 for f in found]
     places = [p for p in view.lots.shut.values() if p is not None]
     aims = []
     for f in once:
         aim = view.lots.shut.get(f.name)
-        far = [p for p in places if aim and abs(complex(*p.at) - complex(*aim.at)) > APART]
+        far = [p for p in places if aim and abs(complex(*p.position) - complex(*aim.position)) > APART]
         if far:
             aims.append(f)
     return TaskFinding(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
@@ -268,7 +268,7 @@ def _afforded(view: TaskView, number: int, name: str, found: TaskFinding, seed: 
         sites=found.sites,
         regions=found.regions,
         counter_m2=round(free_area(found.counter), 3),
-        floor_m2=round(max((view.floor.area(p.at, AROUND) for p in places), default=0.0), 3),
+        floor_m2=round(max((view.floor.area(p.position, AROUND) for p in places), default=0.0), 3),
         rate=None if found.wants or not rates else round(min(rates), 4),
         tightest=", ".join(dict.fromkeys(f"{z.fixture}__{z.region}" for z in zones)),
         wants=found.wants,

@@ -37,7 +37,7 @@ def _narrowest(subject: DesignSubject, limit: float | None, kind: AisleKind) -> 
     assert limit is not None
     aisles = [a for a in subject.facts.aisles if a.kind is kind]
     problems = tuple(
-        (f"aisles/{a.one}", f"{a.width:.3f} m between {a.one} and {a.other}, {limit:g} wanted")
+        (f"aisles/{a.first}", f"{a.width:.3f} m between {a.first} and {a.second}, {limit:g} wanted")
         for a in aisles
         if a.width < limit
     )

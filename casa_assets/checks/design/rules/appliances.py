@@ -25,9 +25,9 @@ def has_standing_room(subject: DesignSubject, limit: float | None) -> Measured:
     # Ref: NKBA planning guideline 13: 21 inches.
     assert limit is not None
     facts, found = subject.facts, []
-    for row in facts.rows:
+    for row in facts.runs:
         for unit in (u for u in row.units if u.kind == "dishwasher"):
-            found += [(unit.name, o.id, gap) for o in facts.rows for gap in _beside(row, unit.left, unit.right, o)]
+            found += [(unit.name, o.id, gap) for o in facts.runs for gap in _beside(row, unit.left, unit.right, o)]
     problems = tuple(
         (f"units/{name}", f"{gap:.3f} m to {other} at a right angle to it, {limit:g} wanted to stand in")
         for name, other, gap in found
@@ -40,7 +40,7 @@ def _beside(row: PlacedRun, left: float, right: float, other: PlacedRun) -> Iter
     """Distance along a row from a unit to another row that reaches out before the fronts beside it."""
     if other.id == row.id:
         return
-    (us, vs), front = _box_in(row, other), row.depth
+    (us, vs), front = _box_in(row, other), row.depth_before
     if vs[1] <= front + OVER or vs[0] >= front + STANDING:
         return
     if us[0] >= right - 1e-3:
@@ -52,7 +52,7 @@ def _beside(row: PlacedRun, left: float, right: float, other: PlacedRun) -> Iter
 def _box_in(row: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
     """Least and greatest distance along a row's line, and before it, of another row."""
     first, last = other.span
-    points = [row.of(other.at(u, v)) for u in (first, last) for v in (-other.back, other.depth)]
+    points = [row.to_local(other.at(u, v)) for u in (first, last) for v in (-other.depth_behind, other.depth_before)]
     us, vs = [p[0] for p in points], [p[1] for p in points]
     return (min(us), max(us)), (min(vs), max(vs))
 
@@ -72,11 +72,11 @@ def is_below_nothing_else(subject: DesignSubject, limit: float | None) -> Measur
 def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Measured:
     assert limit is not None
     found = []
-    for cooktop in subject.facts.of(*COOKTOPS):
-        above = sorted(over(subject.facts, cooktop), key=lambda f: f.low)
+    for cooktop in subject.facts.with_role(*COOKTOPS):
+        above = sorted(over(subject.facts, cooktop), key=lambda f: f.bottom)
         first = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
         found += [
-            (cooktop.name, f.name, round(f.low - _cooks_at(cooktop), 4))
+            (cooktop.name, f.name, round(f.bottom - _cooks_at(cooktop), 4))
             for f in first
             if (f.role is Role.HOOD) is hoods
         ]
@@ -92,27 +92,31 @@ def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Meas
 
 def _cooks_at(cooktop: Fixture) -> float:
     """Height of the surface that pans stand on; a range may have a panel behind it that is higher."""
-    places = [m.at[2] for m in cooktop.marks if m.name.endswith("_place_site")]
-    return min(cooktop.high, max(places, default=cooktop.high))
+    places = [m.position[2] for m in cooktop.sites if m.name.endswith("_place_site")]
+    return min(cooktop.top, max(places, default=cooktop.top))
 
 
 def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
     """Fixtures on the wall or under the ceiling above a fixture, without lamps and worktop items."""
-    hung = facts.of(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
-    return [f for f in hung if f.low >= below.high and penetration_depth(f.foot.corners, below.foot.corners) > OVER]
+    hung = facts.with_role(Role.HOOD, Role.UPPER, Role.SHELF, Role.HOUSING)
+    return [
+        f
+        for f in hung
+        if f.bottom >= below.top and penetration_depth(f.footprint.corners, below.footprint.corners) > OVER
+    ]
 
 
 def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measured:
     """NKB010: width of openable window over a cooktop, metres."""
     # Ref: NKBA planning guideline 20.
     assert limit is not None
-    windows = [w for w in subject.facts.ways if w.kind is OpeningKind.WINDOW and w.movable]
-    if not windows or not subject.facts.of(*COOKTOPS):
+    windows = [w for w in subject.facts.openings if w.kind is OpeningKind.WINDOW and w.can_open]
+    if not windows or not subject.facts.with_role(*COOKTOPS):
         return not_applicable("it has no cooktop" if windows else "none of its windows opens")
     worst, problems = 0.0, []
     walls = {w.id: w for w in subject.facts.walls}
     for way in windows:
-        for cooktop in subject.facts.of(*COOKTOPS):
+        for cooktop in subject.facts.with_role(*COOKTOPS):
             shared = _before(walls[way.wall], way.start, way.end, cooktop)
             worst = max(worst, shared)
             if shared > limit:
@@ -130,7 +134,7 @@ def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
     def along(p: Vec2) -> float:
         return (p[0] - ax) * cx + (p[1] - ay) * cy
 
-    corners = fixture.foot.corners
+    corners = fixture.footprint.corners
     away = [(p[0] - ax) * cy - (p[1] - ay) * cx for p in corners]
     if min(away) > BEHIND or max(away) < 0.0:
         return 0.0
@@ -143,7 +147,7 @@ def keeps_off_corners(subject: DesignSubject, limit: float | None) -> Measured:
     """NKB011: least distance of an appliance from an inside corner of the worktops, metres."""
     # Ref: Louisiana State University AgCenter, kitchen guidelines: 15 inches, so that handles clear drawers.
     assert limit is not None
-    found = [gap for row in subject.facts.rows for gap in _from_corners(subject.facts, row)]
+    found = [gap for row in subject.facts.runs for gap in _from_corners(subject.facts, row)]
     problems = tuple(
         (f"units/{name}", f"{gap:.3f} m to the inside corner, {limit:g} wanted") for name, gap in found if gap < limit
     )
@@ -152,11 +156,11 @@ def keeps_off_corners(subject: DesignSubject, limit: float | None) -> Measured:
 
 def _from_corners(facts: KitchenFacts, row: PlacedRun) -> Iterator[tuple[str, float]]:
     """Appliances of a row beside a corner, and how far they are from where the two worktops' edges meet."""
-    before = next((r for r in facts.rows if r.next == row.id), None)
-    after = facts.row(row.next) if row.next else None
+    before = next((r for r in facts.runs if r.next_run == row.id), None)
+    after = facts.run(row.next_run) if row.next_run else None
     units = [u for u in row.units if u.kind in APPLIANCE_UNITS]
     for unit in units:
-        if before is not None and row.left is RunEnd.CORNER:
-            yield unit.name, round(unit.left - before.depth, 4)
-        if after is not None and row.right is RunEnd.CORNER:
-            yield unit.name, round(row.length - after.depth - unit.right, 4)
+        if before is not None and row.left_end is RunEnd.CORNER:
+            yield unit.name, round(unit.left - before.depth_before, 4)
+        if after is not None and row.right_end is RunEnd.CORNER:
+            yield unit.name, round(row.length - after.depth_before - unit.right, 4)

@@ -15,13 +15,16 @@ def is_entered(subject: DesignSubject, limit: float | None) -> Measured:
     """NKB001: clear width of the narrowest door or passage, metres."""
     # Ref: NKBA planning guideline 1: 32 inches clear.
     assert limit is not None
-    ways = [w for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW]
+    ways = [w for w in subject.facts.openings if w.kind is not OpeningKind.WINDOW]
     problems = tuple(
-        (f"openings/{w.id}", f"{w.clear:.3f} m clear with its leaf open, {limit:g} wanted: make the opening wider")
+        (
+            f"openings/{w.id}",
+            f"{w.clear_width:.3f} m clear with its leaf open, {limit:g} wanted: make the opening wider",
+        )
         for w in ways
-        if w.clear < limit
+        if w.clear_width < limit
     )
-    return least((w.clear for w in ways), problems, "it has no door and no passage")
+    return least((w.clear_width for w in ways), problems, "it has no door and no passage")
 
 
 def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
@@ -29,14 +32,14 @@ def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
     # Ref: NKBA planning guideline 2.
     assert limit is not None
     worst, problems = 0.0, []
-    if not any(way.leaf for way in subject.facts.ways):
+    if not any(way.swept_area for way in subject.facts.openings):
         return not_applicable("it has no door with a leaf")
     bodies = [*_bodies(subject.facts), *_leaves(subject.facts)]
-    for way in subject.facts.ways:
-        for name, outline, low, high in bodies if way.leaf else ():
-            assert way.leaf is not None
-            if _level(way.leaf.low, way.leaf.high, low, high):
-                deep = penetration_depth(way.leaf.swept, outline)
+    for way in subject.facts.openings:
+        for name, outline, low, high in bodies if way.swept_area else ():
+            assert way.swept_area is not None
+            if _level(way.swept_area.bottom, way.swept_area.top, low, high):
+                deep = penetration_depth(way.swept_area.outline, outline)
                 worst = max(worst, deep)
                 if deep > limit:
                     problems.append((f"openings/{way.id}", f"its leaf swings {deep:.3f} m into {name}"))
@@ -66,17 +69,17 @@ Solid = tuple[str, Corners, float, float]
 
 
 def _bodies(facts: KitchenFacts) -> Iterator[Solid]:
-    for fixture in facts.of(*APPLIANCES):
-        yield fixture.name, fixture.foot.corners, fixture.low, fixture.high
+    for fixture in facts.with_role(*APPLIANCES):
+        yield fixture.name, fixture.footprint.corners, fixture.bottom, fixture.top
 
 
 def _leaves(facts: KitchenFacts) -> Iterator[Solid]:
     """Doors, flaps and drawers of appliances; what is behind a door moves only once that is open."""
-    for fixture in facts.of(*APPLIANCES):
+    for fixture in facts.with_role(*APPLIANCES):
         for joint in fixture.joints:
-            leaf: SweptArea | None = joint.leaf
+            leaf: SweptArea | None = joint.swept_area
             if leaf is not None and joint.behind is None:
-                yield f"{fixture.name}/{joint.name}", leaf.swept, leaf.low, leaf.high
+                yield f"{fixture.name}/{joint.name}", leaf.outline, leaf.bottom, leaf.top
 
 
 def _level(low: float, high: float, bottom: float, top: float) -> bool:

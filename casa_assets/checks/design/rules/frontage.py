@@ -15,11 +15,11 @@ STRIP = 0.13
 
 def along(facts: KitchenFacts, fixture: Fixture) -> tuple[PlacedRun, float, float] | None:
     """The row of a fixture, and where it begins and ends along that; None where it stands in no row."""
-    row = facts.row(fixture.run)
+    row = facts.run(fixture.run)
     if row is None:
         return None
-    u = row.of(fixture.foot.middle)[0]
-    half = fixture.foot.size[0] / 2
+    u = row.to_local(fixture.footprint.center)[0]
+    half = fixture.footprint.size[0] / 2
     return row, u - half, u + half
 
 
@@ -35,27 +35,27 @@ def beside(facts: KitchenFacts, row: PlacedRun, left: float, right: float) -> Ve
 
 
 def _first(row: PlacedRun, at: float) -> bool:
-    return row.left is RunEnd.CORNER and abs(at - row.corner_left) < 0.01
+    return row.left_end is RunEnd.CORNER and abs(at - row.corner_left) < 0.01
 
 
 def _last(row: PlacedRun, at: float) -> bool:
-    return row.right is RunEnd.CORNER and abs(at - (row.length - row.corner_right)) < 0.01
+    return row.right_end is RunEnd.CORNER and abs(at - (row.length - row.corner_right)) < 0.01
 
 
 def _to_corner(facts: KitchenFacts, row: PlacedRun) -> float:
     """Frontage between the first unit and the corner where the edges of two worktops meet."""
-    before = next((r for r in facts.rows if r.next == row.id), None)
-    return max(0.0, row.corner_left - (before.depth if before else 0.0))
+    before = next((r for r in facts.runs if r.next_run == row.id), None)
+    return max(0.0, row.corner_left - (before.depth_before if before else 0.0))
 
 
 def _past_corner(facts: KitchenFacts, row: PlacedRun) -> float:
-    after = facts.row(row.next) if row.next else None
-    return max(0.0, row.corner_right - (after.depth if after else 0.0))
+    after = facts.run(row.next_run) if row.next_run else None
+    return max(0.0, row.corner_right - (after.depth_before if after else 0.0))
 
 
 def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
     """Fixtures of these roles with the worktop to their left and right."""
-    for fixture in facts.of(*roles):
+    for fixture in facts.with_role(*roles):
         place = along(facts, fixture)
         if place is not None:
             yield fixture, beside(facts, *place)
@@ -63,7 +63,7 @@ def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]
 
 def unit_landings(facts: KitchenFacts, kind: str) -> Iterator[tuple[PlacedRun, Vec2]]:
     """Units of a kind with the worktop to their left and right."""
-    for row in facts.rows:
+    for row in facts.runs:
         for unit in row.units:
             if unit.kind == kind:
                 yield row, beside(facts, row, unit.left, unit.right)
@@ -71,7 +71,7 @@ def unit_landings(facts: KitchenFacts, kind: str) -> Iterator[tuple[PlacedRun, V
 
 def across(facts: KitchenFacts, row: PlacedRun, most: float) -> bool:
     """True if a worktop lies within reach at the other side of the aisle before a row."""
-    return any(a.width <= most for a in facts.aisles if row.id in (a.one, a.other) and a.kind.value == "work")
+    return any(a.width <= most for a in facts.aisles if row.id in (a.first, a.second) and a.kind.value == "work")
 
 
 def longer_sink_side(facts: KitchenFacts) -> float | None:
@@ -103,11 +103,11 @@ def shorter_cook_side(facts: KitchenFacts) -> float | None:
 def behind_cooktop(facts: KitchenFacts) -> float | None:
     """Metres of worktop behind cooktops in islands; None where there is none."""
     found = []
-    for fixture in facts.of(*COOKTOPS):
-        row = facts.row(fixture.run)
+    for fixture in facts.with_role(*COOKTOPS):
+        row = facts.run(fixture.run)
         if row is not None and not row.at_wall:
-            _, v = row.of(fixture.foot.at(0.0, -fixture.foot.size[1]))
-            found.append(v + row.back)
+            _, v = row.to_local(fixture.footprint.at(0.0, -fixture.footprint.size[1]))
+            found.append(v + row.depth_behind)
     return min(found, default=None)
 
 
@@ -117,9 +117,13 @@ def fridge_side(facts: KitchenFacts) -> float | None:
     for row, (left, right) in unit_landings(facts, "fridge"):
         if across(facts, row, 1.219):
             left = right = max(left, right, 0.381)
-        fridge = next((f for f in facts.of(Role.FRIDGE) if f.run == row.id), None)
-        grips = [f.grip for f in fridge.joints if f.grip and f.leaf and not f.leaf.down] if fridge else []
-        sides = [fridge.foot.of((g[0], g[1]))[0] for g in grips] if fridge else []
+        fridge = next((f for f in facts.with_role(Role.FRIDGE) if f.run == row.id), None)
+        grips = (
+            [f.grip_point for f in fridge.joints if f.grip_point and f.swept_area and not f.swept_area.sweeps_front]
+            if fridge
+            else []
+        )
+        sides = [fridge.footprint.to_local((g[0], g[1]))[0] for g in grips] if fridge else []
         one_sided = bool(sides) and (min(sides) > 0.1 or max(sides) < -0.1)
         found.append((right if min(sides) > 0 else left) if one_sided else max(left, right))
     return min(found, default=None)
@@ -136,7 +140,7 @@ def oven_side(facts: KitchenFacts) -> float | None:
 def microwave_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop beside, below or next to the microwave that has least of it."""
     found = []
-    for fixture in facts.of(Role.MICROWAVE):
+    for fixture in facts.with_role(Role.MICROWAVE):
         place = along(facts, fixture)
         if place is None:
             continue
@@ -144,15 +148,15 @@ def microwave_side(facts: KitchenFacts) -> float | None:
         below = any(a < right and b > left for a, b in row.frontages)
         # Before one that stands on a worktop there is none of use, under one that hangs there is all of it.
         sides = beside(facts, row, left, right)
-        found.append(max(*sides, fixture.foot.size[0] if below and fixture.low > 1.2 else 0.0))
+        found.append(max(*sides, fixture.footprint.size[0] if below and fixture.bottom > 1.2 else 0.0))
     return min(found, default=None)
 
 
 def total_frontage(facts: KitchenFacts) -> float | None:
     """Metres of worktop edge in the whole kitchen, sinks and hobs not counted."""
-    total = sum(b - a for row in facts.rows for a, b in row.frontages)
-    taken = sum(f.foot.size[0] for f in facts.of(Role.SINK, Role.HOB))
-    return total - taken if facts.rows else None
+    total = sum(b - a for row in facts.runs for a, b in row.frontages)
+    taken = sum(f.footprint.size[0] for f in facts.with_role(Role.SINK, Role.HOB))
+    return total - taken if facts.runs else None
 
 
 # What NKBA asks for beside each, metres, the least that serves.
@@ -162,10 +166,10 @@ LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 
 def shared_landing(facts: KitchenFacts) -> float | None:
     """Metres by which worktop between two places of work exceeds the longer landing and 0.305 m; the least."""
     found = []
-    for row in facts.rows:
+    for row in facts.runs:
         centres = [u for u in row.units if u.kind in LANDING]
         for one, other in itertools.pairwise(centres):
             between = [u for u in row.units if one.right - 0.01 <= u.left and u.right <= other.left + 0.01]
-            if between and all(u.worktop for u in between):
+            if between and all(u.has_worktop for u in between):
                 found.append(other.left - one.right - max(LANDING[one.kind], LANDING[other.kind]) - 0.305)
     return min(found, default=None)

@@ -23,15 +23,15 @@ def pass_aisle(subject: DesignSubject) -> float | None:
 def u_aisle(subject: DesignSubject) -> float | None:
     """Least metres between fronts in the middle of three joined runs, or None where no three join."""
     facts = subject.facts
-    ends = {r.id: r.next for r in facts.rows}
+    ends = {r.id: r.next_run for r in facts.runs}
     trios = [(a, n) for a, b in ends.items() if b is not None and (n := ends.get(b)) is not None]
-    found = [x.width for x in facts.aisles if any({x.one, x.other} == set(trio) for trio in trios)]
+    found = [x.width for x in facts.aisles if any({x.first, x.second} == set(trio) for trio in trios)]
     return min(found, default=None)
 
 
 def lacking_floor(subject: DesignSubject) -> float | None:
     """Sinks and appliances without that much free floor before them."""
-    worked = subject.facts.of(Role.SINK, *APPLIANCES)
+    worked = subject.facts.with_role(Role.SINK, *APPLIANCES)
     return float(sum(not _has_floor(subject, f.name) for f in worked)) if worked else None
 
 
@@ -40,11 +40,11 @@ def _has_floor(subject: DesignSubject, name: str) -> bool:
     if place is None:
         return False
     fixture = next(f for f in subject.facts.fixtures if f.name == name)
-    _, before = fixture.foot.of(place.at)
+    _, before = fixture.footprint.to_local(place.position)
     start = before - RADIUS - GAP
     for wide, deep in (CLEAR, CLEAR[::-1]):
-        middle = fixture.foot.at(0.0, start + deep / 2 + CELL)
-        if not _is_taken(subject, Footprint(middle=middle, size=(wide - CELL, deep - CELL), yaw=fixture.foot.yaw)):
+        middle = fixture.footprint.at(0.0, start + deep / 2 + CELL)
+        if not _is_taken(subject, Footprint(center=middle, size=(wide - CELL, deep - CELL), yaw=fixture.footprint.yaw)):
             return True
     return False
 
@@ -61,25 +61,25 @@ def _is_taken(subject: DesignSubject, foot: Footprint) -> bool:
 
 def lowest_worktop(subject: DesignSubject) -> float | None:
     """Height of the lowest worktop or table, metres."""
-    heights = [r.height for r in subject.facts.rows] + [t.high for t in subject.facts.of(Role.TABLE)]
+    heights = [r.height for r in subject.facts.runs] + [t.top for t in subject.facts.with_role(Role.TABLE)]
     return min(heights, default=None)
 
 
 def sink_rim(subject: DesignSubject) -> float | None:
     """Height of the lowest sink's rim, metres."""
-    heights = [r.height for f in subject.facts.of(Role.SINK) if (r := subject.facts.row(f.run)) is not None]
+    heights = [r.height for f in subject.facts.with_role(Role.SINK) if (r := subject.facts.run(f.run)) is not None]
     return min(heights, default=None)
 
 
 def knee_room(subject: DesignSubject) -> float | None:
     """Metres of the widest gap below a worktop."""
-    gaps = [u.right - u.left for r in subject.facts.rows for u in r.units if u.kind == "gap" and u.worktop]
+    gaps = [u.right - u.left for r in subject.facts.runs for u in r.units if u.kind == "gap" and u.has_worktop]
     return max(gaps, default=0.0)
 
 
 def reached_grips(subject: DesignSubject) -> float | None:
     """Share of all handles, knobs and keys that a seated person reaches."""
-    grips = [j.grip[2] for f in subject.facts.fixtures for j in f.joints if j.grip is not None]
+    grips = [j.grip_point[2] for f in subject.facts.fixtures for j in f.joints if j.grip_point is not None]
     return sum(REACH[0] <= z <= REACH[1] for z in grips) / len(grips) if grips else None
 
 
@@ -87,9 +87,9 @@ def reached_shelves(subject: DesignSubject) -> float | None:
     """Share of shelves and drawers, by their area, whose floor a seated person reaches."""
     kept = (Role.CABINET, Role.DRAWERS, Role.UPPER, Role.SHELF, Role.PANTRY, Role.CORNER, Role.ISLAND, Role.SINK_BASE)
     found = [
-        (v.foot.size[0] * v.foot.size[1], REACH[0] <= v.low <= REACH[1])
-        for f in subject.facts.of(*kept)
-        for v in f.volumes
+        (v.footprint.size[0] * v.footprint.size[1], REACH[0] <= v.bottom <= REACH[1])
+        for f in subject.facts.with_role(*kept)
+        for v in f.regions
         if v.name not in ("main", "int")
     ]
     total = sum(area for area, _ in found)
@@ -104,4 +104,4 @@ def turning_circle(subject: DesignSubject) -> float | None:
 
 def clear_doorway(subject: DesignSubject) -> float | None:
     """Metres of the narrowest doorway."""
-    return min((w.clear for w in subject.facts.ways if w.kind is not OpeningKind.WINDOW), default=None)
+    return min((w.clear_width for w in subject.facts.openings if w.kind is not OpeningKind.WINDOW), default=None)

@@ -21,9 +21,9 @@ def centres(facts: KitchenFacts) -> list[tuple[Fixture, Vec2]]:
     """The first sink, cooktop and refrigerator, and the middles of their fronts."""
     found = []
     for roles in ((Role.SINK,), COOKTOPS, (Role.FRIDGE,)):
-        first = next(iter(facts.of(*roles)), None)
+        first = next(iter(facts.with_role(*roles)), None)
         if first is not None:
-            found.append((first, first.foot.at(0.0, 0.0)))
+            found.append((first, first.footprint.at(0.0, 0.0)))
     return found
 
 
@@ -50,7 +50,7 @@ def longest(facts: KitchenFacts) -> float | None:
 
 def cut(facts: KitchenFacts) -> float | None:
     """Metres of a leg that lie across an island or a peninsula, the most; None where there is neither."""
-    rows = [r for r in facts.rows if not r.at_wall and r.units]
+    rows = [r for r in facts.runs if not r.at_wall and r.units]
     own = {f.run for f, _ in centres(facts)}
     crossed = [length_inside(_outline(r), a, b) for r in rows if r.id not in own for a, b in legs(facts)]
     return max(crossed, default=None)
@@ -58,7 +58,7 @@ def cut(facts: KitchenFacts) -> float | None:
 
 def _outline(row: PlacedRun) -> np.ndarray:
     left, right = row.span
-    corners = [row.at(u, v) for u in (left, right) for v in (-row.back, row.depth)]
+    corners = [row.at(u, v) for u in (left, right) for v in (-row.depth_behind, row.depth_before)]
     return outline_of(corners)
 
 
@@ -67,18 +67,18 @@ def tall_between(facts: KitchenFacts) -> float | None:
     if not legs(facts):
         return None
     count = 0
-    for row in facts.rows:
-        us = sorted(row.of(p)[0] for f, p in centres(facts) if f.run == row.id)
+    for row in facts.runs:
+        us = sorted(row.to_local(p)[0] for f, p in centres(facts) if f.run == row.id)
         own = {f.unit for f, _ in centres(facts)}
         for a, b in itertools.pairwise(us):
             inner = [u for u in row.units if u.left > a and u.right < b and u.name not in own]
-            count += sum(1 for u in inner if u.high > TALL and u.front > FULL_DEPTH)
+            count += sum(1 for u in inner if u.height > TALL and u.front > FULL_DEPTH)
     return float(count)
 
 
 def crossed(facts: KitchenFacts) -> float | None:
     """Metres of a straight way from door to door inside the triangle, the most; None with fewer than two doors."""
-    doors = [w for w in facts.ways if w.kind is not OpeningKind.WINDOW]
+    doors = [w for w in facts.openings if w.kind is not OpeningKind.WINDOW]
     points = [p for _, p in centres(facts)]
     if len(doors) < 2 or len(points) < 3:
         return None
@@ -109,12 +109,12 @@ def between_sink(facts: KitchenFacts) -> float | None:
 
 def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
     """First row of the chain of rows round corners that a fixture stands in, and how far along the chain it is."""
-    row = facts.row(fixture.run)
+    row = facts.run(fixture.run)
     if row is None:
         return "", 0.0
-    at = row.of(point)[0]
+    at = row.to_local(point)[0]
     seen = {row.id}
-    while (before := next((r for r in facts.rows if r.next == row.id), None)) is not None and before.id not in seen:
+    while (before := next((r for r in facts.runs if r.next_run == row.id), None)) is not None and before.id not in seen:
         seen.add(before.id)
         at += before.length
         row = before
@@ -123,6 +123,6 @@ def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, flo
 
 def _across(one: Fixture, other: Fixture) -> bool:
     """True if two fixtures look at each other."""
-    (ax, ay), (bx, by) = one.foot.front, other.foot.front
-    aside, before = one.foot.of(other.foot.at(0.0, 0.0))
+    (ax, ay), (bx, by) = one.footprint.front_axis, other.footprint.front_axis
+    aside, before = one.footprint.to_local(other.footprint.at(0.0, 0.0))
     return ax * bx + ay * by < -0.9 and before > 0 and abs(aside) < 1.2

@@ -68,7 +68,7 @@ def write(
     """
     light = scene if isinstance(scene, LightScene) else None
     scene = scene if isinstance(scene, Scene) else scene.scene
-    assets = {asset.id: asset for asset in (light.forms if light else scene.assets)}
+    assets = {asset.id: asset for asset in (light.light_assets if light else scene.assets)}
     colors = {asset.id: _light_colors(asset, assets[asset.id]) for asset in scene.assets} if light else {}
     shared_files = resources.gather([] if light else list(assets.values()))
     contexts = [

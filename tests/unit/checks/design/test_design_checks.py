@@ -29,19 +29,19 @@ from tests.reference_kitchen_parts import box, flap
 
 ROWS = {check.code: check for check in TABLE if check.subject is DesignSubject}
 Build = Callable[[], KitchenFacts]
-ALONE = Footprint(middle=(0.3, -2.4), size=(0.5, 0.3), yaw=math.pi / 2)
+ALONE = Footprint(center=(0.3, -2.4), size=(0.5, 0.3), yaw=math.pi / 2)
 
 
 def clear(width: float) -> KitchenFacts:
     """A door that leaves so much clear."""
-    return kitchen().replace(ways=(WINDOW, DOOR.replace(clear=width)))
+    return kitchen().replace(openings=(WINDOW, DOOR.replace(clear_width=width)))
 
 
 def swung(reach: float) -> KitchenFacts:
     """A door's leaf that comes so near the refrigerator's front, which ends at y = -0.77: 0 touches it."""
     outline = ((0.0, -2.0), (0.9, -2.0), (0.9, -0.77 + reach), (0.0, -0.77 + reach))
-    leaf = SweptArea(swept=outline, open=outline, low=0.0, high=0.05, down=False)
-    return kitchen().replace(ways=(WINDOW, DOOR.replace(leaf=leaf)))
+    leaf = SweptArea(outline=outline, open_outline=outline, bottom=0.0, top=0.05, sweeps_front=False)
+    return kitchen().replace(openings=(WINDOW, DOOR.replace(swept_area=leaf)))
 
 
 def crossing(reach: float) -> KitchenFacts:
@@ -49,10 +49,10 @@ def crossing(reach: float) -> KitchenFacts:
     facts = kitchen()
     washer = next(f for f in facts.fixtures if f.name == "dishwasher")
     (joint,) = washer.joints
-    assert joint.leaf is not None
+    assert joint.swept_area is not None
     # That of the range ends at y = -0.67 - 0.6.
     swept = ((2.6, -1.9), (4.4, -1.9), (4.4, -1.27 + reach), (2.6, -1.27 + reach))
-    moved = joint.replace(leaf=joint.leaf.replace(swept=swept))
+    moved = joint.replace(swept_area=joint.swept_area.replace(outline=swept))
     return changed(facts, "dishwasher", washer.replace(joints=(moved,)))
 
 
@@ -76,26 +76,26 @@ def hung(name: str, low: float) -> KitchenFacts:
     facts = kitchen()
     hood = next(f for f in facts.fixtures if f.name == "hood")
     if name == "hood":
-        return changed(facts, "hood", hood.replace(low=0.915 + low))
+        return changed(facts, "hood", hood.replace(bottom=0.915 + low))
     return changed(facts, "hood", upper(2.4, 3.2, "over", low=0.915 + low).replace(joints=()))
 
 
 def glazed(length: float) -> KitchenFacts:
     """A window that opens, so far over the range."""
     way = WINDOW.replace(wall="back", start=(3.208 - length, 0.0), end=(4.2, 0.0))
-    return kitchen().replace(ways=(way, DOOR))
+    return kitchen().replace(openings=(way, DOOR))
 
 
 def tasteless(count: int) -> KitchenFacts:
     """A kitchen that breaks some advice: high worktops, no hood, a microwave far up, a sink far from all else."""
     facts = kitchen()
     oven = next(f for f in facts.fixtures if f.name == "microwave")
-    rows = tuple(r.replace(height=0.96, depth=0.6) for r in facts.rows[:2])
+    rows = tuple(r.replace(height=0.96, depth_before=0.6) for r in facts.runs[:2])
     if count > 0:
-        facts = changed(facts.replace(rows=rows), "hood", None)
+        facts = changed(facts.replace(runs=rows), "hood", None)
     if count > 1:
-        facts = changed(facts, "microwave", oven.replace(low=1.5, high=1.79))
-        facts = facts.replace(rows=tuple(r.replace(units=r.units[:4]) for r in facts.rows))
+        facts = changed(facts, "microwave", oven.replace(bottom=1.5, top=1.79))
+        facts = facts.replace(runs=tuple(r.replace(units=r.units[:4]) for r in facts.runs))
     if count > 2:
         facts = with_more(facts, upper(0.0, 0.4, "low_one", low=1.1).replace(joints=()))
         facts = with_unit(facts, "main", "range", 0.96, 1.8)
@@ -104,7 +104,7 @@ def tasteless(count: int) -> KitchenFacts:
 
 def shelf(*around: Fixture) -> KitchenFacts:
     """A shelf that stands by itself on the floor, and what stands around it."""
-    alone = Fixture(name="alone", role=Role.SHELF, category="open_shelf", foot=ALONE, low=0.0, high=1.0)
+    alone = Fixture(name="alone", role=Role.SHELF, category="open_shelf", footprint=ALONE, bottom=0.0, top=1.0)
     return with_more(kitchen(), alone, *around)
 
 
@@ -116,11 +116,11 @@ def crate(long: float) -> Fixture:
 def flapped(out: float) -> KitchenFacts:
     """The shelf has a flap across the room, which comes out so far."""
     joint = flap(ALONE, "flap_joint", out, 0.1, 0.5)
-    assert joint.leaf is not None
+    assert joint.swept_area is not None
     outline = box(ALONE, -1.6, 1.6, 0.0, out)
     facts = shelf()
     alone = next(f for f in facts.fixtures if f.name == "alone")
-    moved = joint.replace(leaf=joint.leaf.replace(open=outline, swept=outline))
+    moved = joint.replace(swept_area=joint.swept_area.replace(open_outline=outline, outline=outline))
     return changed(facts, "alone", alone.replace(joints=(moved,)))
 
 
@@ -128,7 +128,9 @@ def crowded(low: float) -> KitchenFacts:
     """Boards over both rows' worktops at some height: on them, or over whatever is put there."""
     tops = [f for f in kitchen().fixtures if f.role is Role.WORKTOP]
     boards = [
-        Fixture(name=f"board_{k}", role=Role.THING, category="board", foot=top.foot, low=low, high=low + 0.02)
+        Fixture(
+            name=f"board_{k}", role=Role.THING, category="board", footprint=top.footprint, bottom=low, top=low + 0.02
+        )
         for k, top in enumerate(tops)
     ]
     return with_more(kitchen(), *boards)
@@ -180,7 +182,7 @@ def test_every_row_has_examples() -> None:
 
 def test_compact_waives_what_small_kitchens_cannot_keep() -> None:
     facts = kitchen()
-    short = facts.replace(rows=tuple(r.replace(units=r.units[:4]) for r in facts.rows))
+    short = facts.replace(runs=tuple(r.replace(units=r.units[:4]) for r in facts.runs))
     plain, compact = (grade(DesignSubject(f)) for f in (short, short.replace(compact=True)))
     missed = {f.rule for f in plain.design if f.passed is False}
     assert "N25" in missed

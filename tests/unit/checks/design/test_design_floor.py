@@ -38,7 +38,7 @@ def moved(x: float, y: float) -> tuple[Vec2, ...]:
 
 
 def named(facts: KitchenFacts, name: str) -> Vec2:
-    return next(f for f in facts.fixtures if f.name == name).foot.middle
+    return next(f for f in facts.fixtures if f.name == name).footprint.center
 
 
 class TestOutlines:
@@ -78,7 +78,7 @@ class TestFloor:
         outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
         ends = zip(outline, (*outline[1:], outline[0]), strict=True)
         walls = tuple(RoomWall(id=f"wall_{k}", start=a, end=b) for k, (a, b) in enumerate(ends))
-        floor = FloorMap(kitchen().replace(outline=outline, walls=walls, ways=(), rows=(), fixtures=()))
+        floor = FloorMap(kitchen().replace(outline=outline, walls=walls, openings=(), runs=(), fixtures=()))
         assert not (floor.solid & floor.room).any()
         assert floor.holds(floor.solid, (2.05, 0.05))
 
@@ -95,20 +95,20 @@ class TestFloor:
 
     def test_floor_that_is_cut_off_is_free_but_not_reached(self) -> None:
         bar = thing("bar", Role.ON_FLOOR, (2.5, -2.2), (5.0, 0.3), 0.0, 0.9)
-        closed = tuple(w.replace(open=False) for w in kitchen().walls)
+        closed = tuple(w.replace(is_open=False) for w in kitchen().walls)
         floor = FloorMap(with_more(kitchen(), bar).replace(walls=closed))
         assert floor.holds(floor.reached, (2.0, -3.0))
         assert floor.holds(floor.free, (2.0, -1.3))
         assert not floor.holds(floor.reached, (2.0, -1.3))
 
     def test_nobody_enters_a_room_without_a_door(self) -> None:
-        closed = tuple(w.replace(open=False) for w in kitchen().walls)
+        closed = tuple(w.replace(is_open=False) for w in kitchen().walls)
         assert FloorMap(kitchen().replace(walls=closed)).reached.any()
-        assert not FloorMap(kitchen().replace(walls=closed, ways=())).reached.any()
+        assert not FloorMap(kitchen().replace(walls=closed, openings=())).reached.any()
 
     def test_passage_is_driven_through_but_a_closed_door_is_not(self) -> None:
         for kind, passed in ((OpeningKind.PASSAGE, True), (OpeningKind.DOOR, False)):
-            floor = FloorMap(kitchen().replace(ways=(DOOR.replace(kind=kind),)))
+            floor = FloorMap(kitchen().replace(openings=(DOOR.replace(kind=kind),)))
             assert floor.holds(floor.solid, (-0.05, -3.35)) is not passed
 
     @pytest.mark.parametrize(("low", "high", "blocks"), [(0.0, 0.02, False), (0.0, 0.2, True), (1.0, 1.4, False)])
@@ -122,9 +122,9 @@ class TestParking:
         facts = kitchen()
         place = find_parking(facts, FloorMap(facts)).shut["main_drawers"]
         assert place is not None
-        assert place.at == pytest.approx((2.1, -0.65 - GAP - RADIUS))
+        assert place.position == pytest.approx((2.1, -0.65 - GAP - RADIUS))
         assert place.yaw == pytest.approx(math.pi / 2, abs=1e-4)
-        assert (place.stance, place.aside) == (ParkingSide.FRONT, 0.0)
+        assert (place.side, place.offset) == (ParkingSide.FRONT, 0.0)
 
     def test_tall_units_get_more_room(self) -> None:
         facts = kitchen()
@@ -132,7 +132,7 @@ class TestParking:
         assert is_tall(facts, fridge)
         place = find_parking(facts, FloorMap(facts)).shut["fridge"]
         assert place is not None
-        assert place.at[1] == pytest.approx(-0.77 - GAP_TALL - RADIUS)
+        assert place.position[1] == pytest.approx(-0.77 - GAP_TALL - RADIUS)
 
     def test_base_stands_beside_a_flap_and_before_a_door(self) -> None:
         facts = kitchen()
@@ -140,15 +140,21 @@ class TestParking:
         washer, fridge = lots.open["dishwasher", "door_joint"], lots.open["fridge", "door_joint"]
         assert washer is not None
         assert fridge is not None
-        assert washer.stance in (ParkingSide.LEFT, ParkingSide.RIGHT)
+        assert washer.side in (ParkingSide.LEFT, ParkingSide.RIGHT)
         assert (
             distance(
-                [p for f in facts.fixtures for j in f.joints if f.name == "dishwasher" and j.leaf for p in j.leaf.open],
-                np.array([washer.at]),
+                [
+                    p
+                    for f in facts.fixtures
+                    for j in f.joints
+                    if f.name == "dishwasher" and j.swept_area
+                    for p in j.swept_area.open_outline
+                ],
+                np.array([washer.position]),
             )[0]
             > RADIUS
         )
-        assert fridge.stance is ParkingSide.FRONT
+        assert fridge.side is ParkingSide.FRONT
 
     def test_base_stands_behind_a_drawer_with_no_room_beside(self) -> None:
         left = thing("left", Role.ON_FLOOR, (1.4, -1.2), (0.5, 0.9), 0.0, 0.3)
@@ -156,15 +162,15 @@ class TestParking:
         facts = with_more(kitchen(), left, right)
         place = find_parking(facts, FloorMap(facts)).open["main_drawers", "drawer2_slidejoint"]
         assert place is not None
-        assert place.stance is ParkingSide.BEHIND
-        assert place.at[1] < -0.6 - 0.5 - RADIUS
+        assert place.side is ParkingSide.BEHIND
+        assert place.position[1] < -0.6 - 0.5 - RADIUS
 
     def test_wall_cabinets_open_over_the_base(self) -> None:
         facts = kitchen()
         lots = find_parking(facts, FloorMap(facts))
         shut, opened = lots.shut["upper_single"], lots.open["upper_single", "doorhinge"]
         assert shut is not None
-        assert opened == shut.replace(open="doorhinge")
+        assert opened == shut.replace(open_joint="doorhinge")
 
 
 class TestPutting:
@@ -249,14 +255,16 @@ def test_picture_shows_the_floor_that_is_reached() -> None:
 def test_whereabouts_are_json_with_a_place_for_every_fixture_and_leaf() -> None:
     subject = DesignSubject(kitchen())
     told = json.loads(json.dumps(whereabouts(subject)))
-    assert told["parking"]["fridge"]["shut"]["stance"] == "front"
+    assert told["parking"]["fridge"]["shut"]["side"] == "front"
     assert set(told["parking"]["upper_double"]["open"]) == {"leftdoorhinge", "rightdoorhinge"}
     assert len(told["tasks"]) == 25
     assert all(task["afforded"] == ("wants" not in task) for task in told["tasks"].values())
     drawers = told["tasks"]["open_drawer"]
     assert drawers["afforded"]
     assert {name.split("__")[0] for name in drawers["joints"]} == set(drawers["fixtures"])
-    hidden = whereabouts(DesignSubject(kitchen().replace(ways=(), walls=tuple(w.replace(open=False) for w in WALLS))))
+    hidden = whereabouts(
+        DesignSubject(kitchen().replace(openings=(), walls=tuple(w.replace(is_open=False) for w in WALLS)))
+    )
     assert hidden["parking"]["fridge"]["shut"] is None
     assert not hidden["tasks"]["open_drawer"]["afforded"]
     assert hidden["tasks"]["open_drawer"]["wants"]

@@ -34,8 +34,8 @@ def facts(built: tuple[KitchenRequest, Scene]) -> KitchenFacts:
 def test_every_placement_is_a_fixture(built: tuple[KitchenRequest, Scene], facts: KitchenFacts) -> None:
     assert [f.name for f in facts.fixtures] == [p.name for p in built[1].placements]
     for role in (Role.SINK, Role.FRIDGE, Role.DISHWASHER, Role.MICROWAVE, Role.COFFEE_MACHINE, Role.WORKTOP):
-        assert facts.of(role), role
-    assert facts.of(Role.RANGE, Role.HOB)
+        assert facts.with_role(role), role
+    assert facts.with_role(Role.RANGE, Role.HOB)
 
 
 def test_same_kitchen_same_facts(built: tuple[KitchenRequest, Scene], facts: KitchenFacts) -> None:
@@ -44,20 +44,20 @@ def test_same_kitchen_same_facts(built: tuple[KitchenRequest, Scene], facts: Kit
 
 
 def test_fixtures_of_rows_face_the_room(facts: KitchenFacts) -> None:
-    for fixture in facts.of(*APPLIANCES, Role.CABINET, Role.DRAWERS):
-        row = facts.row(fixture.run)
+    for fixture in facts.with_role(*APPLIANCES, Role.CABINET, Role.DRAWERS):
+        row = facts.run(fixture.run)
         assert row is not None
-        assert math.cos(fixture.foot.yaw - row.yaw) == pytest.approx(1.0, abs=1e-6), fixture.name
-        assert row.of(fixture.foot.at(0.0, 0.0))[1] > row.of(fixture.foot.middle)[1]
+        assert math.cos(fixture.footprint.yaw - row.yaw) == pytest.approx(1.0, abs=1e-6), fixture.name
+        assert row.to_local(fixture.footprint.at(0.0, 0.0))[1] > row.to_local(fixture.footprint.center)[1]
 
 
 def test_units_and_fixtures_agree(facts: KitchenFacts) -> None:
     """What was built stands in the slot that was planned for it."""
-    for row in facts.rows:
+    for row in facts.runs:
         for unit in row.units:
-            mine = [f for f in facts.fixtures if f.unit == unit.name and f.low < 0.2 and f.role is not Role.TRIM]
+            mine = [f for f in facts.fixtures if f.unit == unit.name and f.bottom < 0.2 and f.role is not Role.TRIM]
             for fixture in mine:
-                middle, half = row.of(fixture.foot.middle)[0], fixture.foot.size[0] / 2
+                middle, half = row.to_local(fixture.footprint.center)[0], fixture.footprint.size[0] / 2
                 assert unit.left - 1e-3 <= middle - half, fixture.name
                 assert middle + half <= unit.right + 1e-3, fixture.name
 
@@ -65,31 +65,34 @@ def test_units_and_fixtures_agree(facts: KitchenFacts) -> None:
 def test_leaves_begin_at_their_fixture_and_reach_out_of_it(facts: KitchenFacts) -> None:
     for fixture in facts.fixtures:
         for joint in fixture.joints:
-            if joint.leaf is not None:
-                assert penetration_depth(joint.leaf.swept, fixture.foot.corners) > -0.05, (fixture.name, joint.name)
-                assert penetration_depth(joint.leaf.swept, joint.leaf.open) > 0.0
-                assert joint.leaf.low < joint.leaf.high
-    washer = facts.of(Role.DISHWASHER)[0]
+            if joint.swept_area is not None:
+                assert penetration_depth(joint.swept_area.outline, fixture.footprint.corners) > -0.05, (
+                    fixture.name,
+                    joint.name,
+                )
+                assert penetration_depth(joint.swept_area.outline, joint.swept_area.open_outline) > 0.0
+                assert joint.swept_area.bottom < joint.swept_area.top
+    washer = facts.with_role(Role.DISHWASHER)[0]
     flap = washer.joint("door_joint")
     assert flap is not None
-    assert flap.leaf is not None
-    assert flap.leaf.down
-    assert max(washer.foot.of(p)[1] for p in flap.leaf.open) == pytest.approx(0.68, abs=0.12)
+    assert flap.swept_area is not None
+    assert flap.swept_area.sweeps_front
+    assert max(washer.footprint.to_local(p)[1] for p in flap.swept_area.open_outline) == pytest.approx(0.68, abs=0.12)
 
 
 def test_knobs_and_keys_have_no_leaf(facts: KitchenFacts) -> None:
     small = [j for f in facts.fixtures for j in f.joints if j.name.startswith("knob") or "button" in j.name]
     assert small
-    assert [j.name for j in small if j.leaf is not None] == []
+    assert [j.name for j in small if j.swept_area is not None] == []
 
 
 def test_a_door_is_less_clear_than_its_hole_by_lining_and_leaf(facts: KitchenFacts) -> None:
-    doors = [w for w in facts.ways if w.kind is OpeningKind.DOOR]
+    doors = [w for w in facts.openings if w.kind is OpeningKind.DOOR]
     assert doors
     for way in doors:
         hole = math.dist(way.start, way.end)
-        assert 0.08 < hole - way.clear < 0.15
-        assert way.leaf is not None
+        assert 0.08 < hole - way.clear_width < 0.15
+        assert way.swept_area is not None
 
 
 def test_what_the_checks_say(facts: KitchenFacts) -> None:
@@ -98,9 +101,9 @@ def test_what_the_checks_say(facts: KitchenFacts) -> None:
     report = run(subject, facts.id, LIMITS)
     assert report.issues == ()
     places = subject.lots.every
-    assert {p.fixture for p in places} >= {f.name for f in facts.of(*APPLIANCES)}
+    assert {p.fixture for p in places} >= {f.name for f in facts.with_role(*APPLIANCES)}
     for place in places:
-        assert distance(facts.of(Role.SINK)[0].foot.corners, _point(place.at))[0] > 0.3
+        assert distance(facts.with_role(Role.SINK)[0].footprint.corners, _point(place.position))[0] > 0.3
 
 
 def _point(at: tuple[float, float]) -> np.ndarray:

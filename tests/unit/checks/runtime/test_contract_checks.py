@@ -124,7 +124,7 @@ TAMPERED: list[tuple[str, Make, str, str]] = [
 
 def spelled_otherwise() -> Contract:
     """The contract of a hob whose runtime writes the left burner's place with a capital."""
-    return KNOWN.contracts["stovetop"].replace(spelled={"knob_left_main": "knobL_main"})
+    return KNOWN.contracts["stovetop"].replace(runtime_names={"knob_left_main": "knobL_main"})
 
 
 EXAMPLES: dict[str, tuple[Make, object]] = {

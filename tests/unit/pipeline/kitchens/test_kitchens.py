@@ -73,7 +73,7 @@ class TestFaults:
         ("old", "new", "message"),
         [
             ("title:", "titel:", "titel"),
-            ("go: right", "go: rigth", "right"),
+            ("heading: right", "heading: rigth", "right"),
         ],
     )
     def test_plan_with_a_fault_tells_its_line(self, tmp_path: Path, old: str, new: str, message: str) -> None:

@@ -166,11 +166,16 @@ def test_near_forms_by_arrays_are_those_by_pairs() -> None:
     def form(near_to: ShapeDescriptor | None = None) -> ShapeDescriptor:
         scatter = rng.normal(0.0, 0.02, 51)
         base = (
-            rng.uniform(0.2, 2.0, 51) if near_to is None else np.array((*near_to.pairs, *near_to.reach, *near_to.axes))
+            rng.uniform(0.2, 2.0, 51)
+            if near_to is None
+            else np.array((*near_to.pair_distances, *near_to.center_distances, *near_to.axis_spread))
         )
         values = [round(float(v), 4) for v in base + (0 if near_to is None else scatter)]
         return ShapeDescriptor(
-            radius=0.1, pairs=tuple(values[:32]), reach=tuple(values[32:48]), axes=(values[48], values[49], values[50])
+            radius=0.1,
+            pair_distances=tuple(values[:32]),
+            center_distances=tuple(values[32:48]),
+            axis_spread=(values[48], values[49], values[50]),
         )
 
     forms = [form() for _ in range(40)]

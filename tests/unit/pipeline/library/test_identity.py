@@ -9,10 +9,11 @@ import pytest
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
+from casa_assets.model.asset.signature import CENTER_SHARES, PAIR_SHARES, TONE_SHARES, TONES
 from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Identity, Producer, suffix_of
-from casa_assets.pipeline.library.library import Library, Refusal, identity_of
+from casa_assets.pipeline.library.library import Library, Refusal, Summary, identity_of
 
 ONE, OTHER = "a" * 64, "a" * 10 + "b" * 54
 
@@ -135,3 +136,23 @@ def test_an_entry_of_the_first_schema_is_still_read(library: Library, beside: st
         (target / beside).touch()
     read = disk.read_refusal(target)
     assert (read.producer, read.cache_key, read.message) == (producer, "r", told["message"])
+
+
+def test_a_signature_of_the_first_schema_is_still_read(tmp_path: Path) -> None:
+    shape = {"radius": 0.1, "pairs": [1.0] * PAIR_SHARES, "reach": [2.0] * CENTER_SHARES, "axes": [3.0, 2.0, 1.0]}
+    color = {"tones": [0.5] * TONES * TONE_SHARES, "names": [["red", 1.0]], "stated": True}
+    certificate = {
+        "schema_version": 1,
+        "asset_digest": "d",
+        "recipe": "r",
+        "versions": {},
+        "files": {},
+        "report": {"subject": "mug"},
+        "summary": {**dict.fromkeys(Summary.model_fields, 1), "extents": [1, 1, 1]},
+        "signature": {"form": shape, "tint": color},
+    }
+    (tmp_path / disk.CERTIFICATE).write_text(json.dumps({"asset": {}, "certificate": certificate}), encoding="utf-8")
+    read = disk.read_certificate(tmp_path).signature
+    assert read is not None
+    assert (read.shape.pair_distances[0], read.shape.center_distances[0], read.shape.axis_spread) == (1, 2, (3, 2, 1))
+    assert read.color.names == (("red", 1.0),)
