@@ -34,10 +34,14 @@ import numpy as np
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.errors import Rejected
+from casa_assets.export import mjcf
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
-from casa_assets.pipeline.articulate.run import settle_joints
+from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
+from casa_assets.pipeline.articulate.run import with_contract
 
 AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 
@@ -131,8 +135,8 @@ def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
     soup = weld_triangles(case.V, case.F)
     up, front = truth(case)
     frame = given_frame(soup, up, front or (0, -1, 0)) if true_frame else guess_frame(soup)
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    return infer_articulation(placed, frame), time.process_time() - begin
+    placed = soup.in_frame(frame)
+    return infer_articulation(fragment_mesh(placed), frame), time.process_time() - begin
 
 
 def options(message: str) -> argparse.ArgumentParser:
@@ -251,7 +255,8 @@ def travel(mesh: Path) -> tuple[list[tuple[str, bool]], str]:
     """
     with tempfile.TemporaryDirectory() as folder:
         try:
-            built, found = settle_joints(build(ArticulateRequest(mesh, Path(folder))), Path(folder))
+            built = limit_ranges(build(ArticulateRequest(mesh, Path(folder)))).with_runtime_names()
+            built = with_contract(built, Path(folder))
         except Rejected:
             return [], "nothing moves"
     holds = (
@@ -259,8 +264,9 @@ def travel(mesh: Path) -> tuple[list[tuple[str, bool]], str]:
         if built.asset.contract
         else ": ".join(built.unmet_checks[:2]) or "none aimed at"
     )
-    went = [(p.kind.value, found[p.name].whole) for p in built.found.parts]
-    return went, f"{built.category.id} ({built.confidence[0]:.0%}): {holds}"
+    found = {t.joint: t for t in travels(built.asset, mjcf.write(built.asset))}
+    whole = [(p.kind.value, found[built.joints[p.name]].whole) for p in built.found.parts]
+    return whole, f"{built.category.id} ({built.confidence[0]:.0%}): {holds}"
 
 
 def tell(row: dict[str, Any], good: bool, took: float) -> None:

@@ -17,8 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.geometry.grid.voxel import boundary, voxelise
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import weld
@@ -194,7 +193,7 @@ def _part(asset: Asset, joint: Joint, number: int, cloud: Floats, rows: Ints, ar
 def _small(vertices: Floats, faces: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
     """(F,) faces of pieces of a mesh that are as small as keys."""
     soup = weld_triangles(vertices, faces.astype(np.int64))
-    label = fragment_labels(soup)
+    label = soup.fragment_labels
     low, high = np.full((int(label.max()) + 2, 3), np.inf), np.full((int(label.max()) + 2, 3), -np.inf)
     np.minimum.at(low, label, soup.points[soup.faces].min(axis=1))
     np.maximum.at(high, label, soup.points[soup.faces].max(axis=1))

@@ -21,7 +21,7 @@ import numpy as np
 from articulate import frame_is_right, options, scored, truth, turned
 
 from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
 BOUNDS = (0.0, 0.5, 0.8, 0.9, 1.01)
 

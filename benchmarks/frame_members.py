@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from casa_assets.articulate.frame.axes import PIXELS, given_frame
 from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, measure_fragments
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.geometry.grid.voxel import boundary, voxelise
 from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset
@@ -86,8 +85,8 @@ def seen(mesh: Mesh, one: bool = False) -> MeasuredFragments:
     """The pieces of a mesh that stands upright; `one` takes it all for one piece."""
     soup = weld_triangles(*mesh)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    label = fragment_labels(placed)
+    placed = soup.in_frame(frame)
+    label = placed.fragment_labels
     return measure_fragments(placed, np.minimum(label, 0) if one else label, PIXELS)
 
 

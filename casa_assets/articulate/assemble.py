@@ -10,8 +10,7 @@ import numpy.typing as npt
 from casa_assets.articulate.colliders.build_colliders import build_colliders, part_label
 from casa_assets.articulate.joints.joint_dynamics import build_joint, open_closed_states
 from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import shell_moments
@@ -53,7 +52,7 @@ class AssetSpec:
     provenance: Provenance
 
 
-def assemble(model: RawModel, soup: TriangleSoup, found: Articulation, brief: AssetSpec) -> Asset:
+def assemble(model: RawModel, soup: WeldedMesh, found: Articulation, brief: AssetSpec) -> Asset:
     """Build the articulated asset.
 
     Args:
@@ -68,7 +67,7 @@ def assemble(model: RawModel, soup: TriangleSoup, found: Articulation, brief: As
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in found.parts)]
     total = float(soup.areas.sum() + (BODY_WEIGHT_FACTOR - 1.0) * soup.areas[owner < 0].sum())
     mass = _mass(brief)
-    shapes = build_colliders(place.points, soup, fragment_labels(soup), found, brief.substance.id)
+    shapes = build_colliders(place.points, soup, soup.fragment_labels, found, brief.substance.id)
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
@@ -108,7 +107,7 @@ def assemble(model: RawModel, soup: TriangleSoup, found: Articulation, brief: As
 class _Place:
     """Converts points of the frame to metres: the origin is the middle of the footprint, on the ground."""
 
-    def __init__(self, soup: TriangleSoup, metres: float) -> None:
+    def __init__(self, soup: WeldedMesh, metres: float) -> None:
         low, high = soup.points.min(axis=0), soup.points.max(axis=0)
         self.shift = -np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]) * metres
         self.metres = metres

@@ -12,8 +12,7 @@ from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.joints import hinges
 from casa_assets.articulate.plan import Articulation, FaceIndex, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.asset.joint import JointKind
@@ -128,7 +127,7 @@ def axis_word(vector: Vec3) -> Direction:
     return vector
 
 
-def apply_decisions(found: Articulation, soup: TriangleSoup, said: Decisions) -> Articulation:
+def apply_decisions(found: Articulation, soup: WeldedMesh, said: Decisions) -> Articulation:
     """Return the articulation with the user's decisions on its parts applied.
 
     Args:
@@ -162,13 +161,13 @@ def _without(part: PartPlan, taken: set[int]) -> PartPlan:
     return part.replace(faces=np.setdiff1d(part.faces, rows), grip=np.setdiff1d(part.grip, rows))
 
 
-def _fresh(name: str, wanted: PartDecision, soup: TriangleSoup, found: Articulation) -> PartPlan:
+def _fresh(name: str, wanted: PartDecision, soup: WeldedMesh, found: Articulation) -> PartPlan:
     """Return a part made of all fragments that lie within a box."""
     assert wanted.box_m is not None
     assert wanted.kind is not None
     low, high = (_to_frame(np.array(c), soup, found) for c in wanted.box_m)
     low, high = np.minimum(low, high) - 1e-4, np.maximum(low, high) + 1e-4
-    label = fragment_labels(soup)
+    label = soup.fragment_labels
     corners = soup.points[soup.faces]
     outside = ((corners < low) | (corners > high)).any(axis=(1, 2))
     away = np.unique(label[outside])
@@ -187,7 +186,7 @@ def _dummy() -> JointPlan:
     return JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0))
 
 
-def _changed(part: PartPlan, wanted: PartDecision | None, soup: TriangleSoup, found: Articulation) -> PartPlan:
+def _changed(part: PartPlan, wanted: PartDecision | None, soup: WeldedMesh, found: Articulation) -> PartPlan:
     """Return a part with the user's changes."""
     if wanted is None:
         return part
@@ -206,7 +205,7 @@ def _changed(part: PartPlan, wanted: PartDecision | None, soup: TriangleSoup, fo
     return changed if joint is part.joint else changed.replace(joint=joint)
 
 
-def _turned(joint: JointPlan, wanted: PartDecision, soup: TriangleSoup, found: Articulation) -> JointPlan:
+def _turned(joint: JointPlan, wanted: PartDecision, soup: WeldedMesh, found: Articulation) -> JointPlan:
     """Return the joint with the axis and anchor that the user gives."""
     if wanted.axis is not None:
         axis = parse_direction(wanted.axis)
@@ -230,7 +229,7 @@ def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
     return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, reason=GIVEN_REASON)
 
 
-def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: TriangleSoup) -> JointPlan:
+def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: WeldedMesh) -> JointPlan:
     """Return the usual joint of a part of a kind at its place."""
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
@@ -267,7 +266,7 @@ def _hinge(edge: HingeEdge, kind: PartKind, low: Floats, high: Floats) -> JointP
     )
 
 
-def hinge_at_face(part: PartPlan, soup: TriangleSoup) -> JointPlan:
+def hinge_at_face(part: PartPlan, soup: WeldedMesh) -> JointPlan:
     """Return the hinge of a part with its axis in the plane of its face, as inset doors have it, not near its back."""
     leaf = np.setdiff1d(part.faces, part.grip)
     low, high = _box(leaf if len(leaf) else part.faces, soup)
@@ -278,13 +277,13 @@ def hinge_at_face(part: PartPlan, soup: TriangleSoup) -> JointPlan:
     return part.joint.replace(anchor=(x, float(low[1]), z), reason=reason)
 
 
-def _box(faces: FaceIndex, soup: TriangleSoup) -> tuple[Floats, Floats]:
+def _box(faces: FaceIndex, soup: WeldedMesh) -> tuple[Floats, Floats]:
     """Return the (3,) lower and upper corner of some faces."""
     points = soup.points[soup.faces[faces].reshape(-1)]
     return points.min(axis=0), points.max(axis=0)
 
 
-def _to_frame(point: Floats, soup: TriangleSoup, found: Articulation) -> Floats:
+def _to_frame(point: Floats, soup: WeldedMesh, found: Articulation) -> Floats:
     """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
     low, high = soup.points.min(axis=0), soup.points.max(axis=0)
     foot = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])

@@ -33,9 +33,11 @@ from casa_assets.articulate.segment.fragment_measures import (
     corners_from_side,
     measure_fragments,
 )
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness, segment_shell
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.shell_segments import (
+    MIN_BOXINESS,
+    Fragmentation,
+    boxiness,
+)
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Vec3
@@ -82,14 +84,14 @@ class _Found:
         return name
 
 
-def infer_articulation(soup: TriangleSoup, frame: Frame, category: str = "") -> Articulation:
-    """Find the moving parts of a soup.
+def infer_articulation(fragmentation: Fragmentation, frame: Frame, category: str = "") -> Articulation:
+    """Find the moving parts of a mesh.
 
     Args:
-        soup: in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
+        fragmentation: of the mesh in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
     """
-    return articulate_fragments(measure_fragments(soup, segment_shell(soup, fragment_labels(soup))), frame, category)
+    return articulate_fragments(measure_fragments(fragmentation.mesh, fragmentation.labels), frame, category)
 
 
 def articulate_fragments(pieces: MeasuredFragments, frame: Frame, category: str = "") -> Articulation:

@@ -17,7 +17,7 @@ from casa_assets.articulate.colliders.link_shapes import (
     snap_to_box,
 )
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.geometry.solid.hull import hull_volume
@@ -56,7 +56,7 @@ def part_label(kind: PartKind) -> str:
 
 
 def build_colliders(
-    points: Floats, soup: TriangleSoup, label: Ints, found: Articulation, substance: str
+    points: Floats, soup: WeldedMesh, label: Ints, found: Articulation, substance: str
 ) -> list[LinkColliders]:
     """Return the colliders of the body and of each part, in this order.
 
@@ -96,7 +96,7 @@ def build_colliders(
     return out
 
 
-def _place(solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: TriangleSoup, metres: float) -> None:
+def _place(solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: WeldedMesh, metres: float) -> None:
     """Give each link its joint, asset frame; in place."""
     foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
     for solid, part in zip(solids[1:], found.parts, strict=True):
@@ -120,7 +120,7 @@ def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
 
 
 def _build_in(
-    solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: TriangleSoup, metres: float
+    solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: WeldedMesh, metres: float
 ) -> None:
     """Add the shapes of built interiors to their links, and subtract the cavities from the body; in place."""
     foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
@@ -136,7 +136,7 @@ def _build_in(
         solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
 
 
-def _solid(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
+def _solid(points: Floats, soup: WeldedMesh, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
     """Return the shapes of one link before any cut."""
     rows = rows[label[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
@@ -151,7 +151,7 @@ def _solid(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, part: Pa
     return LinkSolid(None, _covered(points, soup, label, rows[~held], MAX_SHAPES_BEFORE_CUTS), grips)
 
 
-def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: int) -> list[Floats]:
+def _covered(points: Floats, soup: WeldedMesh, label: Ints, rows: Ints, most: int) -> list[Floats]:
     """Return shapes that cover some faces, fragment by fragment, the largest first, within the budget."""
     if not len(rows):
         return []
@@ -183,9 +183,7 @@ def _covered(points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, most: 
     return out + _ends(points, soup, label, rows, out, reach)
 
 
-def _ends(
-    points: Floats, soup: TriangleSoup, label: Ints, rows: Ints, have: list[Floats], reach: float
-) -> list[Floats]:
+def _ends(points: Floats, soup: WeldedMesh, label: Ints, rows: Ints, have: list[Floats], reach: float) -> list[Floats]:
     """Return shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
     seen = points[soup.faces[rows]]
     low, high = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
@@ -201,7 +199,7 @@ def _ends(
     ]
 
 
-def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: TriangleSoup) -> int | None:
+def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: WeldedMesh) -> int | None:
     """Return the index of the door in front of something that slides or turns inside, or None."""
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.raster import DepthImage
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
 # Sizes in diagonals of the thing. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:

@@ -9,7 +9,7 @@ import numpy as np
 
 from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, corners_from_side
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats, Ints
 
 # A slot is deeper than what is beside it by so much, and so long, diagonals.

@@ -12,8 +12,7 @@ from casa_assets.articulate.frame.side_views import measure_side
 from casa_assets.articulate.frame.wall_alignment import align_walls
 from casa_assets.articulate.plan import Frame
 from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, measure_fragments
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 
 # Weight of each feature in the log odds of a candidate; those that earn none are left out. Ref: conditional logit over
@@ -82,14 +81,14 @@ CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) 
 GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
 
 
-def given_frame(soup: TriangleSoup, up: Sequence[float], front: Sequence[float]) -> Frame:
+def given_frame(soup: WeldedMesh, up: Sequence[float], front: Sequence[float]) -> Frame:
     """Return the frame for known up and front directions, file axes, at right angles to each other."""
     z = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
     y = -np.asarray(front, dtype=np.float64) / np.linalg.norm(front)
     return _framed(soup, np.stack([np.cross(y, z), y, z]))
 
 
-def _framed(soup: TriangleSoup, rotation: Floats) -> Frame:
+def _framed(soup: WeldedMesh, rotation: Floats) -> Frame:
     """Return the frame with these axes, centred in the box that they make around the object."""
     turned = soup.points @ rotation.T
     low, high = turned.min(axis=0), turned.max(axis=0)
@@ -99,7 +98,7 @@ def _framed(soup: TriangleSoup, rotation: Floats) -> Frame:
 
 
 def guess_frame(
-    soup: TriangleSoup,
+    soup: WeldedMesh,
     up: Sequence[float] | None = None,
     front: Sequence[float] | None = None,
     stated: int | None = None,
@@ -114,8 +113,8 @@ def guess_frame(
     """
     straight = align_walls(soup, [d for d in (up, front) if d is not None][:1])
     plain = _framed(soup, straight)
-    placed = soup.transformed(plain.rotation, np.array(plain.origin), plain.scale)
-    pieces = measure_fragments(placed, fragment_labels(placed), PIXELS)
+    placed = soup.in_frame(plain)
+    pieces = measure_fragments(placed, placed.fragment_labels, PIXELS)
     outward = -SIDES[:, 2] @ straight
     allowed = [(f, t) for f, t in CANDIDATES if _fits(front, outward[f]) and _fits(up, outward[t])]
     known = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 
 from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.raster import DepthImage
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
 # A step in depth between neighbouring pixels that counts as an edge, diagonals; a bend, cosine of 25 degrees.

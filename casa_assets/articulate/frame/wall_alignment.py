@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 
 # Faces within this of an axis lie along it; the bins in which directions of walls are counted, radians.
@@ -19,7 +19,7 @@ MAX_TILTS = 12
 MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
 
 
-def align_walls(soup: TriangleSoup, floors: Sequence[Sequence[float]] = ()) -> Floats:
+def align_walls(soup: WeldedMesh, floors: Sequence[Sequence[float]] = ()) -> Floats:
     """Return a (3, 3) proper rotation whose rows are directions of the file that the walls of an object run along.
 
     The axes of the file stay where they serve; then they are turned about one of themselves, then about the normal of

@@ -19,7 +19,7 @@ from casa_assets.articulate.segment.fragment_measures import (
     corners_from_side,
 )
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
 # A handle stands out at least so far, in diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.

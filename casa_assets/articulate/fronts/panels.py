@@ -20,7 +20,7 @@ from casa_assets.articulate.segment.fragment_measures import (
     MeasuredFragments,
     corners_from_side,
 )
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
 # A panel is at least so wide and high, and covers at least so much of the side.

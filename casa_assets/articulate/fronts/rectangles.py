@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import find_objects, label
 
 from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, MIN_DEPTH_STEP, Protrusion, SideRelief, edge_lines
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
 # No rectangle is narrower than this, diagonals.

@@ -14,7 +14,7 @@ from casa_assets.articulate.interior.cavity_limits import fit_cavity
 from casa_assets.articulate.interior.cavity_views import CavityProbe, make_probe
 from casa_assets.articulate.plan import Articulation, Cavity, HingeEdge, InteriorKind, PartKind, PartPlan
 from casa_assets.articulate.segment.rays import RayCrossings, sample_grid
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
@@ -71,7 +71,7 @@ class FrontOpening:
     mouth: float
 
 
-def find_cavities(soup: TriangleSoup, found: Articulation, category: str) -> tuple[Cavity, ...]:
+def find_cavities(soup: WeldedMesh, found: Articulation, category: str) -> tuple[Cavity, ...]:
     """Return the cavities behind the doors and drawers that the body carries.
 
     Args:

@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.articulate.interior.cavity_views import CavityProbe, border_points
 from casa_assets.articulate.plan import Cavity, InteriorKind
 from casa_assets.articulate.segment.rays import sample_grid
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.articulate.plan import PartPlan
 from casa_assets.articulate.segment.rays import RayCrossings, cross_rays, sample_grid
-from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
 # The body round a front is looked for so far beyond its edges, diagonals.
@@ -186,7 +186,7 @@ class CavityProbe:
         )
 
 
-def make_probe(soup: TriangleSoup, parts: Sequence[PartPlan]) -> CavityProbe:
+def make_probe(soup: WeldedMesh, parts: Sequence[PartPlan]) -> CavityProbe:
     """Return the probe of a soup with its parts."""
     owner = np.full(len(soup.faces), -1, dtype=np.int64)
     grip = np.zeros(len(soup.faces), dtype=np.int64)

@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.articulate.decisions import GIVEN_REASON, LENGTH_TOLERANCE_M, CavityDecision, Decisions
 from casa_assets.articulate.plan import Articulation, Cavity, InteriorKind
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 from casa_assets.errors import UnknownId
 from casa_assets.model.record import Vec3
@@ -20,7 +20,7 @@ LINER_SHARE = 0.04
 
 
 def apply_cavity_decisions(
-    rooms: Sequence[Cavity], found: Articulation, soup: TriangleSoup, said: Decisions, build: bool
+    rooms: Sequence[Cavity], found: Articulation, soup: WeldedMesh, said: Decisions, build: bool
 ) -> tuple[Cavity, ...]:
     """Return the cavities with the user's decisions applied.
 
@@ -42,7 +42,7 @@ def apply_cavity_decisions(
     return tuple(out)
 
 
-def _changed(room: Cavity, wanted: CavityDecision, found: Articulation, soup: TriangleSoup) -> Cavity:
+def _changed(room: Cavity, wanted: CavityDecision, found: Articulation, soup: WeldedMesh) -> Cavity:
     """Return one cavity with the user's changes."""
     changed = room
     if wanted.build and not room.built:
@@ -72,7 +72,7 @@ def _lined(room: Cavity) -> Cavity:
     )
 
 
-def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: TriangleSoup) -> Cavity:
+def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: WeldedMesh) -> Cavity:
     """Return a cavity between other corners, with walls as thick as before."""
     metres = found.frame.metres or 1.0
     corners = np.array(box) / metres + asset_origin(soup)
@@ -91,7 +91,7 @@ def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: Tria
     )
 
 
-def asset_origin(soup: TriangleSoup) -> Floats:
+def asset_origin(soup: WeldedMesh) -> Floats:
     """Return the (3,) origin of the asset in the frame: under the middle, on the ground."""
     low, high = soup.points.min(axis=0), soup.points.max(axis=0)
     return np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])

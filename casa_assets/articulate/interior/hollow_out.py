@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.articulate.plan import Articulation, Frame
 from casa_assets.articulate.segment.cut_planes import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragment_measures import FRONT
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel
@@ -22,8 +22,8 @@ PLANE_EXTENT = 10.0
 
 
 def hollow_out(
-    model: RawModel, placed: TriangleSoup, found: Articulation, holes: Sequence[Box]
-) -> tuple[RawModel, TriangleSoup, Articulation]:
+    model: RawModel, placed: WeldedMesh, found: Articulation, holes: Sequence[Box]
+) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Remove all of the body that lies in some boxes of the frame.
 
     Args:
@@ -45,15 +45,8 @@ def hollow_out(
         start += count
     model = model.replace(parts=tuple(parts))
     kept = np.concatenate(parents)
-    return model, soup_in_frame(model, found.frame), _renumbered(found, kept, len(placed.faces))
-
-
-def soup_in_frame(model: RawModel, frame: Frame) -> TriangleSoup:
-    """Return all triangles of a model as one soup in the frame."""
-    starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
-    faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
-    soup = weld_triangles(np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces))
-    return soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    mesh = weld_model(model, by_material=False).in_frame(found.frame)
+    return model, mesh, _renumbered(found, kept, len(placed.faces))
 
 
 def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple[Mesh, Ints]:
@@ -74,17 +67,8 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
         done = cut_triangles(place, mesh.faces[near].astype(np.int64), _blades(low, high))
         middle = done.interpolate(place)[done.faces].mean(axis=1)
         out = ~((middle > low) & (middle < high)).all(axis=1)
-        normals = None if mesh.normals is None else _unit(done.interpolate(mesh.normals))
-        colors = (
-            None if mesh.colors is None else np.rint(done.interpolate(mesh.colors.astype(np.float64))).astype(np.uint8)
-        )
-        mesh = Mesh(
-            vertices=done.interpolate(mesh.vertices),
-            faces=np.concatenate([mesh.faces[~near].astype(np.int64), done.faces[out]]).astype(np.int32),
-            uv=None if mesh.uv is None else done.interpolate(mesh.uv),
-            normals=normals,
-            colors=colors,
-        )
+        faces = np.concatenate([mesh.faces[~near].astype(np.int64), done.faces[out]])
+        mesh = done.interpolate_mesh(mesh, faces)
         cut = np.flatnonzero(near)[done.parent[out]]
         parent, free = np.concatenate([parent[~near], parent[cut]]), np.concatenate([free[~near], free[cut]])
     return mesh, parent
@@ -95,12 +79,6 @@ def _blades(low: Floats, high: Floats) -> list[CutPlane]:
     a, b = np.full(3, -PLANE_EXTENT), np.full(3, PLANE_EXTENT)
     # A blade on the front counts right, up and depth: x, z and y.
     return [CutPlane(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (low, high)]
-
-
-def _unit(vectors: Floats) -> Floats:
-    """Return vectors scaled to length 1."""
-    found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
-    return found
 
 
 def _renumbered(found: Articulation, kept: Ints, count: int) -> Articulation:

@@ -21,7 +21,7 @@ from casa_assets.articulate.segment.fragment_measures import (
     MeasuredFragments,
     corners_from_side,
 )
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
 # A rack takes at least this part of the width of its door, a turntable the second, and is at most this part of its

@@ -11,7 +11,7 @@ import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
-from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
 # Parts that close with a board; what else is cut from a shell is closed where it was cut off.
@@ -35,7 +35,7 @@ class CapFaces:
     owner: Ints
 
 
-def close_cuts(soup: TriangleSoup, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> CapFaces:
+def close_cuts(soup: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> CapFaces:
     """Make the faces that close every part against what it was cut from.
 
     Args:
@@ -72,7 +72,7 @@ def close_cuts(soup: TriangleSoup, owner: Ints, parts: Sequence[PartPlan], backs
     return CapFaces(np.concatenate(points), np.concatenate(faces), np.concatenate(owners).astype(np.int64))
 
 
-def _borders(soup: TriangleSoup, owner: Ints) -> tuple[Ints, Ints, Ints]:
+def _borders(soup: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
     """Return edges between faces of two owners, both ways: (E, 2) points, the owner, the other owner."""
     alive = np.flatnonzero((soup.areas > 0) & (soup.duplicate_of == np.arange(len(soup.faces))))
     corners = soup.faces[alive]
@@ -102,7 +102,7 @@ def _inwards(part: PartPlan) -> Floats:
     return found
 
 
-def _has_back(soup: TriangleSoup, mine: Bools) -> bool:
+def _has_back(soup: WeldedMesh, mine: Bools) -> bool:
     """Return whether a board has a surface that faces back."""
     facing = soup.normals @ SIDES[FRONT][2]
     front = float(soup.areas[mine & (facing < -0.8)].sum())

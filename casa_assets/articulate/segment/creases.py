@@ -9,7 +9,7 @@ from scipy.ndimage import binary_dilation, find_objects, grey_closing, label, ma
 
 from casa_assets.articulate.segment.fragment_measures import SIDES
 from casa_assets.articulate.segment.raster import DepthImage, render_depth
-from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
 # Pixels along the longer side of a relief.
@@ -81,7 +81,7 @@ class SideRelief:
     along: Bools
 
 
-def measure_relief(soup: TriangleSoup, side: int) -> SideRelief:
+def measure_relief(soup: WeldedMesh, side: int) -> SideRelief:
     """Analyse a side of a soup that is in the frame."""
     picture = render_depth(soup.points, soup.faces, SIDES[side], PIXELS)
     depth = np.where(picture.face >= 0, picture.depth, BACKGROUND_DEPTH)
@@ -162,7 +162,7 @@ def _is_small(blob: Protrusion) -> bool:
     )
 
 
-def _edges(soup: TriangleSoup, side: int, picture: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
+def _edges(soup: WeldedMesh, side: int, picture: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
     """Mark pixels that step, or bend inwards, against the one to their right, and the one below.
 
     Outward bends are left out: they are the facets of a bulging front, while a gap always has an inward one.

@@ -9,6 +9,7 @@ import numpy as np
 
 from casa_assets.articulate.segment.fragment_measures import SIDES
 from casa_assets.core.typing import Floats, Ints
+from casa_assets.model.asset.mesh import Mesh
 
 # An edge is not cut so near its ends, as a part of its length: that would leave slivers.
 MIN_END_SHARE = 1e-4
@@ -52,6 +53,20 @@ class CutTriangles:
         for a, b, share in self.new_points:
             out = np.concatenate([out, out[a] + share[:, None] * (out[b] - out[a])])
         return out
+
+    def interpolate_mesh(self, mesh: Mesh, faces: Ints) -> Mesh:
+        """Return a mesh with other faces over its old and the new points, every vertex attribute interpolated."""
+        normals, colors = mesh.normals, mesh.colors
+        if normals is not None:
+            normals = self.interpolate(normals)
+            normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+        return Mesh(
+            vertices=self.interpolate(mesh.vertices),
+            faces=faces.astype(np.int32),
+            uv=None if mesh.uv is None else self.interpolate(mesh.uv),
+            normals=normals,
+            colors=None if colors is None else np.rint(self.interpolate(colors.astype(np.float64))).astype(np.uint8),
+        )
 
 
 def cut_triangles(points: Floats, faces: Ints, knives: Sequence[CutPlane]) -> CutTriangles:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.segment.raster import DepthImage, render_depth
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
 # Rows of each: right, up, and the way one looks. Front, back, left, right, top, bottom.
@@ -37,7 +37,7 @@ class MeasuredFragments:
         visible_area: (N, 6) area of its picture from each of SIDES. depth_images: those pictures, of faces.
     """
 
-    soup: TriangleSoup
+    soup: WeldedMesh
     label: Ints
     low: Floats
     high: Floats
@@ -67,7 +67,7 @@ class MeasuredFragments:
         return found
 
 
-def measure_fragments(soup: TriangleSoup, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
+def measure_fragments(soup: WeldedMesh, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
     """Measure the fragments of a soup that is in the frame, from rendered depth images of six sides."""
     count = int(label.max()) + 1 if len(label) else 0
     alive = np.flatnonzero(label >= 0)

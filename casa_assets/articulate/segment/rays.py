@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.segment.triangle_soup import Bools
+from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats, Ints
 
 # Faces that are looked at at once: bounds the memory, not the result.

@@ -9,10 +9,14 @@ from casa_assets.articulate.plan import Articulation, Frame, PartKind
 from casa_assets.articulate.segment.caps import CapFaces, close_cuts
 from casa_assets.articulate.segment.cut_planes import CutPlane, cut_triangles
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.shell_segments import FusedShell, find_shell, shell_cut_planes, shell_zones
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.articulate.segment.shell_segments import (
+    Fragmentation,
+    FusedShell,
+    shell_cut_planes,
+    shell_zones,
+)
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
+from casa_assets.core.typing import Ints
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart
 
@@ -20,20 +24,19 @@ _BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 
 
 def cut_shell_parts(
-    model: RawModel, placed: TriangleSoup, found: Articulation
-) -> tuple[RawModel, TriangleSoup, Articulation]:
+    model: RawModel, fragmentation: Fragmentation, found: Articulation
+) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Cut a model along the borders of the parts found on its shell; unchanged where there is no shell.
 
     Args:
-        model: as read; its faces, part by part, are those of `placed`.
-        placed: in the frame, diagonal 1.
+        model: as read; its faces, part by part, are those of the fragmented mesh.
 
     Returns:
         The model with its triangles cut and the faces that close the cuts as a last part, the same in the frame, and
         the parts over their faces.
     """
-    shell = find_shell(placed, fragment_labels(placed)) if found.parts else None
-    if shell is None:
+    placed, shell = fragmentation.mesh, fragmentation.shell
+    if shell is None or not found.parts:
         return model, placed, found
     owner = _owner(found, len(placed.faces))
     zone = shell_zones(shell, placed, np.arange(len(owner)))
@@ -42,7 +45,7 @@ def cut_shell_parts(
         return model, placed, found  # controls stand on the shell, and nothing is cut out of it
     blades = shell_cut_planes(shell, placed, np.flatnonzero(part_of >= 0).tolist())
     model, parent = _cut(model, found.frame, blades)
-    soup = _in_frame(model, found.frame)
+    soup = weld_model(model).in_frame(found.frame)
     fresh = shell_zones(shell, soup, parent)
     parted = np.bincount(parent, minlength=len(owner))[parent] > 1
     new = owner[parent]
@@ -58,7 +61,7 @@ def cut_shell_parts(
     found = _over(found, parent, new, closing)
     if len(closing.faces):
         model = model.replace(parts=(*model.parts, _cap_part(model, found.frame, closing)))
-        soup = _in_frame(model, found.frame)
+        soup = weld_model(model).in_frame(found.frame)
     return model, soup, found
 
 
@@ -70,7 +73,7 @@ def _owner(found: Articulation, count: int) -> Ints:
     return owner
 
 
-def _parts_of_zones(soup: TriangleSoup, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
+def _parts_of_zones(soup: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
     """Return the (Z,) part that has most of the area of each zone, -1 for the body."""
     count = len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs)
     share = np.zeros((count, int(owner.max()) + 2))
@@ -88,44 +91,10 @@ def _cut(model: RawModel, frame: Frame, blades: list[CutPlane]) -> tuple[RawMode
         mesh = raw.mesh
         place = (mesh.vertices - np.array(frame.origin)) @ frame.rotation.T * frame.scale
         done = cut_triangles(place, mesh.faces.astype(np.int64), blades)
-        normals = None if mesh.normals is None else _unit(done.interpolate(mesh.normals))
-        colors = (
-            None if mesh.colors is None else np.rint(done.interpolate(mesh.colors.astype(np.float64))).astype(np.uint8)
-        )
-        fresh = Mesh(
-            vertices=done.interpolate(mesh.vertices),
-            faces=done.faces.astype(np.int32),
-            uv=None if mesh.uv is None else done.interpolate(mesh.uv),
-            normals=normals,
-            colors=colors,
-        )
-        parts.append(raw.replace(mesh=fresh))
+        parts.append(raw.replace(mesh=done.interpolate_mesh(mesh, done.faces)))
         parents.append(done.parent + start)
         start += len(mesh.faces)
     return model.replace(parts=tuple(parts)), np.concatenate(parents)
-
-
-def _unit(vectors: Floats) -> Floats:
-    """Return vectors scaled to length 1."""
-    found: Floats = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
-    return found
-
-
-def model_soup(model: RawModel) -> TriangleSoup:
-    """Return all triangles of a model as one soup, file axes."""
-    starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
-    faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
-    numbers: dict[str, int] = {}
-    looks = ["" if p.material is None else p.material.id for p in model.parts]
-    tint = [np.full(len(f), numbers.setdefault(k, len(numbers))) for f, k in zip(faces, looks, strict=True)]
-    return weld_triangles(
-        np.concatenate([p.mesh.vertices for p in model.parts]), np.concatenate(faces), np.concatenate(tint)
-    )
-
-
-def _in_frame(model: RawModel, frame: Frame) -> TriangleSoup:
-    """Return all triangles of a model as one soup in the frame."""
-    return model_soup(model).transformed(frame.rotation, np.array(frame.origin), frame.scale)
 
 
 def _over(found: Articulation, parent: Ints, owner: Ints, closing: CapFaces) -> Articulation:

@@ -22,7 +22,7 @@ from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief,
 from casa_assets.articulate.segment.cut_planes import CutPlane
 from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
 from casa_assets.articulate.segment.raster import DepthImage, render_depth
-from casa_assets.articulate.segment.triangle_soup import Bools, TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
 # A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
@@ -70,18 +70,29 @@ class FusedShell:
     fronts: tuple[tuple[FrontRectangle, float], ...]
 
 
-def segment_shell(soup: TriangleSoup, label: Ints) -> Ints:
-    """Split a shell into fragments on its front and top, along existing triangle edges.
+@dataclass(frozen=True)
+class Fragmentation:
+    """A mesh in its frame, split into fragments once for all stages that need them.
 
-    Args:
-        soup: in the frame, a diagonal of 1. label: (F,) fragment of each face, -1 for none.
-
-    Returns:
-        (F,) labels: those that came in, and new ones for what was taken from a shell.
+    Attributes:
+        mesh: a diagonal of 1. shell: the connected piece that holds fused parts, None where each part is a piece.
+        labels: (F,) fragment of each face, -1 for none; those of the mesh, and new ones for what is taken from a shell.
     """
-    shell = find_shell(soup, label)
-    if shell is None:
-        return label
+
+    mesh: WeldedMesh
+    shell: FusedShell | None
+    labels: Ints
+
+
+def fragment_mesh(mesh: WeldedMesh) -> Fragmentation:
+    """Split a mesh that is in its frame into fragments, along existing triangle edges."""
+    shell = find_shell(mesh)
+    return Fragmentation(mesh, shell, mesh.fragment_labels if shell is None else _split_shell(shell, mesh))
+
+
+def _split_shell(shell: FusedShell, soup: WeldedMesh) -> Ints:
+    """Return the (F,) fragment labels of a mesh with the parts of its shell as fragments of their own."""
+    label = soup.fragment_labels
     zone = shell_zones(shell, soup, np.arange(len(label)))
     fresh = int(label.max()) + 1
     number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
@@ -91,8 +102,9 @@ def segment_shell(soup: TriangleSoup, label: Ints) -> Ints:
     return out
 
 
-def find_shell(soup: TriangleSoup, label: Ints) -> FusedShell | None:
-    """Find the one piece of a soup that holds several fused parts; None where each part is its own piece."""
+def find_shell(soup: WeldedMesh) -> FusedShell | None:
+    """Find the one piece of a mesh that holds several fused parts; None where each part is its own piece."""
+    label = soup.fragment_labels
     mine = _shell(soup, label)
     if not mine.any():
         return None
@@ -123,7 +135,7 @@ def find_shell(soup: TriangleSoup, label: Ints) -> FusedShell | None:
     return FusedShell(mine, shown, skin, front, top, tuple(fronts))
 
 
-def shell_cut_planes(shell: FusedShell, soup: TriangleSoup, chosen: Sequence[int]) -> list[CutPlane]:
+def shell_cut_planes(shell: FusedShell, soup: WeldedMesh, chosen: Sequence[int]) -> list[CutPlane]:
     """Return cut planes around and behind each chosen front, and under each chosen protrusion.
 
     Args:
@@ -148,7 +160,7 @@ def shell_cut_planes(shell: FusedShell, soup: TriangleSoup, chosen: Sequence[int
     return out
 
 
-def shell_zones(shell: FusedShell, soup: TriangleSoup, parent: Ints) -> Ints:
+def shell_zones(shell: FusedShell, soup: WeldedMesh, parent: Ints) -> Ints:
     """Return the (F',) zone of each face: fronts first, then protrusions of the front, then of the top; -1 for none.
 
     Args:
@@ -169,7 +181,7 @@ def shell_zones(shell: FusedShell, soup: TriangleSoup, parent: Ints) -> Ints:
     return out
 
 
-def _behind(shell: FusedShell, soup: TriangleSoup, zone: Ints) -> list[Ints]:
+def _behind(shell: FusedShell, soup: WeldedMesh, zone: Ints) -> list[Ints]:
     """Return groups of faces behind fronts, each connected: boxes of drawers, walls and shelves."""
     flat, _ = _seen_from(soup, FRONT)
     out = []
@@ -181,7 +193,7 @@ def _behind(shell: FusedShell, soup: TriangleSoup, zone: Ints) -> list[Ints]:
     return out
 
 
-def _seen_from(soup: TriangleSoup, side: int) -> tuple[Floats, float]:
+def _seen_from(soup: WeldedMesh, side: int) -> tuple[Floats, float]:
     """Return the (F, 3) middles of faces as right, up and depth from the nearest point; and the whole depth."""
     flat = soup.points[soup.faces].mean(axis=1) @ SIDES[side].T
     depth = soup.points @ SIDES[side][2]
@@ -196,7 +208,7 @@ def _in_leaf(front: SideRelief, leaf: FrontRectangle, flat: Floats) -> Bools:
     return found & (column >= leaf.columns[0]) & (column < leaf.columns[1])
 
 
-def _shell(soup: TriangleSoup, label: Ints) -> Bools:
+def _shell(soup: WeldedMesh, label: Ints) -> Bools:
     """Mark the (F,) faces of the piece that makes up most of the object; none where there is no such piece."""
     alive = label >= 0
     none: Bools = np.zeros(len(label), dtype=bool)
@@ -211,7 +223,7 @@ def _shell(soup: TriangleSoup, label: Ints) -> Bools:
     return mine if large and area[most] >= MIN_SHELL_AREA * area.sum() else none
 
 
-def _thickness(soup: TriangleSoup, inside: Bools, behind: Floats, deep: float) -> float:
+def _thickness(soup: WeldedMesh, inside: Bools, behind: Floats, deep: float) -> float:
     """Return the thickness of a front: up to its back where that is visible, else a usual value; diagonals."""
     most = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * deep)
     facing = soup.normals @ SIDES[FRONT][2] > 0.8
@@ -224,14 +236,14 @@ def _thickness(soup: TriangleSoup, inside: Bools, behind: Floats, deep: float) -
     return float(behind[order[np.searchsorted(reach, 0.9 * reach[-1])]]) + 0.002
 
 
-def boxiness(soup: TriangleSoup, views: Sequence[DepthImage]) -> float:
+def boxiness(soup: WeldedMesh, views: Sequence[DepthImage]) -> float:
     """Return the share of the visible area that faces along an axis, over all given views."""
     along = np.abs(soup.normals).max(axis=1) > AXIS_ALIGNED_COS
     area = [(float((v.face >= 0).sum()), float(along[v.face[v.face >= 0]].sum()), v.pixel**2) for v in views]
     return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
 
 
-def _hanging_together(soup: TriangleSoup, rows: Ints) -> list[Ints]:
+def _hanging_together(soup: WeldedMesh, rows: Ints) -> list[Ints]:
     """Group faces that share points; each group is ascending, and tiny groups are dropped."""
     if not len(rows):
         return []
@@ -244,7 +256,7 @@ def _hanging_together(soup: TriangleSoup, rows: Ints) -> list[Ints]:
     return [rows[of_face == k] for k in range(count) if (of_face == k).sum() >= 12]
 
 
-def _may_open(soup: TriangleSoup, front: SideRelief, leaf: FrontRectangle, deep: float) -> bool:
+def _may_open(soup: WeldedMesh, front: SideRelief, leaf: FrontRectangle, deep: float) -> bool:
     """Return whether a rectangle may be a front: filled, not far back, and facing the viewer."""
     window = slice(*leaf.rows), slice(*leaf.columns)
     if float((front.depth[window] < BACKGROUND_DEPTH / 2).mean()) < MIN_COVERAGE or leaf.plane > MAX_START_DEPTH * deep:
@@ -276,7 +288,7 @@ def _foot(view: SideRelief, number: int) -> float:
     return ground - min(CUT_DISTANCE, 0.3 * view.blobs[number].protrusion)
 
 
-def _take_blobs(out: Ints, free: Bools, view: SideRelief, soup: TriangleSoup, side: int, first: int) -> None:
+def _take_blobs(out: Ints, free: Bools, view: SideRelief, soup: WeldedMesh, side: int, first: int) -> None:
     """Number the faces of each thing that stands out, from `first` on.
 
     Long triangles that reach from it far over the ground are neither: they would make both larger than they are.

@@ -19,6 +19,7 @@ from casa_assets.checks.motion.sweep import moved_by
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
+from casa_assets.model.files import Files
 
 # A contact this much deeper than the same two shapes have at rest is one. Ref: what soft contacts forgive.
 BEYOND_M = 0.001
@@ -73,16 +74,20 @@ def _says(travel: JointTravel) -> str:
     return f"goes {travel.reached:.0%} of its range under 20 N"
 
 
-def travels(asset: Asset, model_xml: Path, pushed: bool = True) -> tuple[JointTravel, ...]:
+def travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tuple[JointTravel, ...]:
     """Every joint of an asset, in its order.
 
     Args:
-        asset: as written to `model_xml`.
+        model: MJCF of the asset: its `model.xml` on disk, or its package in memory.
         pushed: also move each by force; else `reached` is as `free`.
     Raises:
         ValueError: MuJoCo cannot read the file.
     """
-    spec = mujoco.MjSpec.from_file(str(model_xml))
+    if isinstance(model, Files):
+        meshes = {path: data for path, data in model.entries.items() if path != "model.xml"}
+        spec = mujoco.MjSpec.from_string(model.entries["model.xml"].decode(), assets=meshes)
+    else:
+        spec = mujoco.MjSpec.from_file(str(model))
     remove_visuals(spec)
     spec.option.timestep = STEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -16,8 +16,9 @@ from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan
 from casa_assets.articulate.segment.fragment_measures import TOP
-from casa_assets.articulate.segment.shell_cuts import cut_shell_parts, model_soup
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.articulate.semantics.rename import rename_for_runtime
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.load import load
@@ -78,7 +79,7 @@ class ArticulateResult:
 
     asset: Asset
     found: Articulation
-    placed: TriangleSoup
+    placed: WeldedMesh
     model: RawModel
     brief: AssetSpec
     category: Category
@@ -115,10 +116,12 @@ def build(wish: ArticulateRequest) -> ArticulateResult:
     one = find_input(wish.mesh)
     bundle = collect(one, known.limits)
     model = load(bundle, known.limits)
-    soup = model_soup(model)
+    soup = weld_model(model)
     frame = _frame(soup, model, wish)
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    found = infer_articulation(placed, frame, stated_category(one, wish.category or wish.decisions.category or ""))
+    placed = soup.in_frame(frame)
+    fragmentation = fragment_mesh(placed)
+    stated = stated_category(one, wish.category or wish.decisions.category or "")
+    found = infer_articulation(fragmentation, frame, stated)
     kind = _kind(one, wish, model, placed, found)
     category, confidence, reason = kind.category, kind.confidence, kind.reason
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
@@ -127,7 +130,7 @@ def build(wish: ArticulateRequest) -> ArticulateResult:
     found = apply_decisions(found, placed, wish.decisions)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
-    model, placed, found = cut_shell_parts(model, placed, found)
+    model, placed, found = cut_shell_parts(model, fragmentation, found)
     model, placed, found = add_interiors(model, placed, found, kind.id, wish.decisions, wish.complete)
     guesses = (
         Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),
@@ -147,7 +150,7 @@ def build(wish: ArticulateRequest) -> ArticulateResult:
 
 
 def _kind(
-    one: Found, wish: ArticulateRequest, model: RawModel, placed: TriangleSoup, found: Articulation
+    one: Found, wish: ArticulateRequest, model: RawModel, placed: WeldedMesh, found: Articulation
 ) -> CategoryGuess:
     """Return the category; where CLIP is used, it sees the closed object."""
 
@@ -182,7 +185,7 @@ def _unit(
     return unit, certain, why
 
 
-def _frame(soup: TriangleSoup, model: RawModel, wish: ArticulateRequest) -> Frame:
+def _frame(soup: WeldedMesh, model: RawModel, wish: ArticulateRequest) -> Frame:
     """Return the frame that is given, or the guess; decisions that repeat the guess leave it a guess."""
     said = wish.decisions
     up = wish.up or (parse_direction(said.up) if said.up is not None else None)

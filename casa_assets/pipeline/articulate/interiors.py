@@ -12,7 +12,7 @@ from casa_assets import registry
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions
 from casa_assets.articulate.interior.cavities import find_cavities, to_vec3
 from casa_assets.articulate.interior.choose_interiors import apply_cavity_decisions
-from casa_assets.articulate.interior.hollow_out import hollow_out, soup_in_frame
+from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.joints import hinges
 from casa_assets.articulate.plan import (
     ADDED_MESH_NAMES,
@@ -26,7 +26,7 @@ from casa_assets.articulate.plan import (
     PartPlan,
     StorageSpace,
 )
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.family import Supplies
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder
@@ -70,8 +70,8 @@ class _Work:
 
 
 def add_interiors(
-    model: RawModel, placed: TriangleSoup, found: Articulation, category: str, said: Decisions, build: bool
-) -> tuple[RawModel, TriangleSoup, Articulation]:
+    model: RawModel, placed: WeldedMesh, found: Articulation, category: str, said: Decisions, build: bool
+) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Give every front something that it opens onto.
 
     Args:
@@ -106,7 +106,7 @@ def _space_of(room: Cavity) -> StorageSpace:
     )
 
 
-def _built(work: _Work, room: Cavity, found: Articulation, placed: TriangleSoup) -> Articulation:
+def _built(work: _Work, room: Cavity, found: Articulation, placed: WeldedMesh) -> Articulation:
     """Build one interior; return the articulation with the joints that this changes."""
     m, builder = work.metres, work.builder
     first = next(p for p in found.parts if p.name == room.parts[0])
@@ -163,7 +163,7 @@ def _kind_of_box(found: Articulation) -> InteriorKind:
     return next((r.filling for r in found.rooms if r.filling is not InteriorKind.DRAWER), InteriorKind.DRAWER)
 
 
-def _clear(room: Cavity, found: Articulation, placed: TriangleSoup) -> tuple[float, float]:
+def _clear(room: Cavity, found: Articulation, placed: WeldedMesh) -> tuple[float, float]:
     """Return how much of the mouth open doors take at the left and at the right, metres."""
     left = right = 0.0
     for part in (p for p in found.parts if p.name in room.parts and p.joint.kind is JointKind.HINGE):
@@ -188,7 +188,7 @@ def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
     return found.replace(parts=tuple(fresh if p.name == drawer.name else p for p in found.parts))
 
 
-def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, TriangleSoup, Articulation]:
+def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Return the model with everything that was built, as parts and faces."""
     parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
     known = {p.name: p for p in found.parts}
@@ -213,7 +213,7 @@ def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel,
     spaces = tuple(_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
     model = model.replace(parts=tuple(parts))
     found = found.replace(parts=tuple(known.values()), added=tuple(added), spaces=(*found.spaces, *spaces))
-    return model, soup_in_frame(model, found.frame), found
+    return model, weld_model(model, by_material=False).in_frame(found.frame), found
 
 
 def _raw_parts(work: _Work, piece: LinkBuilder, found: Articulation, filling: InteriorKind) -> list[RawPart]:

@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
-from casa_assets.articulate.decisions import hinge_at_face
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer_articulation
-from casa_assets.articulate.plan import Articulation, JointPlan, PartKind, PartPlan
+from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.checks.motion.joint_travel import JointTravel, travels
 from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.issue import Report
 from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
 from casa_assets.pipeline.articulate.contract import unmet_checks, without_contract
 from casa_assets.pipeline.articulate.interiors import add_interiors
+from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
@@ -40,8 +38,6 @@ from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.strip import MovingJoint, joint_strip
 
 STRIP = "strip.png"
-# A part that goes less far than this before it runs into something is wrong, or its shapes are too coarse to tell.
-MIN_FREE_TRAVEL = 0.25
 # What moves a few millimetres, or looks the same all the way round, has no picture of its own.
 _SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
@@ -53,7 +49,7 @@ STEPS: Mapping[str, CodeRef] = {
     "infer": infer_articulation,
     "complete": add_interiors,
     "assemble": assemble,
-    "travel": travels,
+    "travel": limit_ranges,
 }
 
 
@@ -154,7 +150,7 @@ def _asked(wish: ArticulateRequest) -> _Asked:
         "clip": "" if wish.clip is None else weights_digest(str(wish.clip)),
         "complete": wish.complete,
     }
-    code = key_of(build, settle_joints, _written, certify)
+    code = key_of(build, limit_ranges, with_contract, _written, certify)
     return _Asked(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
 
 
@@ -221,8 +217,8 @@ def _entry(wish: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> A
     if built.asset.provenance.sha256 != asked.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
     staged = library.stage(built.asset.id)
-    built, went = settle_joints(built, staged)
-    report = _written(wish, built, staged, went)
+    built = with_contract(limit_ranges(built).with_runtime_names(), staged)
+    report, went = _written(wish, built, staged)
     category, asset = built.category.id, built.asset
     kind = f"{category}, {built.confidence[0]:.0%} sure: {built.confidence[1]}"
     done = ArticulateOutcome(
@@ -266,80 +262,33 @@ def _at(done: ArticulateOutcome, folder: Path, code: str = "", message: str = ""
     return ArticulateOutcome(**{**vars(done), "folder": folder, "code": code, "message": message})
 
 
-def settle_joints(built: ArticulateResult, staged: Path) -> tuple[ArticulateResult, dict[str, JointTravel]]:
-    """Limit joints to the range that the parts can move, rename for the category, and measure each part's travel.
-
-    A door that is stuck in its frame gets its axis at its face, where that frees it; a part that runs into something
-    stops there.
+def with_contract(built: ArticulateResult, folder: Path) -> ArticulateResult:
+    """Return the asset with the contract of its category where it meets it, else without, and what is missing.
 
     Args:
-        staged: folder to write the model to.
+        folder: to write the model to for the checks of the contract.
     """
-    went = _tried(built, staged)
-    stuck = {
-        n: hinge_at_face(p, built.placed)
-        for n, p in _parts(built, went)
-        if went[n].free < MIN_FREE_TRAVEL and p.joint.edge
-    }
-    if stuck:
-        other = built.with_joints(stuck)
-        freed = {n: t for n, t in _tried(other, staged).items() if n in stuck and t.free > went[n].free + 0.05}
-        built = built.with_joints({n: j for n, j in stuck.items() if n in freed})
-        went = _tried(built, staged)
-    short = {}
-    for name, part in _parts(built, went):
-        if MIN_FREE_TRAVEL <= went[name].free < 1.0 and not part.joint.endless:
-            far = _tidy(part.joint.range[1] * went[name].free, part.joint, built.found.frame.metres or 1.0)
-            reason = f"{part.joint.reason}; then it runs into {went[name].against}"
-            short[name] = part.joint.replace(range=(0.0, far), reason=reason)
-    built = _contracted(built.with_joints(short).with_runtime_names(), staged)
-    went = {t.joint: t for t in travels(built.asset, staged / "model.xml")}
-    return built, {part: went[joint] for part, joint in built.joints.items()}
-
-
-def _contracted(built: ArticulateResult, staged: Path) -> ArticulateResult:
-    """Write the model; keep the contract of its category where it meets it, else record what is missing."""
     known, asset = registry.load(), built.asset
-    disk.write_files(staged, mjcf.write(asset))
     if asset.contract is None:
         return built
-    faults = unmet_checks(asset, built.category, staged, known.contracts.get(asset.contract), known.limits)
+    disk.write_files(folder, mjcf.write(asset))
+    faults = unmet_checks(asset, built.category, folder, known.contracts.get(asset.contract), known.limits)
     if not faults:
         return built
-    built = replace(
-        built, asset=without_contract(asset, faults), unmet_checks=(f"contract {asset.contract} not met", *faults)
-    )
-    disk.write_files(staged, mjcf.write(built.asset))
-    return built
+    unmet = (f"contract {asset.contract} not met", *faults)
+    return replace(built, asset=without_contract(asset, faults), unmet_checks=unmet)
 
 
-def _tried(built: ArticulateResult, staged: Path) -> dict[str, JointTravel]:
-    """Return how far each part moves before it runs into something, by name."""
-    disk.write_files(staged, mjcf.write(built.asset))
-    found = travels(built.asset, staged / "model.xml", pushed=False)
-    return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
-
-
-def _parts(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[tuple[str, PartPlan]]:
-    """Return the parts that have a measured travel, by name."""
-    return [(p.name, p) for p in built.found.parts if p.name in went]
-
-
-def _tidy(far: float, joint: JointPlan, metres: float) -> float:
-    """Round a range down to what decisions.yaml can express: tenths of a degree, or of a millimetre."""
-    if joint.kind is JointKind.HINGE:
-        return math.radians(math.floor(math.degrees(far) * 10) / 10)
-    return math.floor(far * metres * 1e4) / 1e4 / metres
-
-
-def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path, went: Mapping[str, JointTravel]) -> Report:
-    """Write both formats, pictures and decisions, and run every check that applies."""
+def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path) -> tuple[Report, dict[str, JointTravel]]:
+    """Write both formats, pictures and decisions; return the report of every check, and the travel of each part."""
     asset = built.asset
     write_package(asset, staged)
     (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
+    by_joint = {t.joint: t for t in travels(asset, staged / "model.xml")}
+    travel = {part: by_joint[joint] for part, joint in built.joints.items()}
     if wish.preview:
-        (staged / STRIP).write_bytes(joint_strip(staged / "model.xml", _moving(built, went), _heading(built, asset)))
-    return check_package(asset, staged, built.category)
+        (staged / STRIP).write_bytes(joint_strip(staged / "model.xml", _moving(built, travel), _heading(built, asset)))
+    return check_package(asset, staged, built.category), travel
 
 
 def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[MovingJoint]:

@@ -10,8 +10,7 @@ import pytest
 from casa_assets.articulate.colliders.build_colliders import build_colliders
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.errors import Rejected
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.joint import JointKind
@@ -92,7 +91,7 @@ def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
     every = np.arange(len(faces))
     rack = PartPlan(name="rack", kind=PartKind.TRAY, faces=every, grip=every, joint=joint)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    found = build_colliders(vertices, soup, fragment_labels(soup), Articulation(frame=frame, parts=(rack,)), "steel")[1]
+    found = build_colliders(vertices, soup, soup.fragment_labels, Articulation(frame=frame, parts=(rack,)), "steel")[1]
     assert {c.label for c in found.colliders} == {"rack"}
     assert len(found.colliders) <= 12
     # One finds a floor in its middle, and no lid.

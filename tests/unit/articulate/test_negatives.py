@@ -7,7 +7,8 @@ import pytest
 
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer_articulation
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 Shape = tuple[np.ndarray, np.ndarray]
@@ -16,8 +17,8 @@ Shape = tuple[np.ndarray, np.ndarray]
 def parts_of(shape: Shape) -> list[str]:
     soup = weld_triangles(*shape)
     frame = guess_frame(soup)
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    return [p.name for p in infer_articulation(placed, frame).parts]
+    placed = soup.in_frame(frame)
+    return [p.name for p in infer_articulation(fragment_mesh(placed), frame).parts]
 
 
 def plain(*parts: Part) -> Shape:

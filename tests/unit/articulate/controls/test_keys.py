@@ -13,18 +13,18 @@ from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.creases import Protrusion
 from casa_assets.articulate.segment.fragment_measures import measure_fragments
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.model.asset.mesh import Mesh
 from tests.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 
-def placed(*parts: Part) -> TriangleSoup:
+def placed(*parts: Part) -> WeldedMesh:
     points, faces, _ = together(*parts)
     soup = weld_triangles(points, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    return soup.in_frame(frame)
 
 
 def control(x: float, y: float, wide: float, high: float, round_: bool = True, stands: float = 0.02) -> Control:
@@ -40,7 +40,7 @@ def machine(*more: Part) -> tuple[Part, ...]:
 def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machine() -> None:
     soup = placed(*machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)))
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    (part,) = infer_articulation(soup, frame, "coffee_machine").parts
+    (part,) = infer_articulation(fragment_mesh(soup), frame, "coffee_machine").parts
     assert part.kind is PartKind.BUTTON
     assert part.joint.axis[1] > 0.99
     assert part.confidence < 0.5
@@ -49,7 +49,7 @@ def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machin
 def test_two_of_them_are_not_the_one_key() -> None:
     pair = [disc((x, -0.015, 0.31), 0.02, 0.015) for x in (0.05, 0.15)]
     soup = placed(*machine(*pair))
-    assert find_single_button(measure_fragments(soup, fragment_labels(soup), 256)) is None
+    assert find_single_button(measure_fragments(soup, soup.fragment_labels, 256)) is None
 
 
 def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
@@ -102,7 +102,7 @@ def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
     parts += [box((0.08, -0.03, 0.13), (0.12, -0.006, 0.14))]
     parts += [disc((x, -0.016, 0.07), 0.008, 0.01) for x in (0.08, 0.12)]
     soup = placed(*parts)
-    found = infer_articulation(soup, given_frame(soup, (0, 0, 1), (0, -1, 0)))
+    found = infer_articulation(fragment_mesh(soup), given_frame(soup, (0, 0, 1), (0, -1, 0)))
     assert [p.kind for p in found.parts] == [PartKind.KNOB, PartKind.KNOB]
 
 

@@ -11,8 +11,8 @@ from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, together
 
@@ -22,7 +22,7 @@ def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     vertices, faces, owner = together(*parts)
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
+    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame), owner
 
 
 def turned(part: Part, degrees: float, about: tuple[float, float, float]) -> Part:
@@ -49,8 +49,8 @@ def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     vertices, faces, _ = together(*parts)
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    pieces = measure_fragments(placed, fragment_labels(placed))
+    placed = soup.in_frame(frame)
+    pieces = measure_fragments(placed, placed.fragment_labels)
     levers, _ = find_levers(pieces, FRONT, find_controls(pieces, FRONT, []))
     return levers, 1 / frame.scale
 

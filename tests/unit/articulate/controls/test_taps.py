@@ -10,8 +10,8 @@ from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.segment.fragment_measures import measure_fragments
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Part, box, disc, together
 
@@ -37,7 +37,7 @@ def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     vertices, faces, owner = together(*parts)
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
+    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame), owner
 
 
 def test_a_stick_turns_about_what_it_is_rooted_in() -> None:
@@ -81,4 +81,4 @@ def test_a_short_pin_is_pressed_and_a_long_one_is_not() -> None:
 def test_an_arm_that_no_column_bears_is_no_spout() -> None:
     vertices, faces, _ = together(*faucet()[:-2], box((-0.015, -0.18, 0.24), (0.015, 0.015, 0.27)))
     soup = weld_triangles(vertices, faces)
-    assert find_spout(measure_fragments(soup, fragment_labels(soup)), set()) is None
+    assert find_spout(measure_fragments(soup, soup.fragment_labels), set()) is None

@@ -10,7 +10,7 @@ import pytest
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
 from casa_assets.articulate.frame.wall_alignment import align_walls
 from casa_assets.articulate.segment.fragment_measures import SIDES
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from tests.unit.articulate.blocks import Floats, Ints, box, carcass, disc, drawers, microwave, together
 
 UP, FRONT = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
@@ -39,7 +39,7 @@ def oven() -> tuple[Floats, Ints, Ints]:
 THINGS = {"drawers": drawers, "microwave": microwave, "oven": oven}
 
 
-def turned(name: str, rotation: Floats, scale: float = 1.0) -> TriangleSoup:
+def turned(name: str, rotation: Floats, scale: float = 1.0) -> WeldedMesh:
     """One of THINGS in another pose, with other units, moved."""
     vertices, faces, _ = THINGS[name]()
     return weld_triangles(vertices @ rotation.T * scale + np.array([3.0, -2.0, 7.0]) * scale, faces)
@@ -62,7 +62,7 @@ def test_the_front_is_found_from_any_side(name: str, degrees: float, stands: Flo
 def test_the_thing_fills_its_box(degrees: float) -> None:
     soup = turned("microwave", yaw(degrees), 10.0)
     frame = guess_frame(soup, up=UP.tolist(), front=(yaw(degrees) @ FRONT).tolist())
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    placed = soup.in_frame(frame)
     low, high = placed.points.min(axis=0), placed.points.max(axis=0)
     assert np.linalg.norm(high - low) == pytest.approx(1.0)
     assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)

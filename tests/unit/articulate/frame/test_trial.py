@@ -20,8 +20,7 @@ from casa_assets.articulate.segment.fragment_measures import (
     MeasuredFragments,
     measure_fragments,
 )
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, carcass, drawers, microwave, together
 
 PIXELS = 128
@@ -31,8 +30,8 @@ def pieces_of(*parts: Part) -> MeasuredFragments:
     """The pieces of a thing that stands as it should."""
     soup = weld_triangles(*together(*parts)[:2])
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    return measure_fragments(placed, fragment_labels(placed), PIXELS)
+    placed = soup.in_frame(frame)
+    return measure_fragments(placed, placed.fragment_labels, PIXELS)
 
 
 def whole(name: str) -> MeasuredFragments:
@@ -102,8 +101,8 @@ def test_another_material_in_the_same_plane_is_detail() -> None:
     for tint in (np.zeros(len(faces), dtype=np.int64), np.repeat(np.arange(3), 12)):
         soup = weld_triangles(vertices, faces, tint)
         frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-        placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-        details.append(measure_side(measure_fragments(placed, fragment_labels(placed), PIXELS), FRONT).detail)
+        placed = soup.in_frame(frame)
+        details.append(measure_side(measure_fragments(placed, placed.fragment_labels, PIXELS), FRONT).detail)
     assert details[0] == 0.0
     assert details[1] > 0.02
 

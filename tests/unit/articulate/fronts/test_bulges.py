@@ -12,9 +12,8 @@ from casa_assets.articulate.fronts.panels import find_panels
 from casa_assets.articulate.fronts.rectangles import FrontRectangle
 from casa_assets.articulate.segment.creases import SideRelief
 from casa_assets.articulate.segment.fragment_measures import FRONT, MeasuredFragments, measure_fragments
-from casa_assets.articulate.segment.fragments import fragment_labels
 from casa_assets.articulate.segment.raster import DepthImage
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Floats, Part, box, together
 
 COLUMNS = ((0, 20), (20, 40), (40, 160), (160, 180), (180, 200))
@@ -68,8 +67,8 @@ def measured(parts: list[Part]) -> MeasuredFragments:
     vertices, faces, _ = together(*parts)
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    return measure_fragments(placed, fragment_labels(placed))
+    placed = soup.in_frame(frame)
+    return measure_fragments(placed, placed.fragment_labels)
 
 
 def wedge(low: tuple[float, float, float], high: tuple[float, float, float], back: float) -> Part:

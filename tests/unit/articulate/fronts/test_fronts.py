@@ -8,7 +8,8 @@ import pytest
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 
@@ -18,7 +19,7 @@ def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     vertices, faces, owner = together(*parts)
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame), owner
+    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame), owner
 
 
 def of_kind(found: Articulation, kind: PartKind) -> list[PartPlan]:

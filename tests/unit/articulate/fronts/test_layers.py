@@ -9,8 +9,8 @@ import pytest
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
 from tests.unit.articulate.fronts.test_fronts import bar, found_in, of_kind, tub
@@ -26,7 +26,7 @@ def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Articul
     """What is found where up is z and the front faces -y."""
     soup = weld_triangles(vertices, faces, tint)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
 
 
 def parts_of(plan: PartPlan, owner: Ints) -> set[int]:
@@ -36,8 +36,8 @@ def parts_of(plan: PartPlan, owner: Ints) -> set[int]:
 def test_faces_of_two_materials_are_two_fragments() -> None:
     points, faces = box((0, 0, 0), (1, 1, 1))
     tint = (np.arange(len(faces)) >= 8).astype(np.int64)
-    assert len(set(fragment_labels(weld_triangles(points, faces)).tolist())) == 1
-    label = fragment_labels(weld_triangles(points, faces, tint))
+    assert len(set(weld_triangles(points, faces).fragment_labels.tolist())) == 1
+    label = weld_triangles(points, faces, tint).fragment_labels
     assert not set(label[tint == 0].tolist()) & set(label[tint == 1].tolist())
 
 

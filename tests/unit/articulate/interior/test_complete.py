@@ -11,7 +11,7 @@ from casa_assets.articulate.decisions import CavityDecision, Decisions
 from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartKind
 from casa_assets.articulate.segment.rays import cross_rays, sample_grid
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.errors import UnknownId
 from casa_assets.export import mjcf
@@ -21,7 +21,6 @@ from casa_assets.model.asset.mesh import Mesh as Triangles
 from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
-from casa_assets.pipeline.library import library as disk
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
@@ -162,8 +161,7 @@ def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:
 
 def test_racks_move_behind_their_door_and_meet_nothing(tmp_path: Path) -> None:
     built = made(block(*door()), tmp_path, "wall_oven")
-    disk.write_files(tmp_path / "m", mjcf.write(built.asset))
-    found = {t.joint: t for t in travels(built.asset, tmp_path / "m" / "model.xml")}
+    found = {t.joint: t for t in travels(built.asset, mjcf.write(built.asset))}
     racks = [p.name for p in built.found.parts if p.kind is PartKind.TRAY]
     assert racks
     for name in racks:
@@ -179,8 +177,7 @@ def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) ->
     built = made(mesh, tmp_path, "drawer_stack")
     assert len(built.found.parts) == 3
     assert all(r.built and r.cut is not None and r.filling is InteriorKind.DRAWER for r in built.found.rooms)
-    disk.write_files(tmp_path / "m", mjcf.write(built.asset))
-    for travel in travels(built.asset, tmp_path / "m" / "model.xml"):
+    for travel in travels(built.asset, mjcf.write(built.asset)):
         assert travel.whole, travel
     for part in built.found.parts:
         region = next(r for r in built.asset.regions if r.link == part.name)

@@ -9,7 +9,8 @@ from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.plan import Articulation, HingeEdge, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.rays import cross_rays
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
 from tests.unit.articulate.interior.test_complete import block, door
@@ -31,11 +32,11 @@ def test_two_doors_that_meet_close_one_room() -> None:
     assert [len(r.parts) for r in rooms] == [1, 1]
 
 
-def _inferred(vertices: Floats, faces: Ints) -> tuple[TriangleSoup, Articulation]:
+def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    return placed, infer_articulation(placed, frame.replace(metres=1.0))
+    placed = soup.in_frame(frame)
+    return placed, infer_articulation(fragment_mesh(placed), frame.replace(metres=1.0))
 
 
 def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
@@ -46,7 +47,7 @@ def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
     assert [r.built for r in right] == [r.built for r in wrong] == [False]
 
 
-def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[TriangleSoup, Articulation]:
+def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Articulation]:
     """Solids of which some are doors, without anything being guessed: place in `parts` -> edge of its hinge."""
     vertices, faces, owner = together(*parts)
     soup = weld_triangles(vertices, faces)
@@ -62,7 +63,7 @@ def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[TriangleSoup, Ar
         )
         for i, edge in edges.items()
     ]
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
+    placed = soup.in_frame(frame)
     return placed, Articulation(frame=frame, parts=tuple(doors))
 
 

@@ -11,10 +11,9 @@ import pytest
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
-from casa_assets.articulate.segment.fragments import fragment_labels
 from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
-from casa_assets.articulate.segment.shell_segments import find_shell, segment_shell
-from casa_assets.articulate.segment.triangle_soup import TriangleSoup, weld_triangles
+from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
@@ -50,12 +49,12 @@ def oven() -> Shape:
     )
 
 
-def placed_of(shape: Shape) -> tuple[TriangleSoup, Articulation]:
-    """A shape with z up and its front to -y, in the frame; and what is found on it."""
+def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
+    """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
     soup = weld_triangles(*shape)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    return placed, infer_articulation(placed, frame)
+    fragments = fragment_mesh(soup.in_frame(frame))
+    return fragments, infer_articulation(fragments, frame)
 
 
 def model_of(shape: Shape) -> RawModel:
@@ -143,7 +142,7 @@ def test_a_cut_keeps_surface_volume_and_texture() -> None:
     assert np.allclose(cut_mesh.uv, cut_mesh.vertices[:, [0, 2]], atol=1e-9)
     assert caps.uv is not None
     own = len(cut_mesh.faces)
-    assert soup.areas[:own].sum() == pytest.approx(placed.areas.sum(), rel=1e-6)
+    assert soup.areas[:own].sum() == pytest.approx(placed.mesh.areas.sum(), rel=1e-6)
     assert len(soup.faces) == own + len(caps.faces)
     corners = caps.vertices[caps.faces]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
@@ -154,12 +153,11 @@ def test_pieces_of_their_own_are_left_alone() -> None:
     vertices, faces, _ = microwave()
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    label = fragment_labels(placed)
-    assert find_shell(placed, label) is None
-    assert segment_shell(placed, label) is label
+    fragments = fragment_mesh(soup.in_frame(frame))
+    assert fragments.shell is None
+    assert fragments.labels is fragments.mesh.fragment_labels
     model = model_of((vertices, faces))
-    assert cut_shell_parts(model, placed, infer_articulation(placed, frame))[0] is model
+    assert cut_shell_parts(model, fragments, infer_articulation(fragments, frame))[0] is model
 
 
 def test_nothing_is_invented_on_a_plain_body() -> None:
@@ -178,7 +176,7 @@ def test_a_shell_with_nothing_to_cut_out_of_it_stays_whole() -> None:
     """What moves may stand on it as it is: the stick of a tap."""
     plain = fused(box((0, 0, 0), (0.6, 0.5, 0.8)))
     placed, found = placed_of(plain)
-    shell = find_shell(placed, fragment_labels(placed))
+    shell = placed.shell
     assert shell is not None
     assert not (*shell.fronts, *shell.front.blobs, *shell.top.blobs)
     stick = placed_of(oven())[1].parts[0].replace(faces=np.array([0, 1]))

@@ -19,8 +19,8 @@ from casa_assets.articulate.frame.side_views import measure_side
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, measure_fragments
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import drawers, microwave, together
 
 
@@ -67,7 +67,7 @@ def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
     vertices, faces, _ = make()
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    found = infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    found = infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
     guessed, confidence = kind_by_parts((x, y, z), found)
     assert guessed == kind
@@ -78,8 +78,8 @@ def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
 def test_handle_and_knobs_stand_out_from_the_front() -> None:
     soup = weld_triangles(*together(*[(v, f) for v, f in [microwave()[:2]]])[:2])
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.transformed(frame.rotation, np.array(frame.origin), frame.scale)
-    pieces = measure_fragments(placed, fragment_labels(placed), 256)
+    placed = soup.in_frame(frame)
+    pieces = measure_fragments(placed, placed.fragment_labels, 256)
     front, back = measure_side(pieces, FRONT), measure_side(pieces, BACK)
     bars = [b for b in front.blobs if b.is_bar]
     knobs = [b for b in front.blobs if b.is_knob]

@@ -15,7 +15,8 @@ from casa_assets.checks.motion.joint_travel import travels
 from casa_assets.export import mjcf
 from casa_assets.pipeline.articulate import review_page
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
-from casa_assets.pipeline.articulate.run import STRIP, ArticulateOutcome, articulate_one, settle_joints
+from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
+from casa_assets.pipeline.articulate.run import STRIP, ArticulateOutcome, articulate_one, with_contract
 from casa_assets.pipeline.ingest.job import RunAborted
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.strip import CELL_PX
@@ -88,13 +89,12 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     built = build(ArticulateRequest(mesh, tmp_path, size_m=0.66, decisions=said, **AXES))
     mine = next(p for p in built.found.parts if p.name == "mine")
     assert len(mine.faces)
-    folder = tmp_path / "staged"
-    folder.mkdir()
-    after, went = settle_joints(built, folder)
-    way = went["mine"]
+    after = limit_ranges(built)
     joint = after.asset.joint_of("mine")
     assert joint is not None
+    (way,) = (t for t in travels(after.asset, mjcf.write(after.asset)) if t.joint == joint.name)
     assert way.whole
+    assert not list(tmp_path.glob("**/model.xml")), "ranges are limited in memory"
     # The handle stands 0.08 m off the post.
     assert 0.06 <= joint.range[1] <= 0.081
 
@@ -102,16 +102,16 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
 def test_travel_tells_a_contact_from_none(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path, **AXES))
-    folder = tmp_path / "staged"
-    folder.mkdir()
-    built, went = settle_joints(built, folder)
-    assert all(t.whole for t in went.values())
+    built = limit_ranges(built).with_runtime_names()
+    assert all(t.whole for t in travels(built.asset, mjcf.write(built.asset)))
     # Turned the wrong way, the door runs into the case.
     wide = built.asset.replace(
         joints=tuple(j.replace(axis=(0.0, 0.0, -1.0)) if j.child == "door" else j for j in built.asset.joints)
     )
-    disk.write_files(folder, mjcf.write(wide))
-    door = next(t for t in travels(wide, folder / "model.xml") if t.joint == "microjoint")
+    disk.write_files(tmp_path / "wide", mjcf.write(wide))
+    found = travels(wide, mjcf.write(wide))
+    assert found == travels(wide, tmp_path / "wide" / "model.xml"), "on disk and in memory are one"
+    door = next(t for t in found if t.joint == "microjoint")
     assert door.free < 0.1
     assert door.against == "object"
     assert not door.whole
@@ -122,9 +122,7 @@ def test_what_lacks_something_holds_no_contract_and_says_what(tmp_path: Path) ->
     built = build(
         ArticulateRequest(obj(tmp_path / "mesh.obj", vertices, faces), tmp_path, category="toaster_oven", **AXES)
     )
-    folder = tmp_path / "staged"
-    folder.mkdir()
-    after, _ = settle_joints(built, folder)
+    after = with_contract(built.with_runtime_names(), tmp_path / "staged")
     assert after.asset.contract is None
     assert after.unmet_checks[0] == "contract toaster_oven not met"
     assert any("knob_time_joint" in line for line in after.unmet_checks)

@@ -10,7 +10,8 @@ import pytest
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.errors import UnknownId
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
@@ -34,7 +35,7 @@ def chest() -> tuple[Vec3, Articulation]:
     soup = weld_triangles(vertices, faces)
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    return (x, y, z), infer_articulation(soup.transformed(frame.rotation, np.array(frame.origin), frame.scale), frame)
+    return (x, y, z), infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
 
 
 def toaster() -> tuple[str, float, str]:

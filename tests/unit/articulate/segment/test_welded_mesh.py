@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from casa_assets.articulate.segment.fragments import fragment_labels
-from casa_assets.articulate.segment.triangle_soup import weld_triangles
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import box, drawers, microwave, together
 
 
@@ -19,19 +18,19 @@ def test_boxes_that_share_a_face_stay_two_fragments() -> None:
     vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)))
     soup = weld_triangles(vertices, faces)
     assert len(soup.points) == 12
-    label = fragment_labels(soup)
+    label = soup.fragment_labels
     assert label.tolist() == owner.tolist()
 
 
 def test_boxes_that_share_an_edge_stay_two_fragments() -> None:
     vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 1, 0), (2, 2, 1)))
-    assert fragment_labels(weld_triangles(vertices, faces)).tolist() == owner.tolist()
+    assert weld_triangles(vertices, faces).fragment_labels.tolist() == owner.tolist()
 
 
 @pytest.mark.parametrize("make", [microwave, drawers])
 def test_no_fragment_straddles_parts_and_none_is_split(make: object) -> None:
     vertices, faces, owner = make()  # type: ignore[operator]
-    label = fragment_labels(weld_triangles(vertices, faces))
+    label = weld_triangles(vertices, faces).fragment_labels
     assert pure(label, owner)
     assert int(label.max()) == int(owner.max())
 
@@ -39,7 +38,7 @@ def test_no_fragment_straddles_parts_and_none_is_split(make: object) -> None:
 def test_the_order_of_faces_does_not_matter() -> None:
     vertices, faces, owner = drawers()
     order = np.random.default_rng(1).permutation(len(faces))
-    label = fragment_labels(weld_triangles(vertices, faces[order]))
+    label = weld_triangles(vertices, faces[order]).fragment_labels
     assert pure(label, owner[order])
     assert int(label.max()) == int(owner.max())
 
@@ -49,7 +48,7 @@ def test_a_doubled_face_goes_with_its_twin_and_a_flat_one_with_none() -> None:
     more = np.concatenate([faces, faces[[3]][:, [1, 2, 0]], [[0, 0, 1]]])
     soup = weld_triangles(vertices, more)
     assert soup.duplicate_of[12] == 3
-    assert fragment_labels(soup).tolist() == [0] * 13 + [-1]
+    assert soup.fragment_labels.tolist() == [0] * 13 + [-1]
 
 
 def test_a_frame_turns_normals_and_scales_areas() -> None:
