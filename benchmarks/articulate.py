@@ -132,10 +132,10 @@ def prediction(found: Articulation) -> dict[str, Any]:
 def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
     """What the tool makes of a case, and the seconds of the processor that it takes."""
     begin = time.process_time()
-    soup = weld_triangles(case.V, case.F)
+    mesh = weld_triangles(case.V, case.F)
     up, front = truth(case)
-    frame = given_frame(soup, up, front or (0, -1, 0)) if true_frame else guess_frame(soup)
-    placed = soup.in_frame(frame)
+    frame = given_frame(mesh, up, front or (0, -1, 0)) if true_frame else guess_frame(mesh)
+    placed = mesh.in_frame(frame)
     return infer_articulation(fragment_mesh(placed), frame), time.process_time() - begin
 
 
@@ -225,13 +225,13 @@ def looked_at(score: ModuleType, args: argparse.Namespace, variant: str, name: s
     if args.perturb is not None:
         turned(case, np.random.default_rng([args.perturb, zlib.crc32(name.encode())]))
     found, took = one(case, args.true_frame)
-    said = prediction(found)
+    decisions = prediction(found)
     if args.out:
         args.out.mkdir(parents=True, exist_ok=True)
-        (args.out / f"{name}.json").write_text(json.dumps(said))
+        (args.out / f"{name}.json").write_text(json.dumps(decisions))
     mesh = Path(f"{score.CASES}/{name}/{variant}.obj")
     went, holds = travel(mesh) if args.travel else ([], "")
-    row = score.score_case(case, said)
+    row = score.score_case(case, decisions)
     return {"row": row, "right": frame_is_right(found.frame, case), "took": took, "went": went, "holds": holds}
 
 
@@ -265,7 +265,7 @@ def travel(mesh: Path) -> tuple[list[tuple[str, bool]], str]:
         else ": ".join(built.unmet_checks[:2]) or "none aimed at"
     )
     found = {t.joint: t for t in travels(built.asset, mjcf.write(built.asset))}
-    whole = [(p.kind.value, found[built.joints[p.name]].whole) for p in built.found.parts]
+    whole = [(p.kind.value, found[built.joints[p.name]].whole) for p in built.articulation.parts]
     return whole, f"{built.category.id} ({built.confidence[0]:.0%}): {holds}"
 
 

@@ -87,7 +87,7 @@ def _child(mesh: Path, core: int | None, answer: Connection) -> None:
     finally:
         shutil.rmtree(out, ignore_errors=True)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
-    found = done.found if isinstance(done, ArticulateOutcome) else None
+    found = done.articulation if isinstance(done, ArticulateOutcome) else None
     names = tuple(p.name for p in found.parts) if found is not None else ()
     answer.send(
         Cost(

@@ -192,11 +192,11 @@ def _part(asset: Asset, joint: Joint, number: int, cloud: Floats, rows: Ints, ar
 
 def _small(vertices: Floats, faces: npt.NDArray[np.int32]) -> npt.NDArray[np.bool_]:
     """(F,) faces of pieces of a mesh that are as small as keys."""
-    soup = weld_triangles(vertices, faces.astype(np.int64))
-    label = soup.fragment_labels
+    mesh = weld_triangles(vertices, faces.astype(np.int64))
+    label = mesh.fragment_labels
     low, high = np.full((int(label.max()) + 2, 3), np.inf), np.full((int(label.max()) + 2, 3), -np.inf)
-    np.minimum.at(low, label, soup.points[soup.faces].min(axis=1))
-    np.maximum.at(high, label, soup.points[soup.faces].max(axis=1))
+    np.minimum.at(low, label, mesh.points[mesh.faces].min(axis=1))
+    np.maximum.at(high, label, mesh.points[mesh.faces].max(axis=1))
     found: npt.NDArray[np.bool_] = ((high - low).max(axis=1) <= KEY_M)[label] & (label >= 0)
     return found
 

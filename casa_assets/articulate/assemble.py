@@ -52,67 +52,67 @@ class AssetSpec:
     provenance: Provenance
 
 
-def assemble(model: RawModel, soup: WeldedMesh, found: Articulation, brief: AssetSpec) -> Asset:
+def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec: AssetSpec) -> Asset:
     """Build the articulated asset.
 
     Args:
-        model: as read; its faces, part by part, are those of `soup`.
-        soup: in the frame, diagonal 1.
+        model: as read; its faces, part by part, are those of `mesh`.
+        mesh: in the frame, diagonal 1.
     """
-    place = _Place(soup, brief.metres)
-    owner = np.full(len(soup.faces), -1, dtype=np.int64)
-    for i, part in enumerate(found.parts):
+    place = _Place(mesh, spec.metres)
+    owner = np.full(len(mesh.faces), -1, dtype=np.int64)
+    for i, part in enumerate(articulation.parts):
         owner[part.faces] = i
-    names = [ROOT, *(p.name for p in found.parts)]
-    anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in found.parts)]
-    total = float(soup.areas.sum() + (BODY_WEIGHT_FACTOR - 1.0) * soup.areas[owner < 0].sum())
-    mass = _mass(brief)
-    shapes = build_colliders(place.points, soup, soup.fragment_labels, found, brief.substance.id)
+    names = [ROOT, *(p.name for p in articulation.parts)]
+    anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in articulation.parts)]
+    total = float(mesh.areas.sum() + (BODY_WEIGHT_FACTOR - 1.0) * mesh.areas[owner < 0].sum())
+    mass = _mass(spec)
+    shapes = build_colliders(place.points, mesh, mesh.fragment_labels, articulation, spec.substance.id)
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
-        parent = None if i == 0 else (found.parts[i - 1].parent or ROOT)
+        parent = None if i == 0 else (articulation.parts[i - 1].parent or ROOT)
         at = anchors[i] - (np.zeros(3) if parent is None else anchors[names.index(parent)])
-        share = max(float(soup.areas[rows].sum()) * (1.0 if i else BODY_WEIGHT_FACTOR) / max(total, 1e-12), 1e-4)
+        share = max(float(mesh.areas[rows].sum()) * (1.0 if i else BODY_WEIGHT_FACTOR) / max(total, 1e-12), 1e-4)
         links.append(
             Link(
                 name=name,
                 parent=parent,
                 pose=Pose(position=_vec(at)),
-                inertial=_inertial(place.points - anchors[i], soup.faces[rows], mass * share),
-                visuals=_visuals(model, place, owner == i - 1, found.parts[i - 1] if i else None, anchors[i]),
+                inertial=_inertial(place.points - anchors[i], mesh.faces[rows], mass * share),
+                visuals=_visuals(model, place, owner == i - 1, articulation.parts[i - 1] if i else None, anchors[i]),
                 colliders=shapes[i].colliders,
             )
         )
     ordered = _parents_first(links)
     joints = tuple(
-        build_joint(p, brief.metres, k, t.behind, names)
-        for p, k, t in zip(found.parts, links[1:], shapes[1:], strict=True)
+        build_joint(p, spec.metres, k, t.behind, names)
+        for p, k, t in zip(articulation.parts, links[1:], shapes[1:], strict=True)
     )
     return Asset(
-        id=brief.asset_id,
-        base=Base.FIXED if brief.category.fixed else Base.FREE,
+        id=spec.asset_id,
+        base=Base.FIXED if spec.category.fixed else Base.FREE,
         links=ordered,
         joints=joints,
-        regions=tuple(_region(s, place, anchors[names.index(s.part) if s.part else 0]) for s in found.spaces),
-        states=tuple(s for p in found.parts for s in open_closed_states(p)),
-        exclusions=tuple(Exclusion(first=ROOT, second=p.name) for p in found.parts),
-        materials=_materials(model, brief.substance.id),
-        substances=(brief.substance,),
-        labels=Labels(category=brief.category.id, classes=brief.classes, qcode=brief.category.qcode),
-        provenance=brief.provenance.replace(guesses=(*brief.provenance.guesses, *_guesses(found))),
+        regions=tuple(_region(s, place, anchors[names.index(s.part) if s.part else 0]) for s in articulation.spaces),
+        states=tuple(s for p in articulation.parts for s in open_closed_states(p)),
+        exclusions=tuple(Exclusion(first=ROOT, second=p.name) for p in articulation.parts),
+        materials=_materials(model, spec.substance.id),
+        substances=(spec.substance,),
+        labels=Labels(category=spec.category.id, classes=spec.classes, qcode=spec.category.qcode),
+        provenance=spec.provenance.replace(guesses=(*spec.provenance.guesses, *_guesses(articulation))),
     )
 
 
 class _Place:
     """Converts points of the frame to metres: the origin is the middle of the footprint, on the ground."""
 
-    def __init__(self, soup: WeldedMesh, metres: float) -> None:
-        low, high = soup.points.min(axis=0), soup.points.max(axis=0)
-        self.shift = -np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]) * metres
+    def __init__(self, mesh: WeldedMesh, metres: float) -> None:
+        lower, upper = mesh.points.min(axis=0), mesh.points.max(axis=0)
+        self.shift = -np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]]) * metres
         self.metres = metres
-        self.points = self.point(soup.points)
-        self.soup = soup
+        self.points = self.point(mesh.points)
+        self.mesh = mesh
 
     def point(self, points: Floats) -> Floats:
         """Convert points of the frame to the asset frame, metres."""
@@ -122,9 +122,9 @@ class _Place:
 
 def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
     """Return a storage space as a region of its link."""
-    low, high = place.point(np.array([space.low, space.high])) - anchor
-    pose = Pose(position=_vec((low + high) / 2))
-    return Region(name=space.name, link=space.part or ROOT, pose=pose, size=_vec(np.maximum(high - low, 1e-3)))
+    lower, upper = place.point(np.array([space.lower, space.upper])) - anchor
+    pose = Pose(position=_vec((lower + upper) / 2))
+    return Region(name=space.name, link=space.part or ROOT, pose=pose, size=_vec(np.maximum(upper - lower, 1e-3)))
 
 
 def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
@@ -137,10 +137,10 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
     start = 0
     for i, raw in enumerate(model.parts):
         span = slice(start, start + len(raw.mesh.faces))
-        alive = own[span] & (place.soup.areas[span] > 0)
+        alive = own[span] & (place.mesh.areas[span] > 0)
         grip = held[span]
         for rows, mark in ((np.flatnonzero(alive & ~grip), label), (np.flatnonzero(alive & grip), "handle")):
-            mesh = _cut(raw.mesh, rows, place.points[place.soup.faces[start + rows]] - anchor) if len(rows) else None
+            mesh = _cut(raw.mesh, rows, place.points[place.mesh.faces[start + rows]] - anchor) if len(rows) else None
             if mesh is not None and len(mesh.faces):
                 where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"
                 out.append(Visual(name=where, mesh=mesh, material=f"look_{i:03d}", label=mark))
@@ -182,11 +182,11 @@ def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
     return Inertial(mass=_seven(mass), center_of_mass=_vec(center), inertia=(xx, yy, zz, xy, xz, yz))
 
 
-def _mass(brief: AssetSpec) -> float:
+def _mass(spec: AssetSpec) -> float:
     """Return the usual mass of an object of this category and size, kg."""
-    span = brief.category.mass_kg
+    span = spec.category.mass_kg
     return float(
-        np.clip(span.typical * (brief.metres / (1.3 * brief.category.longest_m.typical)) ** 3, span.low, span.high)
+        np.clip(span.typical * (spec.metres / (1.3 * spec.category.longest_m.typical)) ** 3, span.low, span.high)
     )
 
 
@@ -195,18 +195,18 @@ def _materials(model: RawModel, substance: str) -> tuple[Material, ...]:
     return tuple(p.material.replace(id=f"look_{i:03d}", substance=substance) for i, p in enumerate(model.parts))
 
 
-def _guesses(found: Articulation) -> tuple[Guess, ...]:
+def _guesses(articulation: Articulation) -> tuple[Guess, ...]:
     """Return the decisions, for the provenance."""
-    frame = found.frame
+    frame = articulation.frame
     out = [Guess(subject="frame", value="up and front", confidence=frame.confidence, reason=frame.reason)]
-    for part in found.parts:
+    for part in articulation.parts:
         message = "; ".join(w for w in (part.reason, part.joint.reason) if w)
         out.append(Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, reason=message))
-    for room in found.rooms:
-        if room.built:
-            message = f"added: {room.filling.value}"
-            subject = f"{room.parts[0]}_room"
-            out.append(Guess(subject=subject, value=message, confidence=room.confidence, reason=room.reason))
+    for cavity in articulation.cavities:
+        if cavity.built:
+            message = f"added: {cavity.interior.value}"
+            subject = f"{cavity.parts[0]}_cavity"
+            out.append(Guess(subject=subject, value=message, confidence=cavity.confidence, reason=cavity.reason))
     return tuple(out)
 
 

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import AliasChoices, Field, model_validator
 
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.joints import hinges
@@ -65,16 +65,16 @@ class PartDecision(Record):
 
 
 class CavityDecision(Record):
-    """User decision on the interior behind a door or in a drawer; fields that are left out keep what was found.
+    """User decision on the cavity behind a door or in a drawer; fields that are left out keep what was found.
 
     Attributes:
         build: walls and what belongs in are built; else it stays as the mesh has it.
-        filling: what it is furnished as. furnish: shelves, racks or a turntable come in.
-        box_m: two corners of the room inside its walls, metres, asset frame.
+        interior: what it is furnished as; `filling` in older files. furnish: shelves, racks or a turntable come in.
+        box_m: two corners of the space inside its walls, metres, asset frame.
     """
 
     build: bool | None = None
-    filling: InteriorKind | None = None
+    interior: InteriorKind | None = Field(default=None, validation_alias=AliasChoices("interior", "filling"))
     furnish: bool | None = None
     box_m: tuple[Vec3, Vec3] | None = None
 
@@ -85,7 +85,8 @@ class Decisions(Record):
     Attributes:
         category: id in the registry. up, front: such as `+y`, or three numbers, axes of the file.
         size_m: longest side, metres.
-        parts: by name. rooms: by the name of the part that closes each, the left one of two.
+        parts: by name.
+        cavities: by the name of the part that closes each, the left one of two; `rooms` in older files.
     """
 
     category: Id | None = None
@@ -93,7 +94,7 @@ class Decisions(Record):
     front: Direction | None = None
     size_m: Annotated[float, Field(gt=0, le=10)] | None = None
     parts: dict[Id, PartDecision] = Field(default_factory=dict)
-    rooms: dict[Id, CavityDecision] = Field(default_factory=dict)
+    cavities: dict[Id, CavityDecision] = Field(default_factory=dict, validation_alias=AliasChoices("cavities", "rooms"))
 
     @model_validator(mode="after")
     def _sound(self) -> Self:
@@ -127,22 +128,22 @@ def axis_word(vector: Vec3) -> Direction:
     return vector
 
 
-def apply_decisions(found: Articulation, soup: WeldedMesh, said: Decisions) -> Articulation:
+def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Decisions) -> Articulation:
     """Return the articulation with the user's decisions on its parts applied.
 
     Args:
-        found: as inferred, `found.frame.metres` set. soup: in the frame.
+        articulation: as inferred, `found.frame.metres` set. mesh: in the frame.
     Raises:
         UnknownId: a part is named that was not found and is not given by a box either.
         CasaError: nothing lies in a box.
     """
-    names = [p.name for p in found.parts]
-    for name, wanted in said.parts.items():
+    names = [p.name for p in articulation.parts]
+    for name, wanted in decisions.parts.items():
         if name not in names and wanted.box_m is None:
             raise UnknownId("part", name, names)
-    parts = [_changed(p, said.parts.get(p.name), soup, found) for p in found.parts]
-    gone = {n for n, w in said.parts.items() if w.remove}
-    fresh = [_fresh(n, w, soup, found) for n, w in said.parts.items() if n not in names and not w.remove]
+    parts = [_changed(p, decisions.parts.get(p.name), mesh, articulation) for p in articulation.parts]
+    gone = {n for n, w in decisions.parts.items() if w.remove}
+    fresh = [_fresh(n, w, mesh, articulation) for n, w in decisions.parts.items() if n not in names and not w.remove]
     taken = {int(f) for p in fresh for f in p.faces}
     kept = [_without(p, taken) for p in parts if p.name not in gone]
     every = [p for p in (*kept, *fresh) if len(p.faces)]
@@ -150,7 +151,7 @@ def apply_decisions(found: Articulation, soup: WeldedMesh, said: Decisions) -> A
     for part in every:
         if part.parent and part.parent not in carriers and part.parent not in gone:
             raise UnknownId("part", part.parent, sorted(carriers))
-    return found.replace(parts=tuple(p if p.parent in carriers else p.replace(parent="") for p in every))
+    return articulation.replace(parts=tuple(p if p.parent in carriers else p.replace(parent="") for p in every))
 
 
 def _without(part: PartPlan, taken: set[int]) -> PartPlan:
@@ -161,15 +162,15 @@ def _without(part: PartPlan, taken: set[int]) -> PartPlan:
     return part.replace(faces=np.setdiff1d(part.faces, rows), grip=np.setdiff1d(part.grip, rows))
 
 
-def _fresh(name: str, wanted: PartDecision, soup: WeldedMesh, found: Articulation) -> PartPlan:
+def _fresh(name: str, wanted: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> PartPlan:
     """Return a part made of all fragments that lie within a box."""
     assert wanted.box_m is not None
     assert wanted.kind is not None
-    low, high = (_to_frame(np.array(c), soup, found) for c in wanted.box_m)
-    low, high = np.minimum(low, high) - 1e-4, np.maximum(low, high) + 1e-4
-    label = soup.fragment_labels
-    corners = soup.points[soup.faces]
-    outside = ((corners < low) | (corners > high)).any(axis=(1, 2))
+    lower, upper = (_to_frame(np.array(c), mesh, articulation) for c in wanted.box_m)
+    lower, upper = np.minimum(lower, upper) - 1e-4, np.maximum(lower, upper) + 1e-4
+    label = mesh.fragment_labels
+    corners = mesh.points[mesh.faces]
+    outside = ((corners < lower) | (corners > upper)).any(axis=(1, 2))
     away = np.unique(label[outside])
     faces = np.flatnonzero(~np.isin(label, away) & (label >= 0))
     if not len(faces):
@@ -177,8 +178,8 @@ def _fresh(name: str, wanted: PartDecision, soup: WeldedMesh, found: Articulatio
     bare = PartPlan(
         name=name, kind=wanted.kind, faces=faces, grip=faces[:0], joint=_dummy(), confidence=1.0, reason=GIVEN_REASON
     )
-    joint = _joint(wanted.kind, wanted.hinge, bare, soup)
-    return _changed(bare.replace(joint=joint), wanted.replace(hinge=None), soup, found)
+    joint = _joint(wanted.kind, wanted.hinge, bare, mesh)
+    return _changed(bare.replace(joint=joint), wanted.replace(hinge=None), mesh, articulation)
 
 
 def _dummy() -> JointPlan:
@@ -186,16 +187,16 @@ def _dummy() -> JointPlan:
     return JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0))
 
 
-def _changed(part: PartPlan, wanted: PartDecision | None, soup: WeldedMesh, found: Articulation) -> PartPlan:
+def _changed(part: PartPlan, wanted: PartDecision | None, mesh: WeldedMesh, articulation: Articulation) -> PartPlan:
     """Return a part with the user's changes."""
     if wanted is None:
         return part
     joint, changed = part.joint, part
     kind = wanted.kind or part.kind
     if kind is not part.kind or (wanted.hinge is not None and wanted.hinge is not joint.edge):
-        joint = _joint(kind, wanted.hinge or joint.edge, part, soup)
-    joint = _turned(joint, wanted, soup, found)
-    joint = _ranged(joint, wanted, found.frame.metres or 1.0)
+        joint = _joint(kind, wanted.hinge or joint.edge, part, mesh)
+    joint = _turned(joint, wanted, mesh, articulation)
+    joint = _ranged(joint, wanted, articulation.frame.metres or 1.0)
     if wanted.endless is not None and joint.kind is JointKind.HINGE and wanted.endless is not joint.endless:
         span = (0.0, KNOB_RANGE_RAD) if wanted.endless else joint.range
         joint = joint.replace(endless=wanted.endless, range=span, reason=GIVEN_REASON, confidence=1.0)
@@ -205,15 +206,18 @@ def _changed(part: PartPlan, wanted: PartDecision | None, soup: WeldedMesh, foun
     return changed if joint is part.joint else changed.replace(joint=joint)
 
 
-def _turned(joint: JointPlan, wanted: PartDecision, soup: WeldedMesh, found: Articulation) -> JointPlan:
+def _turned(joint: JointPlan, wanted: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> JointPlan:
     """Return the joint with the axis and anchor that the user gives."""
     if wanted.axis is not None:
         axis = parse_direction(wanted.axis)
         if float(np.dot(axis, joint.axis)) < 1 - 1e-9:
             joint = joint.replace(axis=axis, edge=None, confidence=1.0, reason=GIVEN_REASON)
     if wanted.anchor_m is not None:
-        anchor = _to_frame(np.array(wanted.anchor_m), soup, found)
-        if float(np.linalg.norm(anchor - np.array(joint.anchor))) * (found.frame.metres or 1.0) > LENGTH_TOLERANCE_M:
+        anchor = _to_frame(np.array(wanted.anchor_m), mesh, articulation)
+        if (
+            float(np.linalg.norm(anchor - np.array(joint.anchor))) * (articulation.frame.metres or 1.0)
+            > LENGTH_TOLERANCE_M
+        ):
             joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, reason=GIVEN_REASON)
     return joint
 
@@ -229,17 +233,17 @@ def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
     return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, reason=GIVEN_REASON)
 
 
-def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: WeldedMesh) -> JointPlan:
+def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh: WeldedMesh) -> JointPlan:
     """Return the usual joint of a part of a kind at its place."""
     leaf = np.setdiff1d(part.faces, part.grip)
-    low, high = _box(leaf if len(leaf) else part.faces, soup)
-    middle = _vec((low + high) / 2)
+    lower, upper = _box(leaf if len(leaf) else part.faces, mesh)
+    middle = _vec((lower + upper) / 2)
     confidence = {"confidence": 1.0, "reason": GIVEN_REASON}
     if kind in (PartKind.DOOR, PartKind.LID):
-        return _hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, low, high)
+        return _hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
     base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**confidence)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
-        way = hinges.DRAWER_TRAVEL_SHARE * float(high[1] - low[1])
+        way = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
         return base.replace(kind=JointKind.SLIDE, range=(0.0, way))
     if kind is PartKind.BUTTON:
         return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_TRAVEL))
@@ -249,10 +253,10 @@ def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, soup: WeldedM
     return base.replace(axis=axis, range=(0.0, LEVER_RANGE))
 
 
-def _hinge(edge: HingeEdge, kind: PartKind, low: Floats, high: Floats) -> JointPlan:
+def _hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats) -> JointPlan:
     """Return a hinge along an edge of a leaf between two corners of the frame."""
     side = TOP if kind is PartKind.LID else FRONT
-    a, b = low @ SIDES[side].T, high @ SIDES[side].T
+    a, b = lower @ SIDES[side].T, upper @ SIDES[side].T
     panel = Panel([], np.minimum(a, b), np.maximum(a, b))
     axis, point = hinges.hinge_line(panel, edge)
     return JointPlan(
@@ -266,28 +270,28 @@ def _hinge(edge: HingeEdge, kind: PartKind, low: Floats, high: Floats) -> JointP
     )
 
 
-def hinge_at_face(part: PartPlan, soup: WeldedMesh) -> JointPlan:
+def hinge_at_face(part: PartPlan, mesh: WeldedMesh) -> JointPlan:
     """Return the hinge of a part with its axis in the plane of its face, as inset doors have it, not near its back."""
     leaf = np.setdiff1d(part.faces, part.grip)
-    low, high = _box(leaf if len(leaf) else part.faces, soup)
+    lower, upper = _box(leaf if len(leaf) else part.faces, mesh)
     x, y, z = part.joint.anchor
     reason = f"{part.joint.reason}; set in: the axis lies at its face"
     if part.kind is PartKind.LID:
-        return part.joint.replace(anchor=(x, y, float(high[2])), reason=reason)
-    return part.joint.replace(anchor=(x, float(low[1]), z), reason=reason)
+        return part.joint.replace(anchor=(x, y, float(upper[2])), reason=reason)
+    return part.joint.replace(anchor=(x, float(lower[1]), z), reason=reason)
 
 
-def _box(faces: FaceIndex, soup: WeldedMesh) -> tuple[Floats, Floats]:
+def _box(faces: FaceIndex, mesh: WeldedMesh) -> tuple[Floats, Floats]:
     """Return the (3,) lower and upper corner of some faces."""
-    points = soup.points[soup.faces[faces].reshape(-1)]
+    points = mesh.points[mesh.faces[faces].reshape(-1)]
     return points.min(axis=0), points.max(axis=0)
 
 
-def _to_frame(point: Floats, soup: WeldedMesh, found: Articulation) -> Floats:
+def _to_frame(point: Floats, mesh: WeldedMesh, articulation: Articulation) -> Floats:
     """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
-    low, high = soup.points.min(axis=0), soup.points.max(axis=0)
-    foot = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
-    moved: Floats = point / (found.frame.metres or 1.0) + foot
+    lower, upper = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    foot = np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]])
+    moved: Floats = point / (articulation.frame.metres or 1.0) + foot
     return moved
 
 

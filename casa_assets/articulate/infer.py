@@ -52,7 +52,7 @@ TOP_CENTRE_SHARE = 0.1
 class _Found:
     """Parts found so far, and the fragments that they use."""
 
-    pieces: MeasuredFragments
+    measured: MeasuredFragments
     parts: list[PartPlan] = field(default_factory=list)
     taken: set[int] = field(default_factory=set)
     fronts: list[tuple[str, Panel, HingeEdge | None]] = field(default_factory=list)
@@ -74,8 +74,8 @@ class _Found:
                 name=name,
                 kind=kind,
                 parent=parent,
-                faces=self.pieces.faces_of(fragments),
-                grip=self.pieces.faces_of(grip),
+                faces=self.measured.faces_of(fragments),
+                grip=self.measured.faces_of(grip),
                 joint=joint,
                 confidence=round(why[0], 2),
                 reason=why[1],
@@ -94,56 +94,56 @@ def infer_articulation(fragmentation: Fragmentation, frame: Frame, category: str
     return articulate_fragments(measure_fragments(fragmentation.mesh, fragmentation.labels), frame, category)
 
 
-def articulate_fragments(pieces: MeasuredFragments, frame: Frame, category: str = "") -> Articulation:
+def articulate_fragments(measured: MeasuredFragments, frame: Frame, category: str = "") -> Articulation:
     """Find the moving parts of fragments that are measured already, as `infer_articulation` does."""
-    found = _Found(pieces)
-    if pieces.count > 1:
-        panels = find_panels(pieces, FRONT)
-        controls = find_controls(pieces, FRONT, [f for p in panels for f in p.members])
+    found = _Found(measured)
+    if measured.count > 1:
+        panels = find_panels(measured, FRONT)
+        controls = find_controls(measured, FRONT, [f for p in panels for f in p.members])
         # A lever may be as large as a small panel.
         free = {f for c in controls for f in c.fragments}
-        blocks = [c for c in find_controls(pieces, FRONT, []) if free.isdisjoint(c.fragments)]
-        levers, controls = find_levers(pieces, FRONT, controls)
-        levers += find_levers(pieces, FRONT, blocks)[0]
+        blocks = [c for c in find_controls(measured, FRONT, []) if free.isdisjoint(c.fragments)]
+        levers, controls = find_levers(measured, FRONT, controls)
+        levers += find_levers(measured, FRONT, blocks)[0]
         _levers(found, FRONT, levers)
         panels = [p for p in panels if found.taken.isdisjoint(p.members)]
-        top = find_controls(pieces, TOP, sorted(found.taken))
-        over = drop_burner_caps([c for c in top if c.is_round and _stands_free(pieces, c)], top, controls)
+        top = find_controls(measured, TOP, sorted(found.taken))
+        over = drop_burner_caps([c for c in top if c.is_round and _stands_free(measured, c)], top, controls)
         controls = _better_here(controls, over)
-        if len(over) == 1 and _tops_off(pieces, over[0]):
+        if len(over) == 1 and _tops_off(measured, over[0]):
             over = []
-        panels = merge_bridged_panels(pieces, FRONT, panels)
-        spots = find_handle_spots(pieces, FRONT, panels, controls)
-        panels = merge_framed_panels(panels, spots, find_slats(pieces, FRONT, panels))
+        panels = merge_bridged_panels(measured, FRONT, panels)
+        spots = find_handle_spots(measured, FRONT, panels, controls)
+        panels = merge_framed_panels(panels, spots, find_slats(measured, FRONT, panels))
         boards = {f for p in panels for f in p.members}
         controls = [c for c in controls if boards.isdisjoint(c.fragments)]
-        rest = attach_to_panels(pieces, FRONT, panels, controls)
+        rest = attach_to_panels(measured, FRONT, panels, controls)
         _fronts(found, panels)
         _controls(found, FRONT, rest)
         for _, panel, edge in list(found.fronts):
-            for tray in find_inner_parts(pieces, FRONT, panel, edge, sorted(found.taken)):
+            for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(found.taken)):
                 _tray(found, panel, tray)
         _taps(found)
-        for lid in find_lids(pieces, found.taken):
+        for lid in find_lids(measured, found.taken):
             if lid.opening_angle > 0.0:
                 _lid(found, lid)
         _controls(found, TOP, over)
-    key = find_single_button(pieces) if category and pieces.count > 1 and not found.parts else None
+    key = find_single_button(measured) if category and measured.count > 1 and not found.parts else None
     if key is not None:
         joint = button_joint(key, MAX_BUTTON_TRAVEL)
         found.add(PartKind.BUTTON, key.fragments, key.fragments, joint, "", (joint.confidence, joint.reason))
-    parts = tuple(found.parts) if category or _may_move(pieces, found.parts) else ()
+    parts = tuple(found.parts) if category or _may_move(measured, found.parts) else ()
     return Articulation(frame=frame, parts=parts, category=category)
 
 
-def _may_move(pieces: MeasuredFragments, parts: list[PartPlan]) -> bool:
+def _may_move(measured: MeasuredFragments, parts: list[PartPlan]) -> bool:
     """Return whether the parts found on an object of unknown category are plausible.
 
     An object with doors, buttons or knobs has flat walls, or a lid or a lever besides; otherwise lids of jars, seeds of
     a melon and plates in a rack would pass for them.
     """
     telling = any(p.kind in (PartKind.LID, PartKind.LEVER, PartKind.SPOUT) for p in parts)
-    return telling or boxiness(pieces.soup, pieces.depth_images) >= MIN_BOXINESS
+    return telling or boxiness(measured.mesh, measured.depth_images) >= MIN_BOXINESS
 
 
 def _better_here(controls: list[Control], others: list[Control]) -> list[Control]:
@@ -152,35 +152,35 @@ def _better_here(controls: list[Control], others: list[Control]) -> list[Control
     return [c for c in controls if c.is_round or round_there.isdisjoint(c.fragments)]
 
 
-def _stands_free(pieces: MeasuredFragments, control: Control) -> bool:
+def _stands_free(measured: MeasuredFragments, control: Control) -> bool:
     """Return whether something on the top protrudes like a knob, not like a foot or a burner."""
-    return control.protrusion >= 0.3 * float(control.across.max()) and has_finger_room(pieces, TOP, control)
+    return control.protrusion >= 0.3 * float(control.across.max()) and has_finger_room(measured, TOP, control)
 
 
-def _tops_off(pieces: MeasuredFragments, control: Control) -> bool:
+def _tops_off(measured: MeasuredFragments, control: Control) -> bool:
     """Return whether a control is in the middle of the top, as the cap of a bottle is."""
-    low, high = corners_from_side(pieces, TOP)
-    low, high = low.min(axis=0)[:2], high.max(axis=0)[:2]
-    return bool((np.abs(control.middle - (low + high) / 2) < TOP_CENTRE_SHARE * (high - low)).all())
+    lower, upper = corners_from_side(measured, TOP)
+    lower, upper = lower.min(axis=0)[:2], upper.max(axis=0)[:2]
+    return bool((np.abs(control.middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all())
 
 
 def _fronts(found: _Found, panels: list[Panel]) -> None:
     """Add the doors and drawers among the panels, each with its joint."""
-    low, high = corners_from_side(found.pieces, FRONT)
-    whole = high.max(axis=0) - low.min(axis=0)
-    chosen = select_opening_panels(found.pieces, FRONT, panels)
+    lower, upper = corners_from_side(found.measured, FRONT)
+    whole = upper.max(axis=0) - lower.min(axis=0)
+    chosen = select_opening_panels(found.measured, FRONT, panels)
     every = [p for p, _, _ in chosen]
     for panel, confidence, reason in chosen:
-        grip = hinges.panel_handle(panel, low, high)
-        drawn, certain, why = hinges.is_drawer(panel, box_depth(found.pieces, FRONT, panel), whole, grip, every)
+        grip = hinges.panel_handle(panel, lower, upper)
+        drawn, certain, why = hinges.is_drawer(panel, box_depth(found.measured, FRONT, panel), whole, grip, every)
         held = sorted(f for g in panel.grips for f in g)
         if drawn:
-            deep = float(high[panel.everything, 2].max() - panel.low[2])
+            deep = float(upper[panel.everything, 2].max() - panel.lower[2])
             way = hinges.DRAWER_TRAVEL_SHARE * deep if deep > 0.15 * whole[2] else 0.7 * float(whole[2])
             joint = JointPlan(
                 kind=JointKind.SLIDE,
                 axis=_direction(-SIDES[FRONT][2]),
-                anchor=_point(FRONT, (panel.low + panel.high) / 2),
+                anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
                 range=(0.0, way),
                 confidence=certain,
                 reason=why,
@@ -190,7 +190,7 @@ def _fronts(found: _Found, panels: list[Panel]) -> None:
         else:
             panel.box = []
             opening = hinges.hinge_edge(panel, grip, panels, whole)
-            aside = sliding_direction(found.pieces, FRONT, panel, grip)
+            aside = sliding_direction(found.measured, FRONT, panel, grip)
             joint = _hinge(panel, opening) if aside is None else _sideways(panel, aside)
             name = found.add(PartKind.DOOR, panel.everything, held, joint, "", (confidence * certain, reason))
             found.fronts.append((name, panel, opening.edge if aside is None else None))
@@ -201,7 +201,7 @@ def _sideways(panel: Panel, sign: float) -> JointPlan:
     return JointPlan(
         kind=JointKind.SLIDE,
         axis=_direction(sign * SIDES[FRONT][0]),
-        anchor=_point(FRONT, (panel.low + panel.high) / 2),
+        anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
         range=(0.0, 0.95 * panel.width),
         confidence=0.6,
         reason="its niche goes on beside it",
@@ -233,9 +233,9 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
         kind, confidence, why = classify_control(control, controls)
         if kind is None:
             continue
-        middle = (control.low + control.high) / 2
+        middle = (control.lower + control.upper) / 2
         turns = kind is PartKind.KNOB
-        normal = control_normal(found.pieces, side, control)
+        normal = control_normal(found.measured, side, control)
         joint = JointPlan(
             kind=JointKind.HINGE if turns else JointKind.SLIDE,
             axis=_direction(normal if turns else -normal),
@@ -245,14 +245,14 @@ def _controls(found: _Found, side: int, controls: list[Control]) -> None:
             confidence=confidence,
             reason=why,
         )
-        parent = next((n for n, p, _ in found.fronts if side == FRONT and p.holds(control.low, control.high)), "")
+        parent = next((n for n, p, _ in found.fronts if side == FRONT and p.holds(control.lower, control.upper)), "")
         found.add(kind, control.fragments, control.fragments, joint, parent, (confidence, why))
 
 
 def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
     """Add levers that slide in a slot."""
     for lever in levers:
-        middle = (lever.control.low + lever.control.high) / 2
+        middle = (lever.control.lower + lever.control.upper) / 2
         reason = "it stands in a slot"
         joint = JointPlan(
             kind=JointKind.SLIDE,
@@ -268,20 +268,20 @@ def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
 
 def _taps(found: _Found) -> None:
     """Add the handles and the spout of a faucet."""
-    for kind, fragments, joint in find_faucet_parts(found.pieces, found.taken):
+    for kind, fragments, joint in find_faucet_parts(found.measured, found.taken):
         found.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
 
 
 def _tray(found: _Found, door: Panel, tray: InnerPart) -> None:
     """Add something that slides or turns behind a door."""
-    low, high = found.pieces.box(tray.fragments)
-    middle = _direction_free((low + high) / 2)
+    lower, upper = found.measured.box(tray.fragments)
+    middle = _direction_free((lower + upper) / 2)
     if tray.turns:
         joint = JointPlan(
             kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
         )
     else:
-        way = hinges.DRAWER_TRAVEL_SHARE * float(high[1] - low[1])
+        way = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
         joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, way))
     joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
     kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY

@@ -134,7 +134,7 @@ class Cavity(Record):
 
     Attributes:
         parts: that close it, one or two; a drawer's holds what lies in it and moves with it.
-        low, high: inner corners; low[1] is its mouth, of a drawer the back of its front.
+        lower, upper: inner corners; low[1] is its mouth, of a drawer the back of its front.
         wall: thickness of what is built round it. outer: corners that it keeps within, where the body begins.
         built: the mesh has none, so it is to be built; else it is the mesh's own, or stays `empty`.
         cut: corners of what is taken away of the body for it, None where it is hollow.
@@ -143,9 +143,9 @@ class Cavity(Record):
     """
 
     parts: tuple[str, ...]
-    filling: InteriorKind
-    low: Vec3
-    high: Vec3
+    interior: InteriorKind
+    lower: Vec3
+    upper: Vec3
     wall: float
     outer: tuple[Vec3, Vec3]
     built: bool
@@ -161,13 +161,13 @@ class AddedGeometry(Record):
     """Geometry that was built and belongs to one link.
 
     Attributes:
-        part: name, empty for the body. filling: of the room that it furnishes.
+        part: name, empty for the body. interior: of the room that it furnishes.
         faces: added ones, after those of the mesh.
         clouds: (N, 3) points of each convex shape that is touched of it, in the frame.
     """
 
     part: str
-    filling: InteriorKind
+    interior: InteriorKind
     faces: FaceIndex
     clouds: tuple[Cloud, ...] = ()
 
@@ -177,20 +177,20 @@ class StorageSpace(Record):
 
     name: Id
     part: str = ""
-    low: Vec3
-    high: Vec3
+    lower: Vec3
+    upper: Vec3
 
 
 class Articulation(Record):
     """A mesh split into moving parts; what belongs to no part is the body.
 
     Attributes:
-        rooms: what the fronts close. added: what was built in them, with the spaces that it leaves.
+        cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
     """
 
     frame: Frame
     parts: tuple[PartPlan, ...] = ()
     category: str = ""
-    rooms: tuple[Cavity, ...] = ()
+    cavities: tuple[Cavity, ...] = ()
     added: tuple[AddedGeometry, ...] = ()
     spaces: tuple[StorageSpace, ...] = ()

@@ -56,50 +56,52 @@ def part_label(kind: PartKind) -> str:
 
 
 def build_colliders(
-    points: Floats, soup: WeldedMesh, label: Ints, found: Articulation, substance: str
+    points: Floats, mesh: WeldedMesh, label: Ints, articulation: Articulation, substance: str
 ) -> list[LinkColliders]:
     """Return the colliders of the body and of each part, in this order.
 
     Args:
         points: (P, 3) of the soup, metres, asset frame. label: (F,) fragments. substance: of all shapes.
     """
-    metres = found.frame.metres or 1.0
-    owner = np.full(len(soup.faces), -1, dtype=np.int64)
-    for i, part in enumerate(found.parts):
+    metres = articulation.frame.metres or 1.0
+    owner = np.full(len(mesh.faces), -1, dtype=np.int64)
+    for i, part in enumerate(articulation.parts):
         owner[part.faces] = i
-    names = [p.name for p in found.parts]
-    behind = [_behind(p, found.parts, soup) for p in found.parts]
-    for added in found.added:
+    names = [p.name for p in articulation.parts]
+    behind = [_behind(p, articulation.parts, mesh) for p in articulation.parts]
+    for added in articulation.added:
         owner[added.faces] = BUILT_OWNER
-    solids = [_solid(points, soup, label, np.flatnonzero(owner == -1), None)]
-    for i, part in enumerate(found.parts):
-        solid = _solid(points, soup, label, np.flatnonzero(owner == i), part)
+    solids = [_solid(points, mesh, label, np.flatnonzero(owner == -1), None)]
+    for i, part in enumerate(articulation.parts):
+        solid = _solid(points, mesh, label, np.flatnonzero(owner == i), part)
         before = behind[i]
         solid.carrier = names.index(part.parent) + 1 if part.parent else 0
         solid.behind = None if before is None else before + 1
         solids.append(solid)
-    _place(solids, found, points, soup, metres)
-    _build_in(solids, found, points, soup, metres)
+    _place(solids, articulation, points, mesh, metres)
+    _build_in(solids, articulation, points, mesh, metres)
     for i, solid in enumerate(solids):
         solid.clouds = [snap_to_box(c) for c in solid.clouds]
-        own = soup.faces[owner == i - 1]
+        own = mesh.faces[owner == i - 1]
         solid.skin = surface_samples(points, own, SURFACE_SAMPLES) if len(own) else None
     clear_moving_parts(solids)
-    for solid, part in zip(solids[1:], found.parts, strict=True):
+    for solid, part in zip(solids[1:], articulation.parts, strict=True):
         add_edge_grip(solid, part.kind)
     out = []
     for i, solid in enumerate(solids):
         middle = np.zeros(3) if solid.anchor is None else solid.anchor
-        kind = None if i == 0 else found.parts[i - 1].kind
+        kind = None if i == 0 else articulation.parts[i - 1].kind
         name = "object" if i == 0 else names[i - 1]
         out.append(LinkColliders(_colliders(solid, middle, name, kind, substance), None if i == 0 else behind[i - 1]))
     return out
 
 
-def _place(solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: WeldedMesh, metres: float) -> None:
+def _place(
+    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres: float
+) -> None:
     """Give each link its joint, asset frame; in place."""
-    foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
-    for solid, part in zip(solids[1:], found.parts, strict=True):
+    foot = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
+    for solid, part in zip(solids[1:], articulation.parts, strict=True):
         joint = part.joint
         solid.turns = joint.kind is JointKind.HINGE
         solid.axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
@@ -108,110 +110,110 @@ def _place(solids: Sequence[LinkSolid], found: Articulation, points: Floats, sou
         solid.max_travel = float(joint.range[1]) * (1.0 if solid.turns else metres)
 
 
-def _largest(clouds: Sequence[Floats], most: int) -> list[Floats]:
+def _largest(clouds: Sequence[Floats], max_count: int) -> list[Floats]:
     """Return the largest of some shapes, including those that reach farthest to a side: a hand meets these first."""
     ranked = sorted(range(len(clouds)), key=lambda i: (-round(hull_volume(clouds[i]), 12), i))
-    if len(ranked) <= most:
+    if len(ranked) <= max_count:
         return [clouds[i] for i in ranked]
-    low, high = (np.array([f(clouds[i], axis=0) for i in ranked]) for f in (np.min, np.max))
-    ends = {ranked[int(k)] for k in (*np.argmin(np.round(low, 6), axis=0), *np.argmax(np.round(high, 6), axis=0))}
-    kept = [*(i for i in ranked if i in ends), *(i for i in ranked if i not in ends)][:most]
+    lower, upper = (np.array([f(clouds[i], axis=0) for i in ranked]) for f in (np.min, np.max))
+    ends = {ranked[int(k)] for k in (*np.argmin(np.round(lower, 6), axis=0), *np.argmax(np.round(upper, 6), axis=0))}
+    kept = [*(i for i in ranked if i in ends), *(i for i in ranked if i not in ends)][:max_count]
     return [clouds[i] for i in ranked if i in kept]
 
 
 def _build_in(
-    solids: Sequence[LinkSolid], found: Articulation, points: Floats, soup: WeldedMesh, metres: float
+    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres: float
 ) -> None:
     """Add the shapes of built interiors to their links, and subtract the cavities from the body; in place."""
-    foot = points[0] - soup.points[0] * metres if len(points) else np.zeros(3)
-    names = [p.name for p in found.parts]
-    for room in (r for r in found.rooms if r.built and (r.cut is not None or r.furnish)):
-        holes = [room.cut or (room.low, room.high), *room.fronts]
+    foot = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
+    names = [p.name for p in articulation.parts]
+    for cavity in (r for r in articulation.cavities if r.built and (r.cut is not None or r.furnish)):
+        holes = [cavity.cut or (cavity.lower, cavity.upper), *cavity.fronts]
         for hole in holes:
             box = np.array(hole) * metres + foot
             solids[0].clouds = [piece for c in solids[0].clouds for piece in subtract_box(c, box)]
-    for added in found.added:
+    for added in articulation.added:
         solid = solids[names.index(added.part) + 1 if added.part else 0]
         own = _largest(solid.clouds, max(MIN_OWN_SHAPES, MAX_SHAPES_BEFORE_CUTS - len(added.clouds)))
         solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
 
 
-def _solid(points: Floats, soup: WeldedMesh, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
+def _solid(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
     """Return the shapes of one link before any cut."""
     rows = rows[label[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
         # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
-        return LinkSolid(None, convex_clouds(points, soup.faces[rows], MAX_SHAPES_BEFORE_CUTS), [])
+        return LinkSolid(None, convex_clouds(points, mesh.faces[rows], MAX_SHAPES_BEFORE_CUTS), [])
     # What is taken anywhere has no handle of its own: racks, levers.
     apart = part is not None and len(part.grip) < len(part.faces)
     held = np.isin(rows, part.grip) if part is not None and apart else np.zeros(len(rows), dtype=bool)
     if part is not None and part.kind in SINGLE_SHAPE_KINDS and len(rows):
-        return LinkSolid(None, convex_clouds(points, soup.faces[rows], 1), [])
-    grips = _covered(points, soup, label, rows[held], MAX_HANDLE_SHAPES)
-    return LinkSolid(None, _covered(points, soup, label, rows[~held], MAX_SHAPES_BEFORE_CUTS), grips)
+        return LinkSolid(None, convex_clouds(points, mesh.faces[rows], 1), [])
+    grips = _covered(points, mesh, label, rows[held], MAX_HANDLE_SHAPES)
+    return LinkSolid(None, _covered(points, mesh, label, rows[~held], MAX_SHAPES_BEFORE_CUTS), grips)
 
 
-def _covered(points: Floats, soup: WeldedMesh, label: Ints, rows: Ints, most: int) -> list[Floats]:
+def _covered(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, max_count: int) -> list[Floats]:
     """Return shapes that cover some faces, fragment by fragment, the largest first, within the budget."""
     if not len(rows):
         return []
-    areas = np.bincount(label[rows], soup.areas[rows])
+    areas = np.bincount(label[rows], mesh.areas[rows])
     ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())][:MAX_FRAGMENTS]
-    extent = np.ptp(points[np.unique(soup.faces[rows])], axis=0)
+    extent = np.ptp(points[np.unique(mesh.faces[rows])], axis=0)
     reach = max(REACH_M, REACH_SHARE * float(np.linalg.norm(extent)))
     out: list[Floats] = []
     boxes: list[Floats] = []
     for n, one in enumerate(ranked.tolist()):
-        faces = soup.faces[rows[label[rows] == one]]
+        faces = mesh.faces[rows[label[rows] == one]]
         cloud = points[np.unique(faces)]
         if any((cloud >= b[0] - reach).all() and (cloud <= b[1] + reach).all() for b in boxes):
             continue
-        room = most - len(out)
-        if room <= 0:
+        budget = max_count - len(out)
+        if budget <= 0:
             break
         # Those that follow need some of the budget too.
-        share = max(1, room - min(len(ranked) - n - 1, room // 2))
+        share = max(1, budget - min(len(ranked) - n - 1, budget // 2))
         large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE_FRAME_SHARE * float(extent.max())
         if share < FRAME_SIDES and large and hull_closes_opening(points, faces):
             # A hull of it would close what it leaves open: it has as many shapes as a frame has sides, or none.
-            if room < FRAME_SIDES:
+            if budget < FRAME_SIDES:
                 continue
             share = FRAME_SIDES
-        found = convex_clouds(points, faces, share)[:room]
+        found = convex_clouds(points, faces, share)[:budget]
         out += found
         boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in found]
-    return out + _ends(points, soup, label, rows, out, reach)
+    return out + _ends(points, mesh, label, rows, out, reach)
 
 
-def _ends(points: Floats, soup: WeldedMesh, label: Ints, rows: Ints, have: list[Floats], reach: float) -> list[Floats]:
+def _ends(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, have: list[Floats], reach: float) -> list[Floats]:
     """Return shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
-    seen = points[soup.faces[rows]]
-    low, high = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
+    seen = points[mesh.faces[rows]]
+    lower, upper = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
     wanted: list[int] = []
     for axis in range(3):
-        if seen[..., axis].min() < low[:, axis].min() - reach:
+        if seen[..., axis].min() < lower[:, axis].min() - reach:
             wanted.append(int(label[rows[np.argmin(seen[..., axis].min(axis=1))]]))
-        if seen[..., axis].max() > high[:, axis].max() + reach:
+        if seen[..., axis].max() > upper[:, axis].max() + reach:
             wanted.append(int(label[rows[np.argmax(seen[..., axis].max(axis=1))]]))
-    reached = [soup.faces[rows[label[rows] == one]] for one in sorted(set(wanted))]
+    reached = [mesh.faces[rows[label[rows] == one]] for one in sorted(set(wanted))]
     return [
         c for faces in reached for c in convex_clouds(points, faces, MAX_END_SHAPES if is_frame(points, faces) else 1)
     ]
 
 
-def _behind(part: PartPlan, parts: Sequence[PartPlan], soup: WeldedMesh) -> int | None:
+def _behind(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) -> int | None:
     """Return the index of the door in front of something that slides or turns inside, or None."""
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None
-    own = soup.points[soup.faces[part.faces].reshape(-1)]
-    low, high = own.min(axis=0), own.max(axis=0)
-    middle = (low + high) / 2
+    own = mesh.points[mesh.faces[part.faces].reshape(-1)]
+    lower, upper = own.min(axis=0), own.max(axis=0)
+    middle = (lower + upper) / 2
     for i, other in enumerate(parts):
         if other is part or other.kind is not PartKind.DOOR or other.parent:
             continue
-        theirs = soup.points[soup.faces[other.faces].reshape(-1)]
+        theirs = mesh.points[mesh.faces[other.faces].reshape(-1)]
         a, b = theirs.min(axis=0), theirs.max(axis=0)
-        if a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and a[1] < low[1] and b[1] < middle[1]:
+        if a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and a[1] < lower[1] and b[1] < middle[1]:
             return i
     return None
 

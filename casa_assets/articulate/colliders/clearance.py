@@ -79,10 +79,10 @@ def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
             _meet(solids, i, share, pairs, crossed)
         cuts: dict[tuple[int, int], list[Floats]] = {}
         real: set[tuple[int, int]] = set()
-        most = deep * (HIDDEN_CUT_FACTOR if solid.hidden else 1.0)
+        max_count = deep * (HIDDEN_CUT_FACTOR if solid.hidden else 1.0)
         for pair, boxes in sorted(pairs.items()):
             # What is shallow in one pose and deep in the next is a part on its way into another.
-            shallow = all(float((b[1] - b[0]).min()) <= most for b in boxes)
+            shallow = all(float((b[1] - b[0]).min()) <= max_count for b in boxes)
             still = pair in at_rest
             air = still and pair[0] == 0 and is_empty_region(solids[0].skin, boxes)
             if air or (shallow and (still or pair not in crossed)):
@@ -133,10 +133,10 @@ def _is_notch(ours: Floats, theirs: Floats, mover: LinkSolid) -> bool:
     shared = None if mover.turns or mover.axis is None else _overlap(_swollen(ours), theirs)
     if shared is None or mover.axis is None:
         return False
-    low, high = theirs.min(axis=0), theirs.max(axis=0)
-    share = np.ptp(shared, axis=0) / np.maximum(high - low, 1e-9)
+    lower, upper = theirs.min(axis=0), theirs.max(axis=0)
+    share = np.ptp(shared, axis=0) / np.maximum(upper - lower, 1e-9)
     beside = [k for k in range(3) if k != int(np.argmax(np.abs(mover.axis)))]
-    edge = (shared.min(axis=0) <= low + CLEARANCE_M) | (shared.max(axis=0) >= high - CLEARANCE_M)
+    edge = (shared.min(axis=0) <= lower + CLEARANCE_M) | (shared.max(axis=0) >= upper - CLEARANCE_M)
     return (
         any(share[k] <= MAX_NOTCH_SHARE and edge[k] for k in beside)
         and min(float(share[k]) for k in beside) <= SHALLOW_NOTCH_SHARE
@@ -251,14 +251,16 @@ def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
 
 def subtract_box(cloud: Floats, box: Floats) -> list[Floats]:
     """Subtract one box, (2, 3) corners, from a convex cloud; return up to six convex slabs."""
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    if (box[0] >= high).any() or (box[1] <= low).any():
+    lower, upper = cloud.min(axis=0), cloud.max(axis=0)
+    if (box[0] >= upper).any() or (box[1] <= lower).any():
         return [cloud]
     solid = manifold3d.Manifold.hull_points(cloud)
-    a, b = low - 1e-3, high + 1e-3
+    a, b = lower - 1e-3, upper + 1e-3
     out: list[Floats] = []
     # Thick slabs first: the side on which most is left.
-    order = sorted((-(box[0][k] - low[k] if s == 0 else high[k] - box[1][k]), k, s) for k in range(3) for s in (0, 1))
+    order = sorted(
+        (-(box[0][k] - lower[k] if s == 0 else upper[k] - box[1][k]), k, s) for k in range(3) for s in (0, 1)
+    )
     for room, axis, side in order:
         if room >= 0:
             continue

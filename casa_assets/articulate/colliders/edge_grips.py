@@ -29,15 +29,15 @@ def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
     """
     if kind not in OPENING_KINDS or solid.grips or not solid.clouds or solid.axis is None or solid.anchor is None:
         return
-    low, high = (np.array([f(c, axis=0) for c in solid.clouds]) for f in (np.min, np.max))
-    edge, sign = _edge(solid, low.min(axis=0), high.max(axis=0))
+    lower, upper = (np.array([f(c, axis=0) for c in solid.clouds]) for f in (np.min, np.max))
+    edge, sign = _edge(solid, lower.min(axis=0), upper.max(axis=0))
     # Of a drawer it is the front that is taken, or a lip of it, not a side of its box.
-    first = np.ones(len(low), dtype=bool) if solid.turns else low[:, 1] <= low[:, 1].min() + EDGE_TOLERANCE_M
-    reach = sign * (high if sign > 0 else low)[:, edge]
+    first = np.ones(len(lower), dtype=bool) if solid.turns else lower[:, 1] <= lower[:, 1].min() + EDGE_TOLERANCE_M
+    reach = sign * (upper if sign > 0 else lower)[:, edge]
     rows = np.flatnonzero(first & (reach >= reach[first].max() - EDGE_TOLERANCE_M))
     chosen = min(rows.tolist(), key=lambda i: (-round(hull_volume(solid.clouds[i]), 9), i))
     end = sign * float(reach[chosen])
-    box = np.array([low[chosen], high[chosen]])
+    box = np.array([lower[chosen], upper[chosen]])
     wide = min(GRIP_WIDTH_M, 0.3 * float(box[1][edge] - box[0][edge]))
     box[0 if sign > 0 else 1][edge] = end - sign * wide
     thin = _across(solid, edge)
@@ -52,13 +52,13 @@ def add_edge_grip(solid: LinkSolid, kind: PartKind) -> None:
         solid.clouds[chosen : chosen + 1] = subtract_box(solid.clouds[chosen], box) or [solid.clouds[chosen]]
 
 
-def _edge(solid: LinkSolid, low: Floats, high: Floats) -> tuple[int, float]:
+def _edge(solid: LinkSolid, lower: Floats, upper: Floats) -> tuple[int, float]:
     """Return the axis and side of the edge that opens: opposite the hinge, or the upper one of what slides."""
     assert solid.axis is not None
     assert solid.anchor is not None
     if not solid.turns:
         return 2, 1.0
-    away = (low + high) / 2 - solid.anchor
+    away = (lower + upper) / 2 - solid.anchor
     away = away - solid.axis * float(away @ solid.axis)
     axis = int(np.argmax(np.round(np.abs(away), 6)))
     return axis, 1.0 if away[axis] > 0 else -1.0

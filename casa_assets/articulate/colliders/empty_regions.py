@@ -24,9 +24,9 @@ def is_empty_region(skin: Floats | None, boxes: Sequence[Floats]) -> bool:
     """
     if skin is None:
         return False
-    for low, high in boxes:
-        near = skin[((skin > low - BOUND_TOLERANCE_M) & (skin < high + BOUND_TOLERANCE_M)).all(axis=1)]
-        share = (near - low) / np.maximum(high - low, 1e-9)
+    for lower, upper in boxes:
+        near = skin[((skin > lower - BOUND_TOLERANCE_M) & (skin < upper + BOUND_TOLERANCE_M)).all(axis=1)]
+        share = (near - lower) / np.maximum(upper - lower, 1e-9)
         side = np.argmin(np.concatenate([share, 1.0 - share], axis=1), axis=1)
         count = np.bincount(side, minlength=6) >= max(1.0, MIN_SIDE_SHARE * len(near))
         inner = ((share > INNER_MARGIN_SHARE) & (share < 1.0 - INNER_MARGIN_SHARE)).all(axis=1).any()

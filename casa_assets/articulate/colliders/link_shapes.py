@@ -34,11 +34,11 @@ SAMPLES = 6000
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
 
 
-def convex_clouds(points: Floats, faces: Ints, most: int) -> list[Floats]:
+def convex_clouds(points: Floats, faces: Ints, max_count: int) -> list[Floats]:
     """Return convex point clouds that cover a surface and leave its cavities open, the largest first.
 
     Args:
-        points: (P, 3) metres. faces: (F, 3) over them. most: how many at most.
+        points: (P, 3) metres. faces: (F, 3) over them. max_count: how many at most.
     Returns:
         (N, 3) points of each, metres, in the frame of `points`; each spans a volume.
     """
@@ -46,18 +46,18 @@ def convex_clouds(points: Floats, faces: Ints, most: int) -> list[Floats]:
     cloud, triangles = points[used], local.reshape(-1, 3)
     extent = np.ptp(cloud, axis=0)
     thin = bool(extent.min() < MIN_THICKNESS_M)
-    if thin and (most == 1 or _fills_its_box(cloud, triangles)):
+    if thin and (max_count == 1 or _fills_its_box(cloud, triangles)):
         return [box_cloud(*_thick(cloud))]
     if thin and _fills_its_outline(cloud, triangles):
         return [_plate(cloud)]
     finest = voxelise(cloud, triangles, cells=VOXEL_COUNTS[0])
-    if most == 1 or (not thin and finest.volume >= MIN_HULL_FILL * hull_volume(cloud)):
+    if max_count == 1 or (not thin and finest.volume >= MIN_HULL_FILL * hull_volume(cloud)):
         return [_convex(cloud)]
     samples = np.concatenate([cloud, surface_samples(cloud, triangles, SAMPLES)])
     found: list[Floats] = []
     for cells in VOXEL_COUNTS:
         grid = finest if cells == VOXEL_COUNTS[0] else voxelise(cloud, triangles, cells=cells)
-        found, left = _cellwise(grid, samples, most)
+        found, left = _cellwise(grid, samples, max_count)
         if not left:
             break
     return found or [_convex(cloud)]
@@ -92,9 +92,9 @@ def _is_flat(cloud: Floats) -> bool:
 
 def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
     """Return the shape of a convex cloud and its pose: a box where the cloud nearly fills it, else a hull."""
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    size = np.maximum(high - low, MIN_THICKNESS_M)
-    middle = (low + high) / 2
+    lower, upper = cloud.min(axis=0), cloud.max(axis=0)
+    size = np.maximum(upper - lower, MIN_THICKNESS_M)
+    middle = (lower + upper) / 2
     if hull_volume(cloud) >= MIN_BOX_FILL * float(np.prod(size)):
         return _box(size), Pose(position=_vec(middle))
     center = np.array(_vec(middle))
@@ -107,13 +107,13 @@ def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
 
 def snap_to_box(cloud: Floats) -> Floats:
     """Return the corners of the bounding box where a convex cloud nearly fills it, else the cloud."""
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    return box_cloud(low, high) if hull_volume(cloud) >= MIN_BOX_FILL * float(np.prod(high - low)) else cloud
+    lower, upper = cloud.min(axis=0), cloud.max(axis=0)
+    return box_cloud(lower, upper) if hull_volume(cloud) >= MIN_BOX_FILL * float(np.prod(upper - lower)) else cloud
 
 
-def box_cloud(low: Floats, high: Floats) -> Floats:
+def box_cloud(lower: Floats, upper: Floats) -> Floats:
     """Return the (8, 3) corners of a box."""
-    found: Floats = low + _CORNERS * (high - low)
+    found: Floats = lower + _CORNERS * (upper - lower)
     return found
 
 
@@ -149,16 +149,16 @@ def _face_on(cloud: Floats, triangles: Ints) -> float:
 def _plate(cloud: Floats) -> Floats:
     """Return the outline of a flat surface, at least as thick as contacts need."""
     axis = int(np.argmin(np.ptp(cloud, axis=0)))
-    low, high = _thick(cloud)
+    lower, upper = _thick(cloud)
     out = np.concatenate([cloud, cloud])
-    out[: len(cloud), axis], out[len(cloud) :, axis] = low[axis], high[axis]
+    out[: len(cloud), axis], out[len(cloud) :, axis] = lower[axis], upper[axis]
     return _convex(out)
 
 
 def _thick(cloud: Floats) -> tuple[Floats, Floats]:
     """Return the box around a flat surface, at least as thick as contacts need."""
-    low, high = cloud.min(axis=0), cloud.max(axis=0)
-    middle, half = (low + high) / 2, np.maximum(high - low, MIN_THICKNESS_M) / 2
+    lower, upper = cloud.min(axis=0), cloud.max(axis=0)
+    middle, half = (lower + upper) / 2, np.maximum(upper - lower, MIN_THICKNESS_M) / 2
     return middle - half, middle + half
 
 
@@ -170,22 +170,22 @@ def _convex(cloud: Floats) -> Floats:
         return box_cloud(*_thick(cloud))
 
 
-def _cellwise(grid: Grid, samples: Floats, most: int) -> tuple[list[Floats], bool]:
+def _cellwise(grid: Grid, samples: Floats, max_count: int) -> tuple[list[Floats], bool]:
     """Gather voxels into boxes, the largest first, each shrunk to its contents; also return whether voxels are left."""
     left = grid.skin | grid.solid
     inner = grid.solid & ~grid.skin
     at = np.round((samples - grid.origin) / grid.cell).astype(np.int64)
     out: list[Floats] = []
-    while left.any() and len(out) < most:
+    while left.any() and len(out) < max_count:
         a, b = _largest(left)
         window = tuple(slice(int(p), int(q)) for p, q in zip(a, b, strict=True))
         left[window] = False
         own = samples[((at >= a) & (at < b)).all(axis=1)]
         if inner[window].any():
             full = np.argwhere(inner[window])
-            low = grid.origin + (full.min(axis=0) + a - 0.5) * grid.cell
-            high = grid.origin + (full.max(axis=0) + a + 0.5) * grid.cell
-            own = np.concatenate([own, box_cloud(low, high)])
+            lower = grid.origin + (full.min(axis=0) + a - 0.5) * grid.cell
+            upper = grid.origin + (full.max(axis=0) + a + 0.5) * grid.cell
+            own = np.concatenate([own, box_cloud(lower, upper)])
         if len(own) >= 4:
             out.append(_drawn_in(own))
     return out, bool(left.any())
@@ -193,9 +193,9 @@ def _cellwise(grid: Grid, samples: Floats, most: int) -> tuple[list[Floats], boo
 
 def _drawn_in(own: Floats) -> Floats:
     """Return the box around points where they nearly fill it, else their hull."""
-    low, high = _thick(own)
-    if hull_volume(own) >= 0.85 * float(np.prod(high - low)) or np.ptp(own, axis=0).min() < MIN_THICKNESS_M:
-        return box_cloud(low, high)
+    lower, upper = _thick(own)
+    if hull_volume(own) >= 0.85 * float(np.prod(upper - lower)) or np.ptp(own, axis=0).min() < MIN_THICKNESS_M:
+        return box_cloud(lower, upper)
     return _convex(own)
 
 

@@ -58,8 +58,8 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
     for (x, y, z, r), column, row in zip(found, columns, rows, strict=True):
         words = [w for w in (("front", "", "rear")[row], ("left", "center", "right")[column]) if w]
         near = np.linalg.norm(points[:, :2] - (x, y), axis=1) <= 0.9 * r
-        high = points[near & (points[:, 2] <= top + MAX_LEVEL_DIFFERENCE_M), 2]
-        level = float(high.max()) if len(high) else z  # of a mere ring the rim
+        upper = points[near & (points[:, 2] <= top + MAX_LEVEL_DIFFERENCE_M), 2]
+        level = float(upper.max()) if len(upper) else z  # of a mere ring the rim
         burners.append(Burner("_".join(words), (_mm(x), _mm(y), _mm(level)), _mm(r)))
     names = [b.loc for b in burners]
     if len(burners) < 2 or len(set(names)) < len(names) or not set(names) <= PLACES:
@@ -95,17 +95,17 @@ def _discs(mesh: Mesh) -> list[tuple[float, float, float, float]]:
         points = vertices[piece]
         if len(points) < 8:
             continue
-        low, high = points.min(axis=0), points.max(axis=0)
-        wide = (high - low)[:2]
+        lower, upper = points.min(axis=0), points.max(axis=0)
+        wide = (upper - lower)[:2]
         if (
             not MIN_DIAMETER_M <= wide.max() <= MAX_DIAMETER_M
             or wide.max() - wide.min() > MAX_SIDE_DIFFERENCE * wide.max()
         ):
             continue
-        if high[2] - low[2] > 0.6 * wide.max() or not _is_round(points[:, :2], wide):
+        if upper[2] - lower[2] > 0.6 * wide.max() or not _is_round(points[:, :2], wide):
             continue
-        middle = (low + high) / 2
-        out.append((float(middle[0]), float(middle[1]), float(high[2]), float(wide.max()) / 2))
+        middle = (lower + upper) / 2
+        out.append((float(middle[0]), float(middle[1]), float(upper[2]), float(wide.max()) / 2))
     return out
 
 
@@ -129,10 +129,10 @@ def _largest_of_heaps(discs: Sequence[tuple[float, float, float, float]]) -> lis
 
 def _thirds(values: Sequence[float]) -> list[int]:
     """Sort values into 0, 1 or 2: low, middle, high; all in the middle where they do not differ."""
-    low, high = min(values), max(values)
-    if high - low < MIN_DIAMETER_M:
+    lower, upper = min(values), max(values)
+    if upper - lower < MIN_DIAMETER_M:
         return [1] * len(values)
-    share = [(v - low) / (high - low) - 0.5 for v in values]
+    share = [(v - lower) / (upper - lower) - 0.5 for v in values]
     return [1 if abs(s) < MIDDLE_SHARE else 0 if s < 0 else 2 for s in share]
 
 

@@ -43,32 +43,34 @@ class Control:
     """Something small on a side.
 
     Attributes:
-        fragments: that it is made of. low, high: (3,) corners in (u, v, w).
+        fragments: that it is made of. lower, upper: (3,) corners in (u, v, w).
         protrusion: how far it stands out from what is round it. is_round: its outline is a circle.
     """
 
     fragments: list[int]
-    low: Floats
-    high: Floats
+    lower: Floats
+    upper: Floats
     protrusion: float
     is_round: bool
 
     @property
     def across(self) -> Floats:
         """Return the (2,) width and height."""
-        found: Floats = (self.high - self.low)[:2]
+        found: Floats = (self.upper - self.lower)[:2]
         return found
 
     @property
     def middle(self) -> Floats:
         """Return the (2,) middle of its rectangle."""
-        found: Floats = (self.high + self.low)[:2] / 2
+        found: Floats = (self.upper + self.lower)[:2] / 2
         return found
 
     @property
     def is_pin(self) -> bool:
         """Return whether it is one fragment, longer than wide: something pushed, not turned."""
-        return len(self.fragments) == 1 and float((self.high - self.low)[2]) > MIN_PIN_RATIO * float(self.across.max())
+        return len(self.fragments) == 1 and float((self.upper - self.lower)[2]) > MIN_PIN_RATIO * float(
+            self.across.max()
+        )
 
     @property
     def long(self) -> float:
@@ -76,38 +78,38 @@ class Control:
         return float(self.across.max() / max(float(self.across.min()), 1e-9))
 
 
-def find_controls(pieces: MeasuredFragments, side: int, taken: Sequence[int]) -> list[Control]:
+def find_controls(measured: MeasuredFragments, side: int, taken: Sequence[int]) -> list[Control]:
     """Return compact things on a side, without fragments in `taken`; top down and left to right."""
-    low, high = corners_from_side(pieces, side)
-    size = high - low
-    most = size[:, :2].max(axis=1)
+    lower, upper = corners_from_side(measured, side)
+    size = upper - lower
+    longest = size[:, :2].max(axis=1)
     foot = size[:, 0] * size[:, 1]
-    free = np.ones(pieces.count, dtype=bool)
+    free = np.ones(measured.count, dtype=bool)
     free[list(taken)] = False
-    fits = (most <= MAX_CONTROL_SIZE) & (most >= MIN_CONTROL_SIZE / 3) & (size[:, 2] <= 0.2) & free
-    shown = pieces.visible_area[:, side] > 0
-    rows = np.flatnonzero(fits & (shown | (foot > 0)))
+    fits = (longest <= MAX_CONTROL_SIZE) & (longest >= MIN_CONTROL_SIZE / 3) & (size[:, 2] <= 0.2) & free
+    visible = measured.visible_area[:, side] > 0
+    rows = np.flatnonzero(fits & (visible | (foot > 0)))
     found = []
-    for group in _nested(low, high, rows.tolist(), foot):
-        box = low[group].min(axis=0), high[group].max(axis=0)
-        seen = float(pieces.visible_area[group, side].sum())
+    for group in _nested(lower, upper, rows.tolist(), foot):
+        box = lower[group].min(axis=0), upper[group].max(axis=0)
+        seen = float(measured.visible_area[group, side].sum())
         across = (box[1] - box[0])[:2]
         if seen < 0.35 * float(np.prod(across)) or across.max() < MIN_CONTROL_SIZE or across.max() > MAX_CONTROL_SIZE:
             continue
-        ground, sits = depth_around(pieces.depth_images[side], *box)
+        ground, sits = depth_around(measured.depth_images[side], *box)
         if sits < MIN_GROUND_SHARE:
             continue
-        stands = ground - float(box[0][2] - low[:, 2].min())
-        found.append(Control(sorted(group), *box, stands, has_round_outline(pieces, side, group, across)))
+        stands = ground - float(box[0][2] - lower[:, 2].min())
+        found.append(Control(sorted(group), *box, stands, has_round_outline(measured, side, group, across)))
     found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
     return found
 
 
-def control_normal(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
+def control_normal(measured: MeasuredFragments, side: int, control: Control) -> Floats:
     """Return the (3,) unit direction that a control faces, in the frame: of its flat cap, else of the side."""
     outward: Floats = -SIDES[side][2]
-    rows = pieces.faces_of(control.fragments)
-    normals, areas = pieces.soup.normals[rows], pieces.soup.areas[rows]
+    rows = measured.faces_of(control.fragments)
+    normals, areas = measured.mesh.normals[rows], measured.mesh.areas[rows]
     ahead = normals @ outward > CAP_FACING_COS
     if not ahead.any():
         return outward
@@ -118,16 +120,16 @@ def control_normal(pieces: MeasuredFragments, side: int, control: Control) -> Fl
         return outward
     cap = (areas[:, None] * normals)[normals @ normals[best] > CAP_FLAT_COS].sum(axis=0)
     found: Floats = cap / np.linalg.norm(cap)
-    return found if float(found @ _ground(pieces, side, control)) > CAP_PARALLEL_COS else outward
+    return found if float(found @ _ground(measured, side, control)) > CAP_PARALLEL_COS else outward
 
 
-def _ground(pieces: MeasuredFragments, side: int, control: Control) -> Floats:
+def _ground(measured: MeasuredFragments, side: int, control: Control) -> Floats:
     """Return the (3,) unit direction that most of the surface around a control faces, zero where there is none."""
-    picture = pieces.depth_images[side]
-    face = picture.face[_ring(picture, control.low, control.high)]
+    image = measured.depth_images[side]
+    face = image.face[_ring(image, control.lower, control.upper)]
     face = face[face >= 0]
-    face = face[~np.isin(pieces.label[face], control.fragments)]
-    middle = np.median(pieces.soup.normals[face], axis=0) if len(face) else np.zeros(3)
+    face = face[~np.isin(measured.label[face], control.fragments)]
+    middle = np.median(measured.mesh.normals[face], axis=0) if len(face) else np.zeros(3)
     found: Floats = middle / max(float(np.linalg.norm(middle)), 1e-9)
     return found
 
@@ -168,59 +170,59 @@ def _is_round(control: Control, others: Sequence[Control]) -> bool:
     )
 
 
-def has_finger_room(pieces: MeasuredFragments, side: int, control: Control) -> bool:
+def has_finger_room(measured: MeasuredFragments, side: int, control: Control) -> bool:
     """Return whether fingers get around a control: little near it stands as far out."""
-    picture = pieces.depth_images[side]
-    near = float(corners_from_side(pieces, side)[0][:, 2].min())
+    image = measured.depth_images[side]
+    near = float(corners_from_side(measured, side)[0][:, 2].min())
     reach = FINGER_ROOM_BY_WIDTH * control.across
-    corners = np.array([control.low[:2] - reach, control.high[:2] + reach, control.low[:2], control.high[:2]])
-    row, column = picture.rows_columns(corners)
-    ring = np.zeros(picture.face.shape, dtype=bool)
+    corners = np.array([control.lower[:2] - reach, control.upper[:2] + reach, control.lower[:2], control.upper[:2]])
+    row, column = image.rows_columns(corners)
+    ring = np.zeros(image.face.shape, dtype=bool)
     ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
     ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
-    level = float(control.low[2]) - near + 0.4 * max(control.protrusion, 0.0)
-    return bool((picture.depth[ring] <= level).mean() < MAX_BLOCKED_SHARE) if ring.any() else True
+    level = float(control.lower[2]) - near + 0.4 * max(control.protrusion, 0.0)
+    return bool((image.depth[ring] <= level).mean() < MAX_BLOCKED_SHARE) if ring.any() else True
 
 
-def _nested(low: Floats, high: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
+def _nested(lower: Floats, upper: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
     """Group fragments whose middles lie within the rectangle of the group's largest, at nearly the same depth."""
     groups: list[list[int]] = []
     hosts = np.empty((0, 6))
     for i in sorted(rows, key=lambda r: (-foot[r], r)):
-        u, v = (low[i, :2] + high[i, :2]) / 2
+        u, v = (lower[i, :2] + upper[i, :2]) / 2
         inside = (hosts[:, 0] <= u) & (u <= hosts[:, 3]) & (hosts[:, 1] <= v) & (v <= hosts[:, 4])
-        inside &= (low[i, 2] <= hosts[:, 5] + 0.02) & (high[i, 2] >= hosts[:, 2] - 0.05)
+        inside &= (lower[i, 2] <= hosts[:, 5] + 0.02) & (upper[i, 2] >= hosts[:, 2] - 0.05)
         if inside.any():
             groups[int(np.argmax(inside))].append(i)
         else:
             groups.append([i])
-            hosts = np.append(hosts, [[*low[i], *high[i]]], axis=0)
+            hosts = np.append(hosts, [[*lower[i], *upper[i]]], axis=0)
     return groups
 
 
-def depth_around(picture: DepthImage, low: Floats, high: Floats) -> tuple[float, float]:
+def depth_around(image: DepthImage, lower: Floats, upper: Floats) -> tuple[float, float]:
     """Return the median depth around a rectangle, and the share of the surroundings that is surface."""
-    depth = picture.depth[_ring(picture, low, high)]
+    depth = image.depth[_ring(image, lower, upper)]
     seen = depth[np.isfinite(depth)]
     return (float(np.median(seen)), len(seen) / len(depth)) if len(seen) else (0.0, 0.0)
 
 
-def _ring(picture: DepthImage, low: Floats, high: Floats) -> Bools:
+def _ring(image: DepthImage, lower: Floats, upper: Floats) -> Bools:
     """Mark the (H, W) pixels right around a rectangle."""
-    margin = np.maximum(0.25 * (high - low)[:2], 2.5 * picture.pixel)
-    corners = np.array([low[:2] - margin, high[:2] + margin, low[:2] - picture.pixel, high[:2] + picture.pixel])
-    row, column = picture.rows_columns(corners)
-    ring = np.zeros(picture.face.shape, dtype=bool)
+    margin = np.maximum(0.25 * (upper - lower)[:2], 2.5 * image.pixel)
+    corners = np.array([lower[:2] - margin, upper[:2] + margin, lower[:2] - image.pixel, upper[:2] + image.pixel])
+    row, column = image.rows_columns(corners)
+    ring = np.zeros(image.face.shape, dtype=bool)
     ring[row[1] : row[0] + 1, column[0] : column[1] + 1] = True
     ring[row[3] : row[2] + 1, column[2] : column[3] + 1] = False
     return ring
 
 
-def has_round_outline(pieces: MeasuredFragments, side: int, group: Sequence[int], across: Floats) -> bool:
+def has_round_outline(measured: MeasuredFragments, side: int, group: Sequence[int], across: Floats) -> bool:
     """Return whether the outline of fragments is a circle, with a pointer or without."""
     if across.max() > 1.2 * across.min():
         return False
-    flat = pieces.points_of(group) @ SIDES[side][:2].T
+    flat = measured.points_of(group) @ SIDES[side][:2].T
     try:
         hull = float(ConvexHull(flat).volume)
     except QhullError:

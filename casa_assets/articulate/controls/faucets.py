@@ -47,21 +47,21 @@ class Spout:
     anchor: Floats
 
 
-def find_faucet_parts(pieces: MeasuredFragments, taken: set[int]) -> list[tuple[PartKind, list[int], JointPlan]]:
+def find_faucet_parts(measured: MeasuredFragments, taken: set[int]) -> list[tuple[PartKind, list[int], JointPlan]]:
     """Return turning handles on top and the spout beside them: kind, fragments and joint of each.
 
     Args:
         taken: fragments of other parts.
     """
-    sticks = find_faucet_handles(pieces, taken)
+    sticks = find_faucet_handles(measured, taken)
     found = [(PartKind.LEVER, s.fragments, faucet_joint(s)) for s in sticks]
-    spout = find_spout(pieces, taken | {f for s in sticks for f in s.fragments}) if sticks else None
+    spout = find_spout(measured, taken | {f for s in sticks for f in s.fragments}) if sticks else None
     return found if spout is None else [*found, (PartKind.SPOUT, spout.fragments, faucet_joint(spout))]
 
 
-def find_faucet_handles(pieces: MeasuredFragments, taken: set[int]) -> list[FaucetHandle]:
+def find_faucet_handles(measured: MeasuredFragments, taken: set[int]) -> list[FaucetHandle]:
     """Return long upright sticks that stand across what they are rooted in; none where there are many."""
-    size = pieces.high - pieces.low
+    size = measured.upper - measured.lower
     wide, least = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
     slim = (
         (size[:, 2] >= MIN_STICK_RATIO * wide)
@@ -69,59 +69,65 @@ def find_faucet_handles(pieces: MeasuredFragments, taken: set[int]) -> list[Fauc
         & (wide >= MIN_HANDLE_WIDTH)
         & (wide <= MAX_HANDLE_WIDTH)
     )
-    slim &= (size[:, 2] <= MAX_HANDLE_LENGTH) & (pieces.visible_area[:, TOP] > 0)
+    slim &= (size[:, 2] <= MAX_HANDLE_LENGTH) & (measured.visible_area[:, TOP] > 0)
     slim[sorted(taken)] = False
     found, hosts = [], []
     for i in np.flatnonzero(slim).tolist():
-        host = _root(pieces, i)
+        host = _root(measured, i)
         if host is not None:
             axis = np.eye(3)[int(np.argmax(size[host]))]
-            found.append(FaucetHandle([i], axis, (pieces.low[host] + pieces.high[host]) / 2))
+            found.append(FaucetHandle([i], axis, (measured.lower[host] + measured.upper[host]) / 2))
             hosts.append(host)
     return found if len(found) <= MAX_HANDLES and len(set(hosts)) == len(hosts) else []
 
 
-def _root(pieces: MeasuredFragments, stick: int) -> int | None:
+def _root(measured: MeasuredFragments, stick: int) -> int | None:
     """Return the smallest fragment that a stick is rooted in and stands across; None where there is none."""
-    low, high = pieces.low[stick], pieces.high[stick]
-    length, wide = float(high[2] - low[2]), float((high - low)[:2].max())
-    root = (low + high) / 2
-    root[2] = low[2]
-    near = ((pieces.low <= root + MAX_GAP) & (pieces.high >= root - MAX_GAP)).all(axis=1)
-    near &= pieces.high[:, 2] <= high[2] - MIN_HANDLE_OUT_SHARE * length
+    lower, upper = measured.lower[stick], measured.upper[stick]
+    length, wide = float(upper[2] - lower[2]), float((upper - lower)[:2].max())
+    root = (lower + upper) / 2
+    root[2] = lower[2]
+    near = ((measured.lower <= root + MAX_GAP) & (measured.upper >= root - MAX_GAP)).all(axis=1)
+    near &= measured.upper[:, 2] <= upper[2] - MIN_HANDLE_OUT_SHARE * length
     near[stick] = False
     fits = []
     for i in np.flatnonzero(near).tolist():
-        size = pieces.high[i] - pieces.low[i]
+        size = measured.upper[i] - measured.lower[i]
         along = int(np.argmax(size))
         others = np.sort(np.delete(size, along))
         slim = size[along] >= MIN_ROOT_RATIO * others[1] and others[1] <= MAX_ROUND_RATIO * max(float(others[0]), 1e-9)
         if along != 2 and slim and size[along] <= MAX_ROOT_LENGTH * length and others[1] <= MAX_ROOT_THICKNESS * wide:
             fits.append(i)
-    return min(fits, key=lambda i: (round(float(pieces.area[i]), 9), i)) if fits else None
+    return min(fits, key=lambda i: (round(float(measured.area[i]), 9), i)) if fits else None
 
 
-def find_spout(pieces: MeasuredFragments, taken: set[int]) -> Spout | None:
+def find_spout(measured: MeasuredFragments, taken: set[int]) -> Spout | None:
     """Return the longest level arm over a round column, on an object that has faucet handles."""
-    size = pieces.high - pieces.low
-    arms = [i for i in range(pieces.count) if i not in taken and _is_arm(size[i])]
+    size = measured.upper - measured.lower
+    arms = [i for i in range(measured.count) if i not in taken and _is_arm(size[i])]
     for arm in sorted(arms, key=lambda i: (-round(float(size[i, :2].max()), 9), i)):
         along = int(np.argmax(size[arm, :2]))
-        for i in range(pieces.count):
+        for i in range(measured.count):
             wide = float(size[i, :2].max())
             if (
                 i in taken
                 or i == arm
                 or size[i, 2] < MIN_COLUMN_RATIO * wide
-                or not has_round_outline(pieces, TOP, [i], size[i, :2])
+                or not has_round_outline(measured, TOP, [i], size[i, :2])
             ):
                 continue
             like = abs(wide - float(size[arm, 1 - along])) <= WIDTH_TOLERANCE * wide
-            under = pieces.high[i, 2] <= pieces.high[arm, 2] and pieces.high[i, 2] >= pieces.low[arm, 2] - MAX_GAP
-            ends = (pieces.low[arm, along] - pieces.low[i, along], pieces.high[arm, along] - pieces.high[i, along])
+            under = (
+                measured.upper[i, 2] <= measured.upper[arm, 2]
+                and measured.upper[i, 2] >= measured.lower[arm, 2] - MAX_GAP
+            )
+            ends = (
+                measured.lower[arm, along] - measured.lower[i, along],
+                measured.upper[arm, along] - measured.upper[i, along],
+            )
             at_end = min(abs(float(e)) for e in ends) <= MAX_GAP
-            middle: Floats = (pieces.low[i] + pieces.high[i]) / 2
-            over = bool(((middle >= pieces.low[arm]) & (middle <= pieces.high[arm]))[:2].all())
+            middle: Floats = (measured.lower[i] + measured.upper[i]) / 2
+            over = bool(((middle >= measured.lower[arm]) & (middle <= measured.upper[arm]))[:2].all())
             if like and under and at_end and over:
                 return Spout(sorted((arm, i)), middle)
     return None

@@ -37,14 +37,16 @@ class Lever:
     length: float
 
 
-def find_levers(pieces: MeasuredFragments, side: int, controls: Sequence[Control]) -> tuple[list[Lever], list[Control]]:
+def find_levers(
+    measured: MeasuredFragments, side: int, controls: Sequence[Control]
+) -> tuple[list[Lever], list[Control]]:
     """Separate controls that run in a slot from the others."""
-    near = float(corners_from_side(pieces, side)[0][:, 2].min())
+    near = float(corners_from_side(measured, side)[0][:, 2].min())
     levers: list[Lever] = []
     rest: list[Control] = []
     for control in controls:
         flush = control.protrusion < MIN_PROTRUSION
-        found = None if control.is_round or flush else _longest(pieces, side, control, near)
+        found = None if control.is_round or flush else _longest(measured, side, control, near)
         if found is None:
             rest.append(control)
         else:
@@ -52,35 +54,37 @@ def find_levers(pieces: MeasuredFragments, side: int, controls: Sequence[Control
     return levers, rest
 
 
-def _longest(pieces: MeasuredFragments, side: int, control: Control, near: float) -> Lever | None:
+def _longest(measured: MeasuredFragments, side: int, control: Control, near: float) -> Lever | None:
     """Return the lever with the longest slot of the four directions from a control, or None."""
     best: Lever | None = None
     for along, sign in ((1, -1.0), (1, 1.0), (0, -1.0), (0, 1.0)):
-        found = _slot(pieces, side, control, along, sign, near)
+        found = _slot(measured, side, control, along, sign, near)
         if found is not None and (best is None or found.length > best.length + 1e-6):
             best = found
     return best
 
 
-def _slot(pieces: MeasuredFragments, side: int, control: Control, along: int, sign: float, near: float) -> Lever | None:
+def _slot(
+    measured: MeasuredFragments, side: int, control: Control, along: int, sign: float, near: float
+) -> Lever | None:
     """Return the slot that leads away from a control in one direction, or None.
 
     Args:
         along: 0 for right, 1 for up. sign: of the way. near: depth of what is nearest in the picture.
     """
-    picture = pieces.depth_images[side]
+    image = measured.depth_images[side]
     across = 1 - along
     wide = float(control.across[across])
-    start = float((control.high if sign > 0 else control.low)[along])
-    steps = np.arange(1, int(0.7 / picture.pixel)) * picture.pixel
+    start = float((control.upper if sign > 0 else control.lower)[along])
+    steps = np.arange(1, int(0.7 / image.pixel)) * image.pixel
     lines, marks = [], []
     for shift in (0.0, -BESIDE_WIDTHS * wide, BESIDE_WIDTHS * wide):
         line = np.empty((len(steps), 2))
         line[:, along] = start + sign * steps
         line[:, across] = control.middle[across] + shift
-        row, column = picture.rows_columns(line)
-        lines.append(picture.depth[row, column])
-        marks.append(np.where(picture.face[row, column] >= 0, pieces.label[picture.face[row, column]], -1))
+        row, column = image.rows_columns(line)
+        lines.append(image.depth[row, column])
+        marks.append(np.where(image.face[row, column] >= 0, measured.label[image.face[row, column]], -1))
     inside = np.isfinite(lines[1]) & np.isfinite(lines[2])
     left, right = np.where(inside, lines[1], 0.0), np.where(inside, lines[2], 0.0)
     beside = np.maximum(left, right)
@@ -89,13 +93,13 @@ def _slot(pieces: MeasuredFragments, side: int, control: Control, along: int, si
         & (np.abs(left - right) < MIN_SLOT_DEPTH)
         & ((lines[0] > beside + MIN_SLOT_DEPTH) | (_marked(marks) & (lines[0] > beside - PAINTED_SLOT_TOLERANCE)))
     )
-    last = _run(deep, picture.pixel)
-    if last * picture.pixel < max(MIN_SLOT_LENGTH, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
+    last = _run(deep, image.pixel)
+    if last * image.pixel < max(MIN_SLOT_LENGTH, 1.2 * float(control.across[along])) or not _ends(deep, inside, last):
         return None
-    slope = _slope(beside[:last]) / picture.pixel
+    slope = _slope(beside[:last]) / image.pixel
     way = np.zeros(3)
     way[along], way[2] = sign, slope
-    return Lever(control, way / np.linalg.norm(way), last * picture.pixel)
+    return Lever(control, way / np.linalg.norm(way), last * image.pixel)
 
 
 def _slope(depth: Floats) -> float:

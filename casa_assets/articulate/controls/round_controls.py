@@ -38,7 +38,7 @@ def _is_arm(cap: Control, bar: Control) -> bool:
     if bar.long < MIN_ARM_RATIO:
         return False
     middle = cap.middle
-    nearest = np.clip(middle, bar.low[:2], bar.high[:2])
+    nearest = np.clip(middle, bar.lower[:2], bar.upper[:2])
     away = float(np.linalg.norm(nearest - middle)) / float(cap.across.max())
     return 0.0 < away <= 0.5 + MAX_ARM_GAP_BY_WIDTH
 
@@ -49,26 +49,26 @@ def _way(cap: Control, bar: Control) -> int:
     return int(np.round(np.arctan2(y, x) / (np.pi / 2))) % 4
 
 
-def find_single_button(pieces: MeasuredFragments) -> Control | None:
+def find_single_button(measured: MeasuredFragments) -> Control | None:
     """Return what is round on a front, where there is one such thing and no more."""
-    found = [c for c in find_controls(pieces, FRONT, []) if c.is_round]
+    found = [c for c in find_controls(measured, FRONT, []) if c.is_round]
     taken = {f for c in found for f in c.fragments}
-    for panel in find_panels(pieces, FRONT):
-        across = (panel.high - panel.low)[:2]
+    for panel in find_panels(measured, FRONT):
+        across = (panel.upper - panel.lower)[:2]
         own = sorted(panel.members)
         if (
             taken.isdisjoint(own)
             and float(across.max()) <= MAX_BUTTON_WIDTH
-            and has_round_outline(pieces, FRONT, own, across)
+            and has_round_outline(measured, FRONT, own, across)
         ):
-            found.append(Control(own, panel.low, panel.high, float(panel.high[2] - panel.low[2]), True))
+            found.append(Control(own, panel.lower, panel.upper, float(panel.upper[2] - panel.lower[2]), True))
     standing = [c for c in found if MIN_PROTRUSION <= c.protrusion <= MAX_PROTRUSION_BY_WIDTH * float(c.across.max())]
     return standing[0] if len(standing) == 1 else None
 
 
 def button_joint(key: Control, way: float) -> JointPlan:
     """Return the joint of a push button, with a travel of `way` diagonals at most."""
-    x, y, z = (float(v) for v in (key.low + key.high) / 2 @ SIDES[FRONT])
+    x, y, z = (float(v) for v in (key.lower + key.upper) / 2 @ SIDES[FRONT])
     into_x, into_y, into_z = (float(v) for v in SIDES[FRONT][2])
     return JointPlan(
         kind=JointKind.SLIDE,

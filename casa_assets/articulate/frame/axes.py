@@ -81,24 +81,24 @@ CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) 
 GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
 
 
-def given_frame(soup: WeldedMesh, up: Sequence[float], front: Sequence[float]) -> Frame:
+def given_frame(mesh: WeldedMesh, up: Sequence[float], front: Sequence[float]) -> Frame:
     """Return the frame for known up and front directions, file axes, at right angles to each other."""
     z = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
     y = -np.asarray(front, dtype=np.float64) / np.linalg.norm(front)
-    return _framed(soup, np.stack([np.cross(y, z), y, z]))
+    return _framed(mesh, np.stack([np.cross(y, z), y, z]))
 
 
-def _framed(soup: WeldedMesh, rotation: Floats) -> Frame:
+def _framed(mesh: WeldedMesh, rotation: Floats) -> Frame:
     """Return the frame with these axes, centred in the box that they make around the object."""
-    turned = soup.points @ rotation.T
-    low, high = turned.min(axis=0), turned.max(axis=0)
-    a, b, c = (float(v) for v in (low + high) / 2 @ rotation)
-    scale = 1.0 / max(float(np.linalg.norm(high - low)), 1e-300)
+    turned = mesh.points @ rotation.T
+    lower, upper = turned.min(axis=0), turned.max(axis=0)
+    a, b, c = (float(v) for v in (lower + upper) / 2 @ rotation)
+    scale = 1.0 / max(float(np.linalg.norm(upper - lower)), 1e-300)
     return Frame(rotation=rotation, origin=(a, b, c), scale=scale, reason="given")
 
 
 def guess_frame(
-    soup: WeldedMesh,
+    mesh: WeldedMesh,
     up: Sequence[float] | None = None,
     front: Sequence[float] | None = None,
     stated: int | None = None,
@@ -106,14 +106,14 @@ def guess_frame(
     """Return the likeliest frame of an object, which may be rotated freely in its file.
 
     Args:
-        soup: file axes and units.
+        mesh: file axes and units.
         up, front: directions that the user gave, file axes; None to guess. They hold within 45 degrees where walls of
             the thing run along others, but `up` exactly.
         stated: side (of SIDES) that is the top by the file's word; believed, but not blindly.
     """
-    straight = align_walls(soup, [d for d in (up, front) if d is not None][:1])
-    plain = _framed(soup, straight)
-    placed = soup.in_frame(plain)
+    straight = align_walls(mesh, [d for d in (up, front) if d is not None][:1])
+    plain = _framed(mesh, straight)
+    placed = mesh.in_frame(plain)
     pieces = measure_fragments(placed, placed.fragment_labels, PIXELS)
     outward = -SIDES[:, 2] @ straight
     allowed = [(f, t) for f, t in CANDIDATES if _fits(front, outward[f]) and _fits(up, outward[t])]
@@ -122,24 +122,26 @@ def guess_frame(
     ranked = sorted(shares, key=lambda k: (-round(shares[k], 9), k))
     face, top = ranked[0]
     y, z = -outward[face], outward[top]
-    return _framed(soup, np.stack([np.cross(y, z), y, z])).replace(
+    return _framed(mesh, np.stack([np.cross(y, z), y, z])).replace(
         confidence=round(shares[ranked[0]], 3),
         reason=GUESSED_REASON if up is None or front is None else "given",
         runner_up="; ".join(_words(k, straight) for k in ranked[1:3]),
     )
 
 
-def candidate_shares(pieces: MeasuredFragments, known: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+def candidate_shares(
+    measured: MeasuredFragments, known: Mapping[tuple[int, int], float]
+) -> dict[tuple[int, int], float]:
     """Return the probability of each candidate (front, top), by appearance and by the parts that it would move.
 
     Args:
         known: log of what is known of each before.
     """
-    sides = [measure_side(pieces, i) for i in range(len(SIDES))]
-    inside = hidden_area(pieces)
+    sides = [measure_side(measured, i) for i in range(len(SIDES))]
+    inside = hidden_area(measured)
     rows = [FEATURES.index(name) for name in WEIGHTS]
     weights = np.array(list(WEIGHTS.values()))
-    scores = {c: float(weights @ frame_features(pieces, sides, *c, inside)[rows]) + known[c] for c in known}
+    scores = {c: float(weights @ frame_features(measured, sides, *c, inside)[rows]) + known[c] for c in known}
     ranked = sorted(scores, key=lambda k: (-round(scores[k], 9), k))
     shares = _shares(scores)
     likely = [c for c in ranked[:MAX_SCORED] if scores[c] > scores[ranked[0]] - MAX_LOG_ODDS_BEHIND]
@@ -147,7 +149,7 @@ def candidate_shares(pieces: MeasuredFragments, known: Mapping[tuple[int, int], 
         return shares
     weights = np.array([SCORE_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
     again = {
-        c: APPEARANCE_WEIGHT * (scores[c] - known[c]) + known[c] + float(weights @ score_candidate(pieces, *c))
+        c: APPEARANCE_WEIGHT * (scores[c] - known[c]) + known[c] + float(weights @ score_candidate(measured, *c))
         for c in likely
     }
     whole = sum(shares[c] for c in likely)

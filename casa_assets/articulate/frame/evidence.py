@@ -28,7 +28,7 @@ def side_facing(direction: Floats) -> int:
 
 
 def frame_features(
-    pieces: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
+    measured: MeasuredFragments, sides: Sequence[SideView], front: int, top: int, inside: Floats
 ) -> Floats:
     """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top.
 
@@ -39,8 +39,8 @@ def frame_features(
     up, out = -SIDES[top][2], -SIDES[front][2]
     across = np.cross(up, out)
     left, right = side_facing(-across), side_facing(across)
-    low, high = pieces.low.min(axis=0), pieces.high.max(axis=0)
-    width, depth, height = (float(np.abs(a) @ (high - low)) for a in (across, out, up))
+    lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
+    width, depth, height = (float(np.abs(a) @ (upper - lower)) for a in (across, out, up))
     face = sides[front]
     knobs = [_at(b, front, across, up) for b in face.blobs if b.is_knob]
     level = [_at(b, front, across, up) for b in face.blobs if b.is_bar and _lies(b, front, up)]
@@ -51,7 +51,7 @@ def frame_features(
     def each(number: Callable[[SideView], float]) -> list[float]:
         return [float(np.mean([number(sides[i]) for i in r])) for r in rows]
 
-    rise = ((pieces.low + pieces.high) / 2 - (low + high) / 2) @ up / max(height, 1e-9)
+    rise = ((measured.lower + measured.upper) / 2 - (lower + upper) / 2) @ up / max(height, 1e-9)
     return np.array(
         [
             *(d / total for d in each(lambda s: s.detail)),
@@ -70,21 +70,21 @@ def frame_features(
             sides[top].rings,
             sides[top].slots,
             _mean(near),
-            float((rise * pieces.area).sum() / max(float(pieces.area.sum()), 1e-12)),
+            float((rise * measured.area).sum() / max(float(measured.area.sum()), 1e-12)),
             float(sides[back].detail < 0.5 * face.detail),
             *(max(sides[i].support - sides[i].filled, 0.0) for i in (bottom, top)),
         ]
     )
 
 
-def hidden_area(pieces: MeasuredFragments) -> Floats:
+def hidden_area(measured: MeasuredFragments) -> Floats:
     """Return the (3,) share of the surface that no side shows, by the axis it faces: shelves and racks are level."""
-    shown = np.zeros(len(pieces.label), dtype=bool)
-    for picture in pieces.depth_images:
-        shown[picture.face[picture.face >= 0]] = True
-    weight = np.where(shown, 0.0, pieces.soup.areas)
-    aligned = np.abs(pieces.soup.normals) > 0.9
-    found: Floats = (aligned * weight[:, None]).sum(axis=0) / max(float(pieces.soup.areas.sum()), 1e-12)
+    visible = np.zeros(len(measured.label), dtype=bool)
+    for image in measured.depth_images:
+        visible[image.face[image.face >= 0]] = True
+    weight = np.where(visible, 0.0, measured.mesh.areas)
+    aligned = np.abs(measured.mesh.normals) > 0.9
+    found: Floats = (aligned * weight[:, None]).sum(axis=0) / max(float(measured.mesh.areas.sum()), 1e-12)
     return found
 
 
@@ -97,8 +97,8 @@ def _at(blob: SideFeature, side: int, right: Floats, up: Floats) -> tuple[float,
 def _lies(blob: SideFeature, side: int, up: Floats) -> bool:
     """Return whether something on a side is wider than high."""
     along_up = abs(float(SIDES[side][1] @ up)) > 0.5
-    wide, high = blob.size if along_up else blob.size[::-1]
-    return wide > high
+    wide, upper = blob.size if along_up else blob.size[::-1]
+    return wide > upper
 
 
 def _mean(places: Sequence[tuple[float, float]]) -> float:

@@ -151,15 +151,15 @@ def kind_named(hints: Sequence[str]) -> VocabularyMatch | None:
     return _VOCABULARY.find(hints)
 
 
-def kind_by_parts(extent: Extent, found: Articulation) -> tuple[str, float]:
+def kind_by_parts(extent: Extent, articulation: Articulation) -> tuple[str, float]:
     """Return the likeliest category by proportions and moving parts, and a confidence that is never high.
 
     Args:
         extent: width, depth, height, any unit.
     """
-    if not found.parts:
+    if not articulation.parts:
         return "", 0.0
-    has = _traits(found)
+    has = _traits(articulation)
     log = np.log(np.maximum(np.array(extent, dtype=np.float64), 1e-3))
     scores = []
     for shapes, often in KIND_TRAITS.values():
@@ -177,9 +177,9 @@ def kind_by_parts(extent: Extent, found: Articulation) -> tuple[str, float]:
     return list(KIND_TRAITS)[best], round(MAX_CONFIDENCE * share, 3)
 
 
-def _traits(found: Articulation) -> dict[str, bool]:
+def _traits(articulation: Articulation) -> dict[str, bool]:
     """Return which traits of KIND_TRAITS an object has."""
-    parts = found.parts
+    parts = articulation.parts
     doors = [p for p in parts if p.kind is PartKind.DOOR]
     knobs = [p for p in parts if p.kind is PartKind.KNOB]
     small = [p for p in parts if p.kind in (PartKind.KNOB, PartKind.BUTTON)]

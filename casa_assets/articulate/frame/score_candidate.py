@@ -33,59 +33,59 @@ def candidate_axes(front: int, top: int) -> Floats:
     return np.stack([np.cross(back, up), back, up])
 
 
-def rotate_fragments(pieces: MeasuredFragments, front: int, top: int) -> MeasuredFragments:
+def rotate_fragments(measured: MeasuredFragments, front: int, top: int) -> MeasuredFragments:
     """Return the fragments in the frame of a candidate: one of their sides the front, another the top."""
     rotation = candidate_axes(front, top)
-    a, b = pieces.low @ rotation.T, pieces.high @ rotation.T
-    found = [_side(pieces, rotation, k) for k in range(len(SIDES))]
+    a, b = measured.lower @ rotation.T, measured.upper @ rotation.T
+    found = [_side(measured, rotation, k) for k in range(len(SIDES))]
     return MeasuredFragments(
-        soup=pieces.soup.transformed(rotation, np.zeros(3), 1.0),
-        label=pieces.label,
-        low=np.minimum(a, b),
-        high=np.maximum(a, b),
-        area=pieces.area,
-        visible_area=pieces.visible_area[:, [old for old, _ in found]],
-        depth_images=tuple(picture for _, picture in found),
+        mesh=measured.mesh.transformed(rotation, np.zeros(3), 1.0),
+        label=measured.label,
+        lower=np.minimum(a, b),
+        upper=np.maximum(a, b),
+        area=measured.area,
+        visible_area=measured.visible_area[:, [old for old, _ in found]],
+        depth_images=tuple(image for _, image in found),
     )
 
 
-def _side(pieces: MeasuredFragments, rotation: Floats, side: int) -> tuple[int, DepthImage]:
+def _side(measured: MeasuredFragments, rotation: Floats, side: int) -> tuple[int, DepthImage]:
     """Return the side that becomes this one, and its rotated depth image."""
     right, up, into = SIDES[side] @ rotation
     old = int(np.argmax(SIDES[:, 2] @ into))
-    picture, axes = pieces.depth_images[old], SIDES[old]
+    image, axes = measured.depth_images[old], SIDES[old]
     # Rows run down: a step to the next row is a step against `up`.
-    face, depth, low = picture.face, picture.depth, picture.low
+    face, depth, lower = image.face, image.depth, image.lower
     height, width = face.shape
-    high = low + picture.pixel * np.array([width, height])
+    upper = lower + image.pixel * np.array([width, height])
     if abs(float(right @ axes[0])) < 0.5:
         face, depth = face.T[::-1, ::-1], depth.T[::-1, ::-1]
-        low, high, axes = low[::-1], high[::-1], axes[[1, 0, 2]]
-    corner = low.copy()
+        lower, upper, axes = lower[::-1], upper[::-1], axes[[1, 0, 2]]
+    corner = lower.copy()
     if float(right @ axes[0]) < 0:
-        face, depth, corner[0] = face[:, ::-1], depth[:, ::-1], -high[0]
+        face, depth, corner[0] = face[:, ::-1], depth[:, ::-1], -upper[0]
     if float(up @ axes[1]) < 0:
-        face, depth, corner[1] = face[::-1], depth[::-1], -high[1]
-    return old, DepthImage(np.ascontiguousarray(face), np.ascontiguousarray(depth), corner, picture.pixel)
+        face, depth, corner[1] = face[::-1], depth[::-1], -upper[1]
+    return old, DepthImage(np.ascontiguousarray(face), np.ascontiguousarray(depth), corner, image.pixel)
 
 
-def score_candidate(pieces: MeasuredFragments, front: int, top: int) -> Floats:
+def score_candidate(measured: MeasuredFragments, front: int, top: int) -> Floats:
     """Return the (len(SCORE_NAMES),) scores of what would be found in the frame of a candidate."""
-    seen = rotate_fragments(pieces, front, top)
+    seen = rotate_fragments(measured, front, top)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
     return score_articulation(articulate_fragments(seen, frame), seen)
 
 
-def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats:
+def score_articulation(articulation: Articulation, measured: MeasuredFragments) -> Floats:
     """Return the (len(SCORE_NAMES),) scores of an articulation."""
-    fronts = [p for p in found.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
+    fronts = [p for p in articulation.parts if p.kind in (PartKind.DOOR, PartKind.DRAWER)]
     doors = [p for p in fronts if p.kind is PartKind.DOOR]
-    trays = [p for p in found.parts if p.kind is PartKind.TRAY]
+    trays = [p for p in articulation.parts if p.kind is PartKind.TRAY]
     hinged = max(len(doors), 1)
-    covered = _covered(fronts, pieces)
+    covered = _covered(fronts, measured)
     # How sure it is of fronts says little where they are a small part of what is seen.
     much = min(1.0, covered / FULL_WEIGHT_COVERAGE)
-    boxed = sum(p.kind is PartKind.DRAWER and _reaches(p, pieces) for p in fronts)
+    boxed = sum(p.kind is PartKind.DRAWER and _reaches(p, measured) for p in fronts)
     return np.array(
         [
             covered,
@@ -93,10 +93,10 @@ def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats
             _log(len(fronts) - len(doors)),
             _log(boxed),
             _log(len(fronts) - len(doors) - boxed),
-            _log(sum(p.kind is PartKind.KNOB for p in found.parts)),
-            _log(sum(p.kind is PartKind.BUTTON for p in found.parts)),
-            _log(sum(p.kind is PartKind.LEVER for p in found.parts)),
-            _log(sum(p.kind is PartKind.LID for p in found.parts)),
+            _log(sum(p.kind is PartKind.KNOB for p in articulation.parts)),
+            _log(sum(p.kind is PartKind.BUTTON for p in articulation.parts)),
+            _log(sum(p.kind is PartKind.LEVER for p in articulation.parts)),
+            _log(sum(p.kind is PartKind.LID for p in articulation.parts)),
             _log(sum(p.joint.kind is JointKind.SLIDE for p in trays)),
             _log(sum(p.joint.kind is JointKind.HINGE for p in trays)),
             much * float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
@@ -105,7 +105,7 @@ def score_articulation(found: Articulation, pieces: MeasuredFragments) -> Floats
             sum(p.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT) for p in doors) / hinged,
             sum(p.joint.edge is HingeEdge.BOTTOM for p in doors) / hinged,
             sum(p.joint.edge is HingeEdge.TOP for p in doors) / hinged,
-            float(not found.parts),
+            float(not articulation.parts),
         ]
     )
 
@@ -115,16 +115,16 @@ def _log(count: int) -> float:
     return float(np.log1p(min(count, MAX_COUNT)))
 
 
-def _reaches(part: PartPlan, pieces: MeasuredFragments) -> bool:
+def _reaches(part: PartPlan, measured: MeasuredFragments) -> bool:
     """Return whether a drawer reaches far enough back to have a box."""
-    deep = np.ptp(pieces.soup.points[pieces.soup.faces[part.faces], 1])
-    return float(deep) > max(MIN_BOX_DEPTH_SHARE * float(np.ptp(pieces.soup.points[:, 1])), MIN_BOX_DEPTH)
+    deep = np.ptp(measured.mesh.points[measured.mesh.faces[part.faces], 1])
+    return float(deep) > max(MIN_BOX_DEPTH_SHARE * float(np.ptp(measured.mesh.points[:, 1])), MIN_BOX_DEPTH)
 
 
-def _covered(fronts: list[PartPlan], pieces: MeasuredFragments) -> float:
+def _covered(fronts: list[PartPlan], measured: MeasuredFragments) -> float:
     """Return the share of the image of the front that doors and drawers cover."""
-    face = pieces.depth_images[FRONT].face
-    moves = np.zeros(len(pieces.label) + 1, dtype=bool)
+    face = measured.depth_images[FRONT].face
+    moves = np.zeros(len(measured.label) + 1, dtype=bool)
     for part in fronts:
         moves[part.faces] = True
     return float((moves[face] & (face >= 0)).sum() / max(int((face >= 0).sum()), 1))

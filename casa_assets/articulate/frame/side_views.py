@@ -78,47 +78,47 @@ class SideView:
     slots: float
 
 
-def measure_side(pieces: MeasuredFragments, side: int) -> SideView:
+def measure_side(measured: MeasuredFragments, side: int) -> SideView:
     """Measure one side; the object has a diagonal of 1."""
-    picture = pieces.depth_images[side]
-    seen = np.isfinite(picture.depth)
-    low, high = corners_from_side(pieces, side)
-    far = float(high[:, 2].max() - low[:, 2].min())
-    depth = np.where(seen, picture.depth, far)
-    edges = _edges(pieces, picture, seen, depth)
+    image = measured.depth_images[side]
+    seen = np.isfinite(image.depth)
+    lower, upper = corners_from_side(measured, side)
+    far = float(upper[:, 2].max() - lower[:, 2].min())
+    depth = np.where(seen, image.depth, far)
+    edges = _edges(measured, image, seen, depth)
     values = np.sort(depth[seen]) if seen.any() else np.zeros(1)
     plane, middle = float(values[int(SIDE_PLANE_QUANTILE * (len(values) - 1))]), float(np.median(values))
     support = _support(seen & (depth < max(0.02 * far, 0.004)))
-    shown = max(int(seen.sum()), 1)
+    visible = max(int(seen.sum()), 1)
     return SideView(
-        detail=float(edges.sum() / shown),
-        panels=_panels(pieces, side, low, high),
-        protruding_share=float((seen & (depth < middle - 0.008)).sum() / shown) if middle > 0.008 else 0.0,
+        detail=float(edges.sum() / visible),
+        panels=_panels(measured, side, lower, upper),
+        protruding_share=float((seen & (depth < middle - 0.008)).sum() / visible) if middle > 0.008 else 0.0,
         juts=min(plane / FULL_JUT, 1.0) * (1.0 - support),
         support=support,
         filled=float((seen & (depth < MIN_LEG_LENGTH)).mean()),
         mirror=(_alike(depth, edges, 1), _alike(depth, edges, 0)),
-        blobs=_blobs(depth, seen, picture.pixel, far),
-        rings=_rings(pieces, side, low, high),
-        slots=_slots(depth, seen, picture.pixel),
+        blobs=_blobs(depth, seen, image.pixel, far),
+        rings=_rings(measured, side, lower, upper),
+        slots=_slots(depth, seen, image.pixel),
     )
 
 
-def _panels(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
+def _panels(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> float:
     """Return the share of the rectangle that thin fragments near the side cover."""
-    size = high - low
-    whole = high.max(axis=0) - low.min(axis=0)
-    thin = (size[:, 2] < 0.2 * size[:, :2].min(axis=1)) & (low[:, 2] - low[:, 2].min() < 0.15 * whole[2])
+    size = upper - lower
+    whole = upper.max(axis=0) - lower.min(axis=0)
+    thin = (size[:, 2] < 0.2 * size[:, :2].min(axis=1)) & (lower[:, 2] - lower[:, 2].min() < 0.15 * whole[2])
     thin &= size[:, :2].max(axis=1) > 0.05
-    return min(float(pieces.visible_area[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
+    return min(float(measured.visible_area[thin, side].sum() / max(whole[0] * whole[1], 1e-12)), 1.0)
 
 
-def _edges(pieces: MeasuredFragments, picture: DepthImage, seen: Bools, depth: Floats) -> Bools:
+def _edges(measured: MeasuredFragments, image: DepthImage, seen: Bools, depth: Floats) -> Bools:
     """Mark (H, W) pixels that differ from the one to the right or below in depth, direction, fragment or material."""
-    normals = pieces.soup.normals[np.maximum(picture.face, 0)]
-    label = np.where(seen, pieces.label[np.maximum(picture.face, 0)], -1)
-    tint = np.where(seen, pieces.soup.material_index[np.maximum(picture.face, 0)], -1)
-    out: Bools = np.zeros(picture.face.shape, dtype=bool)
+    normals = measured.mesh.normals[np.maximum(image.face, 0)]
+    label = np.where(seen, measured.label[np.maximum(image.face, 0)], -1)
+    tint = np.where(seen, measured.mesh.material_index[np.maximum(image.face, 0)], -1)
+    out: Bools = np.zeros(image.face.shape, dtype=bool)
     for axis in (0, 1):
         a: list[slice] = [slice(None), slice(None)]
         b: list[slice] = [slice(None), slice(None)]
@@ -204,15 +204,15 @@ def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
     return min(count, 4) / 2.0
 
 
-def _rings(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
+def _rings(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> float:
     """Return log(1 + number) of flat discs that are too large for knobs: burners."""
-    size = high - low
+    size = upper - lower
     across = size[:, :2].max(axis=1)
     fits = (size[:, :2].min(axis=1) > 0.94 * across) & (across > MIN_RING_SIZE) & (across < MAX_RING_SIZE)
-    fits &= (size[:, 2] < 0.3 * across) & (pieces.visible_area[:, side] > 0.15 * size[:, 0] * size[:, 1])
+    fits &= (size[:, 2] < 0.3 * across) & (measured.visible_area[:, side] > 0.15 * size[:, 0] * size[:, 1])
     found: list[Floats] = []
     for i in np.flatnonzero(fits)[:MAX_RING_CANDIDATES].tolist():
-        flat = pieces.points_of([i]) @ SIDES[side][:2].T
+        flat = measured.points_of([i]) @ SIDES[side][:2].T
         middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
         is_round = float(np.linalg.norm(flat - middle, axis=1).max()) < 0.54 * float(across[i])
         if is_round and all(float(np.abs(middle - o).max()) >= 0.05 for o in found):

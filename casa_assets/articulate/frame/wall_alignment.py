@@ -19,7 +19,7 @@ MAX_TILTS = 12
 MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
 
 
-def align_walls(soup: WeldedMesh, floors: Sequence[Sequence[float]] = ()) -> Floats:
+def align_walls(mesh: WeldedMesh, floors: Sequence[Sequence[float]] = ()) -> Floats:
     """Return a (3, 3) proper rotation whose rows are directions of the file that the walls of an object run along.
 
     The axes of the file stay where they serve; then they are turned about one of themselves, then about the normal of
@@ -28,19 +28,19 @@ def align_walls(soup: WeldedMesh, floors: Sequence[Sequence[float]] = ()) -> Flo
     Args:
         floors: directions of which one stays a row, such as the known up; empty for any.
     """
-    weight = soup.areas / max(float(soup.areas.sum()), 1e-300)
+    weight = mesh.areas / max(float(mesh.areas.sum()), 1e-300)
     tiers = (
         [np.asarray(f, dtype=np.float64) / np.linalg.norm(f) for f in floors],
         [] if floors else [np.eye(3)[k] for k in (2, 1, 0)],
-        [] if floors else _largest(soup.normals, weight),
+        [] if floors else _largest(mesh.normals, weight),
     )
     best = np.eye(3)
     if floors and max(float(np.abs(f).max()) for f in tiers[0]) < 1.0 - 1e-9:
-        best = _turned(soup.normals, weight, tiers[0][0])
-    share = _along(soup.normals, weight, best)
+        best = _turned(mesh.normals, weight, tiers[0][0])
+    share = _along(mesh.normals, weight, best)
     for tier in tiers:
-        found = [_turned(soup.normals, weight, axis) for axis in tier]
-        shares = [_along(soup.normals, weight, r) for r in found]
+        found = [_turned(mesh.normals, weight, axis) for axis in tier]
+        shares = [_along(mesh.normals, weight, r) for r in found]
         if not found:
             continue
         k = int(np.argmax(np.round(shares, 9)))

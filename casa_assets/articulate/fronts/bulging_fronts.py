@@ -20,14 +20,14 @@ LENGTH_TOLERANCE, MIN_STRIP_FILL = 0.035, 0.9
 MIN_STAIRS = 3
 
 
-def merge_stairs(side: SideRelief, leaves: list[FrontRectangle]) -> list[FrontRectangle]:
+def merge_stairs(side: SideRelief, rectangles: list[FrontRectangle]) -> list[FrontRectangle]:
     """Merge rectangles of a side that lie beside each other like the stairs of a bulging front.
 
     Args:
-        leaves: as `find_leaves` gives them; so they come back.
+        rectangles: as `find_leaves` gives them; so they come back.
     """
-    left = list(leaves)
-    for core in sorted(leaves, key=lambda m: (round(m.plane, 6), m.rows, m.columns)):
+    left = list(rectangles)
+    for core in sorted(rectangles, key=lambda m: (round(m.plane, 6), m.rows, m.columns)):
         if not any(m is core for m in left):
             continue
         before, after = _stairs(side, left, core, 0), _stairs(side, left, core, 1)
@@ -39,7 +39,7 @@ def merge_stairs(side: SideRelief, leaves: list[FrontRectangle]) -> list[FrontRe
 
 
 def _stairs(
-    side: SideRelief, leaves: list[FrontRectangle], core: FrontRectangle, end: int
+    side: SideRelief, rectangles: list[FrontRectangle], core: FrontRectangle, end: int
 ) -> list[list[FrontRectangle]]:
     """Return strips beside a rectangle that descend from it, nearest first; a strip may be several stacked rectangles.
 
@@ -49,7 +49,7 @@ def _stairs(
     out: list[list[FrontRectangle]] = []
     at, plane = core.columns[end], core.plane
     while True:
-        strip = _beside(leaves, core, at, end)
+        strip = _beside(rectangles, core, at, end)
         if not strip or not _goes_down(side, core, at, end):
             return out
         deep = float(np.average([m.plane for m in strip], weights=[m.rows[1] - m.rows[0] for m in strip]))
@@ -59,13 +59,13 @@ def _stairs(
         at, plane = strip[0].columns[end], deep
 
 
-def _beside(leaves: list[FrontRectangle], core: FrontRectangle, at: int, end: int) -> list[FrontRectangle]:
+def _beside(rectangles: list[FrontRectangle], core: FrontRectangle, at: int, end: int) -> list[FrontRectangle]:
     """Return rectangles that end at a column and together are as long as another; none where there are no such."""
     long = core.rows[1] - core.rows[0]
     slack = max(2, round(LENGTH_TOLERANCE * long))
     found = [
         m
-        for m in leaves
+        for m in rectangles
         if m.columns[1 - end] == at and m.rows[0] >= core.rows[0] - slack and m.rows[1] <= core.rows[1] + slack
     ]
     even = len({m.columns for m in found}) == 1

@@ -52,57 +52,57 @@ MAX_STRIP_SHARE = 0.13
 
 
 def attach_to_panels(
-    pieces: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
+    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
 ) -> list[Control]:
     """Give each panel its handles, trims and box; return the controls that are none of these."""
-    low, high = corners_from_side(pieces, side)
+    lower, upper = corners_from_side(measured, side)
     taken = {f for p in panels for f in p.members}
     rest = _pulls(panels, [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION])
     # What is neither knob nor key is a label, or a trim, of what it sits on.
-    rest = [c for c in rest if classify_control(c, rest)[0] is not None or _host(panels, c.low, c.high) is None]
+    rest = [c for c in rest if classify_control(c, rest)[0] is not None or _host(panels, c.lower, c.upper) is None]
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
-    for i in [*range(pieces.count), *range(pieces.count)]:
+    for i in [*range(measured.count), *range(measured.count)]:
         if i in taken:
             continue
-        panel = _host(panels, low[i], high[i])
+        panel = _host(panels, lower[i], upper[i])
         if panel is None:
             continue
-        if high[i, 2] <= panel.high[2] + INSIDE_TOLERANCE and not _wraps(panel, low[i], high[i]):
-            stands = float(panel.low[2] - low[i, 2])
-            held = stands >= MIN_HANDLE_PROTRUSION and not (panel.controls and _is_mark(low[i], high[i]))
+        if upper[i, 2] <= panel.upper[2] + INSIDE_TOLERANCE and not _wraps(panel, lower[i], upper[i]):
+            stands = float(panel.lower[2] - lower[i, 2])
+            held = stands >= MIN_HANDLE_PROTRUSION and not (panel.controls and _is_mark(lower[i], upper[i]))
             (panel.grips.append([i]) if held else panel.trims.append(i))
-            panel.attachment_depths.append(float(low[i, 2]))
+            panel.attachment_depths.append(float(lower[i, 2]))
             taken.add(i)
-    rest = _feet(panels, rest, low, high)
+    rest = _feet(panels, rest, lower, upper)
     for panel in panels:
-        more = find_backing_plates(pieces, side, panel, taken)
+        more = find_backing_plates(measured, side, panel, taken)
         panel.trims += more
         taken |= set(more)
-        more = find_door_bins(pieces, side, panel, taken)
+        more = find_door_bins(measured, side, panel, taken)
         panel.trims += more
         taken |= set(more)
     for panel in panels:
-        panel.box = [i for i in _box(pieces, side, panel, low, high) if i not in taken]
+        panel.box = [i for i in _box(measured, side, panel, lower, upper) if i not in taken]
         taken |= set(panel.box)
     return rest
 
 
 def find_handle_spots(
-    pieces: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
+    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
 ) -> list[Floats]:
     """Return the (2,) middles in (u, v) of what protrudes from a panel like a handle."""
-    low, high = corners_from_side(pieces, side)
+    lower, upper = corners_from_side(measured, side)
     taken = {f for p in panels for f in p.members}
     spots = []
-    for i in range(pieces.count):
-        host = None if i in taken else _host(panels, low[i], high[i])
-        size = high[i, :2] - low[i, :2]
+    for i in range(measured.count):
+        host = None if i in taken else _host(panels, lower[i], upper[i])
+        size = upper[i, :2] - lower[i, :2]
         if (
             host is not None
-            and float(host.low[2] - low[i, 2]) >= MIN_HANDLE_PROTRUSION
+            and float(host.lower[2] - lower[i, 2]) >= MIN_HANDLE_PROTRUSION
             and size.max() > 2.5 * size.min()
         ):
-            spots.append((low[i, :2] + high[i, :2]) / 2)
+            spots.append((lower[i, :2] + upper[i, :2]) / 2)
     spots += [c.middle for c in controls if (c.long > 2.5 or c.is_round) and c.protrusion >= MIN_HANDLE_PROTRUSION]
     out: list[Floats] = []
     for spot in spots:
@@ -111,45 +111,51 @@ def find_handle_spots(
     return out
 
 
-def _host(panels: list[Panel], low: Floats, high: Floats) -> Panel | None:
+def _host(panels: list[Panel], lower: Floats, upper: Floats) -> Panel | None:
     """Return the smallest panel that holds the middle and most of a fragment, and touches it in depth."""
-    middle = (low + high)[:2] / 2
+    middle = (lower + upper)[:2] / 2
     found = None
     for p in panels:
-        over = np.minimum(high, p.high)[:2] - np.maximum(low, p.low)[:2]
-        share = float(np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((high - low)[:2], 1e-9))), 1e-18))
-        inside = bool((middle >= p.low[:2]).all() and (middle <= p.high[:2]).all()) and share >= 0.7
-        reach = min((float(p.low[2]), *p.attachment_depths))
-        near = low[2] >= p.low[2] - 0.12 and low[2] <= p.high[2] and high[2] >= reach - MAX_HANDLE_GAP
+        over = np.minimum(upper, p.upper)[:2] - np.maximum(lower, p.lower)[:2]
+        share = float(
+            np.prod(np.maximum(over, 1e-9)) / max(float(np.prod(np.maximum((upper - lower)[:2], 1e-9))), 1e-18)
+        )
+        inside = bool((middle >= p.lower[:2]).all() and (middle <= p.upper[:2]).all()) and share >= 0.7
+        reach = min((float(p.lower[2]), *p.attachment_depths))
+        near = lower[2] >= p.lower[2] - 0.12 and lower[2] <= p.upper[2] and upper[2] >= reach - MAX_HANDLE_GAP
         if inside and near and (found is None or p.width * p.height < found.width * found.height):
             found = p
     return found
 
 
-def _is_mark(low: Floats, high: Floats) -> bool:
+def _is_mark(lower: Floats, upper: Floats) -> bool:
     """Return whether a fragment is so small that beside knobs it is a mark, and no handle."""
-    return float((high - low)[:2].max()) < MIN_HANDLE_SIZE
+    return float((upper - lower)[:2].max()) < MIN_HANDLE_SIZE
 
 
-def _wraps(panel: Panel, low: Floats, high: Floats) -> bool:
+def _wraps(panel: Panel, lower: Floats, upper: Floats) -> bool:
     """Return whether a fragment that reaches behind a deep panel is a shell around it, wider than its rectangle."""
-    behind = float(high[2]) > float(panel.low[2]) + 0.35 * float(panel.high[2] - panel.low[2])
-    return behind and panel.is_deep and not panel.holds(low, high, BOX_TOLERANCE)
+    behind = float(upper[2]) > float(panel.lower[2]) + 0.35 * float(panel.upper[2] - panel.lower[2])
+    return behind and panel.is_deep and not panel.holds(lower, upper, BOX_TOLERANCE)
 
 
 def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
     """Attach pulls to their panels (one alone, or a mirrored pair) and return the other controls."""
     for panel in panels:
-        own = [c for c in controls if _host([panel], c.low, c.high) is panel]
+        own = [c for c in controls if _host([panel], c.lower, c.upper) is panel]
         bars = [c for c in own if c.long > 2.5 and _is_bar(c, panel)]
         bars += [c for c in own if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
         panel.grips += [c.fragments for c in bars]
-        panel.attachment_depths += [float(c.low[2]) for c in bars]
+        panel.attachment_depths += [float(c.lower[2]) for c in bars]
         own = [c for c in own if not any(c is b for b in bars)]
         small = [
-            c for c in own if _is_pull(c, float(panel.low[2] - c.low[2])) and (_is_small(c, panel) or _is_cup(c, panel))
+            c
+            for c in own
+            if _is_pull(c, float(panel.lower[2] - c.lower[2])) and (_is_small(c, panel) or _is_cup(c, panel))
         ]
-        mirrored = len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.low[0] - panel.high[0]) < 0.02
+        mirrored = (
+            len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.lower[0] - panel.upper[0]) < 0.02
+        )
         if not bars and ((len(own) == 1 and len(small) == 1) or (len(own) == 2 and mirrored)):
             panel.grips += [c.fragments for c in small]
             own = []
@@ -160,8 +166,8 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
 
 def _is_bar(control: Control, panel: Panel) -> bool:
     """Return whether something long on a panel is a handle: far out, or no rail and out by its own width."""
-    stands = float(panel.low[2] - control.low[2])
-    rail = (control.across > MAX_PULL_LENGTH_SHARE * (panel.high - panel.low)[:2]).any()
+    stands = float(panel.lower[2] - control.lower[2])
+    rail = (control.across > MAX_PULL_LENGTH_SHARE * (panel.upper - panel.lower)[:2]).any()
     return stands >= MIN_HANDLE_PROTRUSION or (not rail and _is_pull(control, stands))
 
 
@@ -172,7 +178,7 @@ def _is_small(control: Control, panel: Panel) -> bool:
 
 def _is_cup(control: Control, panel: Panel) -> bool:
     """Return whether something on a panel is wide for its height, as cup pulls of drawers are, and no knob."""
-    within = bool((control.across <= MAX_PULL_LENGTH_SHARE * (panel.high - panel.low)[:2]).all())
+    within = bool((control.across <= MAX_PULL_LENGTH_SHARE * (panel.upper - panel.lower)[:2]).all())
     return within and not control.is_round and control.long > MIN_CUP_PULL_RATIO
 
 
@@ -186,16 +192,16 @@ def _is_pull(control: Control, stands: float) -> bool:
 
 def _bears(control: Control, bar: Control) -> bool:
     """Return whether a small thing touches a bar, as its feet do."""
-    return bool((control.low <= bar.high + 0.003).all() and (control.high >= bar.low - 0.003).all())
+    return bool((control.lower <= bar.upper + 0.003).all() and (control.upper >= bar.lower - 0.003).all())
 
 
-def _feet(panels: list[Panel], controls: list[Control], low: Floats, high: Floats) -> list[Control]:
+def _feet(panels: list[Panel], controls: list[Control], lower: Floats, upper: Floats) -> list[Control]:
     """Give handles the small things that they stand on; return the other controls."""
     rest = []
     for control in controls:
-        host = _host(panels, control.low, control.high)
+        host = _host(panels, control.lower, control.upper)
         grips = [] if host is None else host.grips
-        on = [g for g in grips if _touches(control, low[g].min(axis=0), high[g].max(axis=0))]
+        on = [g for g in grips if _touches(control, lower[g].min(axis=0), upper[g].max(axis=0))]
         if on:
             on[0] += control.fragments
         else:
@@ -203,87 +209,89 @@ def _feet(panels: list[Panel], controls: list[Control], low: Floats, high: Float
     return rest
 
 
-def _touches(control: Control, low: Floats, high: Floats) -> bool:
+def _touches(control: Control, lower: Floats, upper: Floats) -> bool:
     """Return whether a small thing touches a handle that is larger than itself."""
-    meet = bool((control.low <= high + 0.003).all() and (control.high >= low - 0.003).all())
-    return meet and float((high - low)[:2].max()) >= 1.5 * float(control.across.max())
+    meet = bool((control.lower <= upper + 0.003).all() and (control.upper >= lower - 0.003).all())
+    return meet and float((upper - lower)[:2].max()) >= 1.5 * float(control.across.max())
 
 
-def _box(pieces: MeasuredFragments, side: int, panel: Panel, low: Floats, high: Floats) -> list[int]:
+def _box(measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, upper: Floats) -> list[int]:
     """Return fragments behind a panel that would move with it as a drawer's box; empty for none."""
-    hidden = pieces.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
-    aside = pieces.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
-    surface = np.maximum(pieces.area, 1e-12)
-    inside: Bools = np.ones(pieces.count, dtype=bool)
+    hidden = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
+    surface = np.maximum(measured.area, 1e-12)
+    inside: Bools = np.ones(measured.count, dtype=bool)
     for k in (0, 1):
-        inside &= (low[:, k] >= panel.low[k] - BOX_TOLERANCE) & (high[:, k] <= panel.high[k] + BOX_TOLERANCE)
-    back = (low[:, 2] >= panel.low[2] - INSIDE_TOLERANCE) & (high[:, 2] > panel.high[2] + 0.01)
-    close = low[:, 2] <= panel.high[2] + MAX_BOX_GAP
+        inside &= (lower[:, k] >= panel.lower[k] - BOX_TOLERANCE) & (upper[:, k] <= panel.upper[k] + BOX_TOLERANCE)
+    back = (lower[:, 2] >= panel.lower[2] - INSIDE_TOLERANCE) & (upper[:, 2] > panel.upper[2] + 0.01)
+    close = lower[:, 2] <= panel.upper[2] + MAX_BOX_GAP
     inside[panel.members] = False
-    inside &= ~_open_above(pieces, low, high)
-    boards = _boards(low, high, inside, panel)
+    inside &= ~_open_above(measured, lower, upper)
+    boards = _boards(lower, upper, inside, panel)
     inside[boards] = False
-    middle = [float(low[i, 1] + high[i, 1]) / 2 for i in boards if low[i, 2] <= panel.high[2] + MAX_SHELF_GAP]
-    panel.has_shelf_behind = any(0.15 * panel.height < v - panel.low[1] < 0.85 * panel.height for v in middle)
-    for shown in (hidden, aside):
-        free = inside & (shown <= 0.05 * surface)
+    middle = [float(lower[i, 1] + upper[i, 1]) / 2 for i in boards if lower[i, 2] <= panel.upper[2] + MAX_SHELF_GAP]
+    panel.has_shelf_behind = any(0.15 * panel.height < v - panel.lower[1] < 0.85 * panel.height for v in middle)
+    for visible in (hidden, aside):
+        free = inside & (visible <= 0.05 * surface)
         first = np.flatnonzero(free & back & close)
         if not len(first):
             continue
-        reach = float(high[first, 2].max()) + INSIDE_TOLERANCE
-        more = np.flatnonzero(free & (low[:, 2] >= panel.low[2]) & (high[:, 2] <= reach))
+        reach = float(upper[first, 2].max()) + INSIDE_TOLERANCE
+        more = np.flatnonzero(free & (lower[:, 2] >= panel.lower[2]) & (upper[:, 2] <= reach))
         every = sorted({*first.tolist(), *more.tolist()})
-        tall = float(high[every, 1].max() - low[every, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
+        tall = float(upper[every, 1].max() - lower[every, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
         wide = panel.height <= MAX_HEIGHT_RATIO * panel.width
-        if shown is hidden and tall and wide and view_from_above(pieces, every).is_box:
+        if visible is hidden and tall and wide and view_from_above(measured, every).is_box:
             return every
         near = set(first.tolist())
         found = [
             h
-            for h in group_touching(low, high, every)
-            if not near.isdisjoint(h) and _is_box(pieces, h, panel, low, high)
+            for h in group_touching(lower, upper, every)
+            if not near.isdisjoint(h) and _is_box(measured, h, panel, lower, upper)
         ]
         if len(found) == 1:
             return found[0]
     return []
 
 
-def _boards(low: Floats, high: Floats, inside: Bools, panel: Panel) -> list[int]:
+def _boards(lower: Floats, upper: Floats, inside: Bools, panel: Panel) -> list[int]:
     """Return level plates behind a panel that stand between walls of the body: a drawer has no room there."""
-    size = high - low
+    size = upper - lower
     wide = (size[:, 0] >= 0.6 * panel.width) & (size[:, 1] <= 0.1 * size[:, 0]) & (size[:, 2] >= 3 * size[:, 1])
-    return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(low, high, i, ~inside)]
+    return [i for i in np.flatnonzero(inside & wide).tolist() if is_shelf(lower, upper, i, ~inside)]
 
 
-def _open_above(pieces: MeasuredFragments, low: Floats, high: Floats) -> Bools:
+def _open_above(measured: MeasuredFragments, lower: Floats, upper: Floats) -> Bools:
     """Mark (N,) fragments at the very top that are open above: basins, and no drawers."""
-    plan = np.maximum((high - low)[:, 0] * (high - low)[:, 2], 1e-12)
-    top = high[:, 1] >= float(high[:, 1].max()) - 0.05
-    found: Bools = top & (pieces.visible_area[:, TOP] >= 0.5 * plan)
+    plan = np.maximum((upper - lower)[:, 0] * (upper - lower)[:, 2], 1e-12)
+    top = upper[:, 1] >= float(upper[:, 1].max()) - 0.05
+    found: Bools = top & (measured.visible_area[:, TOP] >= 0.5 * plan)
     return found
 
 
-def _is_box(pieces: MeasuredFragments, heap: list[int], panel: Panel, low: Floats, high: Floats) -> bool:
+def _is_box(measured: MeasuredFragments, group: list[int], panel: Panel, lower: Floats, upper: Floats) -> bool:
     """Return whether a group behind a panel is a tub of most of the panel's width and a good part of its height."""
-    wide = float(high[heap, 0].max() - low[heap, 0].min()) >= 0.6 * panel.width
-    tall = float(high[heap, 1].max() - low[heap, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
-    return wide and tall and view_from_above(pieces, heap).is_tub
+    wide = float(upper[group, 0].max() - lower[group, 0].min()) >= 0.6 * panel.width
+    tall = float(upper[group, 1].max() - lower[group, 1].min()) >= MIN_BOX_HEIGHT_SHARE * panel.height
+    return wide and tall and view_from_above(measured, group).is_tub
 
 
-def box_depth(pieces: MeasuredFragments, side: int, panel: Panel) -> float:
+def box_depth(measured: MeasuredFragments, side: int, panel: Panel) -> float:
     """Return how far the box of a panel reaches behind it, diagonals."""
-    _, high = corners_from_side(pieces, side)
-    return max((float(high[i, 2] - panel.high[2]) for i in panel.box), default=0.0)
+    _, upper = corners_from_side(measured, side)
+    return max((float(upper[i, 2] - panel.upper[2]) for i in panel.box), default=0.0)
 
 
-def select_opening_panels(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[tuple[Panel, float, str]]:
+def select_opening_panels(
+    measured: MeasuredFragments, side: int, panels: list[Panel]
+) -> list[tuple[Panel, float, str]]:
     """Return the panels that open, with confidence and reason."""
-    low, high = corners_from_side(pieces, side)
-    whole = high.max(axis=0) - low.min(axis=0)
+    lower, upper = corners_from_side(measured, side)
+    whole = upper.max(axis=0) - lower.min(axis=0)
     gripped = [p for p in panels if p.grips]
-    boxed = [p for p in panels if p.box or p.high[2] - p.low[2] > 0.34 * whole[2]]
+    boxed = [p for p in panels if p.box or p.upper[2] - p.lower[2] > 0.34 * whole[2]]
     confidence = {id(p) for p in [*gripped, *boxed]}
-    boxy = boxiness(pieces.soup, pieces.depth_images) >= MIN_BOXINESS
+    boxy = boxiness(measured.mesh, measured.depth_images) >= MIN_BOXINESS
     least = min((p.width * p.height for p in panels if id(p) in confidence), default=0.0)
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
@@ -306,12 +314,12 @@ def select_opening_panels(pieces: MeasuredFragments, side: int, panels: list[Pan
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
         ):
             continue
-        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(pieces, side, p):
+        elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, side, p):
             out.append((p, 0.55, "lies on the front like a door"))
     return out
 
 
-def _closes(pieces: MeasuredFragments, side: int, panel: Panel) -> bool:
+def _closes(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
     """Return whether there is a roofed cavity behind a panel."""
-    room = free_share_behind(pieces, side, panel.everything, panel.low, panel.high)
-    return room >= MIN_HOLLOW_SHARE and roofed_share(pieces, side, panel.low, panel.high) >= MIN_HOLLOW_SHARE
+    free = free_share_behind(measured, side, panel.everything, panel.lower, panel.upper)
+    return free >= MIN_HOLLOW_SHARE and roofed_share(measured, side, panel.lower, panel.upper) >= MIN_HOLLOW_SHARE

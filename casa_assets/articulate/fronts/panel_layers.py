@@ -16,57 +16,57 @@ BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
 OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 
-def find_backing_plates(pieces: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
+def find_backing_plates(measured: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
     """Return plates right behind a panel with its outline, as layers of a door; the panel grows by them."""
-    low, high = corners_from_side(pieces, side)
-    whole = float(high[:, 2].max() - low[:, 2].min())
+    lower, upper = corners_from_side(measured, side)
+    whole = float(upper[:, 2].max() - lower[:, 2].min())
     found: list[int] = []
     for _ in range(MAX_LAYERS):
-        flush = (np.abs(low[:, :2] - panel.low[:2]) < OUTLINE_TOLERANCE).all(axis=1)
-        flush &= (np.abs(high[:, :2] - panel.high[:2]) < OUTLINE_TOLERANCE).all(axis=1)
-        flush &= (np.abs(low[:, 2] - panel.high[2]) < OUTLINE_TOLERANCE) & (
-            high[:, 2] - low[:, 2] < MAX_DEPTH_SHARE * whole
+        flush = (np.abs(lower[:, :2] - panel.lower[:2]) < OUTLINE_TOLERANCE).all(axis=1)
+        flush &= (np.abs(upper[:, :2] - panel.upper[:2]) < OUTLINE_TOLERANCE).all(axis=1)
+        flush &= (np.abs(lower[:, 2] - panel.upper[2]) < OUTLINE_TOLERANCE) & (
+            upper[:, 2] - lower[:, 2] < MAX_DEPTH_SHARE * whole
         )
         rows = [i for i in np.flatnonzero(flush).tolist() if i not in taken and i not in found]
-        rows = [i for i in rows if _fills(pieces, side, i) >= MIN_LAYER_FILL]
+        rows = [i for i in rows if _fills(measured, side, i) >= MIN_LAYER_FILL]
         if not rows:
             break
         found += rows
-        panel.high = np.append(panel.high[:2], high[rows, 2].max())
+        panel.upper = np.append(panel.upper[:2], upper[rows, 2].max())
     return found
 
 
-def _fills(pieces: MeasuredFragments, side: int, fragment: int) -> float:
+def _fills(measured: MeasuredFragments, side: int, fragment: int) -> float:
     """Return the share of its rectangle that a fragment covers, seen alone."""
-    faces = pieces.soup.faces[pieces.faces_of([fragment])]
+    faces = measured.mesh.faces[measured.faces_of([fragment])]
     used, local = np.unique(faces, return_inverse=True)
-    return float((render_depth(pieces.soup.points[used], local.reshape(-1, 3), SIDES[side], 48).face >= 0).mean())
+    return float((render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], 48).face >= 0).mean())
 
 
-def find_door_bins(pieces: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
+def find_door_bins(measured: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
     """Return fragments that hang on the back of a panel: shallow, hidden, away from its edges, and touching it."""
-    low, high = corners_from_side(pieces, side)
-    size = high - low
-    hidden = pieces.visible_area.sum(axis=1) <= 0.02 * np.maximum(pieces.area, 1e-12)
-    inset = (low[:, :2] >= panel.low[:2] + MIN_EDGE_DISTANCE).all(axis=1) & (
-        high[:, :2] <= panel.high[:2] - MIN_EDGE_DISTANCE
+    lower, upper = corners_from_side(measured, side)
+    size = upper - lower
+    hidden = measured.visible_area.sum(axis=1) <= 0.02 * np.maximum(measured.area, 1e-12)
+    inset = (lower[:, :2] >= panel.lower[:2] + MIN_EDGE_DISTANCE).all(axis=1) & (
+        upper[:, :2] <= panel.upper[:2] - MIN_EDGE_DISTANCE
     ).all(axis=1)
-    whole = float(high[:, 2].max() - low[:, 2].min())
+    whole = float(upper[:, 2].max() - lower[:, 2].min())
     # A bin that reaches into the leaf hangs on it, though it is deep.
-    into = low[:, 2] <= panel.high[2] - BIN_START_SHARE * (panel.high[2] - panel.low[2])
-    most = np.where(into, MAX_BIN_DEPTH_SHARE, MAX_DEPTH_SHARE) * whole
-    fits = inset & hidden & (low[:, 2] >= panel.low[2]) & (size[:, 2] <= most)
+    into = lower[:, 2] <= panel.upper[2] - BIN_START_SHARE * (panel.upper[2] - panel.lower[2])
+    max_depth = np.where(into, MAX_BIN_DEPTH_SHARE, MAX_DEPTH_SHARE) * whole
+    fits = inset & hidden & (lower[:, 2] >= panel.lower[2]) & (size[:, 2] <= max_depth)
     found: list[int] = []
-    edge = float(panel.high[2])
+    edge = float(panel.upper[2])
     rows = [i for i in np.flatnonzero(fits).tolist() if i not in taken]
     while True:
-        hosts = [(panel.low, np.append(panel.high[:2], edge)), *((low[i], high[i]) for i in found)]
+        hosts = [(panel.lower, np.append(panel.upper[:2], edge)), *((lower[i], upper[i]) for i in found)]
         more = [
             i
             for i in rows
             if i not in found
-            and high[i, 2] <= edge + most[i]
-            and any((low[i] <= b + 0.003).all() and (high[i] >= a - 0.003).all() for a, b in hosts)
+            and upper[i, 2] <= edge + max_depth[i]
+            and any((lower[i] <= b + 0.003).all() and (upper[i] >= a - 0.003).all() for a, b in hosts)
         ]
         if not more:
             return sorted(found)

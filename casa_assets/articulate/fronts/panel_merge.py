@@ -49,18 +49,18 @@ def _merged(found: list[Panel]) -> Panel:
     """Return one panel around some panels."""
     return Panel(
         members=[f for p in found for f in p.members],
-        low=np.min([p.low for p in found], axis=0),
-        high=np.max([p.high for p in found], axis=0),
+        lower=np.min([p.lower for p in found], axis=0),
+        upper=np.max([p.upper for p in found], axis=0),
         visible_area=sum(p.visible_area for p in found),
         boards=sum(p.boards for p in found),
         is_recessed=any(p.is_recessed for p in found),
     )
 
 
-def find_slats(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
+def find_slats(measured: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
     """Return flat boards on a side that are too slim to be panels, largest first."""
-    low, high = corners_from_side(pieces, side)
-    size = high - low
+    lower, upper = corners_from_side(measured, side)
+    size = upper - lower
     foot = size[:, 0] * size[:, 1]
     slim = (
         (size[:, :2].min(axis=1) >= MIN_SLAT_WIDTH)
@@ -68,52 +68,54 @@ def find_slats(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> lis
         & (size[:, 2] < MAX_STRIP_THICKNESS)
     )
     slim &= (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)) & (
-        pieces.visible_area[:, side] >= MIN_VISIBLE_SHARE * foot
+        measured.visible_area[:, side] >= MIN_VISIBLE_SHARE * foot
     )
     slim[[f for p in panels for f in p.members]] = False
     rows = np.flatnonzero(slim)
     order = rows[np.lexsort((rows, -foot[rows]))][:MAX_SLATS].tolist()
-    return [Panel([i], low[i], high[i], visible_area=float(pieces.visible_area[i, side])) for i in order]
+    return [Panel([i], lower[i], upper[i], visible_area=float(measured.visible_area[i, side])) for i in order]
 
 
-def merge_bridged_panels(pieces: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
+def merge_bridged_panels(measured: MeasuredFragments, side: int, panels: list[Panel]) -> list[Panel]:
     """Merge neighbouring panels where a stile lies across the border between them."""
-    low, high = corners_from_side(pieces, side)
-    size = high - low
+    lower, upper = corners_from_side(measured, side)
+    size = upper - lower
     slim = (
         (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1))
         & (size[:, 2] < MAX_STRIP_THICKNESS)
-        & (pieces.visible_area[:, side] > 0)
+        & (measured.visible_area[:, side] > 0)
     )
     slim[[f for p in panels for f in p.members]] = False
     stiles = np.flatnonzero(slim).tolist()
     left = list(panels)
     while True:
         pair = next(
-            ((a, b) for a, b in combinations(left, 2) if any(_bridges(low[i], high[i], a, b) for i in stiles)), None
+            ((a, b) for a, b in combinations(left, 2) if any(_bridges(lower[i], upper[i], a, b) for i in stiles)), None
         )
         if pair is None:
             return left
         left = [p for p in left if p is not pair[0] and p is not pair[1]] + [_merged(list(pair))]
 
 
-def _bridges(low: Floats, high: Floats, a: Panel, b: Panel) -> bool:
+def _bridges(lower: Floats, upper: Floats, a: Panel, b: Panel) -> bool:
     """Return whether a strip lies upon two flush panels, along most of both."""
-    along = int(np.argmax((high - low)[:2]))
+    along = int(np.argmax((upper - lower)[:2]))
     across = 1 - along
     flush = (
-        abs(float(a.low[2] - b.low[2])) < FLUSH_TOLERANCE
-        and abs(float(a.low[across] - b.low[across])) < TOUCH_TOLERANCE
+        abs(float(a.lower[2] - b.lower[2])) < FLUSH_TOLERANCE
+        and abs(float(a.lower[across] - b.lower[across])) < TOUCH_TOLERANCE
     )
-    flush &= abs(float(a.high[across] - b.high[across])) < TOUCH_TOLERANCE
-    apart = max(float(a.low[along]), float(b.low[along])) - min(float(a.high[along]), float(b.high[along]))
+    flush &= abs(float(a.upper[across] - b.upper[across])) < TOUCH_TOLERANCE
+    apart = max(float(a.lower[along]), float(b.lower[along])) - min(float(a.upper[along]), float(b.upper[along]))
     if not flush or abs(apart) > TOUCH_TOLERANCE:
         return False
     for p in (a, b):
-        upon = low[2] < p.low[2] - 0.002 and high[2] >= p.low[2] - 0.001
-        inner = low[across] >= p.low[across] - TOUCH_TOLERANCE and high[across] <= p.high[across] + TOUCH_TOLERANCE
-        length = float(min(high[along], p.high[along]) - max(low[along], p.low[along]))
-        if not (upon and inner and length >= 0.6 * float(p.high[along] - p.low[along])):
+        upon = lower[2] < p.lower[2] - 0.002 and upper[2] >= p.lower[2] - 0.001
+        inner = (
+            lower[across] >= p.lower[across] - TOUCH_TOLERANCE and upper[across] <= p.upper[across] + TOUCH_TOLERANCE
+        )
+        length = float(min(upper[along], p.upper[along]) - max(lower[along], p.lower[along]))
+        if not (upon and inner and length >= 0.6 * float(p.upper[along] - p.lower[along])):
             return False
     return True
 
@@ -125,12 +127,12 @@ def _best(panels: list[Panel], gripped: list[Floats]) -> list[Panel] | None:
         for along in (0, 1):
             if not _frame(a, b, along):
                 continue
-            low, high = np.minimum(a.low, b.low), np.maximum(a.high, b.high)
-            area = float(np.prod((high - low)[:2]))
+            lower, upper = np.minimum(a.lower, b.lower), np.maximum(a.upper, b.upper)
+            area = float(np.prod((upper - lower)[:2]))
             if best is not None and area >= best[0]:
                 continue
-            inner = [p for p in panels if _within(p, low, high)]
-            if len(inner) >= 3 and _is_leaf(inner, low, high, area, gripped, (a, b)):
+            inner = [p for p in panels if _within(p, lower, upper)]
+            if len(inner) >= 3 and _is_leaf(inner, lower, upper, area, gripped, (a, b)):
                 best = (area, inner)
     return best[1] if best else None
 
@@ -138,80 +140,82 @@ def _best(panels: list[Panel], gripped: list[Floats]) -> list[Panel] | None:
 def _frame(a: Panel, b: Panel, along: int) -> bool:
     """Return whether two panels are parallel boards of equal length on two sides; `along` is their long axis."""
     across = 1 - along
-    long_a, long_b = float(a.high[along] - a.low[along]), float(b.high[along] - b.low[along])
-    wide_a, wide_b = float(a.high[across] - a.low[across]), float(b.high[across] - b.low[across])
+    long_a, long_b = float(a.upper[along] - a.lower[along]), float(b.upper[along] - b.lower[along])
+    wide_a, wide_b = float(a.upper[across] - a.lower[across]), float(b.upper[across] - b.lower[across])
     flush = (
-        abs(float(a.low[along] - b.low[along])) < TOUCH_TOLERANCE
-        and abs(float(a.high[along] - b.high[along])) < TOUCH_TOLERANCE
+        abs(float(a.lower[along] - b.lower[along])) < TOUCH_TOLERANCE
+        and abs(float(a.upper[along] - b.upper[along])) < TOUCH_TOLERANCE
     )
-    whole = max(float(a.high[across]), float(b.high[across])) - min(float(a.low[across]), float(b.low[across]))
+    whole = max(float(a.upper[across]), float(b.upper[across])) - min(float(a.lower[across]), float(b.lower[across]))
     slim = max(wide_a, wide_b) < MAX_BROAD_STILE_SHARE * whole and max(wide_a, wide_b) < 0.8 * min(long_a, long_b)
-    return flush and slim and abs(float(a.low[2] - b.low[2])) < FLUSH_TOLERANCE
+    return flush and slim and abs(float(a.lower[2] - b.lower[2])) < FLUSH_TOLERANCE
 
 
-def _within(panel: Panel, low: Floats, high: Floats) -> bool:
+def _within(panel: Panel, lower: Floats, upper: Floats) -> bool:
     """Return whether a panel lies in a rectangle and at about its depth."""
-    inside = (panel.low[:2] >= low[:2] - TOUCH_TOLERANCE).all() and (panel.high[:2] <= high[:2] + TOUCH_TOLERANCE).all()
+    inside = (panel.lower[:2] >= lower[:2] - TOUCH_TOLERANCE).all() and (
+        panel.upper[:2] <= upper[:2] + TOUCH_TOLERANCE
+    ).all()
     return (
         bool(inside)
-        and float(panel.low[2]) >= float(low[2]) - FLUSH_TOLERANCE
-        and float(panel.low[2]) <= float(high[2]) + 0.02
+        and float(panel.lower[2]) >= float(lower[2]) - FLUSH_TOLERANCE
+        and float(panel.lower[2]) <= float(upper[2]) + 0.02
     )
 
 
 def _is_leaf(
-    inner: list[Panel], low: Floats, high: Floats, area: float, gripped: list[Floats], frame: tuple[Panel, Panel]
+    inner: list[Panel], lower: Floats, upper: Floats, area: float, gripped: list[Floats], frame: tuple[Panel, Panel]
 ) -> bool:
     """Return whether boards fill a rectangle, and what they frame has no handle of its own."""
     covered = sum(p.width * p.height for p in inner)
-    if covered < MIN_LEAF_COVERAGE * area or not (_is_narrow(frame, low, high) or _has_rails(inner, frame)):
+    if covered < MIN_LEAF_COVERAGE * area or not (_is_narrow(frame, lower, upper) or _has_rails(inner, frame)):
         return False
     for p in inner:
-        slim = min(p.width, p.height) < MAX_STILE_SHARE * float(min((high - low)[:2]))
+        slim = min(p.width, p.height) < MAX_STILE_SHARE * float(min((upper - lower)[:2]))
         if p is frame[0] or p is frame[1] or slim or p.boards > 1 or _is_sunk(p, frame):
             continue
-        if any(((g >= p.low[:2]) & (g <= p.high[:2])).all() for g in gripped):
+        if any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in gripped):
             return False
-    held = sum(any(((g >= p.low[:2]) & (g <= p.high[:2])).all() for g in gripped) for p in inner)
+    held = sum(any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in gripped) for p in inner)
     return held <= 1
 
 
-def _is_narrow(frame: tuple[Panel, Panel], low: Floats, high: Floats) -> bool:
+def _is_narrow(frame: tuple[Panel, Panel], lower: Floats, upper: Floats) -> bool:
     """Return whether two stiles are narrow by the leaf that they frame."""
     across = 1 - _along(frame)
-    wide = max(float((p.high - p.low)[across]) for p in frame)
-    return wide < MAX_STILE_SHARE * float((high - low)[across])
+    wide = max(float((p.upper - p.lower)[across]) for p in frame)
+    return wide < MAX_STILE_SHARE * float((upper - lower)[across])
 
 
 def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
     """Return whether boards run between two stiles, from one to the other, at both ends of them."""
     along = _along(frame)
     across = 1 - along
-    first, last = sorted(frame, key=lambda p: float(p.low[across]))
+    first, last = sorted(frame, key=lambda p: float(p.lower[across]))
     rails = [
         p
         for p in inner
         if p is not first
         and p is not last
-        and abs(float(p.low[across] - first.high[across])) < TOUCH_TOLERANCE
-        and abs(float(last.low[across] - p.high[across])) < TOUCH_TOLERANCE
-        and abs(float(p.low[2] - first.low[2])) < FLUSH_TOLERANCE
+        and abs(float(p.lower[across] - first.upper[across])) < TOUCH_TOLERANCE
+        and abs(float(last.lower[across] - p.upper[across])) < TOUCH_TOLERANCE
+        and abs(float(p.lower[2] - first.lower[2])) < FLUSH_TOLERANCE
     ]
-    low, high = float(first.low[along]), float(first.high[along])
-    ends = [any(abs(float(p.low[along]) - low) < TOUCH_TOLERANCE for p in rails)]
-    ends += [any(abs(float(p.high[along]) - high) < TOUCH_TOLERANCE for p in rails)]
+    lower, upper = float(first.lower[along]), float(first.upper[along])
+    ends = [any(abs(float(p.lower[along]) - lower) < TOUCH_TOLERANCE for p in rails)]
+    ends += [any(abs(float(p.upper[along]) - upper) < TOUCH_TOLERANCE for p in rails)]
     plain = all(p.boards == 1 for p in frame)
     return plain and sum(p.boards for p in rails) >= MIN_RAILS and all(ends)
 
 
 def _along(frame: tuple[Panel, Panel]) -> int:
     """Return the axis along which two stiles run: the one on which they begin at the same place."""
-    return int(np.argmin(np.abs(frame[0].low - frame[1].low)[:2]))
+    return int(np.argmin(np.abs(frame[0].lower - frame[1].lower)[:2]))
 
 
 def _is_sunk(panel: Panel, frame: tuple[Panel, Panel]) -> bool:
     """Return whether a panel lies a little deeper than two stiles and meets both."""
     across = 1 - _along(frame)
-    first, last = sorted(frame, key=lambda p: float(p.low[across]))
-    gaps = float(panel.low[across] - first.high[across]), float(last.low[across] - panel.high[across])
-    return max(gaps) <= MAX_SUNK_GAP and float(panel.low[2]) >= max(float(p.low[2]) for p in frame) + MIN_SUNK_DEPTH
+    first, last = sorted(frame, key=lambda p: float(p.lower[across]))
+    gaps = float(panel.lower[across] - first.upper[across]), float(last.lower[across] - panel.upper[across])
+    return max(gaps) <= MAX_SUNK_GAP and float(panel.lower[2]) >= max(float(p.lower[2]) for p in frame) + MIN_SUNK_DEPTH

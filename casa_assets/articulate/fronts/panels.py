@@ -47,7 +47,7 @@ class Panel:
 
     Attributes:
         members: fragments that make its leaf, the largest first.
-        low, high: (3,) corners of the leaf in (u, v, w).
+        lower, upper: (3,) corners of the leaf in (u, v, w).
         grips: each a list of fragments that a hand takes. trims: what else goes with it. box: what it drags along.
         controls: how many knobs and buttons it carries. visible_area: area of its picture.
         attachment_depths: depths at which things on it begin: a bar may touch it through its feet alone.
@@ -56,8 +56,8 @@ class Panel:
     """
 
     members: list[int]
-    low: Floats
-    high: Floats
+    lower: Floats
+    upper: Floats
     grips: list[list[int]] = field(default_factory=list)
     trims: list[int] = field(default_factory=list)
     box: list[int] = field(default_factory=list)
@@ -71,130 +71,132 @@ class Panel:
     @property
     def width(self) -> float:
         """Return its size along u."""
-        return float(self.high[0] - self.low[0])
+        return float(self.upper[0] - self.lower[0])
 
     @property
     def height(self) -> float:
         """Return its size along v."""
-        return float(self.high[1] - self.low[1])
+        return float(self.upper[1] - self.lower[1])
 
     @property
     def is_deep(self) -> bool:
         """Return whether it is no plate: it reaches farther back than its shorter side is long."""
-        return float(self.high[2] - self.low[2]) > MAX_THICKNESS_BY_SIDE * min(self.width, self.height)
+        return float(self.upper[2] - self.lower[2]) > MAX_THICKNESS_BY_SIDE * min(self.width, self.height)
 
     @property
     def everything(self) -> list[int]:
         """Return all fragments that move with it, ascending."""
         return sorted({*self.members, *self.trims, *self.box, *(f for g in self.grips for f in g)})
 
-    def holds(self, low: Floats, high: Floats, slack: float = INSIDE_TOLERANCE) -> bool:
+    def holds(self, lower: Floats, upper: Floats, slack: float = INSIDE_TOLERANCE) -> bool:
         """Return whether a box lies within the rectangle of the leaf, at any depth."""
-        return bool((low[:2] >= self.low[:2] - slack).all() and (high[:2] <= self.high[:2] + slack).all())
+        return bool((lower[:2] >= self.lower[:2] - slack).all() and (upper[:2] <= self.upper[:2] + slack).all())
 
 
-def find_panels(pieces: MeasuredFragments, side: int) -> list[Panel]:
+def find_panels(measured: MeasuredFragments, side: int) -> list[Panel]:
     """Return the panels on a side, largest first."""
-    low, high = corners_from_side(pieces, side)
-    size = high - low
-    whole = high.max(axis=0) - low.min(axis=0)
+    lower, upper = corners_from_side(measured, side)
+    size = upper - lower
+    whole = upper.max(axis=0) - lower.min(axis=0)
     foot = size[:, 0] * size[:, 1]
-    start = low[:, 2] - low[:, 2].min()
+    start = lower[:, 2] - lower[:, 2].min()
     wide = (size[:, :2].min(axis=1) >= MIN_SIDE) & (foot >= MIN_AREA_SHARE * whole[0] * whole[1])
     wide &= (size[:, :2].max(axis=1) >= MIN_LONG_SIDE) | (foot >= MIN_AREA_SHARE_SMALL * whole[0] * whole[1])
     slab = (size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)) & (
         size[:, 2] <= MAX_THICKNESS_OF_DEPTH * whole[2]
     )
     near = start <= MAX_START_DEPTH * whole[2]
-    niche = slab & (start <= MAX_START_DEPTH_WITH_HANDLE * whole[2]) & (pieces.visible_area[:, side] >= 0.6 * foot)
-    flat = wide & (near | niche) & (pieces.visible_area[:, side] >= 0.02 * foot)
-    deep = flat & ~slab & _are_drawers(pieces, side, size, whole)
+    niche = slab & (start <= MAX_START_DEPTH_WITH_HANDLE * whole[2]) & (measured.visible_area[:, side] >= 0.6 * foot)
+    flat = wide & (near | niche) & (measured.visible_area[:, side] >= 0.02 * foot)
+    deep = flat & ~slab & _are_drawers(measured, side, size, whole)
     seeds = np.flatnonzero(flat & (slab | deep))
     order = seeds[np.lexsort((seeds, -foot[seeds]))]
     groups: list[list[int]] = []
     for i in order.tolist():
-        host = next((g for g in groups if _inside(low, high, i, g[0]) and _touch(low, high, i, g)), None)
-        if host is not None and _is_bar(pieces, side, low, high, i, host[0]):
+        host = next((g for g in groups if _inside(lower, upper, i, g[0]) and _touch(lower, upper, i, g)), None)
+        if host is not None and _is_bar(measured, side, lower, upper, i, host[0]):
             continue
         if host is None:
             groups.append([i])
         else:
             host.append(i)
-    parted = [p for g in groups for p in _plates(pieces, side, low, high, g)]
-    panels = [_panel(pieces, side, low, high, g) for g in parted]
+    parted = [p for g in groups for p in _plates(measured, side, lower, upper, g)]
+    panels = [_panel(measured, side, lower, upper, g) for g in parted]
     for p in panels:
-        p.is_recessed = float(p.low[2] - low[:, 2].min()) > MAX_START_DEPTH * whole[2]
+        p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * whole[2]
     return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height]
 
 
-def _are_drawers(pieces: MeasuredFragments, side: int, size: Floats, whole: Floats) -> Bools:
+def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, whole: Floats) -> Bools:
     """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one piece are.
 
     Where the floor or back of the body is missing, only a tub that something covers is a drawer.
     """
-    around = pieces.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
-    elsewhere = pieces.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    around = measured.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
+    elsewhere = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
     walls = size[:, 2] * (size[:, 0] + size[:, 1])
-    front = pieces.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
+    front = measured.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
     narrow = size[:, 0] * size[:, 1] < 0.97 * whole[0] * whole[1]
-    covered = pieces.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
+    covered = measured.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
     found: Bools = (
         (around <= 0.12 * walls) & front & narrow & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
     )
     for i in np.flatnonzero(found).tolist():
-        above = view_from_above(pieces, [i])
+        above = view_from_above(measured, [i])
         found[i] = above.is_box if elsewhere[i] <= 0.12 * walls[i] else bool(covered[i]) and above.is_tub
     return found
 
 
-def _inside(low: Floats, high: Floats, inner: int, outer: int) -> bool:
+def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
     """Return whether nine tenths of the rectangle of one piece lie in that of another."""
-    a = np.maximum(low[inner, :2], low[outer, :2])
-    b = np.minimum(high[inner, :2], high[outer, :2])
-    foot = float(np.prod(high[inner, :2] - low[inner, :2]))
+    a = np.maximum(lower[inner, :2], lower[outer, :2])
+    b = np.minimum(upper[inner, :2], upper[outer, :2])
+    foot = float(np.prod(upper[inner, :2] - lower[inner, :2]))
     return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * foot)
 
 
-def _is_bar(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, i: int, host: int) -> bool:
+def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, i: int, host: int) -> bool:
     """Return whether a fragment is a handle: a bar that stands off from its host, or far out of it."""
-    size = (high - low)[i, :2]
+    size = (upper - lower)[i, :2]
     if size.max() < MIN_STOUT_BAR_RATIO * size.min():
         return False
-    if size.max() >= MIN_BAR_RATIO * size.min() and high[i, 2] <= low[host, 2] - MIN_BAR_GAP:
+    if size.max() >= MIN_BAR_RATIO * size.min() and upper[i, 2] <= lower[host, 2] - MIN_BAR_GAP:
         return True
     # A bulging host falls back beside its middle.
-    ground = depth_around(pieces.depth_images[side], low[i], high[i])[0] + float(low[:, 2].min())
-    stands = max(float(low[host, 2]), min(ground, float(high[host, 2]))) - float(low[i, 2])
+    ground = depth_around(measured.depth_images[side], lower[i], upper[i])[0] + float(lower[:, 2].min())
+    stands = max(float(lower[host, 2]), min(ground, float(upper[host, 2]))) - float(lower[i, 2])
     return bool(
         size.min() <= MAX_BAR_WIDTH
-        and stands >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(high[i, 2] - low[i, 2]))
+        and stands >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(upper[i, 2] - lower[i, 2]))
     )
 
 
-def _touch(low: Floats, high: Floats, i: int, group: list[int]) -> bool:
+def _touch(lower: Floats, upper: Floats, i: int, group: list[int]) -> bool:
     """Return whether a piece is at most a little before or behind the first of a group."""
     host = group[0]
-    return bool(low[i, 2] <= high[host, 2] + 0.02 and high[i, 2] >= low[host, 2] - 0.04)
+    return bool(lower[i, 2] <= upper[host, 2] + 0.02 and upper[i, 2] >= lower[host, 2] - 0.04)
 
 
-def _plates(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, group: list[int]) -> list[list[int]]:
+def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> list[list[int]]:
     """Split a group whose first fragment is a board of the body that other plates cover; else return it whole."""
     first = group[0]
-    foot = np.prod(high[:, :2] - low[:, :2], axis=1)
-    before = [i for i in group[1:] if high[i, 2] <= low[first, 2] + 0.35 * (high[first, 2] - low[first, 2]) + 0.002]
+    foot = np.prod(upper[:, :2] - lower[:, :2], axis=1)
+    before = [
+        i for i in group[1:] if upper[i, 2] <= lower[first, 2] + 0.35 * (upper[first, 2] - lower[first, 2]) + 0.002
+    ]
     large = [i for i in before if foot[i] >= 0.12 * foot[first]]
-    apart = [i for i in large if not any(_inside(low, high, i, k) for k in large if k != i and foot[k] >= foot[i])]
-    if len(apart) < 2 or pieces.visible_area[first, side] >= 0.35 * foot[first]:
+    apart = [i for i in large if not any(_inside(lower, upper, i, k) for k in large if k != i and foot[k] >= foot[i])]
+    if len(apart) < 2 or measured.visible_area[first, side] >= 0.35 * foot[first]:
         return [group]
     out: list[list[int]] = [[i] for i in apart]
     for i in group[1:]:
-        host = next((g for g in out if i not in g and _inside(low, high, i, g[0])), None)
+        host = next((g for g in out if i not in g and _inside(lower, upper, i, g[0])), None)
         if host is not None and i not in apart:
             host.append(i)
     return out
 
 
-def _panel(pieces: MeasuredFragments, side: int, low: Floats, high: Floats, group: list[int]) -> Panel:
+def _panel(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> Panel:
     """Return the panel of a group of fragments."""
-    shown = float(pieces.visible_area[group, side].sum())
-    return Panel(list(group), low[group].min(axis=0), high[group].max(axis=0), visible_area=shown)
+    visible = float(measured.visible_area[group, side].sum())
+    return Panel(list(group), lower[group].min(axis=0), upper[group].max(axis=0), visible_area=visible)

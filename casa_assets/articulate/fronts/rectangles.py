@@ -61,32 +61,36 @@ def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
     if not len(rows):
         return []
     whole = FrontRectangle((int(rows[0]), int(rows[-1]) + 1), (int(columns[0]), int(columns[-1]) + 1))
-    waver = max(1, round(LINE_TOLERANCE / side.picture.pixel))
+    waver = max(1, round(LINE_TOLERANCE / side.image.pixel))
     lines = edge_lines(side, False, waver), edge_lines(side, True, waver)
     parted = [
-        m for leaf in _parted(whole, lines, max(4, round(MIN_SIDE / side.picture.pixel))) for m in _held(side, leaf)
+        m
+        for rectangle in _parted(whole, lines, max(4, round(MIN_SIDE / side.image.pixel)))
+        for m in _held(side, rectangle)
     ]
     return sorted((_measured(side, m) for m in parted), key=lambda m: (m.rows, m.columns))
 
 
 def _parted(
-    leaf: FrontRectangle, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], least: int
+    rectangle: FrontRectangle, lines: tuple[tuple[Bools, Bools], tuple[Bools, Bools]], min_size: int
 ) -> list[FrontRectangle]:
     """Split a rectangle along its best line, and the halves likewise, until no line is left."""
-    level = _best(lines[0], leaf.rows, leaf.columns, least)
-    upright = _best(lines[1], leaf.columns, leaf.rows, least)
+    level = _best(lines[0], rectangle.rows, rectangle.columns, min_size)
+    upright = _best(lines[1], rectangle.columns, rectangle.rows, min_size)
     if max(level[0], upright[0]) < MIN_LINE_VISIBILITY:
-        return [leaf]
-    halves = _at_row(leaf, level[1]) if level[0] >= upright[0] else _at_column(leaf, upright[1])
-    return [m for half in halves for m in _parted(half, lines, least)]
+        return [rectangle]
+    halves = _at_row(rectangle, level[1]) if level[0] >= upright[0] else _at_column(rectangle, upright[1])
+    return [m for half in halves for m in _parted(half, lines, min_size)]
 
 
-def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, int], least: int) -> tuple[float, int]:
+def _best(
+    line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, int], min_size: int
+) -> tuple[float, int]:
     """Return the visibility 0..1 of the best line across a rectangle from end to end, and its place."""
-    low, high = across[0] + least, across[1] - least
-    if high <= low or along[1] - along[0] < 2 * LINE_STRETCHES:
+    lower, upper = across[0] + min_size, across[1] - min_size
+    if upper <= lower or along[1] - along[0] < 2 * LINE_STRETCHES:
         return 0.0, 0
-    window = slice(low, high), slice(*along)
+    window = slice(lower, upper), slice(*along)
     edges, free = line[0][window], line[1][window]
     cuts = np.linspace(0, edges.shape[1], LINE_STRETCHES + 1).astype(np.int64)[:-1]
     hit = np.add.reduceat(edges.astype(np.int64), cuts, axis=1)
@@ -101,25 +105,29 @@ def _best(line: tuple[Bools, Bools], across: tuple[int, int], along: tuple[int, 
     # Of equal neighbours the middle one.
     at = np.flatnonzero(mean >= best - 0.02)
     run = at[(at - at[0]) <= np.arange(len(at)) + 1]
-    return best, low + int(run[len(run) // 2])
+    return best, lower + int(run[len(run) // 2])
 
 
-def _at_row(leaf: FrontRectangle, row: int) -> list[FrontRectangle]:
+def _at_row(rectangle: FrontRectangle, row: int) -> list[FrontRectangle]:
     """Split a rectangle at a row."""
-    return [replace(leaf, rows=(leaf.rows[0], row)), replace(leaf, rows=(row, leaf.rows[1]))]
+    return [replace(rectangle, rows=(rectangle.rows[0], row)), replace(rectangle, rows=(row, rectangle.rows[1]))]
 
 
-def _at_column(leaf: FrontRectangle, column: int) -> list[FrontRectangle]:
+def _at_column(rectangle: FrontRectangle, column: int) -> list[FrontRectangle]:
     """Split a rectangle at a column."""
-    return [replace(leaf, columns=(leaf.columns[0], column)), replace(leaf, columns=(column, leaf.columns[1]))]
+    return [
+        replace(rectangle, columns=(rectangle.columns[0], column)),
+        replace(rectangle, columns=(column, rectangle.columns[1])),
+    ]
 
 
-def _inside(side: SideRelief, leaf: FrontRectangle) -> list[Protrusion]:
+def _inside(side: SideRelief, rectangle: FrontRectangle) -> list[Protrusion]:
     """Return the protrusions whose middle is in a rectangle."""
     return [
         b
         for b in side.blobs
-        if leaf.rows[0] <= sum(b.rows) / 2 < leaf.rows[1] and leaf.columns[0] <= sum(b.columns) / 2 < leaf.columns[1]
+        if rectangle.rows[0] <= sum(b.rows) / 2 < rectangle.rows[1]
+        and rectangle.columns[0] <= sum(b.columns) / 2 < rectangle.columns[1]
     ]
 
 
@@ -138,7 +146,7 @@ def is_handle(side: SideRelief, blob: Protrusion) -> bool:
 def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
     """Return whether a protrusion stands on a surface that goes on all around it, as far as `away`, diagonals."""
     (a, b), (c, d) = blob.rows, blob.columns
-    near = max(1, round(away / side.picture.pixel))
+    near = max(1, round(away / side.image.pixel))
     ring = np.zeros((b - a + 2 * near, d - c + 2 * near), dtype=bool)
     height, width = side.depth.shape
     top, left = max(a - near, 0), max(c - near, 0)
@@ -147,38 +155,38 @@ def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
     return float(ring.mean()) >= MIN_SURROUNDED_SHARE
 
 
-def _held(side: SideRelief, leaf: FrontRectangle, drawn: bool = False) -> list[FrontRectangle]:
+def _held(side: SideRelief, rectangle: FrontRectangle, drawn: bool = False) -> list[FrontRectangle]:
     """Split a rectangle without seams so that each part has one handle, and none shares a part with controls.
 
     Args:
         drawn: it is part of one that had pulls.
     """
-    inside = _inside(side, leaf)
+    inside = _inside(side, rectangle)
     bars = [b for b in inside if is_bar(b)]
     others = [b for b in inside if not is_bar(b)]
     if bars and others:
-        parts = _band(leaf, bars, others)
+        parts = _band(rectangle, bars, others)
         if parts:
             return [m for part in parts for m in _held(side, part)]
     if len(bars) >= 2:
-        parts = _between(leaf, bars, max(2, round(SAME_ROW / side.picture.pixel)))
+        parts = _between(rectangle, bars, max(2, round(SAME_ROW / side.image.pixel)))
         if parts:
             return [m for part in parts for m in _held(side, part)]
-    if not bars and len(inside) >= 2 and (drawn or _are_pulls(side, leaf, inside)):
-        parts = _apart(leaf, inside, _sunk(side, leaf))
-        leaves = [m for part in parts for m in _held(side, part, True)]
-        if leaves and (drawn or all(_is_drawn(side, m, leaves) for m in leaves)):
-            return leaves
-    return [leaf]
+    if not bars and len(inside) >= 2 and (drawn or _are_pulls(side, rectangle, inside)):
+        parts = _apart(rectangle, inside, _sunk(side, rectangle))
+        rectangles = [m for part in parts for m in _held(side, part, True)]
+        if rectangles and (drawn or all(_is_drawn(side, m, rectangles) for m in rectangles)):
+            return rectangles
+    return [rectangle]
 
 
-def _are_pulls(side: SideRelief, leaf: FrontRectangle, inside: list[Protrusion]) -> bool:
+def _are_pulls(side: SideRelief, rectangle: FrontRectangle, inside: list[Protrusion]) -> bool:
     """Return whether small protrusions on a wide rectangle are pulls: far out, alike, and no row of controls."""
-    pixel = side.picture.pixel
-    wide = (leaf.columns[1] - leaf.columns[0]) >= MIN_WIDTH_SHARE * side.depth.shape[1]
+    pixel = side.image.pixel
+    wide = (rectangle.columns[1] - rectangle.columns[0]) >= MIN_WIDTH_SHARE * side.depth.shape[1]
     if not wide or len(inside) > MAX_PULLS:
         return False
-    size = np.array([b.high - b.low for b in inside])
+    size = np.array([b.upper - b.lower for b in inside])
     middle = np.array([b.middle for b in inside])
     alike = bool((np.abs(size - np.median(size, axis=0)) <= SIZE_TOLERANCE * np.median(size) + 2 * pixel).all())
     out = all(b.long < MIN_BAR_RATIO and MIN_BAR_PROTRUSION <= b.protrusion <= MAX_PROTRUSION for b in inside)
@@ -186,38 +194,40 @@ def _are_pulls(side: SideRelief, leaf: FrontRectangle, inside: list[Protrusion])
     return alike and out and row < MIN_CONTROLS_IN_ROW
 
 
-def _is_drawn(side: SideRelief, leaf: FrontRectangle, leaves: list[FrontRectangle]) -> bool:
+def _is_drawn(side: SideRelief, rectangle: FrontRectangle, rectangles: list[FrontRectangle]) -> bool:
     """Return whether a rectangle has its pull at one side, or in its middle and is framed, stacked or wide."""
-    (pull,) = _inside(side, leaf)[:1]
-    place = (sum(pull.columns) / 2 - leaf.columns[0]) / (leaf.columns[1] - leaf.columns[0])
+    (pull,) = _inside(side, rectangle)[:1]
+    place = (sum(pull.columns) / 2 - rectangle.columns[0]) / (rectangle.columns[1] - rectangle.columns[0])
     if min(place, 1 - place) <= MAX_SIDE_OFFSET:
         return True
     # None beside it: what lies above or below it lies within its columns.
-    stacked = all(m is leaf or m.rows[1] <= leaf.rows[0] or m.rows[0] >= leaf.rows[1] for m in leaves)
-    stacked |= any(m is not leaf and m.columns == leaf.columns for m in leaves)
-    return abs(place - 0.5) <= MAX_CENTRE_OFFSET and (stacked or bool(_sunk(side, leaf)))
+    stacked = all(
+        m is rectangle or m.rows[1] <= rectangle.rows[0] or m.rows[0] >= rectangle.rows[1] for m in rectangles
+    )
+    stacked |= any(m is not rectangle and m.columns == rectangle.columns for m in rectangles)
+    return abs(place - 0.5) <= MAX_CENTRE_OFFSET and (stacked or bool(_sunk(side, rectangle)))
 
 
-def _sunk(side: SideRelief, leaf: FrontRectangle) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[tuple[tuple[int, int], tuple[int, int]]]:
     """Return rows and columns of rectangles that lie deeper than the frames around them; each belongs to one front."""
-    window = slice(*leaf.rows), slice(*leaf.columns)
+    window = slice(*rectangle.rows), slice(*rectangle.columns)
     depth, free = side.depth[window], side.blob[window] < 0
     if not free.any():
         return []
     frame = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
     number, _ = label((depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
-    least = MIN_SUNK_SIDE / side.picture.pixel
+    min_size = MIN_SUNK_SIDE / side.image.pixel
     out = []
     for i, (rows, columns) in enumerate(find_objects(number), start=1):
         mask = number[rows, columns] == i
-        if min(mask.shape) >= least and float(mask.mean()) >= MIN_SUNK_FILL:
-            top, left = leaf.rows[0], leaf.columns[0]
+        if min(mask.shape) >= min_size and float(mask.mean()) >= MIN_SUNK_FILL:
+            top, left = rectangle.rows[0], rectangle.columns[0]
             out.append(((rows.start + top, rows.stop + top), (columns.start + left, columns.stop + left)))
     return out
 
 
 def _apart(
-    leaf: FrontRectangle, pulls: list[Protrusion], sunk: list[tuple[tuple[int, int], tuple[int, int]]]
+    rectangle: FrontRectangle, pulls: list[Protrusion], sunk: list[tuple[tuple[int, int], tuple[int, int]]]
 ) -> list[FrontRectangle]:
     """Split a rectangle between its pulls, in the widest gap from end to end that meets no pull and nothing sunk."""
     best: tuple[int, int, int] | None = None
@@ -225,23 +235,23 @@ def _apart(
         own = sorted((b.rows, b.columns)[way] for b in pulls)
         spans = sorted([*own, *(s[way] for s in sunk)])
         reach = spans[0][1]
-        for low, high in spans[1:]:
-            parted = any(b <= reach for _, b in own) and any(a >= low for a, _ in own)
-            if low > reach and parted and (best is None or low - reach > best[0]):
-                best = (low - reach, way, (low + reach) // 2)
-            reach = max(reach, high)
+        for lower, upper in spans[1:]:
+            parted = any(b <= reach for _, b in own) and any(a >= lower for a, _ in own)
+            if lower > reach and parted and (best is None or lower - reach > best[0]):
+                best = (lower - reach, way, (lower + reach) // 2)
+            reach = max(reach, upper)
     if best is None:
         return []
-    return _at_row(leaf, best[2]) if best[1] == 0 else _at_column(leaf, best[2])
+    return _at_row(rectangle, best[2]) if best[1] == 0 else _at_column(rectangle, best[2])
 
 
-def _band(leaf: FrontRectangle, bars: list[Protrusion], others: list[Protrusion]) -> list[FrontRectangle]:
+def _band(rectangle: FrontRectangle, bars: list[Protrusion], others: list[Protrusion]) -> list[FrontRectangle]:
     """Split off the strip along a side that holds the controls, which lie in the middle of their strip."""
     found: list[tuple[float, int, list[FrontRectangle]]] = []
     for order, (name, first, step) in enumerate(
         (("rows", 0, 1), ("rows", 1, -1), ("columns", 1, -1), ("columns", 0, 1))
     ):
-        ends = getattr(leaf, name)
+        ends = getattr(rectangle, name)
         span = ends[1] - ends[0]
         near = [abs(getattr(b, name)[first] - ends[first]) for b in others]
         far = [abs(getattr(b, name)[1 - first] - ends[first]) for b in others]
@@ -249,12 +259,12 @@ def _band(leaf: FrontRectangle, bars: list[Protrusion], others: list[Protrusion]
         if max(far) >= hand or max(far) > 0.45 * span:
             continue
         at = ends[first] + step * min(max(far) + min(near), (max(far) + hand) // 2)
-        halves = _at_row(leaf, at) if name == "rows" else _at_column(leaf, at)
+        halves = _at_row(rectangle, at) if name == "rows" else _at_column(rectangle, at)
         found.append((max(far) / span, order, halves))
     return min(found, key=lambda f: f[:2])[2] if found else []
 
 
-def _between(leaf: FrontRectangle, bars: list[Protrusion], row: int) -> list[FrontRectangle]:
+def _between(rectangle: FrontRectangle, bars: list[Protrusion], row: int) -> list[FrontRectangle]:
     """Split a rectangle with several handles between the first and the others.
 
     Fronts with level handles have them all at one distance from their tops; one above doors is drawn by its middle.
@@ -265,14 +275,14 @@ def _between(leaf: FrontRectangle, bars: list[Protrusion], row: int) -> list[Fro
     under = [] if by_row is None else [b for b in bars if b.rows[1] > by_row[0]]
     drawn = bool(over and under) and _lie(over) and not _lie(under)
     if by_row is not None and (drawn or _lie(bars) or by_column is None):
-        top = min(b.rows[0] for b in bars) - leaf.rows[0]
+        top = min(b.rows[0] for b in bars) - rectangle.rows[0]
         at = sum(by_row) // 2
         if drawn:
             at = min(at, by_row[0] + top)
         elif _lie(bars) and top < 0.9 * (by_row[1] - by_row[0]):
             at = by_row[1] - top
-        return _at_row(leaf, at)
-    return _at_column(leaf, sum(by_column) // 2) if by_column is not None else []
+        return _at_row(rectangle, at)
+    return _at_column(rectangle, sum(by_column) // 2) if by_column is not None else []
 
 
 def _lie(bars: list[Protrusion]) -> bool:
@@ -280,30 +290,30 @@ def _lie(bars: list[Protrusion]) -> bool:
     return 2 * sum(b.columns[1] - b.columns[0] > b.rows[1] - b.rows[0] for b in bars) >= len(bars)
 
 
-def _gap(spans: list[tuple[int, int]], least: int) -> tuple[int, int] | None:
+def _gap(spans: list[tuple[int, int]], min_size: int) -> tuple[int, int] | None:
     """Return the first stretch between spans that none of them covers, where it is long enough."""
     ordered = sorted(spans)
     reach = ordered[0][1]
-    for low, high in ordered[1:]:
-        if low - reach >= least // 2:
-            return reach, low
-        reach = max(reach, high)
+    for lower, upper in ordered[1:]:
+        if lower - reach >= min_size // 2:
+            return reach, lower
+        reach = max(reach, upper)
     return None
 
 
-def _measured(side: SideRelief, leaf: FrontRectangle) -> FrontRectangle:
+def _measured(side: SideRelief, rectangle: FrontRectangle) -> FrontRectangle:
     """Return a rectangle with its median depth and its protrusions."""
-    window = slice(*leaf.rows), slice(*leaf.columns)
+    window = slice(*rectangle.rows), slice(*rectangle.columns)
     ground = side.depth[window][side.blob[window] < 0]
-    inside = _inside(side, leaf)
+    inside = _inside(side, rectangle)
     numbers = tuple(i for i, b in enumerate(side.blobs) if any(b is o for o in inside))
-    return replace(leaf, plane=float(np.median(ground)) if len(ground) else BACKGROUND_DEPTH, blobs=numbers)
+    return replace(rectangle, plane=float(np.median(ground)) if len(ground) else BACKGROUND_DEPTH, blobs=numbers)
 
 
-def rectangle_corners(side: SideRelief, leaf: FrontRectangle) -> tuple[Floats, Floats]:
+def rectangle_corners(side: SideRelief, rectangle: FrontRectangle) -> tuple[Floats, Floats]:
     """Return the (2,) lower and upper corner of a rectangle in (u, v)."""
     height = side.depth.shape[0]
-    picture = side.picture
-    low = picture.low + picture.pixel * np.array([leaf.columns[0], height - leaf.rows[1]])
-    high = picture.low + picture.pixel * np.array([leaf.columns[1], height - leaf.rows[0]])
-    return low, high
+    image = side.image
+    lower = image.lower + image.pixel * np.array([rectangle.columns[0], height - rectangle.rows[1]])
+    upper = image.lower + image.pixel * np.array([rectangle.columns[1], height - rectangle.rows[0]])
+    return lower, upper

@@ -60,84 +60,86 @@ class FrontOpening:
 
     Attributes:
         parts: that close it. own: their places in the list of parts. drawer: it holds its room itself.
-        low, high: corners of their leaves. mouth: depth at which the body begins behind them.
+        lower, upper: corners of their leaves. mouth: depth at which the body begins behind them.
     """
 
     parts: tuple[PartPlan, ...]
     own: tuple[int, ...]
     drawer: bool
-    low: Floats
-    high: Floats
+    lower: Floats
+    upper: Floats
     mouth: float
 
 
-def find_cavities(soup: WeldedMesh, found: Articulation, category: str) -> tuple[Cavity, ...]:
+def find_cavities(mesh: WeldedMesh, articulation: Articulation, category: str) -> tuple[Cavity, ...]:
     """Return the cavities behind the doors and drawers that the body carries.
 
     Args:
-        soup: in the frame, cut where the thing was one shell. found: its parts.
+        mesh: in the frame, cut where the thing was one shell. articulation: its parts.
         category: id where it is known, empty otherwise.
     """
-    if not found.parts:
+    if not articulation.parts:
         return ()
-    view = make_probe(soup, found.parts)
-    metres = found.frame.metres or 1.0
-    filling = interior_kind_of(found, category)
+    view = make_probe(mesh, articulation.parts)
+    metres = articulation.frame.metres or 1.0
+    interior = interior_kind_of(articulation, category)
     out = []
-    for opening in _openings(view, found, filling):
-        room = _drawer_room(view, opening, metres) if opening.drawer else _room(view, opening, filling, metres)
-        if room is not None:
-            out.append(room)
+    for opening in _openings(view, articulation, interior):
+        cavity = _drawer_room(view, opening, metres) if opening.drawer else _room(view, opening, interior, metres)
+        if cavity is not None:
+            out.append(cavity)
     return tuple(out)
 
 
-def interior_kind_of(found: Articulation, category: str) -> InteriorKind:
+def interior_kind_of(articulation: Articulation, category: str) -> InteriorKind:
     """Return the kind of interior of an object: by its category, else by its moving parts."""
-    for words, filling in _KINDS:
+    for words, interior in _KINDS:
         if any(w in category for w in words):
-            return filling
+            return interior
     if category:
         return InteriorKind.PLAIN
-    doors = [p for p in found.parts if p.kind is PartKind.DOOR and not p.parent]
-    knobs = sum(p.kind is PartKind.KNOB for p in found.parts)
+    doors = [p for p in articulation.parts if p.kind is PartKind.DOOR and not p.parent]
+    knobs = sum(p.kind is PartKind.KNOB for p in articulation.parts)
     if len(doors) == 1 and doors[0].joint.edge is HingeEdge.BOTTOM and knobs >= 2:
         return InteriorKind.OVEN
     return InteriorKind.PLAIN if knobs else InteriorKind.CABINET
 
 
-def _openings(view: CavityProbe, found: Articulation, filling: InteriorKind) -> list[FrontOpening]:
+def _openings(probe: CavityProbe, articulation: Articulation, interior: InteriorKind) -> list[FrontOpening]:
     """Return the openings that fronts close; a pair of doors that meet in the middle closes one."""
     leaves = []
-    for i, part in enumerate(found.parts):
+    for i, part in enumerate(articulation.parts):
         if part.parent or part.kind not in (PartKind.DOOR, PartKind.DRAWER) or not len(part.faces):
             continue
-        low, high = view.leaf_box(i)
-        behind = any(b[0] <= low[0] and b[1] >= high[0] and b[2] < low[1] for b in _doors(view, found, i))
+        lower, upper = probe.leaf_box(i)
+        behind = any(b[0] <= lower[0] and b[1] >= upper[0] and b[2] < lower[1] for b in _doors(probe, articulation, i))
         if part.kind is PartKind.DRAWER and behind:
             continue
-        leaves.append((i, part, low, high))
+        leaves.append((i, part, lower, upper))
     pairs: dict[int, int] = {}
-    for i, a, low, high in leaves:
+    for i, a, lower, upper in leaves:
         for j, b, low_b, high_b in leaves:
-            meet = i not in pairs.values() and _is_pair(a, b, (low, high), (low_b, high_b), filling, found)
-            if meet and not view.has_stile((i, j), (low, high), (low_b, high_b)):
+            meet = i not in pairs.values() and _is_pair(a, b, (lower, upper), (low_b, high_b), interior, articulation)
+            if meet and not probe.has_stile((i, j), (lower, upper), (low_b, high_b)):
                 pairs[i] = j
     out = []
-    for i, part, low, high in leaves:
+    for i, part, lower, upper in leaves:
         if i in pairs.values():
             continue
-        group = [(i, part, low, high), *(leaf for leaf in leaves if leaf[0] == pairs.get(i))]
+        group = [(i, part, lower, upper), *(leaf for leaf in leaves if leaf[0] == pairs.get(i))]
         own = tuple(g[0] for g in group)
         a, b = np.min([g[2] for g in group], axis=0), np.max([g[3] for g in group], axis=0)
         drawer = part.kind is PartKind.DRAWER
-        out.append(FrontOpening(tuple(g[1] for g in group), own, drawer, a, b, view.mouth_depth(own, a, b)))
+        out.append(FrontOpening(tuple(g[1] for g in group), own, drawer, a, b, probe.mouth_depth(own, a, b)))
     return out
 
 
-def _doors(view: CavityProbe, found: Articulation, but: int) -> list[tuple[float, float, float]]:
+def _doors(probe: CavityProbe, articulation: Articulation, but: int) -> list[tuple[float, float, float]]:
     """Return the left end, right end and depth of the leaves of doors."""
     boxes = [
-        view.leaf_box(i) for i, p in enumerate(found.parts) if i != but and p.kind is PartKind.DOOR and not p.parent
+        probe.leaf_box(i)
+        for i, p in enumerate(articulation.parts)
+        if i != but and p.kind is PartKind.DOOR and not p.parent
     ]
     return [(float(a[0]) - MAX_DOOR_GAP, float(b[0]) + MAX_DOOR_GAP, float(b[1])) for a, b in boxes]
 
@@ -147,26 +149,26 @@ def _is_pair(
     b: PartPlan,
     first: tuple[Floats, Floats],
     second: tuple[Floats, Floats],
-    filling: InteriorKind,
-    found: Articulation,
+    interior: InteriorKind,
+    articulation: Articulation,
 ) -> bool:
     """Return whether two doors close one cavity: hinged outside, they meet in the middle."""
     if a.kind is not PartKind.DOOR or a.joint.edge is not HingeEdge.LEFT or b.joint.edge is not HingeEdge.RIGHT:
         return False
     # Of a fridge with no drawer the doors side by side are a freezer's and a fridge's.
-    if filling is InteriorKind.REFRIGERATOR and not any(p.kind is PartKind.DRAWER for p in found.parts):
+    if interior is InteriorKind.REFRIGERATOR and not any(p.kind is PartKind.DRAWER for p in articulation.parts):
         return False
     over = min(first[1][2], second[1][2]) - max(first[0][2], second[0][2])
     tall = max(first[1][2] - first[0][2], second[1][2] - second[0][2])
     return bool(abs(second[0][0] - first[1][0]) <= MAX_DOOR_GAP and over >= MIN_HEIGHT_OVERLAP * tall)
 
 
-def _room(view: CavityProbe, opening: FrontOpening, filling: InteriorKind, metres: float) -> Cavity | None:
+def _room(probe: CavityProbe, opening: FrontOpening, interior: InteriorKind, metres: float) -> Cavity | None:
     """Return the cavity behind a door, or None where there is no depth for one."""
-    rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
-    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
-    behind = lines.select(lines.at > float(opening.low[1]) + 0.002)
-    back = view.back_depth(behind, opening.mouth)
+    rect = np.array([opening.lower[[0, 2]], opening.upper[[0, 2]]])
+    lines = probe.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
+    behind = lines.select(lines.at > float(opening.lower[1]) + 0.002)
+    back = probe.back_depth(behind, opening.mouth)
     deep = back - opening.mouth
     if deep < MIN_CAVITY_DEPTH:
         return None
@@ -175,25 +177,25 @@ def _room(view: CavityProbe, opening: FrontOpening, filling: InteriorKind, metre
     start = opening.mouth if closing is None else closing
     inner = behind.select(behind.at > start + 0.004)
     free = float(np.median(np.minimum(inner.first(), back)))
-    walls, own = view.visible_walls(opening, start, free)
+    walls, own = probe.visible_walls(opening, start, free)
     names = tuple(p.name for p in opening.parts)
     if walls >= MIN_WALLS:
-        room = _own(names, filling, own, f"{walls} of 5 inner walls are there")
+        cavity = _own(names, interior, own, f"{walls} of 5 inner walls are there")
         if not closed:
-            return room
+            return cavity
         # A cavity that is closed at its front too: that alone is taken away.
         a, b = own[0] + CUT_MARGIN, own[1] - CUT_MARGIN
-        cut = to_vec3([a[0], float(opening.low[1]), a[2]]), to_vec3([b[0], start + CUT_MARGIN, b[2]])
-        reason = f"{room.reason}, but the front is closed"
-        return room.replace(built=True, cut=cut, furnish=False, reason=reason)
+        cut = to_vec3([a[0], float(opening.lower[1]), a[2]]), to_vec3([b[0], start + CUT_MARGIN, b[2]])
+        reason = f"{cavity.reason}, but the front is closed"
+        return cavity.replace(built=True, cut=cut, furnish=False, reason=reason)
     reason = "the body is closed behind it" if closed else f"{walls} of 5 inner walls are there"
     confidence = 0.8 if closed or walls <= 1 else 0.6
-    narrow = float((opening.high - opening.low)[[0, 2]].min())
-    wall = min(WALL_M[filling] / metres, 0.1 * narrow, 0.2 * deep)
-    leaf = opening.low, opening.high
+    narrow = float((opening.upper - opening.lower)[[0, 2]].min())
+    wall = min(WALL_M[interior] / metres, 0.1 * narrow, 0.2 * deep)
+    leaf = opening.lower, opening.upper
     mouth = max(opening.mouth, _begins(behind, opening.mouth, deep)) if closed else opening.mouth
-    room = fit_cavity(view, opening.own, leaf, mouth, back, wall, filling, closed)
-    return room.replace(parts=names, confidence=confidence, reason=reason)
+    cavity = fit_cavity(probe, opening.own, leaf, mouth, back, wall, interior, closed)
+    return cavity.replace(parts=names, confidence=confidence, reason=reason)
 
 
 def _closing(behind: RayCrossings, mouth: float, deep: float) -> float | None:
@@ -217,37 +219,37 @@ def _begins(behind: RayCrossings, mouth: float, deep: float) -> float:
     return float(np.median(seen)) if len(seen) else mouth
 
 
-def _own(names: tuple[str, ...], filling: InteriorKind, corners: tuple[Floats, Floats], reason: str) -> Cavity:
+def _own(names: tuple[str, ...], interior: InteriorKind, corners: tuple[Floats, Floats], reason: str) -> Cavity:
     """Return a cavity that the mesh has."""
-    low, high = (to_vec3(c) for c in corners)
+    lower, upper = (to_vec3(c) for c in corners)
     return Cavity(
         parts=names,
-        filling=filling,
-        low=low,
-        high=high,
+        interior=interior,
+        lower=lower,
+        upper=upper,
         wall=0.0,
-        outer=(low, high),
+        outer=(lower, upper),
         built=False,
         confidence=0.7,
         reason=reason,
     )
 
 
-def _drawer_room(view: CavityProbe, opening: FrontOpening, metres: float) -> Cavity | None:
+def _drawer_room(probe: CavityProbe, opening: FrontOpening, metres: float) -> Cavity | None:
     """Return the cavity of a drawer: the inside of its box, or one to be built behind its front."""
     i = opening.own[0]
-    rect = np.array([opening.low[[0, 2]], opening.high[[0, 2]]])
-    lines = view.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
-    front = view.leaf_back(opening.own, opening.low, opening.high)
+    rect = np.array([opening.lower[[0, 2]], opening.upper[[0, 2]]])
+    lines = probe.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
+    front = probe.leaf_back(opening.own, opening.lower, opening.upper)
     behind = lines.select(lines.at > front - 0.002)
-    back = view.back_depth(behind, front)
+    back = probe.back_depth(behind, front)
     deep = back - front
     if deep < MIN_CAVITY_DEPTH:
         return None
-    own = float(opening.high[1]) - front
+    own = float(opening.upper[1]) - front
     names = tuple(p.name for p in opening.parts)
     if own >= MIN_BOX_DEPTH_SHARE * deep:
-        box = view.drawer_space(i, front)
+        box = probe.drawer_space(i, front)
         if box is None:
             return None
         return _own(names, InteriorKind.DRAWER, box, "it has a box")
@@ -255,14 +257,14 @@ def _drawer_room(view: CavityProbe, opening: FrontOpening, metres: float) -> Cav
         float(np.isfinite(behind.select(behind.at <= opening.mouth + NEAR_WALL_SHARE * deep).first()).mean())
         >= MIN_CLOSED_SHARE
     )
-    wall = min(WALL_M[InteriorKind.DRAWER] / metres, 0.08 * float(opening.high[2] - opening.low[2]))
+    wall = min(WALL_M[InteriorKind.DRAWER] / metres, 0.08 * float(opening.upper[2] - opening.lower[2]))
     reason = "the body is closed behind it" if closed else "there is no box behind it"
-    leaf = (opening.low, np.array([opening.high[0], front, opening.high[2]]))
+    leaf = (opening.lower, np.array([opening.upper[0], front, opening.upper[2]]))
     mouth = max(opening.mouth, _begins(behind, front, deep)) if closed else opening.mouth
-    room = fit_cavity(view, opening.own, leaf, mouth, back, wall, InteriorKind.DRAWER, closed)
+    cavity = fit_cavity(probe, opening.own, leaf, mouth, back, wall, InteriorKind.DRAWER, closed)
     # The box begins at its front, what it slides in where the body does.
-    low = (room.low[0], front, room.low[2])
-    return room.replace(parts=names, low=low, confidence=0.8, reason=reason)
+    lower = (cavity.lower[0], front, cavity.lower[2])
+    return cavity.replace(parts=names, lower=lower, confidence=0.8, reason=reason)
 
 
 def to_vec3(values: Floats | Sequence[float]) -> Vec3:

@@ -44,11 +44,11 @@ class FrontBounds(Protocol):
         """Return the indices of its parts."""
 
     @property
-    def low(self) -> Floats:
+    def lower(self) -> Floats:
         """Return its (3,) lower corner."""
 
     @property
-    def high(self) -> Floats:
+    def upper(self) -> Floats:
         """Return its (3,) upper corner."""
 
 
@@ -89,32 +89,34 @@ class CavityProbe:
         """Intersect lines with some faces."""
         a, b = (k for k in range(3) if k != axis)
         flat = self.points[self.faces[rows]][:, :, [a, b]]
-        low, high = spots.min(axis=0), spots.max(axis=0)
-        rows = rows[((flat.min(axis=1) <= high) & (flat.max(axis=1) >= low)).all(axis=1)]
+        lower, upper = spots.min(axis=0), spots.max(axis=0)
+        rows = rows[((flat.min(axis=1) <= upper) & (flat.max(axis=1) >= lower)).all(axis=1)]
         found = cross_rays(self.points, self.faces[rows], axis, spots)
         return RayCrossings(found.line, found.at, found.towards * self.normal_sign, rows[found.face], found.count)
 
-    def leaf_back(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
+    def leaf_back(self, parts: Sequence[int], lower: Floats, upper: Floats) -> float:
         """Return the depth of the back of a front near its border, where nothing hangs on it."""
-        narrow = float(min(high[0] - low[0], high[2] - low[2]))
+        narrow = float(min(upper[0] - lower[0], upper[2] - lower[2]))
         backs = []
         # A leaf that is open behind, like a pan, is as thick as its rim.
         for inset in LEAF_RIM_INSETS:
-            last = self.cast_through_leaves(1, border_points(low[[0, 2]], high[[0, 2]], inset * narrow), parts).last()
+            last = self.cast_through_leaves(
+                1, border_points(lower[[0, 2]], upper[[0, 2]], inset * narrow), parts
+            ).last()
             seen = last[np.isfinite(last)]
             # A box behind it reaches far back at some places only.
             backs += [float(np.percentile(seen, 30))] if len(seen) else []
         return max(
-            [*backs[:1], *(b for b in backs[1:] if b <= float(low[1]) + MAX_RIM_THICKNESS)], default=float(high[1])
+            [*backs[:1], *(b for b in backs[1:] if b <= float(lower[1]) + MAX_RIM_THICKNESS)], default=float(upper[1])
         )
 
-    def mouth_depth(self, parts: Sequence[int], low: Floats, high: Floats) -> float:
+    def mouth_depth(self, parts: Sequence[int], lower: Floats, upper: Floats) -> float:
         """Return the depth at which the body begins around a front, at the back of the front or behind it."""
-        slab = self.leaf_back(parts, low, high)
-        spots = border_points(low[[0, 2]], high[[0, 2]], -BORDER_DISTANCE)
+        slab = self.leaf_back(parts, lower, upper)
+        spots = border_points(lower[[0, 2]], upper[[0, 2]], -BORDER_DISTANCE)
         body = self._cross(np.flatnonzero(self.owner == -1), 1, spots)
         first = body.select(
-            (body.at >= float(low[1]) - MAX_BODY_DISTANCE) & (body.at <= slab + MAX_BODY_DISTANCE)
+            (body.at >= float(lower[1]) - MAX_BODY_DISTANCE) & (body.at <= slab + MAX_BODY_DISTANCE)
         ).first()
         seen = first[np.isfinite(first)]
         return max(slab, float(np.median(seen))) if len(seen) >= MIN_BORDER_SHARE * len(spots) else slab
@@ -143,21 +145,21 @@ class CavityProbe:
 
     def visible_walls(self, front: FrontBounds, start: float, free: float) -> tuple[int, tuple[Floats, Floats]]:
         """Count the walls of left, right, floor, roof and back that are visible; return also the free box."""
-        low = np.array([front.low[0], start, front.low[2]])
-        high = np.array([front.high[0], max(free, start + 1e-3), front.high[2]])
-        middle, size = (low + high) / 2, high - low
-        count, out = 0, [low.copy(), high.copy()]
+        lower = np.array([front.lower[0], start, front.lower[2]])
+        upper = np.array([front.upper[0], max(free, start + 1e-3), front.upper[2]])
+        middle, size = (lower + upper) / 2, upper - lower
+        count, out = 0, [lower.copy(), upper.copy()]
         for axis, signs in ((0, (-1.0, 1.0)), (2, (-1.0, 1.0)), (1, (1.0,))):
             a, b = (k for k in range(3) if k != axis)
-            lines = self.cast_lines(axis, sample_grid(low[[a, b]], high[[a, b]], LINES_PER_SIDE, 0.2), front.own)
+            lines = self.cast_lines(axis, sample_grid(lower[[a, b]], upper[[a, b]], LINES_PER_SIDE, 0.2), front.own)
             for sign in signs:
                 way, looks = lines.beyond(float(middle[axis]), sign)
                 near = np.isfinite(way) & (way <= 0.75 * size[axis] if axis != 1 else way < np.inf)
                 count += int(float((near & looks).mean()) >= MIN_WALL_SHARE)
                 if axis == 2:
                     # Shelves stand back: right behind the mouth one sees the floor and the roof.
-                    rim = np.array([high[0], start + SHELF_FREE_SHARE * size[1]])
-                    edge = self.cast_lines(2, sample_grid(low[:2], rim, LINES_PER_SIDE, 0.2), front.own)
+                    rim = np.array([upper[0], start + SHELF_FREE_SHARE * size[1]])
+                    edge = self.cast_lines(2, sample_grid(lower[:2], rim, LINES_PER_SIDE, 0.2), front.own)
                     way, _ = edge.beyond(float(middle[2]), sign)
                     near = np.isfinite(way) & (way <= 0.5 * size[2])
                 if near.any():
@@ -166,38 +168,38 @@ class CavityProbe:
                     out[k][axis] = min(out[k][axis], end) if sign > 0 else max(out[k][axis], end)
             if out[1][axis] - out[0][axis] < MIN_SIZE_SHARE * size[axis]:
                 # The middle lies in a shelf.
-                out[0][axis], out[1][axis] = low[axis], high[axis]
+                out[0][axis], out[1][axis] = lower[axis], upper[axis]
         return count, (out[0], out[1])
 
     def drawer_space(self, part: int, front: float) -> tuple[Floats, Floats] | None:
         """Return the (3,) corners of the space in a drawer behind its front, None where it is closed from above."""
-        low, high = self.leaf_box(part)
-        low = np.array([low[0], front, low[2]])
-        down = self.cast_through_leaves(2, sample_grid(low[:2], high[:2], LINES_DOWN_PER_SIDE, 0.12), (part,))
+        lower, upper = self.leaf_box(part)
+        lower = np.array([lower[0], front, lower[2]])
+        down = self.cast_through_leaves(2, sample_grid(lower[:2], upper[:2], LINES_DOWN_PER_SIDE, 0.12), (part,))
         top = down.last()
         seen = np.isfinite(top)
-        deep = seen & (top <= low[2] + 0.5 * (high[2] - low[2]))
+        deep = seen & (top <= lower[2] + 0.5 * (upper[2] - lower[2]))
         if float(deep.mean()) < MIN_FLOOR_SHARE:
             return None
         floor = float(np.median(top[deep]))
-        inset = 0.06 * (high - low)
-        return np.array([low[0] + inset[0], low[1] + inset[1], floor]), np.array(
-            [high[0] - inset[0], high[1] - inset[1], high[2] - 0.1 * (high[2] - floor)]
+        inset = 0.06 * (upper - lower)
+        return np.array([lower[0] + inset[0], lower[1] + inset[1], floor]), np.array(
+            [upper[0] - inset[0], upper[1] - inset[1], upper[2] - 0.1 * (upper[2] - floor)]
         )
 
 
-def make_probe(soup: WeldedMesh, parts: Sequence[PartPlan]) -> CavityProbe:
+def make_probe(mesh: WeldedMesh, parts: Sequence[PartPlan]) -> CavityProbe:
     """Return the probe of a soup with its parts."""
-    owner = np.full(len(soup.faces), -1, dtype=np.int64)
-    grip = np.zeros(len(soup.faces), dtype=np.int64)
+    owner = np.full(len(mesh.faces), -1, dtype=np.int64)
+    grip = np.zeros(len(mesh.faces), dtype=np.int64)
     for i, part in enumerate(parts):
         owner[part.faces] = i
         grip[part.grip] = 1
     names = [p.name for p in parts]
     parent = [names.index(p.parent) if p.parent in names else -1 for p in parts]
     carried = tuple(tuple(k for k in range(len(parts)) if _is_on(k, i, parent)) for i in range(len(parts)))
-    rows = np.flatnonzero(soup.areas > 0.0)
-    view = CavityProbe(soup.points, soup.faces[rows], owner[rows], grip[rows], carried, 1.0)
+    rows = np.flatnonzero(mesh.areas > 0.0)
+    view = CavityProbe(mesh.points, mesh.faces[rows], owner[rows], grip[rows], carried, 1.0)
     return CavityProbe(view.points, view.faces, view.owner, view.grip, carried, _turned(view))
 
 
@@ -210,25 +212,25 @@ def _is_on(part: int, host: int, parent: Sequence[int]) -> bool:
     return False
 
 
-def _turned(view: CavityProbe) -> float:
+def _turned(probe: CavityProbe) -> float:
     """Return -1 where most of the surface met from outside faces away, so that the mesh is inside out; else 1."""
-    low, high = view.points.min(axis=0), view.points.max(axis=0)
+    lower, upper = probe.points.min(axis=0), probe.points.max(axis=0)
     away: list[Bools] = []
     for axis in range(3):
         a, b = (k for k in range(3) if k != axis)
         lines = cross_rays(
-            view.points, view.faces, axis, sample_grid(low[[a, b]], high[[a, b]], 2 * LINES_PER_SIDE, 0.05)
+            probe.points, probe.faces, axis, sample_grid(lower[[a, b]], upper[[a, b]], 2 * LINES_PER_SIDE, 0.05)
         )
-        for sign, start in ((1.0, float(low[axis]) - 1.0), (-1.0, float(high[axis]) + 1.0)):
+        for sign, start in ((1.0, float(lower[axis]) - 1.0), (-1.0, float(upper[axis]) + 1.0)):
             way, looks = lines.beyond(start, sign)
             away.append(~looks[np.isfinite(way)])
     found = np.concatenate(away)
     return -1.0 if len(found) and float(found.mean()) > INSIDE_OUT_SHARE else 1.0
 
 
-def border_points(low: Floats, high: Floats, inset: float) -> Floats:
+def border_points(lower: Floats, upper: Floats, inset: float) -> Floats:
     """Return (N, 2) points along the border of a rectangle, moved inwards."""
-    a, b = low + inset, high - inset
+    a, b = lower + inset, upper - inset
     # The ends lie a little inside the corners, so that no line runs along an edge.
     share = np.linspace(0.003, 0.9961, LINES_PER_SIDE)
     x, z = a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])

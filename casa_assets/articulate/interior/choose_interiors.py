@@ -20,50 +20,54 @@ LINER_SHARE = 0.04
 
 
 def apply_cavity_decisions(
-    rooms: Sequence[Cavity], found: Articulation, soup: WeldedMesh, said: Decisions, build: bool
+    cavities: Sequence[Cavity], articulation: Articulation, mesh: WeldedMesh, decisions: Decisions, build: bool
 ) -> tuple[Cavity, ...]:
     """Return the cavities with the user's decisions applied.
 
     Args:
-        soup: in the frame. build: whether what is missing is built where nothing is said.
+        mesh: in the frame. build: whether what is missing is built where nothing is said.
     Raises:
-        UnknownId: a room is named after a part that closes none.
+        UnknownId: a cavity is named after a part that closes none.
     """
-    names = [r.parts[0] for r in rooms]
-    for name in said.rooms:
+    names = [r.parts[0] for r in cavities]
+    for name in decisions.cavities:
         if name not in names:
-            raise UnknownId("room", name, names)
+            raise UnknownId("cavity", name, names)
     out = []
-    for room in rooms:
-        wanted = said.rooms.get(room.parts[0])
-        room = _changed(room, wanted, found, soup) if wanted is not None else room
+    for cavity in cavities:
+        wanted = decisions.cavities.get(cavity.parts[0])
+        cavity = _changed(cavity, wanted, articulation, mesh) if wanted is not None else cavity
         chosen = build if wanted is None or wanted.build is None else wanted.build
-        out.append(room if chosen or not room.built else room.replace(built=False, empty=True))
+        out.append(cavity if chosen or not cavity.built else cavity.replace(built=False, empty=True))
     return tuple(out)
 
 
-def _changed(room: Cavity, wanted: CavityDecision, found: Articulation, soup: WeldedMesh) -> Cavity:
+def _changed(cavity: Cavity, wanted: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:
     """Return one cavity with the user's changes."""
-    changed = room
-    if wanted.build and not room.built:
-        changed = _lined(room)
-    if wanted.filling is not None and wanted.filling is not room.filling and room.filling is not InteriorKind.DRAWER:
-        changed = changed.replace(filling=wanted.filling, confidence=1.0, reason=GIVEN_REASON)
-    if wanted.furnish is not None and wanted.furnish is not room.furnish:
+    changed = cavity
+    if wanted.build and not cavity.built:
+        changed = _lined(cavity)
+    if (
+        wanted.interior is not None
+        and wanted.interior is not cavity.interior
+        and cavity.interior is not InteriorKind.DRAWER
+    ):
+        changed = changed.replace(interior=wanted.interior, confidence=1.0, reason=GIVEN_REASON)
+    if wanted.furnish is not None and wanted.furnish is not cavity.furnish:
         changed = changed.replace(furnish=wanted.furnish, confidence=1.0, reason=GIVEN_REASON)
     if wanted.box_m is not None:
-        changed = _boxed(changed, wanted.box_m, found, soup)
+        changed = _boxed(changed, wanted.box_m, articulation, mesh)
     return changed
 
 
-def _lined(room: Cavity) -> Cavity:
+def _lined(cavity: Cavity) -> Cavity:
     """Return a cavity of the mesh with walls to be built inside its own."""
-    low, high = np.array(room.low), np.array(room.high)
-    wall = LINER_SHARE * float((high - low).min())
-    inner = np.array([low[0] + wall, low[1], low[2] + wall]), high - wall
-    return room.replace(
-        low=_vec(inner[0]),
-        high=_vec(inner[1]),
+    lower, upper = np.array(cavity.lower), np.array(cavity.upper)
+    wall = LINER_SHARE * float((upper - lower).min())
+    inner = np.array([lower[0] + wall, lower[1], lower[2] + wall]), upper - wall
+    return cavity.replace(
+        lower=_vec(inner[0]),
+        upper=_vec(inner[1]),
         wall=wall,
         built=True,
         furnish=False,
@@ -72,29 +76,29 @@ def _lined(room: Cavity) -> Cavity:
     )
 
 
-def _boxed(room: Cavity, box: tuple[Vec3, Vec3], found: Articulation, soup: WeldedMesh) -> Cavity:
+def _boxed(cavity: Cavity, box: tuple[Vec3, Vec3], articulation: Articulation, mesh: WeldedMesh) -> Cavity:
     """Return a cavity between other corners, with walls as thick as before."""
-    metres = found.frame.metres or 1.0
-    corners = np.array(box) / metres + asset_origin(soup)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    if float(np.abs(np.array([low - room.low, high - room.high])).max()) * metres <= LENGTH_TOLERANCE_M:
-        return room
-    grown = np.array(room.low) - np.array(room.outer[0]), np.array(room.outer[1]) - np.array(room.high)
-    a, b = low - np.maximum(grown[0], 0.0), high + np.maximum(grown[1], 0.0)
-    cut = room.cut
+    metres = articulation.frame.metres or 1.0
+    corners = np.array(box) / metres + asset_origin(mesh)
+    lower, upper = corners.min(axis=0), corners.max(axis=0)
+    if float(np.abs(np.array([lower - cavity.lower, upper - cavity.upper])).max()) * metres <= LENGTH_TOLERANCE_M:
+        return cavity
+    grown = np.array(cavity.lower) - np.array(cavity.outer[0]), np.array(cavity.outer[1]) - np.array(cavity.upper)
+    a, b = lower - np.maximum(grown[0], 0.0), upper + np.maximum(grown[1], 0.0)
+    cut = cavity.cut
     if cut is not None:
-        start = low - CUT_SHARE * np.maximum(grown[0], 0.0)
+        start = lower - CUT_SHARE * np.maximum(grown[0], 0.0)
         start[1] = cut[0][1]
-        cut = (_vec(start), _vec(high + CUT_SHARE * np.maximum(grown[1], 0.0)))
-    return room.replace(
-        low=_vec(low), high=_vec(high), outer=(_vec(a), _vec(b)), cut=cut, confidence=1.0, reason=GIVEN_REASON
+        cut = (_vec(start), _vec(upper + CUT_SHARE * np.maximum(grown[1], 0.0)))
+    return cavity.replace(
+        lower=_vec(lower), upper=_vec(upper), outer=(_vec(a), _vec(b)), cut=cut, confidence=1.0, reason=GIVEN_REASON
     )
 
 
-def asset_origin(soup: WeldedMesh) -> Floats:
+def asset_origin(mesh: WeldedMesh) -> Floats:
     """Return the (3,) origin of the asset in the frame: under the middle, on the ground."""
-    low, high = soup.points.min(axis=0), soup.points.max(axis=0)
-    return np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
+    lower, upper = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    return np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]])
 
 
 def _vec(values: Floats) -> Vec3:

@@ -23,35 +23,35 @@ class PlanView:
     """Shares of the plan of some fragments, seen from above.
 
     Attributes:
-        covered: where anything is. low: where the first thing is in the lower half of their height, of all.
+        covered: where anything is. floor: where the first thing is in the lower half of their height, of all.
         lid: where it is in the upper quarter.
         walls: (3,) of the left, the right and the far border, where something rises above the floor.
     """
 
     covered: float
-    low: float
+    floor: float
     lid: float
     walls: tuple[float, float, float]
 
     @property
     def is_box(self) -> bool:
         """Return whether it is open at the top, with a floor: a drawer."""
-        return self.low >= 0.45 and self.lid <= 0.5
+        return self.floor >= 0.45 and self.lid <= 0.5
 
     @property
     def is_tub(self) -> bool:
         """Return whether it is a box with walls on three sides: only a drawer or a bin looks like this."""
-        return self.is_box and self.low >= 0.5 and min(self.walls) >= 0.6
+        return self.is_box and self.floor >= 0.5 and min(self.walls) >= 0.6
 
 
-def view_from_above(pieces: MeasuredFragments, fragments: Sequence[int]) -> PlanView:
+def view_from_above(measured: MeasuredFragments, fragments: Sequence[int]) -> PlanView:
     """Look down on some fragments alone."""
-    faces = pieces.soup.faces[pieces.faces_of(fragments)]
-    low, high = pieces.box(fragments)
+    faces = measured.mesh.faces[measured.faces_of(fragments)]
+    lower, upper = measured.box(fragments)
     used, local = np.unique(faces, return_inverse=True)
-    picture = render_depth(pieces.soup.points[used], local.reshape(-1, 3), SIDES[TOP], PIXELS)
-    height = max(float(high[2] - low[2]), 1e-9)
-    share = picture.depth / height
+    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[TOP], PIXELS)
+    height = max(float(upper[2] - lower[2]), 1e-9)
+    share = image.depth / height
     seen = np.isfinite(share)
     total = float(share.size)
     deep, shallow = seen & (share > 0.5), seen & (share < 0.25)
@@ -59,38 +59,38 @@ def view_from_above(pieces: MeasuredFragments, fragments: Sequence[int]) -> Plan
 
 
 def free_share_behind(
-    pieces: MeasuredFragments, side: int, fragments: Sequence[int], low: Floats, high: Floats
+    measured: MeasuredFragments, side: int, fragments: Sequence[int], lower: Floats, upper: Floats
 ) -> float:
     """Return the share of a rectangle behind which there is free space, once some fragments are removed.
 
     Args:
-        low, high: (3,) corners in (u, v, w) of what those fragments are; room is what lies deeper than `high`.
+        lower, upper: (3,) corners in (u, v, w) of what those fragments are; room is what lies deeper than `upper`.
     """
-    gone = np.zeros(len(pieces.label), dtype=bool)
-    gone[pieces.faces_of(fragments)] = True
-    faces = pieces.soup.faces[~gone]
+    gone = np.zeros(len(measured.label), dtype=bool)
+    gone[measured.faces_of(fragments)] = True
+    faces = measured.mesh.faces[~gone]
     if not len(faces):
         return 0.0
-    picture = render_depth(pieces.soup.points, faces, SIDES[side], 2 * PIXELS)
-    nearest = float((pieces.soup.points[faces] @ SIDES[side][2]).min())
-    row, column = picture.rows_columns(np.array([low[:2], high[:2]]))
-    depth = picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
-    return float((np.isfinite(depth) & (depth > float(high[2]) + MIN_CAVITY_DEPTH)).mean())
+    image = render_depth(measured.mesh.points, faces, SIDES[side], 2 * PIXELS)
+    nearest = float((measured.mesh.points[faces] @ SIDES[side][2]).min())
+    row, column = image.rows_columns(np.array([lower[:2], upper[:2]]))
+    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
+    return float((np.isfinite(depth) & (depth > float(upper[2]) + MIN_CAVITY_DEPTH)).mean())
 
 
-def roofed_share(pieces: MeasuredFragments, side: int, low: Floats, high: Floats) -> float:
+def roofed_share(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> float:
     """Return the share of the strip right behind a front that something covers at the height of its top or above.
 
     Args:
-        low, high: (3,) corners of the front in (u, v, w) of an upright side.
+        lower, upper: (3,) corners of the front in (u, v, w) of an upright side.
     """
-    strip = np.array([[low[0], low[1], high[2]], [high[0], high[1], high[2] + MIN_CAVITY_DEPTH]]) @ SIDES[side]
+    strip = np.array([[lower[0], lower[1], upper[2]], [upper[0], upper[1], upper[2] + MIN_CAVITY_DEPTH]]) @ SIDES[side]
     flat = np.sort(strip @ SIDES[TOP].T, axis=0)
-    picture = pieces.depth_images[TOP]
-    row, column = picture.rows_columns(flat[:, :2])
-    depth = picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
-    height = float(pieces.high[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
-    return float((height >= float(high[1]) - 0.25 * float(high[1] - low[1])).mean())
+    image = measured.depth_images[TOP]
+    row, column = image.rows_columns(flat[:, :2])
+    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
+    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
+    return float((height >= float(upper[1]) - 0.25 * float(upper[1] - lower[1])).mean())
 
 
 def _walls(share: Floats) -> tuple[float, float, float]:
@@ -98,9 +98,9 @@ def _walls(share: Floats) -> tuple[float, float, float]:
     rows, columns = (max(1, round(WALL_BORDER_SHARE * n)) for n in share.shape)
     seen = np.isfinite(share)
     floor = float(np.median(share[seen])) if seen.any() else 0.0
-    high = share < floor - MIN_WALL_RISE
+    raised = share < floor - MIN_WALL_RISE
     return (
-        float(high[:, :columns].any(axis=1).mean()),
-        float(high[:, -columns:].any(axis=1).mean()),
-        float(high[:rows].any(axis=0).mean()),
+        float(raised[:, :columns].any(axis=1).mean()),
+        float(raised[:, -columns:].any(axis=1).mean()),
+        float(raised[:rows].any(axis=0).mean()),
     )

@@ -47,118 +47,120 @@ class InnerPart:
 
 
 def find_inner_parts(
-    pieces: MeasuredFragments, side: int, door: Panel, edge: HingeEdge | None, taken: Sequence[int]
+    measured: MeasuredFragments, side: int, door: Panel, edge: HingeEdge | None, taken: Sequence[int]
 ) -> list[InnerPart]:
     """Return the drawers and turntables behind a front, and the racks behind one that folds down."""
-    low, high = corners_from_side(pieces, side)
-    free = np.ones(pieces.count, dtype=bool)
+    lower, upper = corners_from_side(measured, side)
+    free = np.ones(measured.count, dtype=bool)
     free[list(taken)] = False
-    within = (low[:, :2] >= door.low[:2] - 0.03).all(axis=1) & (high[:, :2] <= door.high[:2] + 0.03).all(axis=1)
-    small = (high - low)[:, 1] <= MAX_HEIGHT_SHARE * door.height
-    rows = free & within & small & (low[:, 2] >= door.high[2] - 0.12)
-    surface = MAX_VISIBLE_SHARE * np.maximum(pieces.area, 1e-12)
+    within = (lower[:, :2] >= door.lower[:2] - 0.03).all(axis=1) & (upper[:, :2] <= door.upper[:2] + 0.03).all(axis=1)
+    small = (upper - lower)[:, 1] <= MAX_HEIGHT_SHARE * door.height
+    rows = free & within & small & (lower[:, 2] >= door.upper[2] - 0.12)
+    surface = MAX_VISIBLE_SHARE * np.maximum(measured.area, 1e-12)
     # A thing without a top or back shows what is in it; what shows elsewhere is a wall.
     covered = (
-        pieces.visible_area[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+        measured.visible_area[:, [s for s in (FRONT, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
         <= MAX_TUB_VISIBLE_SHARE / MAX_VISIBLE_SHARE * surface
     )
     found = []
     gone: set[int] = set()
     for gap in GROUPING_GAPS:
         for group in group_touching(
-            low, high, [i for i in np.flatnonzero(rows & covered).tolist() if i not in gone], gap
+            lower, upper, [i for i in np.flatnonzero(rows & covered).tolist() if i not in gone], gap
         ):
-            if _fills(low, high, group, door, MIN_TUB_WIDTH_SHARE) and _is_tub(pieces, low, high, group, door):
+            if _fills(lower, upper, group, door, MIN_TUB_WIDTH_SHARE) and _is_tub(measured, lower, upper, group, door):
                 found.append(InnerPart(tuple(group), False, True, 0.7, "a tub behind a front"))
                 gone |= set(group)
-    rows &= pieces.visible_area.sum(axis=1) <= surface
+    rows &= measured.visible_area.sum(axis=1) <= surface
     rows[sorted(gone)] = False
-    for heap in group_touching(low, high, np.flatnonzero(rows).tolist()):
-        if not _fills(low, high, heap, door, MIN_TURNTABLE_WIDTH_SHARE):
+    for heap in group_touching(lower, upper, np.flatnonzero(rows).tolist()):
+        if not _fills(lower, upper, heap, door, MIN_TURNTABLE_WIDTH_SHARE):
             continue
-        group = _with_what_it_holds(low, high, heap, rows)
-        tray = _rack(pieces, side, group, edge, door)
+        group = _with_what_it_holds(lower, upper, heap, rows)
+        tray = _rack(measured, side, group, edge, door)
         if tray is not None:
             found.append(tray)
             rows[group] = False
     return found
 
 
-def _with_what_it_holds(low: Floats, high: Floats, group: list[int], free: Bools) -> list[int]:
+def _with_what_it_holds(lower: Floats, upper: Floats, group: list[int], free: Bools) -> list[int]:
     """Return a group with all that lies within its box: tines of a basket need not touch its wires."""
-    a, b = low[group].min(axis=0) - TOUCH_TOLERANCE, high[group].max(axis=0) + TOUCH_TOLERANCE
-    within = free & (low >= a).all(axis=1) & (high <= b).all(axis=1)
+    a, b = lower[group].min(axis=0) - TOUCH_TOLERANCE, upper[group].max(axis=0) + TOUCH_TOLERANCE
+    within = free & (lower >= a).all(axis=1) & (upper <= b).all(axis=1)
     return sorted({*group, *np.flatnonzero(within).tolist()})
 
 
-def _fills(low: Floats, high: Floats, group: list[int], door: Panel, share: float) -> bool:
+def _fills(lower: Floats, upper: Floats, group: list[int], door: Panel, share: float) -> bool:
     """Return whether a group is wide enough, by a share of its door, and deep enough to be its content."""
-    across = high[group].max(axis=0) - low[group].min(axis=0)
+    across = upper[group].max(axis=0) - lower[group].min(axis=0)
     return bool(across[0] >= share * door.width and across[2] >= min(0.25, share) * door.width)
 
 
-def _is_tub(pieces: MeasuredFragments, low: Floats, high: Floats, group: list[int], door: Panel) -> bool:
+def _is_tub(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int], door: Panel) -> bool:
     """Return whether a group is a drawer: of solid walls, and starting not far behind the front."""
-    across = high[group].max(axis=0) - low[group].min(axis=0)
-    near = float(low[group, 2].min() - door.high[2]) <= 0.35 * float(across[2])
+    across = upper[group].max(axis=0) - lower[group].min(axis=0)
+    near = float(lower[group, 2].min() - door.upper[2]) <= 0.35 * float(across[2])
     tall = 0.08 * min(across[0], across[2]) <= across[1] <= MAX_HEIGHT_SHARE * door.height
-    return bool(near and tall) and view_from_above(pieces, group).is_tub
+    return bool(near and tall) and view_from_above(measured, group).is_tub
 
 
 def _rack(
-    pieces: MeasuredFragments, side: int, group: list[int], edge: HingeEdge | None, door: Panel
+    measured: MeasuredFragments, side: int, group: list[int], edge: HingeEdge | None, door: Panel
 ) -> InnerPart | None:
     """Return a rack or a turntable, or None for neither: boards between the walls do not move."""
-    low, high = corners_from_side(pieces, side)
-    across = high[group].max(axis=0) - low[group].min(axis=0)
+    lower, upper = corners_from_side(measured, side)
+    across = upper[group].max(axis=0) - lower[group].min(axis=0)
     if across[1] > 0.6 * min(across[0], across[2]):
         return None
-    disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(pieces, side, group)
+    disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(measured, side, group)
     if disc:
         return InnerPart(tuple(group), True, False, 0.7, "a disc behind a door")
     if (
         edge is not HingeEdge.BOTTOM
-        or not _fills(low, high, group, door, MIN_RACK_WIDTH_SHARE)
-        or _is_board(low, high, group, pieces.count)
+        or not _fills(lower, upper, group, door, MIN_RACK_WIDTH_SHARE)
+        or _is_board(lower, upper, group, measured.count)
     ):
         return None
     return InnerPart(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")
 
 
-def _is_board(low: Floats, high: Floats, group: list[int], count: int) -> bool:
+def _is_board(lower: Floats, upper: Floats, group: list[int], count: int) -> bool:
     """Return whether a group is one plate that stands between two walls."""
-    a, b = low[group].min(axis=0), high[group].max(axis=0)
-    plates = [i for i in group if np.prod((high[i] - low[i])[[0, 2]]) >= 0.9 * np.prod((b - a)[[0, 2]])]
+    a, b = lower[group].min(axis=0), upper[group].max(axis=0)
+    plates = [i for i in group if np.prod((upper[i] - lower[i])[[0, 2]]) >= 0.9 * np.prod((b - a)[[0, 2]])]
     others = np.ones(count, dtype=bool)
     others[group] = False
-    return len(plates) == 1 and is_shelf(low, high, plates[0], others)
+    return len(plates) == 1 and is_shelf(lower, upper, plates[0], others)
 
 
-def is_shelf(low: Floats, high: Floats, plate: int, others: Bools) -> bool:
+def is_shelf(lower: Floats, upper: Floats, plate: int, others: Bools) -> bool:
     """Return whether a level plate stands between two walls among `others`, as shelves, floors and tops do."""
-    thick = float((high - low)[plate, 1])
+    thick = float((upper - lower)[plate, 1])
     near = (
-        others & (low <= high[plate] + TOUCH_TOLERANCE).all(axis=1) & (high >= low[plate] - TOUCH_TOLERANCE).all(axis=1)
+        others
+        & (lower <= upper[plate] + TOUCH_TOLERANCE).all(axis=1)
+        & (upper >= lower[plate] - TOUCH_TOLERANCE).all(axis=1)
     )
-    walls = near & (high[:, 1] - low[:, 1] > 3 * thick)
-    left = walls & (high[:, 0] <= low[plate, 0] + 2 * TOUCH_TOLERANCE)
-    right = walls & (low[:, 0] >= high[plate, 0] - 2 * TOUCH_TOLERANCE)
+    walls = near & (upper[:, 1] - lower[:, 1] > 3 * thick)
+    left = walls & (upper[:, 0] <= lower[plate, 0] + 2 * TOUCH_TOLERANCE)
+    right = walls & (lower[:, 0] >= upper[plate, 0] - 2 * TOUCH_TOLERANCE)
     return bool(left.any() and right.any())
 
 
-def group_touching(low: Floats, high: Floats, rows: list[int], gap: float = 0.004) -> list[list[int]]:
+def group_touching(lower: Floats, upper: Floats, rows: list[int], gap: float = 0.004) -> list[list[int]]:
     """Group fragments whose boxes touch, each group ascending; `gap` in diagonals."""
     if not rows:
         return []
-    a, b = low[rows], high[rows]
+    a, b = lower[rows], upper[rows]
     meet = ((a[:, None] <= b[None] + gap) & (a[None] <= b[:, None] + gap)).all(axis=2)
     _, label = connected_components(coo_matrix(meet), directed=False)
     return [[r for r, k in zip(rows, label.tolist(), strict=True) if k == n] for n in range(int(label.max()) + 1)]
 
 
-def _is_disc(pieces: MeasuredFragments, side: int, group: Sequence[int]) -> bool:
+def _is_disc(measured: MeasuredFragments, side: int, group: Sequence[int]) -> bool:
     """Return whether the outline seen from above is a circle, because its corners are empty."""
-    points = pieces.points_of(group) @ SIDES[side][[0, 2]].T
+    points = measured.points_of(group) @ SIDES[side][[0, 2]].T
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     radius = float(np.ptp(points, axis=0).max()) / 2
     return bool(np.linalg.norm(points - middle, axis=1).max() <= 1.06 * radius)

@@ -28,19 +28,19 @@ MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
 class Niche:
     """A free box that is open to one side; metres, asset frame."""
 
-    low: tuple[float, float, float]
-    high: tuple[float, float, float]
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
 
     @property
     def middle(self) -> Floats:
         """Return its (3,) middle, metres."""
-        found: Floats = (np.array(self.low) + np.array(self.high)) / 2
+        found: Floats = (np.array(self.lower) + np.array(self.upper)) / 2
         return found
 
     @property
     def size(self) -> Floats:
         """Return its (3,) size, metres."""
-        found: Floats = np.array(self.high) - np.array(self.low)
+        found: Floats = np.array(self.upper) - np.array(self.lower)
         return found
 
 
@@ -50,18 +50,18 @@ def find_cup_niche(asset: Asset) -> Niche | None:
     A machine without a drip tray pours onto the surface that it stands on.
     """
     points, faces = _body(asset)
-    picture = render_depth(points, faces, SIDES[FRONT], PIXELS)
+    image = render_depth(points, faces, SIDES[FRONT], PIXELS)
     deep = float(np.ptp(points[:, 1]))
-    back = np.where(np.isfinite(picture.depth), picture.depth, deep)
+    back = np.where(np.isfinite(image.depth), image.depth, deep)
     inner = back >= MIN_NICHE_DEPTH_SHARE * deep
     # What is open above is no place under something.
     under = inner & _above(~inner)
     floored = under & np.flip(_above(np.flip(~inner, 0)), 0)
-    best = _largest(floored, picture) or _largest(under, picture)
-    return None if best is None else _box(picture, points, back, best)
+    best = _largest(floored, image) or _largest(under, image)
+    return None if best is None else _box(image, points, back, best)
 
 
-def _largest(places: Bools, picture: DepthImage) -> tuple[int, int, int, int] | None:
+def _largest(places: Bools, image: DepthImage) -> tuple[int, int, int, int] | None:
     """Return the rows and columns of the largest region that a cup fits into."""
     best: tuple[float, int, int, int, int] | None = None
     label, _ = ndimage.label(places)
@@ -69,7 +69,7 @@ def _largest(places: Bools, picture: DepthImage) -> tuple[int, int, int, int] | 
         mask = label[place] == number
         a, b = place[0].start, place[0].stop
         c, d = place[1].start, place[1].stop
-        tall, wide = (b - a) * picture.pixel, (d - c) * picture.pixel
+        tall, wide = (b - a) * image.pixel, (d - c) * image.pixel
         if tall < MIN_CUP_HEIGHT_M or wide < MIN_CUP_HEIGHT_M or mask.mean() < 0.6:
             continue
         size = float(mask.sum())
@@ -81,17 +81,17 @@ def _largest(places: Bools, picture: DepthImage) -> tuple[int, int, int, int] | 
 def find_toaster_slots(asset: Asset) -> list[Niche]:
     """Return long narrow niches that are open above, sorted from the left, or from the front where they lie across."""
     points, faces = _body(asset)
-    picture = render_depth(points, faces, SIDES[TOP], PIXELS)
-    low, high = points.min(axis=0), points.max(axis=0)
-    tall = float(high[2] - low[2])
-    deep = np.isfinite(picture.depth) & (picture.depth >= MIN_SLOT_DEPTH_SHARE * tall)
+    image = render_depth(points, faces, SIDES[TOP], PIXELS)
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    tall = float(upper[2] - lower[2])
+    deep = np.isfinite(image.depth) & (image.depth >= MIN_SLOT_DEPTH_SHARE * tall)
     label, _ = ndimage.label(deep)
     out = []
     for number, place in enumerate(ndimage.find_objects(label), start=1):
         mask = label[place] == number
         a, b = place[0].start, place[0].stop
         c, d = place[1].start, place[1].stop
-        sides = sorted(((b - a) * picture.pixel, (d - c) * picture.pixel))
+        sides = sorted(((b - a) * image.pixel, (d - c) * image.pixel))
         edge = c == 0 or a == 0 or d == deep.shape[1] or b == deep.shape[0]
         if (
             edge
@@ -100,21 +100,21 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
             or mask.mean() < 0.8
         ):
             continue
-        floor = float(high[2]) - float(np.median(picture.depth[place][mask]))
+        floor = float(upper[2]) - float(np.median(image.depth[place][mask]))
         # Row 0 is the far side.
-        y1, y0 = (float(picture.low[1]) + (deep.shape[0] - r) * picture.pixel for r in (a, b))
-        x0, x1 = (float(picture.low[0]) + k * picture.pixel for k in (c, d))
-        px = picture.pixel
-        out.append(Niche((_mm(x0 + px), _mm(y0 + px), _mm(floor)), (_mm(x1 - px), _mm(y1 - px), _mm(float(high[2])))))
+        y1, y0 = (float(image.lower[1]) + (deep.shape[0] - r) * image.pixel for r in (a, b))
+        x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
+        px = image.pixel
+        out.append(Niche((_mm(x0 + px), _mm(y0 + px), _mm(floor)), (_mm(x1 - px), _mm(y1 - px), _mm(float(upper[2])))))
     along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
-    return sorted(out, key=lambda h: h.low[0] if along else h.low[1])
+    return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
 
 
 def niche_floor(hollow: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
     """Return a thin board whose top is the floor of a niche."""
     x, y, _ = (float(v) for v in hollow.size)
     at = hollow.middle
-    return Box(size=(_mm(x), _mm(y), thick)), Pose(position=(_mm(at[0]), _mm(at[1]), _mm(hollow.low[2] - thick / 2)))
+    return Box(size=(_mm(x), _mm(y), thick)), Pose(position=(_mm(at[0]), _mm(at[1]), _mm(hollow.lower[2] - thick / 2)))
 
 
 def _above(solid: Bools) -> Bools:
@@ -123,13 +123,13 @@ def _above(solid: Bools) -> Bools:
     return found
 
 
-def _box(picture: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
+def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, int, int]) -> Niche:
     """Return the niche at a range of pixels."""
     a, b, c, d = span
     rows = back.shape[0]
     front = float(points[:, 1].min())
-    x0, x1 = (float(picture.low[0]) + k * picture.pixel for k in (c, d))
-    z1, z0 = (float(picture.low[1]) + (rows - r) * picture.pixel for r in (a, b))
+    x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
+    z1, z0 = (float(image.lower[1]) + (rows - r) * image.pixel for r in (a, b))
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front

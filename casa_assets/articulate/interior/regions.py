@@ -45,12 +45,12 @@ def region_bounds(asset: Asset, region: Region) -> Bounds:
 
 def closing_link(asset: Asset, region: Region) -> str:
     """Return the name of the link that closes a region: the smallest front before its middle; empty for none."""
-    low, high = region_bounds(asset, region)
-    middle = (low + high) / 2
+    lower, upper = region_bounds(asset, region)
+    middle = (lower + upper) / 2
     found = []
     for joint in asset.joints:
         a, b = link_bounds(asset, joint.child)
-        before = a[1] < low[1] + 0.02
+        before = a[1] < lower[1] + 0.02
         if before and a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and joint.behind is None:
             found.append((round(float((b - a)[0] * (b - a)[2]), 6), joint.child))
     return min(found)[1] if found else ""
@@ -63,55 +63,55 @@ def split_by_shelves(asset: Asset, region: Region) -> list[Region]:
     """
     if region.link != "object" or region.kind != "box":
         return [region]
-    low, high = region_bounds(asset, region)
-    if (high - low).min() < MIN_REGION_M or _filled(asset, (low + high) / 2):
-        low, high = _before(asset, low, high)
-    boards = _boards(asset, low, high, 0)
-    lefts = [float(low[0]), *(far + BOARD_DISTANCE_M for _, far in boards)]
-    rights = [*(near - BOARD_DISTANCE_M for near, _ in boards), float(high[0])]
+    lower, upper = region_bounds(asset, region)
+    if (upper - lower).min() < MIN_REGION_M or _filled(asset, (lower + upper) / 2):
+        lower, upper = _before(asset, lower, upper)
+    boards = _boards(asset, lower, upper, 0)
+    lefts = [float(lower[0]), *(far + BOARD_DISTANCE_M for _, far in boards)]
+    rights = [*(near - BOARD_DISTANCE_M for near, _ in boards), float(upper[0])]
     out = []
     for left, right in zip(lefts, rights, strict=True):
-        a, b = low.copy(), high.copy()
+        a, b = lower.copy(), upper.copy()
         a[0], b[0] = left, right
         if right - left >= MIN_REGION_M:
             out += _levels(asset, region, a, b)
     return out or [region]
 
 
-def _before(asset: Asset, low: Floats, high: Floats) -> Bounds:
+def _before(asset: Asset, lower: Floats, upper: Floats) -> Bounds:
     """Return the space behind the fronts before a place, up to the walls, for regions that boards divide."""
-    middle = (low + high) / 2
+    middle = (lower + upper) / 2
     fronts = [
         link_bounds(asset, j.child) for j in asset.joints if link_label(asset, j.child) == "door" and j.behind is None
     ]
     fronts = [(a, b) for a, b in fronts if a[2] <= middle[2] <= b[2] and b[1] <= middle[1]]
     near = [(a, b) for a, b in fronts if a[0] - WALL_DISTANCE_M <= middle[0] <= b[0] + WALL_DISTANCE_M]
     if not near:
-        return low, high
+        return lower, upper
     a, b = np.min([f[0] for f in near], axis=0), np.max([f[1] for f in near], axis=0)
     whole = link_bounds(asset, "object")
     a, b = np.maximum(a, whole[0]), np.minimum(b, whole[1])
-    return np.array([a[0], float(low[1]), a[2]]) + BOARD_DISTANCE_M, np.array(
-        [b[0], float(high[1]), b[2]]
+    return np.array([a[0], float(lower[1]), a[2]]) + BOARD_DISTANCE_M, np.array(
+        [b[0], float(upper[1]), b[2]]
     ) - BOARD_DISTANCE_M
 
 
-def _levels(asset: Asset, region: Region, low: Floats, high: Floats) -> list[Region]:
+def _levels(asset: Asset, region: Region, lower: Floats, upper: Floats) -> list[Region]:
     """Return the levels between shelves of the space between two corners."""
-    x, y = _mm(float(low[0] + high[0]) / 2), _mm(float(low[1] + high[1]) / 2)
+    x, y = _mm(float(lower[0] + upper[0]) / 2), _mm(float(lower[1] + upper[1]) / 2)
     spans = _column(asset, asset.root, x, y)
     out = []
-    boards = _boards(asset, low, high, 2)
-    floors = [float(low[2]), *(far for _, far in boards)]
-    for floor, roof in zip(floors, [*(near for near, _ in boards), float(high[2])], strict=True):
+    boards = _boards(asset, lower, upper, 2)
+    floors = [float(lower[2]), *(far for _, far in boards)]
+    for floor, roof in zip(floors, [*(near for near, _ in boards), float(upper[2])], strict=True):
         middle = (floor + roof) / 2
         under = [t for _, t, _ in spans if floor - WALL_DISTANCE_M <= t <= middle]
         floor = max(under, default=floor)
         roof = min([roof, *(b for b, _, _ in spans if b >= middle)]) - BOARD_DISTANCE_M
         if roof - floor >= MIN_REGION_M and not _filled(asset, np.array([x, y, (floor + roof) / 2])):
-            left, right = _between(asset, np.array([x, y, (floor + roof) / 2]), float(low[0]), float(high[0]))
+            left, right = _between(asset, np.array([x, y, (floor + roof) / 2]), float(lower[0]), float(upper[0]))
             pose = Pose(position=(_mm((left + right) / 2), y, _mm((floor + roof) / 2)))
-            size = (_mm(right - left), _mm(float(high[1] - low[1])), _mm(roof - floor))
+            size = (_mm(right - left), _mm(float(upper[1] - lower[1])), _mm(roof - floor))
             out.append(region.replace(pose=pose, size=size))
     return out
 
@@ -121,55 +121,55 @@ def _filled(asset: Asset, point: Floats) -> bool:
     return any(b < point[2] < t for b, t, _ in _column(asset, asset.root, float(point[0]), float(point[1])))
 
 
-def _between(asset: Asset, point: Floats, low: float, high: float) -> tuple[float, float]:
+def _between(asset: Asset, point: Floats, lower: float, upper: float) -> tuple[float, float]:
     """Return how far it is free to the left and right of a point, between two ends; asset frame."""
     turned = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
     y, z = float(point[1]), float(point[2])
     for collider in asset.root.colliders:
         span = _upright(tessellate(collider.shape, collider.pose)[0] @ turned.T, -z, y)
         if span is not None and span[1] <= point[0]:
-            low = max(low, span[1] + BOARD_DISTANCE_M)
+            lower = max(lower, span[1] + BOARD_DISTANCE_M)
         elif span is not None and span[0] >= point[0]:
-            high = min(high, span[0] - BOARD_DISTANCE_M)
-    return low, high
+            upper = min(upper, span[0] - BOARD_DISTANCE_M)
+    return lower, upper
 
 
 def region_below_racks(asset: Asset, region: Region) -> Region | None:
     """Return a region up to the lowest rack that slides in it; None where none of it is left."""
     if region.link != "object":
         return region
-    low, high = region_bounds(asset, region)
+    lower, upper = region_bounds(asset, region)
     racks = [link_bounds(asset, k.name) for k in asset.links if k.name.startswith("rack")]
-    within = [a for a, b in racks if (a < high).all() and (b > low).all()]
+    within = [a for a, b in racks if (a < upper).all() and (b > lower).all()]
     if not within:
         return region
     roof = min(float(a[2]) for a in within) - CLEARANCE_M
-    if roof - low[2] < MIN_REGION_M:
+    if roof - lower[2] < MIN_REGION_M:
         return None
     x, y, _ = region.pose.position
-    size = (region.size[0], region.size[1], _mm(roof - float(low[2])))
-    return region.replace(pose=Pose(position=(x, y, _mm((roof + float(low[2])) / 2))), size=size)
+    size = (region.size[0], region.size[1], _mm(roof - float(lower[2])))
+    return region.replace(pose=Pose(position=(x, y, _mm((roof + float(lower[2])) / 2))), size=size)
 
 
 def is_occupied(asset: Asset, region: Region) -> bool:
     """Return whether drawers or racks take up a region of the body, which then belongs to them."""
-    low, high = region_bounds(asset, region)
+    lower, upper = region_bounds(asset, region)
     boxes = [link_bounds(asset, j.child) for j in asset.joints if j.behind is not None]
-    inside = [np.minimum(b[1], high) - np.maximum(b[0], low) for b in boxes]
-    share = sum(float(np.prod(np.maximum(i, 0.0))) for i in inside) / float(np.prod(high - low))
+    inside = [np.minimum(b[1], upper) - np.maximum(b[0], lower) for b in boxes]
+    share = sum(float(np.prod(np.maximum(i, 0.0))) for i in inside) / float(np.prod(upper - lower))
     return region.link == "object" and share >= MAX_OCCUPIED_SHARE
 
 
-def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | None:
+def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region | None:
     """Return the region over a rack, which moves with it: from its floor up to what is above."""
     link = asset.link(rack)
-    low, high = link_bounds(asset, rack)
-    middle = (low + high) / 2
+    lower, upper = link_bounds(asset, rack)
+    middle = (lower + upper) / 2
     spans = _column(asset, link, float(middle[0]), float(middle[1]))
     if not spans:
         return None
     floor = spans[0][1]
-    above = [float(region_bounds(asset, r)[1][2]) for r in rooms if _holds(region_bounds(asset, r), middle)]
+    above = [float(region_bounds(asset, r)[1][2]) for r in regions if _holds(region_bounds(asset, r), middle)]
     for other in asset.links:
         if other.name != rack and other.name.startswith("rack"):
             a, b = link_bounds(asset, other.name)
@@ -178,8 +178,8 @@ def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | N
     roof = min([floor + MAX_HEIGHT_OVER_RACK_M, *(z - CLEARANCE_M for z in above)])
     if roof - floor < 0.03:
         return None
-    inset = 0.08 * (high - low)[:2]
-    a, b = low[:2] + inset, high[:2] - inset
+    inset = 0.08 * (upper - lower)[:2]
+    a, b = lower[:2] + inset, upper[:2] - inset
     center = np.array([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (floor + roof) / 2])
     local = asset.asset_from_link(rack).inverse().apply(center[None])[0]
     size = (_mm(float(b[0] - a[0])), _mm(float(b[1] - a[1])), _mm(roof - floor))
@@ -190,14 +190,14 @@ def region_over_rack(asset: Asset, rack: str, rooms: list[Region]) -> Region | N
 def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
     """Return the region in a drawer's box, which moves with it; None where it has no floor, or is full."""
     link = asset.link(drawer)
-    low, high = link_bounds(asset, drawer, held=False)
-    inset = DRAWER_INSET * (high - low)[:2]
-    a, b = low[:2] + inset, high[:2] - inset
+    lower, upper = link_bounds(asset, drawer, held=False)
+    inset = DRAWER_INSET * (upper - lower)[:2]
+    a, b = lower[:2] + inset, upper[:2] - inset
     middle = (a + b) / 2
     spans = _column(asset, link, float(middle[0]), float(middle[1]))
-    if not spans or spans[0][1] > low[2] + 0.4 * (high[2] - low[2]):
+    if not spans or spans[0][1] > lower[2] + 0.4 * (upper[2] - lower[2]):
         return None
-    floor, roof = spans[0][1], min([float(high[2]) - CLEARANCE_M, *(s[0] for s in spans[1:])])
+    floor, roof = spans[0][1], min([float(upper[2]) - CLEARANCE_M, *(s[0] for s in spans[1:])])
     if roof - floor < 0.03:
         return None
     center = np.array([[middle[0], middle[1], (floor + roof) / 2]])
@@ -208,25 +208,25 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
 
 def floor_collider(asset: Asset, region: Region) -> str | None:
     """Return the name of the body's collider that is the floor of a region; None where nothing is under its middle."""
-    low, high = region_bounds(asset, region)
-    middle = (low + high) / 2
+    lower, upper = region_bounds(asset, region)
+    middle = (lower + upper) / 2
     spans = _column(asset, asset.root, float(middle[0]), float(middle[1]))
-    under = [(round(abs(t - float(low[2])), 6), name) for _, t, name in spans if abs(t - low[2]) <= WALL_DISTANCE_M]
+    under = [(round(abs(t - float(lower[2])), 6), name) for _, t, name in spans if abs(t - lower[2]) <= WALL_DISTANCE_M]
     return min(under)[1] if under else None
 
 
-def _boards(asset: Asset, low: Floats, high: Floats, axis: int) -> list[tuple[float, float]]:
+def _boards(asset: Asset, lower: Floats, upper: Floats, axis: int) -> list[tuple[float, float]]:
     """Return both faces of each board across an axis within a box, ascending; boards, glass and wires count."""
     clouds = [surface_samples(v.mesh.vertices, v.mesh.faces.astype(np.int64), SAMPLES) for v in asset.root.visuals]
     points = np.concatenate(clouds)
     inset = np.full(3, WALL_DISTANCE_M)
     inset[axis] = MIN_REGION_M
-    points = points[((points > low + inset) & (points < high - inset)).all(axis=1)]
+    points = points[((points > lower + inset) & (points < upper - inset)).all(axis=1)]
     if not len(points):
         return []
     others = [k for k in range(3) if k != axis]
-    cell = np.floor((points[:, others] - low[others]) / (high - low)[others] * PLAN_CELLS).astype(np.int64)
-    slab = np.floor((points[:, axis] - low[axis]) / MAX_SHELF_THICKNESS_M).astype(np.int64)
+    cell = np.floor((points[:, others] - lower[others]) / (upper - lower)[others] * PLAN_CELLS).astype(np.int64)
+    slab = np.floor((points[:, axis] - lower[axis]) / MAX_SHELF_THICKNESS_M).astype(np.int64)
     filled = np.zeros((int(slab.max()) + 2, PLAN_CELLS, PLAN_CELLS), dtype=bool)
     filled[slab, cell[:, 0], cell[:, 1]] = True
     # A board may lie across the border of two slabs.
@@ -243,10 +243,10 @@ def _boards(asset: Asset, low: Floats, high: Floats, axis: int) -> list[tuple[fl
 
 def _faces(at: Floats) -> tuple[float, float]:
     """Return the first and last coordinate where many points are; what else crosses a board has fewer."""
-    low = float(at.min())
-    count = np.bincount(np.floor((at - low) / SAME_PLACE_M).astype(np.int64))
+    lower = float(at.min())
+    count = np.bincount(np.floor((at - lower) / SAME_PLACE_M).astype(np.int64))
     many = np.flatnonzero(count >= 0.25 * count.max())
-    return low + float(many[0]) * SAME_PLACE_M, low + float(many[-1] + 1) * SAME_PLACE_M
+    return lower + float(many[0]) * SAME_PLACE_M, lower + float(many[-1] + 1) * SAME_PLACE_M
 
 
 def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, float, str]]:
@@ -262,19 +262,19 @@ def _column(asset: Asset, link: Link, x: float, y: float) -> list[tuple[float, f
 
 def _upright(points: Floats, x: float, y: float) -> tuple[float, float] | None:
     """Return the bottom and top of a hull on a vertical line; None beside it."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    if not (low[0] <= x <= high[0] and low[1] <= y <= high[1]):
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    if not (lower[0] <= x <= upper[0] and lower[1] <= y <= upper[1]):
         return None
     try:
         planes = ConvexHull(points).equations
     except QhullError:
-        return float(low[2]), float(high[2])
+        return float(lower[2]), float(upper[2])
     off = -(planes[:, 0] * x + planes[:, 1] * y + planes[:, 3])
     up, down, level = planes[:, 2] > 1e-9, planes[:, 2] < -1e-9, np.abs(planes[:, 2]) <= 1e-9
     if (off[level] < -1e-9).any():
         return None
-    top = float((off[up] / planes[up, 2]).min(initial=float(high[2])))
-    bottom = float((off[down] / planes[down, 2]).max(initial=float(low[2])))
+    top = float((off[up] / planes[up, 2]).min(initial=float(upper[2])))
+    bottom = float((off[down] / planes[down, 2]).max(initial=float(lower[2])))
     return (bottom, top) if bottom < top else None
 
 

@@ -57,7 +57,7 @@ def is_drawer(
     panel: Panel, box_depth: float, whole: Floats, grip: PanelHandle | None, others: list[Panel]
 ) -> tuple[bool, float, str]:
     """Return whether a panel is the front of a drawer, with confidence and reason."""
-    deep = float(panel.high[2] - panel.low[2])
+    deep = float(panel.upper[2] - panel.lower[2])
     if deep > 0.34 * whole[2]:
         return True, 0.95, "it is deep, and seen from its front alone"
     if box_depth > 0.3 * whole[2]:
@@ -70,7 +70,7 @@ def is_drawer(
     if full or not centred:
         return False, 0.8, "it closes the front"
     stacked = any(
-        abs(o.low[0] - panel.low[0]) + abs(o.high[0] - panel.high[0]) < 0.03 for o in others if o is not panel
+        abs(o.lower[0] - panel.lower[0]) + abs(o.upper[0] - panel.upper[0]) < 0.03 for o in others if o is not panel
     )
     if grip is not None and not grip.is_upright and ratio >= 1.5 and stacked:
         return True, 0.7, "a wide front with a centred handle, above or below others"
@@ -79,15 +79,15 @@ def is_drawer(
     return False, 0.6, "no box behind it"
 
 
-def panel_handle(panel: Panel, low: Floats, high: Floats) -> PanelHandle | None:
+def panel_handle(panel: Panel, lower: Floats, upper: Floats) -> PanelHandle | None:
     """Return the handle of a panel: those grips that stand out at least 0.6 times as far as the farthest."""
     if not panel.grips:
         return None
-    out = [float(panel.low[2] - low[g, 2].min()) for g in panel.grips]
+    out = [float(panel.lower[2] - lower[g, 2].min()) for g in panel.grips]
     chosen = [i for g, s in zip(panel.grips, out, strict=True) if s >= 0.6 * max(out) for i in g]
-    a, b = low[chosen, :2].min(axis=0), high[chosen, :2].max(axis=0)
+    a, b = lower[chosen, :2].min(axis=0), upper[chosen, :2].max(axis=0)
     size = np.array([panel.width, panel.height])
-    return PanelHandle(((a + b) / 2 - panel.low[:2]) / size, b - a)
+    return PanelHandle(((a + b) / 2 - panel.lower[:2]) / size, b - a)
 
 
 def hinge_edge(panel: Panel, grip: PanelHandle | None, others: list[Panel], whole: Floats) -> HingeChoice:
@@ -127,10 +127,10 @@ def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) 
     beside = [
         o
         for o in others
-        if o is not panel and min(o.high[1], panel.high[1]) - max(o.low[1], panel.low[1]) > 0.5 * panel.height
+        if o is not panel and min(o.upper[1], panel.upper[1]) - max(o.lower[1], panel.lower[1]) > 0.5 * panel.height
     ]
-    right = sum(float(o.low[0]) >= float(panel.high[0]) - 0.01 for o in beside)
-    left = sum(float(o.high[0]) <= float(panel.low[0]) + 0.01 for o in beside)
+    right = sum(float(o.lower[0]) >= float(panel.upper[0]) - 0.01 for o in beside)
+    left = sum(float(o.upper[0]) <= float(panel.lower[0]) + 0.01 for o in beside)
     if right > left:
         return HingeChoice(HingeEdge.LEFT, HingeEdge.RIGHT, 0.75, "another front to its right")
     if left > right:
@@ -157,8 +157,8 @@ def _opposite(edge: HingeEdge) -> HingeEdge:
 def _stacked(panel: Panel, others: list[Panel], over: bool) -> bool:
     """Return whether a front of the same width lies right above a panel, or right below it."""
     for o in others:
-        gap = float(o.low[1] - panel.high[1]) if over else float(panel.low[1] - o.high[1])
-        flush = abs(float(o.low[0] - panel.low[0])) + abs(float(o.high[0] - panel.high[0])) < 0.03
+        gap = float(o.lower[1] - panel.upper[1]) if over else float(panel.lower[1] - o.upper[1])
+        flush = abs(float(o.lower[0] - panel.lower[0])) + abs(float(o.upper[0] - panel.upper[0])) < 0.03
         if o is not panel and flush and abs(gap) < 0.02 and o.height > 0.4 * panel.height:
             return True
     return False
@@ -169,12 +169,12 @@ def hinge_line(panel: Panel, edge: HingeEdge) -> tuple[Floats, Floats]:
 
     (u, v, w) is left-handed where w is depth; the axis is given for the right-handed frame right, up, towards viewer.
     """
-    w = float(panel.high[2] - HINGE_DEPTH_SHARE * (panel.high[2] - panel.low[2]))
-    u, v = (panel.low[:2] + panel.high[:2]) / 2
+    w = float(panel.upper[2] - HINGE_DEPTH_SHARE * (panel.upper[2] - panel.lower[2]))
+    u, v = (panel.lower[:2] + panel.upper[:2]) / 2
     if edge is HingeEdge.LEFT:
-        return np.array([0.0, -1.0, 0.0]), np.array([panel.low[0], v, w])
+        return np.array([0.0, -1.0, 0.0]), np.array([panel.lower[0], v, w])
     if edge is HingeEdge.RIGHT:
-        return np.array([0.0, 1.0, 0.0]), np.array([panel.high[0], v, w])
+        return np.array([0.0, 1.0, 0.0]), np.array([panel.upper[0], v, w])
     if edge is HingeEdge.BOTTOM:
-        return np.array([1.0, 0.0, 0.0]), np.array([u, panel.low[1], w])
-    return np.array([-1.0, 0.0, 0.0]), np.array([u, panel.high[1], w])
+        return np.array([1.0, 0.0, 0.0]), np.array([u, panel.lower[1], w])
+    return np.array([-1.0, 0.0, 0.0]), np.array([u, panel.upper[1], w])

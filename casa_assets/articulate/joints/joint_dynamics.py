@@ -38,13 +38,13 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
         behind: index of the part that has to stand open before, or None. names: of all links, the body first.
     """
     slides = part.joint.kind is JointKind.SLIDE
-    low, high = (r * metres if slides else r for r in part.joint.range)
-    way = high - low
+    lower, upper = (r * metres if slides else r for r in part.joint.range)
+    way = upper - lower
     axis = np.array(part.joint.axis)
     grip = next((c for c in link.colliders if c.label == "handle"), link.colliders[0] if link.colliders else None)
     arm = 1.0 if slides else _arm(link, grip, axis, part.kind in RIM_GRIPPED_KINDS)
     inertia = link.inertial.mass if slides else _about(link, axis)
-    spring = None if slides else _balance(link, axis, high)
+    spring = None if slides else _balance(link, axis, upper)
     feel = hand_dynamics.feel_against(spring, inertia, arm, max(way, MIN_TRAVEL), STARTS_N.get(part.kind, START_N))
     if part.kind is PartKind.BUTTON:
         spring = hand_dynamics.press(max(way, MIN_TRAVEL), hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
@@ -54,7 +54,7 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
         child=part.name,
         kind=part.joint.kind,
         axis=part.joint.axis,
-        range=(_seven(low), _seven(high)),
+        range=(_seven(lower), _seven(upper)),
         damping=feel.damping,
         frictionloss=feel.frictionloss,
         armature=feel.armature,

@@ -37,56 +37,56 @@ class Lid:
     """A lid with its hinge.
 
     Attributes:
-        fragments: all of it. knob: those of its knob. low, high: corners in the frame.
+        fragments: all of it. knob: those of its knob. lower, upper: corners in the frame.
         way: (3,) level unit direction from its middle to its hinge. opening_angle: how far it opens, rad.
     """
 
     fragments: list[int]
     knob: list[int]
-    low: Floats
-    high: Floats
+    lower: Floats
+    upper: Floats
     way: Floats
     opening_angle: float
 
     @property
     def hinge(self) -> tuple[Floats, Floats]:
         """Return the (3,) axis about which a positive rotation lifts it, and a point of it."""
-        middle = (self.low + self.high) / 2
-        return np.cross([0.0, 0.0, 1.0], self.way), middle + self.way * (self.high - self.low) / 2
+        middle = (self.lower + self.upper) / 2
+        return np.cross([0.0, 0.0, 1.0], self.way), middle + self.way * (self.upper - self.lower) / 2
 
 
-def find_lids(pieces: MeasuredFragments, taken: set[int]) -> list[Lid]:
+def find_lids(measured: MeasuredFragments, taken: set[int]) -> list[Lid]:
     """Return the lid of an object; none where several things look like one, as burners do."""
-    low, high = corners_from_side(pieces, TOP)
-    size = high - low
+    lower, upper = corners_from_side(measured, TOP)
+    size = upper - lower
     across = size[:, :2].max(axis=1)
     fits = (
         (across >= MIN_LID_WIDTH)
         & (size[:, :2].min(axis=1) >= across / 1.2)
         & (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * across)
     )
-    fits &= pieces.area <= MAX_AREA_SHARE * float(pieces.area.sum())
-    bare = pieces.visible_area[:, TOP] / np.maximum(size[:, 0] * size[:, 1], 1e-12)
+    fits &= measured.area <= MAX_AREA_SHARE * float(measured.area.sum())
+    bare = measured.visible_area[:, TOP] / np.maximum(size[:, 0] * size[:, 1], 1e-12)
     fits &= bare >= MIN_VISIBLE_SHARE_UNDER_BAIL
     fits[sorted(taken)] = False
-    discs = [i for i in np.flatnonzero(fits).tolist() if has_round_outline(pieces, TOP, [i], size[i, :2])]
+    discs = [i for i in np.flatnonzero(fits).tolist() if has_round_outline(measured, TOP, [i], size[i, :2])]
     if len(discs) != 1:
         return []
     disc = discs[0]
-    knob = _knob(low, high, disc, across)
-    host = _host(low, high, disc)
-    if host is None or not (knob or (bare[disc] >= MIN_VISIBLE_SHARE and _is_vessel(pieces, host))):
+    knob = _knob(lower, upper, disc, across)
+    host = _host(lower, upper, disc)
+    if host is None or not (knob or (bare[disc] >= MIN_VISIBLE_SHARE and _is_vessel(measured, host))):
         return []
     fragments = [disc, *knob]
-    corners = pieces.box(fragments)
-    held = _handle_side(pieces, host, fragments)
+    corners = measured.box(fragments)
+    held = _handle_side(measured, host, fragments)
     ways = sorted(range(len(HINGE_DIRECTIONS)), key=lambda k: (k != held, k))
-    lids = [_opened(pieces, Lid(fragments, knob, *corners, HINGE_DIRECTIONS[k], 0.0)) for k in ways]
+    lids = [_opened(measured, Lid(fragments, knob, *corners, HINGE_DIRECTIONS[k], 0.0)) for k in ways]
     wide = [lid for lid in lids if lid.opening_angle >= OPEN_ANGLE_RAD]
     return [wide[0] if wide else max(lids, key=lambda lid: lid.opening_angle)]
 
 
-def _handle_side(pieces: MeasuredFragments, host: int, lid: list[int]) -> int:
+def _handle_side(measured: MeasuredFragments, host: int, lid: list[int]) -> int:
     """Return the index of the direction to a vessel's handle, or away from its spout; backwards by default.
 
     Of what sticks out at the sides the tallest is the handle; under a bail what sticks out alone is the spout.
@@ -94,18 +94,18 @@ def _handle_side(pieces: MeasuredFragments, host: int, lid: list[int]) -> int:
     own = [host, *lid]
     reach = []
     for way in HINGE_DIRECTIONS:
-        out = pieces.low @ np.minimum(way, 0.0) + pieces.high @ np.maximum(way, 0.0)
+        out = measured.lower @ np.minimum(way, 0.0) + measured.upper @ np.maximum(way, 0.0)
         out = out - out[host]
         out[own] = 0.0
         rows = np.flatnonzero(out > MIN_HANDLE_REACH)
-        reach.append(float(pieces.high[rows, 2].max() - pieces.low[rows, 2].min()) if len(rows) else 0.0)
+        reach.append(float(measured.upper[rows, 2].max() - measured.lower[rows, 2].min()) if len(rows) else 0.0)
     best = int(np.argmax(reach))
     others = max(r for k, r in enumerate(reach) if k != best)
     if reach[best] <= MIN_HANDLE_HEIGHT_RATIO * others:
         return 0
-    low, high = pieces.box(lid)
-    over = (pieces.low[:, :2] < high[:2]).all(axis=1) & (pieces.high[:, :2] > low[:2]).all(axis=1)
-    over &= pieces.high[:, 2] > high[2] + MIN_HANDLE_REACH
+    lower, upper = measured.box(lid)
+    over = (measured.lower[:, :2] < upper[:2]).all(axis=1) & (measured.upper[:, :2] > lower[:2]).all(axis=1)
+    over &= measured.upper[:, 2] > upper[2] + MIN_HANDLE_REACH
     over[own] = False
     spout = others == 0.0 and bool(over.any())
     return (
@@ -115,12 +115,12 @@ def _handle_side(pieces: MeasuredFragments, host: int, lid: list[int]) -> int:
     )
 
 
-def _opened(pieces: MeasuredFragments, lid: Lid) -> Lid:
+def _opened(measured: MeasuredFragments, lid: Lid) -> Lid:
     """Return the lid with the angle to which it opens before it meets what it does not touch when shut."""
-    rows = np.zeros(len(pieces.label), dtype=bool)
-    rows[pieces.faces_of(lid.fragments)] = True
-    others = ~rows & (pieces.label >= 0)
-    points, faces = pieces.soup.points, pieces.soup.faces
+    rows = np.zeros(len(measured.label), dtype=bool)
+    rows[measured.faces_of(lid.fragments)] = True
+    others = ~rows & (measured.label >= 0)
+    points, faces = measured.mesh.points, measured.mesh.faces
     own = surface_samples(points, faces[rows], SAMPLES)
     tree = cKDTree(surface_samples(points, faces[others], 8 * SAMPLES))
     own = own[tree.query(own)[0] > CLEARANCE]
@@ -135,34 +135,34 @@ def _opened(pieces: MeasuredFragments, lid: Lid) -> Lid:
     return replace(lid, opening_angle=far)
 
 
-def _is_vessel(pieces: MeasuredFragments, host: int) -> bool:
+def _is_vessel(measured: MeasuredFragments, host: int) -> bool:
     """Return whether a fragment is open at the top and closed all around."""
-    size = pieces.high[host] - pieces.low[host]
-    closed = all(pieces.visible_area[host, s] >= 0.6 * size[a] * size[2] for s, a in ((FRONT, 0), (LEFT, 1)))
-    return closed and view_from_above(pieces, [host]).lid <= MAX_COVERED_MOUTH
+    size = measured.upper[host] - measured.lower[host]
+    closed = all(measured.visible_area[host, s] >= 0.6 * size[a] * size[2] for s, a in ((FRONT, 0), (LEFT, 1)))
+    return closed and view_from_above(measured, [host]).lid <= MAX_COVERED_MOUTH
 
 
-def _knob(low: Floats, high: Floats, disc: int, across: Floats) -> list[int]:
+def _knob(lower: Floats, upper: Floats, disc: int, across: Floats) -> list[int]:
     """Return the small fragments in the middle of a disc that stand up from it."""
-    off = np.linalg.norm((low + high)[:, :2] / 2 - (low + high)[disc, :2] / 2, axis=1)
+    off = np.linalg.norm((lower + upper)[:, :2] / 2 - (lower + upper)[disc, :2] / 2, axis=1)
     stands = (
-        (low[:, 2] < low[disc, 2] - 0.01)
-        & (high[:, 2] >= low[disc, 2] - MAX_GAP)
-        & (high[:, 2] <= high[disc, 2] + MAX_GAP)
+        (lower[:, 2] < lower[disc, 2] - 0.01)
+        & (upper[:, 2] >= lower[disc, 2] - MAX_GAP)
+        & (upper[:, 2] <= upper[disc, 2] + MAX_GAP)
     )
     found = stands & (off <= MAX_KNOB_OFFSET * across[disc]) & (across <= MAX_KNOB_WIDTH * across[disc])
     found[disc] = False
     return [int(i) for i in np.flatnonzero(found)]
 
 
-def _host(low: Floats, high: Floats, disc: int) -> int | None:
+def _host(lower: Floats, upper: Floats, disc: int) -> int | None:
     """Return the largest fragment that a disc lies on."""
-    under = (low[:, 2] <= high[disc, 2] + MAX_GAP) & (high[:, 2] > high[disc, 2] + MAX_GAP)
-    middle = (low[disc, :2] + high[disc, :2]) / 2
-    under &= (low[:, :2] <= middle).all(axis=1) & (high[:, :2] >= middle).all(axis=1)
+    under = (lower[:, 2] <= upper[disc, 2] + MAX_GAP) & (upper[:, 2] > upper[disc, 2] + MAX_GAP)
+    middle = (lower[disc, :2] + upper[disc, :2]) / 2
+    under &= (lower[:, :2] <= middle).all(axis=1) & (upper[:, :2] >= middle).all(axis=1)
     under[disc] = False
     rows = np.flatnonzero(under)
     if not len(rows):
         return None
-    foot = np.prod((high - low)[rows, :2], axis=1)
+    foot = np.prod((upper - lower)[rows, :2], axis=1)
     return int(rows[int(np.argmax(foot))])

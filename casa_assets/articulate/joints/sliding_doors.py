@@ -21,7 +21,7 @@ FRAME_TOLERANCE = 0.006
 MIN_HANDLE_OFFSET = 0.3
 
 
-def sliding_direction(pieces: MeasuredFragments, side: int, panel: Panel, grip: PanelHandle | None) -> float | None:
+def sliding_direction(measured: MeasuredFragments, side: int, panel: Panel, grip: PanelHandle | None) -> float | None:
     """Return 1 for a door that slides to the right, -1 to the left, None for one that does not slide.
 
     Args:
@@ -29,32 +29,32 @@ def sliding_direction(pieces: MeasuredFragments, side: int, panel: Panel, grip: 
     """
     if grip is None:
         return None
-    low, high = corners_from_side(pieces, side)
-    picture, near = pieces.depth_images[side], float(low[:, 2].min())
-    margin = 4 * picture.pixel
+    lower, upper = corners_from_side(measured, side)
+    image, near = measured.depth_images[side], float(lower[:, 2].min())
+    margin = 4 * image.pixel
     inset = 0.1 * panel.height
     frame = [
-        _depths(picture, (panel.low[0], panel.high[1]), (panel.high[0], panel.high[1] + margin)),
-        _depths(picture, (panel.low[0], panel.low[1] - margin), (panel.high[0], panel.low[1])),
+        _depths(image, (panel.lower[0], panel.upper[1]), (panel.upper[0], panel.upper[1] + margin)),
+        _depths(image, (panel.lower[0], panel.lower[1] - margin), (panel.upper[0], panel.lower[1])),
     ]
-    if all(float((f + near <= panel.low[2] + FRAME_TOLERANCE).mean()) < 0.4 for f in frame):
+    if all(float((f + near <= panel.lower[2] + FRAME_TOLERANCE).mean()) < 0.4 for f in frame):
         return None
     for sign in (1.0, -1.0):
-        edge = float(panel.high[0] if sign > 0 else panel.low[0])
+        edge = float(panel.upper[0] if sign > 0 else panel.lower[0])
         far = edge + sign * MIN_OPEN_SHARE * panel.width
-        if not float(low[:, 0].min()) <= far <= float(high[:, 0].max()):
+        if not float(lower[:, 0].min()) <= far <= float(upper[:, 0].max()):
             continue
         a, b = sorted((edge + sign * margin, far))
-        beside = _depths(picture, (a, panel.low[1] + inset), (b, panel.high[1] - inset))
-        clear = float((np.isfinite(beside) & (beside + near > panel.high[2] + MIN_NICHE_DEPTH)).mean())
+        beside = _depths(image, (a, panel.lower[1] + inset), (b, panel.upper[1] - inset))
+        clear = float((np.isfinite(beside) & (beside + near > panel.upper[2] + MIN_NICHE_DEPTH)).mean())
         place = float(grip.middle[0]) if sign < 0 else 1.0 - float(grip.middle[0])
         if clear >= 0.95 and place >= MIN_HANDLE_OFFSET:
             return sign
     return None
 
 
-def _depths(picture: DepthImage, low: tuple[Any, Any], high: tuple[Any, Any]) -> npt.NDArray[np.float64]:
+def _depths(image: DepthImage, lower: tuple[Any, Any], upper: tuple[Any, Any]) -> npt.NDArray[np.float64]:
     """Return the depths of the pixels of a rectangle in (u, v)."""
-    corners: Floats = np.array([low, high], dtype=np.float64)
-    row, column = picture.rows_columns(corners)
-    return picture.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
+    corners: Floats = np.array([lower, upper], dtype=np.float64)
+    row, column = image.rows_columns(corners)
+    return image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]

@@ -35,15 +35,15 @@ class CapFaces:
     owner: Ints
 
 
-def close_cuts(soup: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> CapFaces:
+def close_cuts(mesh: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: Mapping[int, float]) -> CapFaces:
     """Make the faces that close every part against what it was cut from.
 
     Args:
-        soup: cut, in the frame. owner: (F,) part of each face, -1 the body.
+        mesh: cut, in the frame. owner: (F,) part of each face, -1 the body.
         backs: depth of the back of each board, seen from the front, by its place in `parts`.
     """
-    edges, one, other = _borders(soup, owner)
-    depth = soup.points @ SIDES[FRONT][2]
+    edges, one, other = _borders(mesh, owner)
+    depth = mesh.points @ SIDES[FRONT][2]
     points: list[Floats] = []
     faces: list[Ints] = []
     owners: list[Ints] = []
@@ -57,11 +57,11 @@ def close_cuts(soup: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: 
             continue
         normal = SIDES[FRONT][2] if board else _inwards(part)
         level = float(max(backs[i], depth[edges[rows]].max(initial=backs[i]))) if board else None
-        shape, walls = _closed(soup.points, edges[rows], normal, level)
+        shape, walls = _closed(mesh.points, edges[rows], normal, level)
         if not len(shape[1]):
             continue
         far = int(np.bincount(other[rows] + 1).argmax()) - 1
-        open_back = board and _has_back(soup, owner == i)
+        open_back = board and _has_back(mesh, owner == i)
         against = shape[1][:walls] if open_back else shape[1]
         start = sum(len(p) for p in points)
         points.append(shape[0])
@@ -72,10 +72,10 @@ def close_cuts(soup: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: 
     return CapFaces(np.concatenate(points), np.concatenate(faces), np.concatenate(owners).astype(np.int64))
 
 
-def _borders(soup: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
+def _borders(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
     """Return edges between faces of two owners, both ways: (E, 2) points, the owner, the other owner."""
-    alive = np.flatnonzero((soup.areas > 0) & (soup.duplicate_of == np.arange(len(soup.faces))))
-    corners = soup.faces[alive]
+    alive = np.flatnonzero((mesh.areas > 0) & (mesh.duplicate_of == np.arange(len(mesh.faces))))
+    corners = mesh.faces[alive]
     directed = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
     mine = np.tile(owner[alive], 3)
     ends = np.sort(directed, axis=1)
@@ -102,11 +102,11 @@ def _inwards(part: PartPlan) -> Floats:
     return found
 
 
-def _has_back(soup: WeldedMesh, mine: Bools) -> bool:
+def _has_back(mesh: WeldedMesh, mine: Bools) -> bool:
     """Return whether a board has a surface that faces back."""
-    facing = soup.normals @ SIDES[FRONT][2]
-    front = float(soup.areas[mine & (facing < -0.8)].sum())
-    return float(soup.areas[mine & (facing > 0.8)].sum()) >= MIN_BACK_SHARE * front
+    facing = mesh.normals @ SIDES[FRONT][2]
+    front = float(mesh.areas[mine & (facing < -0.8)].sum())
+    return float(mesh.areas[mine & (facing > 0.8)].sum()) >= MIN_BACK_SHARE * front
 
 
 def _closed(points: Floats, edges: Ints, normal: Floats, level: float | None) -> tuple[tuple[Floats, Ints], int]:

@@ -38,27 +38,27 @@ class Protrusion:
     """A small thing that stands out of a side, such as a knob, a button or a handle.
 
     Attributes:
-        rows, columns: half-open ranges of its pixels. low, high: (2,) corners in (u, v).
+        rows, columns: half-open ranges of its pixels. lower, upper: (2,) corners in (u, v).
         protrusion: how far it stands out at most. area: of its picture.
     """
 
     rows: tuple[int, int]
     columns: tuple[int, int]
-    low: Floats
-    high: Floats
+    lower: Floats
+    upper: Floats
     protrusion: float
     area: float
 
     @property
     def long(self) -> float:
         """Return the ratio of the longer to the shorter side."""
-        size = self.high - self.low
+        size = self.upper - self.lower
         return float(size.max() / max(float(size.min()), 1e-9))
 
     @property
     def middle(self) -> Floats:
         """Return the (2,) middle of its rectangle."""
-        found: Floats = (self.low + self.high) / 2
+        found: Floats = (self.lower + self.upper) / 2
         return found
 
 
@@ -67,12 +67,12 @@ class SideRelief:
     """Depth image of one side, with protrusions and depth edges.
 
     Attributes:
-        picture: what is seen. depth: (H, W) without infinities. base: (H, W) depth with small things taken off.
+        image: what is seen. depth: (H, W) without infinities. base: (H, W) depth with small things taken off.
         blob: (H, W) number of the thing in `blobs` that stands out there, -1 for none.
         across, along: (H, W) edges between a pixel and the one at its right, below it.
     """
 
-    picture: DepthImage
+    image: DepthImage
     depth: Floats
     base: Floats
     blob: Ints
@@ -81,18 +81,18 @@ class SideRelief:
     along: Bools
 
 
-def measure_relief(soup: WeldedMesh, side: int) -> SideRelief:
+def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
     """Analyse a side of a soup that is in the frame."""
-    picture = render_depth(soup.points, soup.faces, SIDES[side], PIXELS)
-    depth = np.where(picture.face >= 0, picture.depth, BACKGROUND_DEPTH)
+    image = render_depth(mesh.points, mesh.faces, SIDES[side], PIXELS)
+    depth = np.where(image.face >= 0, image.depth, BACKGROUND_DEPTH)
     base = depth
     for window in WINDOWS:
-        base = np.maximum(base, _closed(depth, max(3, round(window / picture.pixel))))
+        base = np.maximum(base, _closed(depth, max(3, round(window / image.pixel))))
     # Where closing reaches past the outline there is no ground to stand out of.
     base = np.where(base > BACKGROUND_DEPTH / 2, depth, base)
-    blob, blobs = _blobs(picture, depth, base)
-    across, along = _edges(soup, side, picture, depth)
-    return SideRelief(picture, depth, base, blob, blobs, across, along)
+    blob, blobs = _blobs(image, depth, base)
+    across, along = _edges(mesh, side, image, depth)
+    return SideRelief(image, depth, base, blob, blobs, across, along)
 
 
 def _closed(depth: Floats, size: int) -> Floats:
@@ -102,7 +102,7 @@ def _closed(depth: Floats, size: int) -> Floats:
     return closed
 
 
-def _blobs(picture: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:
+def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:
     """Find connected protruding regions; of nested ones the widest that is a small thing, not a frame or a board."""
     out = base - depth
     found = np.full(depth.shape, -1, dtype=np.int64)
@@ -115,9 +115,9 @@ def _blobs(picture: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tupl
         number, _ = label((out > level) & (found < 0))
         for i, (rows, columns) in enumerate(find_objects(number), start=1):
             mask = number[rows, columns] == i
-            if mask.sum() < MIN_PIXELS or min(mask.shape) * picture.pixel < MIN_SIZE:
+            if mask.sum() < MIN_PIXELS or min(mask.shape) * image.pixel < MIN_SIZE:
                 continue
-            blob = _blob(picture, rows, columns, mask, out)
+            blob = _blob(image, rows, columns, mask, out)
             if _sits(mask, seen, rows, columns) < MIN_GROUND_SHARE:
                 continue
             # What touches one that was found is its rim, or the rest of the frame from which it rose.
@@ -139,19 +139,19 @@ def _around(span: slice) -> slice:
     return slice(max(0, span.start - 1), span.stop + 1)
 
 
-def _blob(picture: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
+def _blob(image: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
     """Measure one protruding region."""
     height = out.shape[0]
-    low = picture.low + picture.pixel * np.array([columns.start, height - rows.stop])
-    high = picture.low + picture.pixel * np.array([columns.stop, height - rows.start])
+    lower = image.lower + image.pixel * np.array([columns.start, height - rows.stop])
+    upper = image.lower + image.pixel * np.array([columns.stop, height - rows.start])
     stands = float(np.percentile(out[rows, columns][mask], 95))
-    area = float(mask.sum()) * picture.pixel**2
-    return Protrusion((rows.start, rows.stop), (columns.start, columns.stop), low, high, stands, area)
+    area = float(mask.sum()) * image.pixel**2
+    return Protrusion((rows.start, rows.stop), (columns.start, columns.stop), lower, upper, stands, area)
 
 
 def _is_small(blob: Protrusion) -> bool:
     """Return whether a region is a knob, a button or a bar, by its size and by how much of its rectangle it fills."""
-    size = blob.high - blob.low
+    size = blob.upper - blob.lower
     fill = blob.area / float(np.prod(size))
     if size.max() <= MAX_SMALL_SIZE:
         return fill >= 0.4
@@ -162,12 +162,12 @@ def _is_small(blob: Protrusion) -> bool:
     )
 
 
-def _edges(soup: WeldedMesh, side: int, picture: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
+def _edges(mesh: WeldedMesh, side: int, image: DepthImage, depth: Floats) -> tuple[Bools, Bools]:
     """Mark pixels that step, or bend inwards, against the one to their right, and the one below.
 
     Outward bends are left out: they are the facets of a bulging front, while a gap always has an inward one.
     """
-    normals = soup.normals[np.maximum(picture.face, 0)]
+    normals = mesh.normals[np.maximum(image.face, 0)]
     across, along = np.zeros(depth.shape, dtype=bool), np.zeros(depth.shape, dtype=bool)
     for found, axis, way in ((across, 1, SIDES[side][0]), (along, 0, -SIDES[side][1])):
         a = (slice(None), slice(None, -1)) if axis else (slice(None, -1), slice(None))
@@ -184,14 +184,14 @@ def dilate(mask: Bools, pixels: int) -> Bools:
     return found
 
 
-def edge_lines(relief_: SideRelief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
+def edge_lines(relief: SideRelief, upright: bool, pixels: int) -> tuple[Bools, Bools]:
     """Return edges along one direction, each a few pixels wide, and the mask where no protrusion hides the ground.
 
     Returns:
         (H, W) edges and (H, W) mask; transposed for upright lines, so that a line is always a row.
     """
-    edges = relief_.across if upright else relief_.along
-    hidden = dilate(relief_.blob >= 0, 2)
+    edges = relief.across if upright else relief.along
+    hidden = dilate(relief.blob >= 0, 2)
     axis = 1 if upright else 0
     thick: Bools = maximum_filter1d((edges & ~hidden).astype(np.uint8), 2 * pixels + 1, axis=axis).astype(bool)
     free = ~hidden

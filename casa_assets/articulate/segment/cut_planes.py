@@ -23,14 +23,14 @@ class CutPlane:
 
     Attributes:
         side: of SIDES. axis: 0, 1 or 2 of its (right, up, depth). at: the value there.
-        low, high: (3,) limits in (right, up, depth); those along `axis` do not count.
+        lower, upper: (3,) limits in (right, up, depth); those along `axis` do not count.
     """
 
     side: int
     axis: int
     at: float
-    low: Floats
-    high: Floats
+    lower: Floats
+    upper: Floats
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class CutTriangles:
         )
 
 
-def cut_triangles(points: Floats, faces: Ints, knives: Sequence[CutPlane]) -> CutTriangles:
+def cut_triangles(points: Floats, faces: Ints, planes: Sequence[CutPlane]) -> CutTriangles:
     """Cut triangles wherever an edge meets a plane; triangles that share an edge share the new point.
 
     Args:
@@ -77,8 +77,8 @@ def cut_triangles(points: Floats, faces: Ints, knives: Sequence[CutPlane]) -> Cu
     """
     made: list[tuple[Ints, Ints, Floats]] = []
     parent = np.arange(len(faces))
-    for knife in knives:
-        found = _cut(points, faces, knife)
+    for plane in planes:
+        found = _cut(points, faces, plane)
         if found is None:
             continue
         (a, b, share), faces, kept = found
@@ -89,10 +89,10 @@ def cut_triangles(points: Floats, faces: Ints, knives: Sequence[CutPlane]) -> Cu
     return CutTriangles(tuple(made), faces[order], parent[order])
 
 
-def _cut(points: Floats, faces: Ints, knife: CutPlane) -> tuple[tuple[Ints, Ints, Floats], Ints, Ints] | None:
+def _cut(points: Floats, faces: Ints, plane: CutPlane) -> tuple[tuple[Ints, Ints, Floats], Ints, Ints] | None:
     """Return new points, triangles, and the parent of each; None where the plane meets nothing."""
-    axes = SIDES[knife.side]
-    level = points @ axes[knife.axis] - knife.at
+    axes = SIDES[plane.side]
+    level = points @ axes[plane.axis] - plane.at
     over = level[faces] > 0
     near = np.flatnonzero(over.any(axis=1) & ~over.all(axis=1))
     ends = np.sort(np.concatenate([faces[near][:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
@@ -101,8 +101,8 @@ def _cut(points: Floats, faces: Ints, knife: CutPlane) -> tuple[tuple[Ints, Ints
     fall = level[b] - level[a]
     share = np.where(np.abs(fall) > 1e-15, -level[a] / np.where(fall == 0, 1.0, fall), -1.0)
     at = (points[a] + share[:, None] * (points[b] - points[a])) @ axes.T
-    others = [i for i in range(3) if i != knife.axis]
-    inside = ((at >= knife.low - PLANE_OVERLAP) & (at <= knife.high + PLANE_OVERLAP))[:, others].all(axis=1)
+    others = [i for i in range(3) if i != plane.axis]
+    inside = ((at >= plane.lower - PLANE_OVERLAP) & (at <= plane.upper + PLANE_OVERLAP))[:, others].all(axis=1)
     good = inside & (share > MIN_END_SHARE) & (share < 1 - MIN_END_SHARE)
     if not good.any():
         return None

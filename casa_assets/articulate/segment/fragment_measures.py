@@ -33,14 +33,14 @@ class MeasuredFragments:
 
     Attributes:
         label: (F,) fragment of each face, -1 for none.
-        low, high: (N, 3) corners of each. area: (N,) surface.
+        lower, upper: (N, 3) corners of each. area: (N,) surface.
         visible_area: (N, 6) area of its picture from each of SIDES. depth_images: those pictures, of faces.
     """
 
-    soup: WeldedMesh
+    mesh: WeldedMesh
     label: Ints
-    low: Floats
-    high: Floats
+    lower: Floats
+    upper: Floats
     area: Floats
     visible_area: Floats
     depth_images: tuple[DepthImage, ...]
@@ -59,33 +59,33 @@ class MeasuredFragments:
     def box(self, fragments: Sequence[int]) -> tuple[Floats, Floats]:
         """Return the (3,) lower and upper corner of the box around some fragments."""
         rows = list(fragments)
-        return self.low[rows].min(axis=0), self.high[rows].max(axis=0)
+        return self.lower[rows].min(axis=0), self.upper[rows].max(axis=0)
 
     def points_of(self, fragments: Sequence[int]) -> Floats:
         """Return the (P, 3) points that some fragments use."""
-        found: Floats = self.soup.points[np.unique(self.soup.faces[self.faces_of(fragments)])]
+        found: Floats = self.mesh.points[np.unique(self.mesh.faces[self.faces_of(fragments)])]
         return found
 
 
-def measure_fragments(soup: WeldedMesh, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
+def measure_fragments(mesh: WeldedMesh, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
     """Measure the fragments of a soup that is in the frame, from rendered depth images of six sides."""
     count = int(label.max()) + 1 if len(label) else 0
     alive = np.flatnonzero(label >= 0)
-    corners = soup.points[soup.faces[alive]]
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, label[alive], corners.min(axis=1))
-    np.maximum.at(high, label[alive], corners.max(axis=1))
-    area = np.bincount(label[alive], soup.areas[alive], count).astype(np.float64)
-    pictures = tuple(render_depth(soup.points, soup.faces, axes, pixels) for axes in SIDES)
+    corners = mesh.points[mesh.faces[alive]]
+    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(lower, label[alive], corners.min(axis=1))
+    np.maximum.at(upper, label[alive], corners.max(axis=1))
+    area = np.bincount(label[alive], mesh.areas[alive], count).astype(np.float64)
+    images = tuple(render_depth(mesh.points, mesh.faces, axes, pixels) for axes in SIDES)
     seen = np.zeros((count, len(SIDES)))
-    for i, picture in enumerate(pictures):
-        shown = label[picture.face[picture.face >= 0]]
-        seen[:, i] = np.bincount(shown[shown >= 0], minlength=count) * picture.pixel**2
-    return MeasuredFragments(soup, label, low, high, area, seen, pictures)
+    for i, image in enumerate(images):
+        visible = label[image.face[image.face >= 0]]
+        seen[:, i] = np.bincount(visible[visible >= 0], minlength=count) * image.pixel**2
+    return MeasuredFragments(mesh, label, lower, upper, area, seen, images)
 
 
-def corners_from_side(pieces: MeasuredFragments, side: int) -> tuple[Floats, Floats]:
+def corners_from_side(measured: MeasuredFragments, side: int) -> tuple[Floats, Floats]:
     """Return the (N, 3) lower and upper corners of fragments in the axes of a side: right, up, depth."""
     axes = SIDES[side]
-    a, b = pieces.low @ axes.T, pieces.high @ axes.T
+    a, b = measured.lower @ axes.T, measured.upper @ axes.T
     return np.minimum(a, b), np.maximum(a, b)

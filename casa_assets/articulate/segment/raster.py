@@ -24,19 +24,19 @@ class DepthImage:
     Attributes:
         face: (H, W) index of the face that is seen, -1 where there is none; row 0 is at the top.
         depth: (H, W) distance along the view from the nearest corner of the box, units of the mesh; inf for none.
-        low: (2,) corner of the picture in (right, up). pixel: edge of a pixel, units of the mesh.
+        lower: (2,) corner of the picture in (right, up). pixel: edge of a pixel, units of the mesh.
     """
 
     face: Ints
     depth: Floats
-    low: Floats
+    lower: Floats
     pixel: float
 
     def rows_columns(self, flat: Floats) -> tuple[Ints, Ints]:
         """Return the row and column of (N, 2) points given in (right, up), clipped to the image."""
         height, width = self.face.shape
-        column = np.floor((flat[:, 0] - self.low[0]) / self.pixel).astype(np.int64)
-        row = height - 1 - np.floor((flat[:, 1] - self.low[1]) / self.pixel).astype(np.int64)
+        column = np.floor((flat[:, 0] - self.lower[0]) / self.pixel).astype(np.int64)
+        row = height - 1 - np.floor((flat[:, 1] - self.lower[1]) / self.pixel).astype(np.int64)
         return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
 
 
@@ -49,18 +49,18 @@ def render_depth(points: Floats, faces: Ints, axes: Floats, size_px: int) -> Dep
         size_px: pixels along the longer side.
     """
     flat = points @ axes.T
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    span = np.maximum(high - low, 1e-12)
+    lower, upper = flat.min(axis=0), flat.max(axis=0)
+    span = np.maximum(upper - lower, 1e-12)
     pixel = float(max(span[0], span[1])) / size_px
     width, height = (max(1, int(np.ceil(s / pixel - 1e-9))) for s in span[:2])
-    grid = (flat - low) / np.array([pixel, pixel, span[2]])
+    grid = (flat - lower) / np.array([pixel, pixel, span[2]])
     buffer = np.full(height * width, np.iinfo(np.int64).max)
     for start, stop in _chunks(grid[:, 1], faces):
         _write(buffer, width, height, grid, faces, start, stop)
     seen = buffer != np.iinfo(np.int64).max
     face = np.where(seen, buffer & 0xFFFFFFFF, -1).reshape(height, width)[::-1]
     depth = np.where(seen, (buffer >> 32) / _STEPS * span[2], np.inf).reshape(height, width)[::-1]
-    return DepthImage(face, depth, low[:2], pixel)
+    return DepthImage(face, depth, lower[:2], pixel)
 
 
 def _chunks(rows: Floats, faces: Ints) -> list[tuple[int, int]]:
@@ -130,7 +130,7 @@ def _depth(
     right = ((v[:, 1] * u[:, 2] - u[:, 1] * v[:, 2]) / safe)[index]
     up = ((u[:, 0] * v[:, 2] - v[:, 0] * u[:, 2]) / safe)[index]
     near = a[index, 2] + (x - a[index, 0]) * right + (y - a[index, 1]) * up
-    low, high = (np.clip(f(corners[:, :, 2], axis=1), 0.0, 1.0)[index] for f in (np.min, np.max))
-    far = np.clip(near + right * (count - 1), low, high)
-    near = np.clip(near, low, high)
+    lower, upper = (np.clip(f(corners[:, :, 2], axis=1), 0.0, 1.0)[index] for f in (np.min, np.max))
+    far = np.clip(near + right * (count - 1), lower, upper)
+    near = np.clip(near, lower, upper)
     return near * _STEPS, (far - near) * _STEPS / np.maximum(count - 1, 1)

@@ -75,8 +75,8 @@ def cross_rays(points: Floats, faces: Ints, axis: int, spots: Floats) -> RayCros
     for start in range(0, len(faces), CHUNK):
         corners = points[faces[start : start + CHUNK]]
         flat = corners[:, :, [a, b]]
-        low, high = flat.min(axis=1), flat.max(axis=1)
-        over = (low[None] <= spots[:, None]).all(axis=2) & (spots[:, None] <= high[None]).all(axis=2)
+        lower, upper = flat.min(axis=1), flat.max(axis=1)
+        over = (lower[None] <= spots[:, None]).all(axis=2) & (spots[:, None] <= upper[None]).all(axis=2)
         line, face = np.nonzero(over)
         p, q, r = (flat[face, k] - spots[line] for k in range(3))
         u, v, w = _cross(q, r), _cross(r, p), _cross(p, q)
@@ -104,9 +104,9 @@ def _cross(p: Floats, q: Floats) -> Floats:
     return found
 
 
-def sample_grid(low: Floats, high: Floats, count: int, inset: float = 0.0) -> Floats:
+def sample_grid(lower: Floats, upper: Floats, count: int, inset: float = 0.0) -> Floats:
     """Return (count * count, 2) points that fill a rectangle evenly; `inset` of its size stays free on every side."""
     share = inset + (1 - 2 * inset) * (np.arange(count) + 0.5013) / count
-    x, y = (low[k] + share * (high[k] - low[k]) for k in (0, 1))
+    x, y = (lower[k] + share * (upper[k] - lower[k]) for k in (0, 1))
     found: Floats = np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2)
     return found

@@ -24,7 +24,7 @@ _BOARDS = frozenset({PartKind.DOOR, PartKind.DRAWER})
 
 
 def cut_shell_parts(
-    model: RawModel, fragmentation: Fragmentation, found: Articulation
+    model: RawModel, fragmentation: Fragmentation, articulation: Articulation
 ) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Cut a model along the borders of the parts found on its shell; unchanged where there is no shell.
 
@@ -36,76 +36,76 @@ def cut_shell_parts(
         the parts over their faces.
     """
     placed, shell = fragmentation.mesh, fragmentation.shell
-    if shell is None or not found.parts:
-        return model, placed, found
-    owner = _owner(found, len(placed.faces))
+    if shell is None or not articulation.parts:
+        return model, placed, articulation
+    owner = _owner(articulation, len(placed.faces))
     zone = shell_zones(shell, placed, np.arange(len(owner)))
     part_of = _parts_of_zones(placed, zone, owner, shell)
     if not len(part_of):
-        return model, placed, found  # controls stand on the shell, and nothing is cut out of it
-    blades = shell_cut_planes(shell, placed, np.flatnonzero(part_of >= 0).tolist())
-    model, parent = _cut(model, found.frame, blades)
-    soup = weld_model(model).in_frame(found.frame)
-    fresh = shell_zones(shell, soup, parent)
+        return model, placed, articulation  # controls stand on the shell, and nothing is cut out of it
+    planes = shell_cut_planes(shell, placed, np.flatnonzero(part_of >= 0).tolist())
+    model, parent = _cut(model, articulation.frame, planes)
+    mesh = weld_model(model).in_frame(articulation.frame)
+    fresh = shell_zones(shell, mesh, parent)
     parted = np.bincount(parent, minlength=len(owner))[parent] > 1
     new = owner[parent]
     new = np.where(parted & (fresh >= 0), part_of[np.maximum(fresh, 0)], new)
     new = np.where(parted & (fresh < 0) & (zone[parent] >= 0), -1, new)
-    nearest = float((soup.points @ SIDES[FRONT][2]).min())
+    nearest = float((mesh.points @ SIDES[FRONT][2]).min())
     backs = {
         int(part_of[i]): nearest + back
         for i, (_, back) in enumerate(shell.fronts)
-        if part_of[i] >= 0 and found.parts[part_of[i]].kind in _BOARDS
+        if part_of[i] >= 0 and articulation.parts[part_of[i]].kind in _BOARDS
     }
-    closing = close_cuts(soup, new, found.parts, backs)
-    found = _over(found, parent, new, closing)
+    closing = close_cuts(mesh, new, articulation.parts, backs)
+    articulation = _over(articulation, parent, new, closing)
     if len(closing.faces):
-        model = model.replace(parts=(*model.parts, _cap_part(model, found.frame, closing)))
-        soup = weld_model(model).in_frame(found.frame)
-    return model, soup, found
+        model = model.replace(parts=(*model.parts, _cap_part(model, articulation.frame, closing)))
+        mesh = weld_model(model).in_frame(articulation.frame)
+    return model, mesh, articulation
 
 
-def _owner(found: Articulation, count: int) -> Ints:
+def _owner(articulation: Articulation, count: int) -> Ints:
     """Return the (F,) index of the part that each face belongs to, -1 for the body."""
     owner = np.full(count, -1, dtype=np.int64)
-    for i, part in enumerate(found.parts):
+    for i, part in enumerate(articulation.parts):
         owner[part.faces] = i
     return owner
 
 
-def _parts_of_zones(soup: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
+def _parts_of_zones(mesh: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:
     """Return the (Z,) part that has most of the area of each zone, -1 for the body."""
     count = len(shell.fronts) + len(shell.front.blobs) + len(shell.top.blobs)
     share = np.zeros((count, int(owner.max()) + 2))
     rows = zone >= 0
-    np.add.at(share, (zone[rows], owner[rows] + 1), soup.areas[rows])
+    np.add.at(share, (zone[rows], owner[rows] + 1), mesh.areas[rows])
     found: Ints = np.argmax(share, axis=1) - 1
     return found
 
 
-def _cut(model: RawModel, frame: Frame, blades: list[CutPlane]) -> tuple[RawModel, Ints]:
+def _cut(model: RawModel, frame: Frame, planes: list[CutPlane]) -> tuple[RawModel, Ints]:
     """Cut the triangles of a model; also return the triangle that each was part of."""
     parts, parents = [], []
     start = 0
     for raw in model.parts:
         mesh = raw.mesh
         place = (mesh.vertices - np.array(frame.origin)) @ frame.rotation.T * frame.scale
-        done = cut_triangles(place, mesh.faces.astype(np.int64), blades)
+        done = cut_triangles(place, mesh.faces.astype(np.int64), planes)
         parts.append(raw.replace(mesh=done.interpolate_mesh(mesh, done.faces)))
         parents.append(done.parent + start)
         start += len(mesh.faces)
     return model.replace(parts=tuple(parts)), np.concatenate(parents)
 
 
-def _over(found: Articulation, parent: Ints, owner: Ints, closing: CapFaces) -> Articulation:
+def _over(articulation: Articulation, parent: Ints, owner: Ints, closing: CapFaces) -> Articulation:
     """Return the parts over the cut faces and their closing faces, which are numbered after all others."""
     parts = []
-    for i, part in enumerate(found.parts):
+    for i, part in enumerate(articulation.parts):
         own = np.flatnonzero(owner == i)
         held = np.isin(parent[own], part.grip)
         more = len(parent) + np.flatnonzero(closing.owner == i)
         parts.append(part.replace(faces=np.concatenate([own, more]), grip=own[held]))
-    return found.replace(parts=tuple(parts))
+    return articulation.replace(parts=tuple(parts))
 
 
 def _cap_part(model: RawModel, frame: Frame, closing: CapFaces) -> RawPart:

@@ -90,164 +90,167 @@ def fragment_mesh(mesh: WeldedMesh) -> Fragmentation:
     return Fragmentation(mesh, shell, mesh.fragment_labels if shell is None else _split_shell(shell, mesh))
 
 
-def _split_shell(shell: FusedShell, soup: WeldedMesh) -> Ints:
+def _split_shell(shell: FusedShell, mesh: WeldedMesh) -> Ints:
     """Return the (F,) fragment labels of a mesh with the parts of its shell as fragments of their own."""
-    label = soup.fragment_labels
-    zone = shell_zones(shell, soup, np.arange(len(label)))
+    label = mesh.fragment_labels
+    zone = shell_zones(shell, mesh, np.arange(len(label)))
     fresh = int(label.max()) + 1
     number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
     out = np.where(zone >= 0, fresh + number[np.maximum(zone, 0)], label)
-    for group in _behind(shell, soup, zone):
+    for group in _behind(shell, mesh, zone):
         out[group] = int(out.max()) + 1
     return out
 
 
-def find_shell(soup: WeldedMesh) -> FusedShell | None:
+def find_shell(mesh: WeldedMesh) -> FusedShell | None:
     """Find the one piece of a mesh that holds several fused parts; None where each part is its own piece."""
-    label = soup.fragment_labels
-    mine = _shell(soup, label)
+    label = mesh.fragment_labels
+    mine = _shell(mesh, label)
     if not mine.any():
         return None
-    around = [render_depth(soup.points, soup.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
-    front, top = measure_relief(soup, FRONT), measure_relief(soup, TOP)
-    seen = front.picture.face[front.picture.face >= 0]
-    if (
-        float(mine[seen].mean()) < MIN_SHELL_VISIBLE
-        or boxiness(soup, [front.picture, top.picture, *around]) < MIN_BOXINESS
-    ):
+    around = [render_depth(mesh.points, mesh.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
+    front, top = measure_relief(mesh, FRONT), measure_relief(mesh, TOP)
+    seen = front.image.face[front.image.face >= 0]
+    if float(mine[seen].mean()) < MIN_SHELL_VISIBLE or boxiness(mesh, [front.image, top.image, *around]) < MIN_BOXINESS:
         return None
-    shown = np.zeros(len(label), dtype=bool)
-    shown[seen] = True
-    flat, deep = _seen_from(soup, FRONT)
+    visible = np.zeros(len(label), dtype=bool)
+    visible[seen] = True
+    flat, deep = _seen_from(mesh, FRONT)
     fronts = []
-    filled = [leaf for leaf in merge_stairs(front, find_front_rectangles(front)) if _may_open(soup, front, leaf, deep)]
+    filled = [
+        rectangle
+        for rectangle in merge_stairs(front, find_front_rectangles(front))
+        if _may_open(mesh, front, rectangle, deep)
+    ]
     marked = len(filled) >= MIN_PLAIN_FRONTS or any(is_surrounded(front, b, FLAT_MARGIN) for b in front.blobs)
-    for leaf in filled:
+    for rectangle in filled:
         beside = (
-            marked and any(_beside(front, leaf, o) for o in filled) and _pixels(leaf) < WHOLE_SIDE_SHARE * len(seen)
+            marked
+            and any(_beside(front, rectangle, o) for o in filled)
+            and _pixels(rectangle) < WHOLE_SIDE_SHARE * len(seen)
         )
-        if any(is_handle(front, front.blobs[i]) for i in leaf.blobs) or beside:
-            inside = mine & _in_leaf(front, leaf, flat)
-            fronts.append((leaf, leaf.plane + _thickness(soup, inside, flat[:, 2] - leaf.plane, deep)))
+        if any(is_handle(front, front.blobs[i]) for i in rectangle.blobs) or beside:
+            inside = mine & _in_leaf(front, rectangle, flat)
+            fronts.append((rectangle, rectangle.plane + _thickness(mesh, inside, flat[:, 2] - rectangle.plane, deep)))
     skin = np.zeros(len(label), dtype=bool)
-    for picture in around:
-        skin[picture.face[picture.face >= 0]] = True
-    return FusedShell(mine, shown, skin, front, top, tuple(fronts))
+    for image in around:
+        skin[image.face[image.face >= 0]] = True
+    return FusedShell(mine, visible, skin, front, top, tuple(fronts))
 
 
-def shell_cut_planes(shell: FusedShell, soup: WeldedMesh, chosen: Sequence[int]) -> list[CutPlane]:
+def shell_cut_planes(shell: FusedShell, mesh: WeldedMesh, chosen: Sequence[int]) -> list[CutPlane]:
     """Return cut planes around and behind each chosen front, and under each chosen protrusion.
 
     Args:
         chosen: numbers of zones, as `zones` gives them.
     """
-    nearest = float((soup.points @ SIDES[FRONT][2]).min())
+    nearest = float((mesh.points @ SIDES[FRONT][2]).min())
     out = []
-    for leaf, back in (shell.fronts[i] for i in chosen if i < len(shell.fronts)):
-        a, b = rectangle_corners(shell.front, leaf)
-        low, high = np.append(a, nearest - 1.0), np.append(b, nearest + back)
-        out += [CutPlane(FRONT, axis, float(end[axis]), low, high) for axis in (0, 1) for end in (low, high)]
-        out.append(CutPlane(FRONT, 2, nearest + back, low, high))
+    for rectangle, back in (shell.fronts[i] for i in chosen if i < len(shell.fronts)):
+        a, b = rectangle_corners(shell.front, rectangle)
+        lower, upper = np.append(a, nearest - 1.0), np.append(b, nearest + back)
+        out += [CutPlane(FRONT, axis, float(end[axis]), lower, upper) for axis in (0, 1) for end in (lower, upper)]
+        out.append(CutPlane(FRONT, 2, nearest + back, lower, upper))
     first = len(shell.fronts)
     for side, view in ((FRONT, shell.front), (TOP, shell.top)):
-        nearest = float((soup.points @ SIDES[side][2]).min())
+        nearest = float((mesh.points @ SIDES[side][2]).min())
         for number, blob in enumerate(view.blobs):
             if first + number in chosen:
-                rim = 3 * view.picture.pixel
-                low, high = np.append(blob.low - rim, nearest), np.append(blob.high + rim, nearest)
-                out.append(CutPlane(side, 2, nearest + _foot(view, number), low, high))
+                rim = 3 * view.image.pixel
+                lower, upper = np.append(blob.lower - rim, nearest), np.append(blob.upper + rim, nearest)
+                out.append(CutPlane(side, 2, nearest + _foot(view, number), lower, upper))
         first += len(view.blobs)
     return out
 
 
-def shell_zones(shell: FusedShell, soup: WeldedMesh, parent: Ints) -> Ints:
+def shell_zones(shell: FusedShell, mesh: WeldedMesh, parent: Ints) -> Ints:
     """Return the (F',) zone of each face: fronts first, then protrusions of the front, then of the top; -1 for none.
 
     Args:
-        soup: that of the shell, or cut. parent: (F',) face of the shell's soup that each face is part of.
+        mesh: that of the shell, or cut. parent: (F',) face of the shell's soup that each face is part of.
     """
     free = shell.mine[parent]
     out = np.full(len(parent), -1, dtype=np.int64)
-    flat, deep = _seen_from(soup, FRONT)
+    flat, deep = _seen_from(mesh, FRONT)
     falls = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * deep)
-    for i, (leaf, back) in enumerate(shell.fronts):
-        inside = free & _in_leaf(shell.front, leaf, flat)
+    for i, (rectangle, back) in enumerate(shell.fronts):
+        inside = free & _in_leaf(shell.front, rectangle, flat)
         # A bulging front falls off towards its edges.
-        out[inside & ((flat[:, 2] <= back) | (shell.shown[parent] & (flat[:, 2] <= leaf.plane + falls)))] = i
+        out[inside & ((flat[:, 2] <= back) | (shell.shown[parent] & (flat[:, 2] <= rectangle.plane + falls)))] = i
     plain = out < 0
     first = len(shell.fronts)
-    _take_blobs(out, free, shell.front, soup, FRONT, first)
-    _take_blobs(out, free & plain & (out < 0), shell.top, soup, TOP, first + len(shell.front.blobs))
+    _take_blobs(out, free, shell.front, mesh, FRONT, first)
+    _take_blobs(out, free & plain & (out < 0), shell.top, mesh, TOP, first + len(shell.front.blobs))
     return out
 
 
-def _behind(shell: FusedShell, soup: WeldedMesh, zone: Ints) -> list[Ints]:
+def _behind(shell: FusedShell, mesh: WeldedMesh, zone: Ints) -> list[Ints]:
     """Return groups of faces behind fronts, each connected: boxes of drawers, walls and shelves."""
-    flat, _ = _seen_from(soup, FRONT)
+    flat, _ = _seen_from(mesh, FRONT)
     out = []
-    for leaf, _ in shell.fronts:
-        low, high = rectangle_corners(shell.front, leaf)
-        within = ((flat[:, :2] >= low + BEHIND_MARGIN) & (flat[:, :2] <= high - BEHIND_MARGIN)).all(axis=1)
+    for rectangle, _ in shell.fronts:
+        lower, upper = rectangle_corners(shell.front, rectangle)
+        within = ((flat[:, :2] >= lower + BEHIND_MARGIN) & (flat[:, :2] <= upper - BEHIND_MARGIN)).all(axis=1)
         rows = np.flatnonzero(shell.mine & within & ~shell.skin & (zone < 0))
-        out += [g for g in _hanging_together(soup, rows) if float(soup.areas[g].sum()) >= MIN_AREA_BEHIND]
+        out += [g for g in _hanging_together(mesh, rows) if float(mesh.areas[g].sum()) >= MIN_AREA_BEHIND]
     return out
 
 
-def _seen_from(soup: WeldedMesh, side: int) -> tuple[Floats, float]:
+def _seen_from(mesh: WeldedMesh, side: int) -> tuple[Floats, float]:
     """Return the (F, 3) middles of faces as right, up and depth from the nearest point; and the whole depth."""
-    flat = soup.points[soup.faces].mean(axis=1) @ SIDES[side].T
-    depth = soup.points @ SIDES[side][2]
+    flat = mesh.points[mesh.faces].mean(axis=1) @ SIDES[side].T
+    depth = mesh.points @ SIDES[side][2]
     flat[:, 2] -= float(depth.min())
     return flat, float(np.ptp(depth))
 
 
-def _in_leaf(front: SideRelief, leaf: FrontRectangle, flat: Floats) -> Bools:
+def _in_leaf(front: SideRelief, rectangle: FrontRectangle, flat: Floats) -> Bools:
     """Mark the (F,) faces whose middle is in a rectangle, at any depth."""
-    row, column = front.picture.rows_columns(flat[:, :2])
-    found: Bools = (row >= leaf.rows[0]) & (row < leaf.rows[1])
-    return found & (column >= leaf.columns[0]) & (column < leaf.columns[1])
+    row, column = front.image.rows_columns(flat[:, :2])
+    found: Bools = (row >= rectangle.rows[0]) & (row < rectangle.rows[1])
+    return found & (column >= rectangle.columns[0]) & (column < rectangle.columns[1])
 
 
-def _shell(soup: WeldedMesh, label: Ints) -> Bools:
+def _shell(mesh: WeldedMesh, label: Ints) -> Bools:
     """Mark the (F,) faces of the piece that makes up most of the object; none where there is no such piece."""
     alive = label >= 0
     none: Bools = np.zeros(len(label), dtype=bool)
     if not alive.any():
         return none
-    area = np.bincount(label[alive], soup.areas[alive])
+    area = np.bincount(label[alive], mesh.areas[alive])
     most = int(np.argmax(area))
     mine: Bools = label == most
-    points = soup.points[soup.faces[mine]].reshape(-1, 3)
-    whole = np.ptp(soup.points, axis=0)
+    points = mesh.points[mesh.faces[mine]].reshape(-1, 3)
+    whole = np.ptp(mesh.points, axis=0)
     large = bool((np.ptp(points, axis=0) >= MIN_SHELL_EXTENT * whole).all())
     return mine if large and area[most] >= MIN_SHELL_AREA * area.sum() else none
 
 
-def _thickness(soup: WeldedMesh, inside: Bools, behind: Floats, deep: float) -> float:
+def _thickness(mesh: WeldedMesh, inside: Bools, behind: Floats, deep: float) -> float:
     """Return the thickness of a front: up to its back where that is visible, else a usual value; diagonals."""
     most = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * deep)
-    facing = soup.normals @ SIDES[FRONT][2] > 0.8
+    facing = mesh.normals @ SIDES[FRONT][2] > 0.8
     rows = np.flatnonzero(inside & facing & (behind > 0.004) & (behind < most))
-    least = MIN_BACK_SHARE * float(soup.areas[inside & (behind < most)].sum())
-    if not len(rows) or float(soup.areas[rows].sum()) < least:
+    least = MIN_BACK_SHARE * float(mesh.areas[inside & (behind < most)].sum())
+    if not len(rows) or float(mesh.areas[rows].sum()) < least:
         return min(USUAL_THICKNESS, most)
     order = rows[np.argsort(behind[rows], kind="stable")]
-    reach = np.cumsum(soup.areas[order])
+    reach = np.cumsum(mesh.areas[order])
     return float(behind[order[np.searchsorted(reach, 0.9 * reach[-1])]]) + 0.002
 
 
-def boxiness(soup: WeldedMesh, views: Sequence[DepthImage]) -> float:
+def boxiness(mesh: WeldedMesh, views: Sequence[DepthImage]) -> float:
     """Return the share of the visible area that faces along an axis, over all given views."""
-    along = np.abs(soup.normals).max(axis=1) > AXIS_ALIGNED_COS
+    along = np.abs(mesh.normals).max(axis=1) > AXIS_ALIGNED_COS
     area = [(float((v.face >= 0).sum()), float(along[v.face[v.face >= 0]].sum()), v.pixel**2) for v in views]
     return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
 
 
-def _hanging_together(soup: WeldedMesh, rows: Ints) -> list[Ints]:
+def _hanging_together(mesh: WeldedMesh, rows: Ints) -> list[Ints]:
     """Group faces that share points; each group is ascending, and tiny groups are dropped."""
     if not len(rows):
         return []
-    used, local = np.unique(soup.faces[rows], return_inverse=True)
+    used, local = np.unique(mesh.faces[rows], return_inverse=True)
     local = local.reshape(-1, 3)
     ends = np.concatenate([local[:, [0, 1]], local[:, [1, 2]]])
     graph = coo_matrix((np.ones(len(ends), dtype=np.int8), (ends[:, 0], ends[:, 1])), shape=(len(used), len(used)))
@@ -256,30 +259,33 @@ def _hanging_together(soup: WeldedMesh, rows: Ints) -> list[Ints]:
     return [rows[of_face == k] for k in range(count) if (of_face == k).sum() >= 12]
 
 
-def _may_open(soup: WeldedMesh, front: SideRelief, leaf: FrontRectangle, deep: float) -> bool:
+def _may_open(mesh: WeldedMesh, front: SideRelief, rectangle: FrontRectangle, deep: float) -> bool:
     """Return whether a rectangle may be a front: filled, not far back, and facing the viewer."""
-    window = slice(*leaf.rows), slice(*leaf.columns)
-    if float((front.depth[window] < BACKGROUND_DEPTH / 2).mean()) < MIN_COVERAGE or leaf.plane > MAX_START_DEPTH * deep:
+    window = slice(*rectangle.rows), slice(*rectangle.columns)
+    if (
+        float((front.depth[window] < BACKGROUND_DEPTH / 2).mean()) < MIN_COVERAGE
+        or rectangle.plane > MAX_START_DEPTH * deep
+    ):
         return False
-    ground = front.picture.face[window][(front.blob[window] < 0) & (front.picture.face[window] >= 0)]
-    towards = np.abs(soup.normals[ground] @ SIDES[FRONT][2]) > FACING_COS
+    ground = front.image.face[window][(front.blob[window] < 0) & (front.image.face[window] >= 0)]
+    towards = np.abs(mesh.normals[ground] @ SIDES[FRONT][2]) > FACING_COS
     return bool(len(ground)) and float(towards.mean()) >= MIN_FACING_SHARE
 
 
-def _beside(front: SideRelief, leaf: FrontRectangle, other: FrontRectangle) -> bool:
+def _beside(front: SideRelief, rectangle: FrontRectangle, other: FrontRectangle) -> bool:
     """Return whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
-    apart = abs(leaf.plane - other.plane)
-    least, gap = MIN_RECTANGLE_SIDE / front.picture.pixel, MAX_SEAM_WIDTH / front.picture.pixel
-    spans = [(leaf.rows, other.rows), (leaf.columns, other.columns)]
+    apart = abs(rectangle.plane - other.plane)
+    least, gap = MIN_RECTANGLE_SIDE / front.image.pixel, MAX_SEAM_WIDTH / front.image.pixel
+    spans = [(rectangle.rows, other.rows), (rectangle.columns, other.columns)]
     over = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in spans]
-    slim = min(b - a for m in (leaf, other) for a, b in (m.rows, m.columns)) < least
+    slim = min(b - a for m in (rectangle, other) for a, b in (m.rows, m.columns)) < least
     meet = any(-gap <= over[i] <= 0 and over[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1))
-    return leaf is not other and meet and not slim and apart <= FLUSH_TOLERANCE
+    return rectangle is not other and meet and not slim and apart <= FLUSH_TOLERANCE
 
 
-def _pixels(leaf: FrontRectangle) -> int:
+def _pixels(rectangle: FrontRectangle) -> int:
     """Return the area of a rectangle in pixels."""
-    return (leaf.rows[1] - leaf.rows[0]) * (leaf.columns[1] - leaf.columns[0])
+    return (rectangle.rows[1] - rectangle.rows[0]) * (rectangle.columns[1] - rectangle.columns[0])
 
 
 def _foot(view: SideRelief, number: int) -> float:
@@ -288,17 +294,17 @@ def _foot(view: SideRelief, number: int) -> float:
     return ground - min(CUT_DISTANCE, 0.3 * view.blobs[number].protrusion)
 
 
-def _take_blobs(out: Ints, free: Bools, view: SideRelief, soup: WeldedMesh, side: int, first: int) -> None:
+def _take_blobs(out: Ints, free: Bools, view: SideRelief, mesh: WeldedMesh, side: int, first: int) -> None:
     """Number the faces of each thing that stands out, from `first` on.
 
     Long triangles that reach from it far over the ground are neither: they would make both larger than they are.
     """
     if not view.blobs:
         return
-    corners_ = soup.points[soup.faces] @ SIDES[side].T
-    corners_[:, :, 2] -= float((soup.points @ SIDES[side][2]).min())
+    corners_ = mesh.points[mesh.faces] @ SIDES[side].T
+    corners_[:, :, 2] -= float((mesh.points @ SIDES[side][2]).min())
     middle = corners_.mean(axis=1)
-    row, column = view.picture.rows_columns(middle[:, :2])
+    row, column = view.image.rows_columns(middle[:, :2])
     nearest = corners_[:, :, 2].min(axis=1)
     for number, blob in enumerate(view.blobs):
         rows = slice(max(0, blob.rows[0] - 2), blob.rows[1] + 2)
@@ -306,9 +312,9 @@ def _take_blobs(out: Ints, free: Bools, view: SideRelief, soup: WeldedMesh, side
         mask = np.zeros(view.blob.shape, dtype=bool)
         mask[rows, columns] = dilate(view.blob[rows, columns] == number, 1)
         foot = _foot(view, number)
-        rim = max(OUTLINE_TOLERANCE, 3 * view.picture.pixel)
-        within = ((corners_[:, :, :2] >= blob.low - rim) & (corners_[:, :, :2] <= blob.high + rim)).all(axis=(1, 2))
+        rim = max(OUTLINE_TOLERANCE, 3 * view.image.pixel)
+        within = ((corners_[:, :, :2] >= blob.lower - rim) & (corners_[:, :, :2] <= blob.upper + rim)).all(axis=(1, 2))
         mine = free & mask[row, column] & (middle[:, 2] < foot)
         out[mine & within] = first + number
-        near = ((middle[:, :2] >= blob.low - rim) & (middle[:, :2] <= blob.high + rim)).all(axis=1)
+        near = ((middle[:, :2] >= blob.lower - rim) & (middle[:, :2] <= blob.upper + rim)).all(axis=1)
         out[free & near & ~(mine & within) & (nearest < foot - 0.4 * blob.protrusion)] = -1

@@ -128,16 +128,16 @@ def _regions(asset: Asset, category: str) -> Iterator[Region]:
             yield part.replace(name=name)
     filled = {r.link for r in inner}
     for drawer in (k.name for k in asset.links if k.name not in filled and link_label(asset, k.name) == "drawer"):
-        room = region_in_drawer(asset, drawer)
-        if room is not None:
-            word = _word(asset, room, category)
+        inner_region = region_in_drawer(asset, drawer)
+        if inner_region is not None:
+            word = _word(asset, inner_region, category)
             number = count.get(word, 0)
             count[word] = number + 1
-            yield room.replace(name=f"{word}{number}" if word.endswith("drawer") else word)
+            yield inner_region.replace(name=f"{word}{number}" if word.endswith("drawer") else word)
     for rack in racks:
-        room = region_over_rack(asset, rack, [r for r in inner if r.link == "object"])
-        if room is not None:
-            yield room.replace(name=rack)
+        inner_region = region_over_rack(asset, rack, [r for r in inner if r.link == "object"])
+        if inner_region is not None:
+            yield inner_region.replace(name=rack)
 
 
 def _word(asset: Asset, region: Region, category: str) -> str:
@@ -215,7 +215,7 @@ def _with_cup(asset: Asset) -> Asset:
     if place is None:
         return asset
     x, y, _ = (round(float(v), 4) for v in place.middle)
-    z, tall = place.low[2], float(place.size[2])
+    z, tall = place.lower[2], float(place.size[2])
     stream = Pose(position=(x, y, round(z + 0.6 * tall, 4)))
     size = (STREAM_M, STREAM_M, round(0.8 * tall, 4))
     sites = (
@@ -248,12 +248,12 @@ def _region(name: str, hollow: Niche) -> Region:
 
 def _with_tray(asset: Asset) -> Asset:
     """Name the floor of a microwave without turntable its tray."""
-    room = next((r for r in asset.regions if r.name == "int"), None)
+    cavity = next((r for r in asset.regions if r.name == "int"), None)
     shapes = {c.name for k in asset.links for c in k.colliders}
     regions = {r.name for r in asset.regions}
-    if room is not None and "tray" not in regions:
-        asset = asset.replace(regions=(*asset.regions, room.replace(name="tray")))
-    under = floor_collider(asset, room) if room is not None and "tray" not in shapes else None
+    if cavity is not None and "tray" not in regions:
+        asset = asset.replace(regions=(*asset.regions, cavity.replace(name="tray")))
+    under = floor_collider(asset, cavity) if cavity is not None and "tray" not in shapes else None
     if under is None:
         return asset
     colliders = tuple(c.replace(name="tray") if c.name == under else c for c in asset.root.colliders)
@@ -262,12 +262,12 @@ def _with_tray(asset: Asset) -> Asset:
 
 def _with_lamp(asset: Asset) -> Asset:
     """Add a lamp under the roof of the highest region of a fridge."""
-    rooms = [r for r in asset.regions if r.name.startswith("fridge_shelf")]
-    if not rooms:
+    shelves = [r for r in asset.regions if r.name.startswith("fridge_shelf")]
+    if not shelves:
         return asset
-    high = max(rooms, key=lambda r: (round(_middle(asset, r)[2], 4), r.name))
-    x, y, z = _middle(asset, high)
-    at = (round(float(x), 4), round(float(y), 4), round(float(z) + high.size[2] / 2 - 0.012, 4))
+    highest = max(shelves, key=lambda r: (round(_middle(asset, r)[2], 4), r.name))
+    x, y, z = _middle(asset, highest)
+    at = (round(float(x), 4), round(float(y), 4), round(float(z) + highest.size[2] / 2 - 0.012, 4))
     return asset.replace(
         sites=(*asset.sites, Site(name="lamp", pose=Pose(position=at), radius=0.01, color=LAMP_OFF_RGBA))
     )

@@ -221,9 +221,9 @@ def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
             small, large = sorted(doors, key=lambda p: float(p.size[2]))
             parts = [(small, "freezer_door"), (large, "fridge_door")]
     elif len(doors) == 3:
-        low = min(doors, key=lambda p: _mm(p, 2))
-        left, right = [p for p in doors if p is not low]
-        parts = [(left, "fridge_left_door"), (right, "fridge_right_door"), (low, "freezer_door")]
+        lower = min(doors, key=lambda p: _mm(p, 2))
+        left, right = [p for p in doors if p is not lower]
+        parts = [(left, "fridge_left_door"), (right, "fridge_right_door"), (lower, "freezer_door")]
     names: dict[str, RuntimeName] = {}
     for place, word in parts:
         names |= _named(place, word)

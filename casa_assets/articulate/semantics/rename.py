@@ -30,21 +30,21 @@ KNOB_SETTING_RANGE_RAD = math.radians(300)
 AXIS_SNAP_COS = math.cos(math.radians(3))
 
 
-def rename_for_runtime(asset: Asset, found: Articulation, category: str) -> tuple[Asset, dict[str, str]]:
+def rename_for_runtime(asset: Asset, articulation: Articulation, category: str) -> tuple[Asset, dict[str, str]]:
     """Rename an asset for its category and annotate it; return it with part name -> joint name.
 
     Parts that the category has no names for keep their own, as do all parts of an object without a category. The
     contract is the intended one: the checks decide whether it is met.
     """
-    boxes = {p.name: link_bounds(asset, p.name) for p in found.parts}
+    boxes = {p.name: link_bounds(asset, p.name) for p in articulation.parts}
     places = [
         PlacedPart(p, (boxes[p.name][0] + boxes[p.name][1]) / 2, boxes[p.name][1] - boxes[p.name][0])
-        for p in found.parts
+        for p in articulation.parts
     ]
     burners = find_burners(asset) if category in ("hob", "range") else ()
     names = runtime_names(places, category, burners)
-    called = {p.name: names.get(p.name, RuntimeName(p.name, f"{p.name}_joint")) for p in found.parts}
-    plain = {p.name for p in found.parts if p.name in names and p.kind in _PLAIN_AXES}
+    called = {p.name: names.get(p.name, RuntimeName(p.name, f"{p.name}_joint")) for p in articulation.parts}
+    plain = {p.name for p in articulation.parts if p.name in names and p.kind in _PLAIN_AXES}
     joints = {part: name.joint for part, name in called.items()}
     links = {part: name.link for part, name in called.items()}
     spelled = {f"{part}_joint": joint for part, joint in joints.items()}
@@ -69,8 +69,10 @@ def main_region(asset: Asset) -> Region:
         pose = asset.asset_from_link(link.name)
         clouds += [pose.apply(v.mesh.vertices) for v in link.visuals if v.label not in _OUTSIDE]
     points = np.concatenate(clouds or [asset.bounds])
-    low, high = points.min(axis=0), points.max(axis=0)
-    return Region(name="main", pose=Pose(position=_vec((low + high) / 2)), size=_vec(np.maximum(high - low, 1e-3)))
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    return Region(
+        name="main", pose=Pose(position=_vec((lower + upper) / 2)), size=_vec(np.maximum(upper - lower, 1e-3))
+    )
 
 
 def _link(link: Link, called: Mapping[str, RuntimeName]) -> Link:
@@ -106,8 +108,8 @@ def _joint(joint: Joint, called: Mapping[str, RuntimeName], spelled: Mapping[str
         return fresh
     x, y, z = (-c if c else 0.0 for c in fresh.axis)
     drive = None if fresh.drive is None else fresh.drive.replace(target=-fresh.drive.target)
-    low, high = fresh.range
-    return fresh.replace(axis=(x, y, z), range=(-high, -low if low else 0.0), drive=drive)
+    lower, upper = fresh.range
+    return fresh.replace(axis=(x, y, z), range=(-upper, -lower if lower else 0.0), drive=drive)
 
 
 def _setting(joint: Joint, known: bool) -> Joint:

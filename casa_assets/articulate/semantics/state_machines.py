@@ -96,8 +96,8 @@ def _burners(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
         rules += [Rule(variable=name, to=v, when=(Condition(joint=joint.name, interval=s),)) for v, s in spans]
         for value, strength in (("low", 0.5), ("high", 1.0)):
             for kind in (EffectKind.SHOW, EffectKind.HEAT):
-                shown = Effect(variable=name, value=value, kind=kind, target=site, strength=strength)
-                effects.append(shown.replace(color=FLAME) if kind is EffectKind.SHOW else shown)
+                visible = Effect(variable=name, value=value, kind=kind, target=site, strength=strength)
+                effects.append(visible.replace(color=FLAME) if kind is EffectKind.SHOW else visible)
     return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
 
 
@@ -190,16 +190,16 @@ def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     variables = [Variable(name="water", values=("off", "low", "high"), initial="off")]
     rules = [Rule(variable="water", to=v, when=(Condition(joint=handle.name, interval=i),)) for v, i in levels.items()]
     if other is not None:
-        low, high = other.range
-        middle = (low + high) / 2
+        lower, upper = other.range
+        middle = (lower + upper) / 2
         variables.append(Variable(name="temperature", values=("cold", "hot"), initial="cold"))
-        for value, span in (("cold", (low - STOP_SLACK, middle)), ("hot", (middle, high + STOP_SLACK))):
+        for value, span in (("cold", (lower - STOP_SLACK, middle)), ("hot", (middle, upper + STOP_SLACK))):
             rules.append(Rule(variable="temperature", to=value, when=(Condition(joint=other.name, interval=span),)))
     effects = []
     for value, strength in (("low", 0.5), ("high", 1.0)):
-        shown = _effects(asset, "water", value, EffectKind.SHOW, ("water",), WATER)
-        shown += _effects(asset, "water", value, EffectKind.FLOW, ("water",), WATER)
-        effects += [e.replace(strength=strength) for e in shown]
+        visible = _effects(asset, "water", value, EffectKind.SHOW, ("water",), WATER)
+        visible += _effects(asset, "water", value, EffectKind.FLOW, ("water",), WATER)
+        effects += [e.replace(strength=strength) for e in visible]
     return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects))
 
 

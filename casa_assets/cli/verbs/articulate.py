@@ -75,7 +75,7 @@ def articulate(
     for done in run(requests, jobs):
         every.append(done)
         _tell(done, console)
-        if report and done.found is not None:
+        if report and done.articulation is not None:
             _print_parts(done, console)
     if review:
         console.print(f"{review_page.write(out, every)}", highlight=False)
@@ -110,13 +110,13 @@ def _axis(word: str, option: str) -> Vec3 | None:
 def _tell(done: ArticulateOutcome, console: Console) -> None:
     """Print one line for the outcome of a mesh, and one for each warning."""
     name = escape(terminal_safe(done.mesh.name))
-    if done.found is None:
+    if done.articulation is None:
         console.print(f"[red]{done.code}[/] {escape(terminal_safe(done.message))}", highlight=False)
         return
-    count = sum(not p.added for p in done.found.parts)
+    count = sum(not p.added for p in done.articulation.parts)
     whole = sum(t.whole for t in done.travels.values())
-    rooms = sum(r.built for r in done.found.rooms)
-    added = f", {pluralize(rooms, 'interior')} added" if rooms else ""
+    cavities = sum(r.built for r in done.articulation.cavities)
+    added = f", {pluralize(cavities, 'interior')} added" if cavities else ""
     way = "goes all its way" if len(done.travels) == 1 else "go all their way"
     message = f"{pluralize(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
     mark = (
@@ -147,22 +147,24 @@ def _print_parts(done: ArticulateOutcome, console: Console) -> None:
 
 def _table(done: ArticulateOutcome) -> Table:
     """Return the table of all parts with confidence and runner-up, for --report."""
-    assert done.found is not None
-    frame = done.found.frame
+    assert done.articulation is not None
+    frame = done.articulation.frame
     title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (
         f"; next: {frame.runner_up}" if frame.runner_up else ""
     )
     table = Table(
         "part", "on", "joint", "goes", "confidence", "reason", "else", title=escape(title), title_justify="left"
     )
-    for part in done.found.parts:
+    for part in done.articulation.parts:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         reason = "; ".join(w for w in (part.reason, joint.reason) if w)
         way = done.travels.get(part.name)
         goes = "" if way is None else "all" if way.whole else f"{min(way.free, way.reached):.0%} {way.against}"
         table.add_row(part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", reason, joint.runner_up)
-    for room in done.found.rooms:
-        if room.built:
-            table.add_row(f"+ {room.filling.value}", room.parts[0], "", "", f"{room.confidence:.0%}", room.reason, "")
+    for cavity in done.articulation.cavities:
+        if cavity.built:
+            table.add_row(
+                f"+ {cavity.interior.value}", cavity.parts[0], "", "", f"{cavity.confidence:.0%}", cavity.reason, ""
+            )
     return table

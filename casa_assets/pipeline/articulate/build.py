@@ -72,16 +72,16 @@ class ArticulateResult:
     """The articulated asset of a mesh, before anything is written, and how it was made.
 
     Attributes:
-        found: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
-        brief: what the asset needs besides its geometry. confidence: of the category, and why; `size`, of the scale.
+        articulation: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
+        spec: what the asset needs besides its geometry. confidence: of the category, and why; `size`, of the scale.
         joints: part name -> joint name, once renamed. unmet_checks: what keeps it from meeting its category's contract.
     """
 
     asset: Asset
-    found: Articulation
+    articulation: Articulation
     placed: WeldedMesh
     model: RawModel
-    brief: AssetSpec
+    spec: AssetSpec
     category: Category
     confidence: tuple[float, str]
     size: tuple[float, str]
@@ -92,20 +92,22 @@ class ArticulateResult:
 
     def with_joints(self, joints: Mapping[str, JointPlan]) -> ArticulateResult:
         """Return the result with other joints for some parts."""
-        parts = tuple(p.replace(joint=joints[p.name]) if p.name in joints else p for p in self.found.parts)
-        found = self.found.replace(parts=parts)
+        parts = tuple(p.replace(joint=joints[p.name]) if p.name in joints else p for p in self.articulation.parts)
+        found = self.articulation.replace(parts=parts)
         return (
-            replace(self, found=found, asset=assemble(self.model, self.placed, found, self.brief)) if joints else self
+            replace(self, articulation=found, asset=assemble(self.model, self.placed, found, self.spec))
+            if joints
+            else self
         )
 
     def with_runtime_names(self) -> ArticulateResult:
         """Return the result under the names that runtimes look for, where the category has any."""
         known = self.category.id if self.confidence[0] >= NAMING_CONFIDENCE else ""
-        asset, joints = rename_for_runtime(self.asset, self.found, known)
+        asset, joints = rename_for_runtime(self.asset, self.articulation, known)
         return replace(self, asset=asset, joints=joints)
 
 
-def build(wish: ArticulateRequest) -> ArticulateResult:
+def build(request: ArticulateRequest) -> ArticulateResult:
     """Build the asset of a mesh, and record the decisions.
 
     Raises:
@@ -113,30 +115,30 @@ def build(wish: ArticulateRequest) -> ArticulateResult:
         CasaError: what the user asks for does not exist, or does not go together.
     """
     known = registry.load()
-    one = find_input(wish.mesh)
+    one = find_input(request.mesh)
     bundle = collect(one, known.limits)
     model = load(bundle, known.limits)
-    soup = weld_model(model)
-    frame = _frame(soup, model, wish)
-    placed = soup.in_frame(frame)
+    mesh = weld_model(model)
+    frame = _frame(mesh, model, request)
+    placed = mesh.in_frame(frame)
     fragmentation = fragment_mesh(placed)
-    stated = stated_category(one, wish.category or wish.decisions.category or "")
+    stated = stated_category(one, request.category or request.decisions.category or "")
     found = infer_articulation(fragmentation, frame, stated)
-    kind = _kind(one, wish, model, placed, found)
+    kind = _kind(one, request, model, placed, found)
     category, confidence, reason = kind.category, kind.confidence, kind.reason
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
-    unit, certain, size = _unit(longest, model, wish, category if kind.id else None)
+    unit, certain, size = _unit(longest, model, request, category if kind.id else None)
     found = found.replace(frame=frame.replace(metres=unit / frame.scale), category=kind.id)
-    found = apply_decisions(found, placed, wish.decisions)
+    found = apply_decisions(found, placed, request.decisions)
     if not found.parts:
-        raise Rejected(NOTHING_MOVES, f"{wish.mesh.name}: no moving part found")
+        raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
     model, placed, found = cut_shell_parts(model, fragmentation, found)
-    model, placed, found = add_interiors(model, placed, found, kind.id, wish.decisions, wish.complete)
+    model, placed, found = add_interiors(model, placed, found, kind.id, request.decisions, request.complete)
     guesses = (
         Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),
         Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, reason=size),
     )
-    brief = AssetSpec(
+    spec = AssetSpec(
         asset_id=Identity(Producer.ARTICULATE, bundle.sha256).asset_id(category.id),
         metres=unit / frame.scale,
         category=category,
@@ -144,21 +146,21 @@ def build(wish: ArticulateRequest) -> ArticulateResult:
         substance=known.substances[category.substance],
         provenance=one.source.provenance(bundle.sha256, guesses),
     )
-    asset = assemble(model, placed, found, brief)
+    asset = assemble(model, placed, found, spec)
     words = ((confidence, reason), (certain, size))
-    return ArticulateResult(asset, found, placed, model, brief, category, *words, longest * unit, one.source)
+    return ArticulateResult(asset, found, placed, model, spec, category, *words, longest * unit, one.source)
 
 
 def _kind(
-    one: Found, wish: ArticulateRequest, model: RawModel, placed: WeldedMesh, found: Articulation
+    one: Found, request: ArticulateRequest, model: RawModel, placed: WeldedMesh, articulation: Articulation
 ) -> CategoryGuess:
     """Return the category; where CLIP is used, it sees the closed object."""
 
     def seen() -> tuple[str, float, str]:
-        assert wish.clip is not None
+        assert request.clip is not None
         known = registry.load()
         any_thing = known.category(registry.FALLBACK)
-        brief = AssetSpec(
+        spec = AssetSpec(
             asset_id=f"{any_thing.id}_{'0' * 10}",
             metres=1.0,
             category=any_thing,
@@ -166,39 +168,39 @@ def _kind(
             substance=known.substances[any_thing.substance],
             provenance=one.source.provenance("0" * 64, ()),
         )
-        closed = Articulation(frame=found.frame.replace(metres=1.0))
-        return classify_by_look(assemble(model, placed, closed, brief), load_scorer(wish.clip))
+        closed = Articulation(frame=articulation.frame.replace(metres=1.0))
+        return classify_by_look(assemble(model, placed, closed, spec), load_scorer(request.clip))
 
     x, y, z = (float(v) for v in np.ptp(placed.points, axis=0))
-    ordered = wish.category or wish.decisions.category or ""
-    return guess_category(one, (x, y, z), found, ordered, None if wish.clip is None else seen)
+    ordered = request.category or request.decisions.category or ""
+    return guess_category(one, (x, y, z), articulation, ordered, None if request.clip is None else seen)
 
 
 def _unit(
-    longest: float, model: RawModel, wish: ArticulateRequest, category: Category | None
+    longest: float, model: RawModel, request: ArticulateRequest, category: Category | None
 ) -> tuple[float, float, str]:
     """Return the metres in a unit for a longest side in units, the confidence, and the reason."""
     unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
-    wanted = wish.size_m or wish.decisions.size_m
+    wanted = request.size_m or request.decisions.size_m
     if wanted and abs(wanted / (longest * unit) - 1) > SIZE_TOLERANCE:
         return wanted / longest, 1.0, GIVEN_REASON
     return unit, certain, why
 
 
-def _frame(soup: WeldedMesh, model: RawModel, wish: ArticulateRequest) -> Frame:
+def _frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Frame:
     """Return the frame that is given, or the guess; decisions that repeat the guess leave it a guess."""
-    said = wish.decisions
-    up = wish.up or (parse_direction(said.up) if said.up is not None else None)
-    front = wish.front or (parse_direction(said.front) if said.front is not None else None)
+    said = request.decisions
+    up = request.up or (parse_direction(said.up) if said.up is not None else None)
+    front = request.front or (parse_direction(said.front) if said.front is not None else None)
     stated = None if model.up is None else _TOPS[model.up]
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
             message = f"the front {axis_word(front)} is not at a right angle to up {axis_word(up)}"
-            raise CasaError(f"{wish.mesh.name}: {message}; give another --front or --up")
-        given = guess_frame(soup, up, front, stated)
-        guess = guess_frame(soup, stated=stated)
+            raise CasaError(f"{request.mesh.name}: {message}; give another --front or --up")
+        given = guess_frame(mesh, up, front, stated)
+        guess = guess_frame(mesh, stated=stated)
         return guess if np.allclose(guess.rotation, given.rotation, atol=1e-4) else given
-    return guess_frame(soup, up, front, stated)
+    return guess_frame(mesh, up, front, stated)
 
 
 def find_input(mesh: Path) -> Found:

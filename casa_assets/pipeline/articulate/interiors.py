@@ -65,85 +65,90 @@ class _Work:
 
     builder: AssetBuilder
     metres: float
-    filling: dict[str, InteriorKind] = field(default_factory=dict)
+    interior: dict[str, InteriorKind] = field(default_factory=dict)
     trays: int = 0
 
 
 def add_interiors(
-    model: RawModel, placed: WeldedMesh, found: Articulation, category: str, said: Decisions, build: bool
+    model: RawModel, placed: WeldedMesh, articulation: Articulation, category: str, decisions: Decisions, build: bool
 ) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Give every front something that it opens onto.
 
     Args:
-        model: its faces, part by part, are those of `placed`. found: its parts, `found.frame.metres` set.
+        model: its faces, part by part, are those of `placed`. articulation: its parts, `found.frame.metres` set.
         category: id where it is known, else empty. build: build what is missing; else only what the decisions ask for.
     """
-    rooms = apply_cavity_decisions(find_cavities(placed, found, category), found, placed, said, build)
-    spaces = [_space_of(r) for r in rooms if not (r.empty or (r.built and r.filling is InteriorKind.DRAWER))]
-    found = found.replace(rooms=rooms, spaces=tuple(spaces))
-    wanted = [r for r in rooms if r.built]
+    cavities = apply_cavity_decisions(
+        find_cavities(placed, articulation, category), articulation, placed, decisions, build
+    )
+    spaces = [_space_of(r) for r in cavities if not (r.empty or (r.built and r.interior is InteriorKind.DRAWER))]
+    articulation = articulation.replace(cavities=cavities, spaces=tuple(spaces))
+    wanted = [r for r in cavities if r.built]
     if not wanted:
-        return model, placed, found
+        return model, placed, articulation
     holes = [hole for r in wanted if r.cut is not None for hole in (r.cut, *r.fronts)]
-    model, placed, found = hollow_out(model, placed, found, holes)
-    metres = found.frame.metres or 1.0
+    model, placed, articulation = hollow_out(model, placed, articulation, holes)
+    metres = articulation.frame.metres or 1.0
     known = registry.load()
     kind = known.category(registry.FALLBACK)
     labels = Labels(category=kind.id, classes=(kind.id,), qcode=kind.qcode)
     supplies = Supplies(finishes=palette.plain(), labels=labels, densities=known.densities)
     work = _Work(AssetBuilder(supplies), metres)
-    work.trays = sum(p.name.startswith("tray_") for p in found.parts)
-    for room in wanted:
-        found = _built(work, room, found, placed)
-    return _added(work, model, found)
+    work.trays = sum(p.name.startswith("tray_") for p in articulation.parts)
+    for cavity in wanted:
+        articulation = _built(work, cavity, articulation, placed)
+    return _added(work, model, articulation)
 
 
-def _space_of(room: Cavity) -> StorageSpace:
+def _space_of(cavity: Cavity) -> StorageSpace:
     """Return a cavity as a storage space; a box that is built for a drawer brings its own."""
-    part = room.parts[0]
+    part = cavity.parts[0]
     return StorageSpace(
-        name=f"{part}_int", part=part if room.filling is InteriorKind.DRAWER else "", low=room.low, high=room.high
+        name=f"{part}_int",
+        part=part if cavity.interior is InteriorKind.DRAWER else "",
+        lower=cavity.lower,
+        upper=cavity.upper,
     )
 
 
-def _built(work: _Work, room: Cavity, found: Articulation, placed: WeldedMesh) -> Articulation:
+def _built(work: _Work, cavity: Cavity, articulation: Articulation, placed: WeldedMesh) -> Articulation:
     """Build one interior; return the articulation with the joints that this changes."""
     m, builder = work.metres, work.builder
-    first = next(p for p in found.parts if p.name == room.parts[0])
-    outer = _metres(room.outer[0], m), _metres(room.outer[1], m)
+    first = next(p for p in articulation.parts if p.name == cavity.parts[0])
+    outer = _metres(cavity.outer[0], m), _metres(cavity.outer[1], m)
     inside = Interior(
         first.name,
-        _metres(room.low, m),
-        _metres(room.high, m),
+        _metres(cavity.lower, m),
+        _metres(cavity.upper, m),
         outer,
         f"{first.name}_joint",
-        _clear(room, found, placed),
+        _clear(cavity, articulation, placed),
         work.trays,
     )
     before = list(builder.links)
     if first.kind is PartKind.DRAWER:
-        if room.cut is not None:
+        if cavity.cut is not None:
             interiors.add_walls(builder, inside, LINER_FINISHES[InteriorKind.PLAIN])
         builder.link(first.name)
-        finish = BOX_FINISHES.get(_kind_of_box(found), LINER_FINISHES[InteriorKind.DRAWER])
+        finish = BOX_FINISHES.get(_kind_of_box(articulation), LINER_FINISHES[InteriorKind.DRAWER])
         deep = interiors.add_drawer_box(builder, first.name, inside, finish) / m
-        found = _pulled(found, first, deep)
+        articulation = _pulled(articulation, first, deep)
     else:
-        if room.wall:
-            interiors.add_walls(builder, inside, LINER_FINISHES[room.filling])
-        if room.furnish:
-            _furnish(builder, inside, room.filling)
-    work.filling.setdefault(ROOT, room.filling)
+        if cavity.wall:
+            interiors.add_walls(builder, inside, LINER_FINISHES[cavity.interior])
+        if cavity.furnish:
+            _furnish(builder, inside, cavity.interior)
+    work.interior.setdefault(ROOT, cavity.interior)
     for name in builder.links:
         if name not in before:
-            work.filling[name] = room.filling
+            work.interior[name] = cavity.interior
     work.trays += sum(n.startswith("tray_") for n in builder.links if n not in before)
-    return found
+    return articulation
 
 
-def _furnish(builder: AssetBuilder, inside: Interior, filling: InteriorKind) -> None:
+def _furnish(builder: AssetBuilder, inside: Interior, interior: InteriorKind) -> None:
     """Add the shelves, racks or turntable of a kind of interior."""
-    match filling:
+    match interior:
         case InteriorKind.OVEN:
             interiors.furnish_oven(builder, inside)
         case InteriorKind.MICROWAVE:
@@ -158,44 +163,46 @@ def _furnish(builder: AssetBuilder, inside: Interior, filling: InteriorKind) -> 
             pass
 
 
-def _kind_of_box(found: Articulation) -> InteriorKind:
+def _kind_of_box(articulation: Articulation) -> InteriorKind:
     """Return the kind of interior that drawer boxes are made like: that of the cavities beside them."""
-    return next((r.filling for r in found.rooms if r.filling is not InteriorKind.DRAWER), InteriorKind.DRAWER)
+    return next(
+        (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER), InteriorKind.DRAWER
+    )
 
 
-def _clear(room: Cavity, found: Articulation, placed: WeldedMesh) -> tuple[float, float]:
+def _clear(cavity: Cavity, articulation: Articulation, placed: WeldedMesh) -> tuple[float, float]:
     """Return how much of the mouth open doors take at the left and at the right, metres."""
     left = right = 0.0
-    for part in (p for p in found.parts if p.name in room.parts and p.joint.kind is JointKind.HINGE):
+    for part in (p for p in articulation.parts if p.name in cavity.parts and p.joint.kind is JointKind.HINGE):
         points = placed.points[placed.faces[part.faces].reshape(-1)]
         x = float(part.joint.anchor[0])
         thick = float(points[:, 1].max()) - float(part.joint.anchor[1])
-        metres = found.frame.metres or 1.0
+        metres = articulation.frame.metres or 1.0
         if part.joint.edge is HingeEdge.LEFT:
-            left = max(left, (x + thick - room.low[0]) * metres + DOOR_CLEARANCE_M)
+            left = max(left, (x + thick - cavity.lower[0]) * metres + DOOR_CLEARANCE_M)
         if part.joint.edge is HingeEdge.RIGHT:
-            right = max(right, (room.high[0] - x + thick) * metres + DOOR_CLEARANCE_M)
+            right = max(right, (cavity.upper[0] - x + thick) * metres + DOOR_CLEARANCE_M)
     return max(left, 0.0), max(right, 0.0)
 
 
-def _pulled(found: Articulation, drawer: PartPlan, deep: float) -> Articulation:
+def _pulled(articulation: Articulation, drawer: PartPlan, deep: float) -> Articulation:
     """Limit a drawer's travel to what its box allows, unless the user gave it."""
     joint = drawer.joint
     way = hinges.DRAWER_TRAVEL_SHARE * deep
     if joint.reason == GIVEN_REASON or joint.range[1] <= way:
-        return found
+        return articulation
     fresh = drawer.replace(joint=joint.replace(range=(0.0, way)))
-    return found.replace(parts=tuple(fresh if p.name == drawer.name else p for p in found.parts))
+    return articulation.replace(parts=tuple(fresh if p.name == drawer.name else p for p in articulation.parts))
 
 
-def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel, WeldedMesh, Articulation]:
+def _added(work: _Work, model: RawModel, articulation: Articulation) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Return the model with everything that was built, as parts and faces."""
     parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
-    known = {p.name: p for p in found.parts}
+    known = {p.name: p for p in articulation.parts}
     added: list[AddedGeometry] = []
     for piece in work.builder.links.values():
-        filling = work.filling.get(piece.name, InteriorKind.PLAIN)
-        fresh = _raw_parts(work, piece, found, filling)
+        interior = work.interior.get(piece.name, InteriorKind.PLAIN)
+        fresh = _raw_parts(work, piece, articulation, interior)
         count = sum(len(p.mesh.faces) for p in fresh)
         if not count:
             continue
@@ -203,20 +210,22 @@ def _added(work: _Work, model: RawModel, found: Articulation) -> tuple[RawModel,
         parts, faces = [*parts, *fresh], faces + count
         clouds = tuple(_cloud(c, piece, work.metres) for c in _shapes(piece))
         name = "" if piece.name == ROOT else piece.name
-        added.append(AddedGeometry(part=name, filling=filling, faces=rows, clouds=clouds))
+        added.append(AddedGeometry(part=name, interior=interior, faces=rows, clouds=clouds))
         if name in known:
             known[name] = known[name].replace(faces=np.concatenate([known[name].faces, rows]))
         elif name:
             moved = next(m for m in work.builder.joints if m.child == name)
-            known[name] = _tray(name, rows, moved, piece, work.metres, filling)
+            known[name] = _tray(name, rows, moved, piece, work.metres, interior)
     inner = [r for r in work.builder.regions if r.link != ROOT]
     spaces = tuple(_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
     model = model.replace(parts=tuple(parts))
-    found = found.replace(parts=tuple(known.values()), added=tuple(added), spaces=(*found.spaces, *spaces))
-    return model, weld_model(model, by_material=False).in_frame(found.frame), found
+    articulation = articulation.replace(
+        parts=tuple(known.values()), added=tuple(added), spaces=(*articulation.spaces, *spaces)
+    )
+    return model, weld_model(model, by_material=False).in_frame(articulation.frame), articulation
 
 
-def _raw_parts(work: _Work, piece: LinkBuilder, found: Articulation, filling: InteriorKind) -> list[RawPart]:
+def _raw_parts(work: _Work, piece: LinkBuilder, articulation: Articulation, interior: InteriorKind) -> list[RawPart]:
     """Return the visible surface of a built link, one part per finish, in file axes and units."""
     finishes: dict[str, list[Mesh]] = {}
     for i, part in enumerate(piece.parts):
@@ -227,9 +236,9 @@ def _raw_parts(work: _Work, piece: LinkBuilder, found: Articulation, filling: In
         starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
         points = np.concatenate([m.vertices for m in meshes]) + np.array(piece.pose.position)
         faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
-        mesh = Mesh(vertices=found.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
+        mesh = Mesh(vertices=articulation.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
         material = work.builder.supplies.finish(finish).material
-        out.append(RawPart(name=ADDED_MESH_NAMES[filling], mesh=mesh, material=material))
+        out.append(RawPart(name=ADDED_MESH_NAMES[interior], mesh=mesh, material=material))
     return out
 
 
@@ -245,7 +254,7 @@ def _cloud(points: Floats, piece: LinkBuilder, metres: float) -> Floats:
 
 
 def _tray(
-    name: str, rows: Ints, moved: JointBuilder, piece: LinkBuilder, metres: float, filling: InteriorKind
+    name: str, rows: Ints, moved: JointBuilder, piece: LinkBuilder, metres: float, interior: InteriorKind
 ) -> PartPlan:
     """Return the plan of a part that came with an interior: a rack or a basket that slides out."""
     joint = JointPlan(
@@ -263,7 +272,7 @@ def _tray(
         grip=np.empty(0, dtype=np.int64),
         joint=joint,
         confidence=1.0,
-        reason=f"added: {filling.value}",
+        reason=f"added: {interior.value}",
         added=True,
     )
 
@@ -272,8 +281,8 @@ def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> Stora
     """Return a region of a built link as a storage space."""
     at = np.array(middle) + np.array(work.builder.links[link].pose.position)
     half = np.array(size) / 2
-    low, high = (at - half) / work.metres, (at + half) / work.metres
-    return StorageSpace(name=name, part=link, low=to_vec3(low), high=to_vec3(high))
+    lower, upper = (at - half) / work.metres, (at + half) / work.metres
+    return StorageSpace(name=name, part=link, lower=to_vec3(lower), upper=to_vec3(upper))
 
 
 def _metres(point: Vec3, metres: float) -> Vec3:

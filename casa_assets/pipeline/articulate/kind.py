@@ -37,7 +37,7 @@ class CategoryGuess:
 
 
 def guess_category(
-    one: Found, extent: Vec3, found: Articulation, ordered: str = "", seen: ImageClassifier | None = None
+    one: Found, extent: Vec3, articulation: Articulation, ordered: str = "", seen: ImageClassifier | None = None
 ) -> CategoryGuess:
     """Return the category of an input.
 
@@ -45,12 +45,12 @@ def guess_category(
     asset.
 
     Args:
-        extent: width, depth, height, any unit. found: its moving parts.
+        extent: width, depth, height, any unit. articulation: its moving parts.
         ordered: category given by the user, or empty. seen: classifier by appearance, where there is one.
     Raises:
         UnknownId: there is no such category.
     """
-    guessed = _guessed(one, extent, found, seen)
+    guessed = _guessed(one, extent, articulation, seen)
     if not ordered or (ordered == guessed.category.id and guessed.confidence >= NAMING_CONFIDENCE):
         return guessed
     known = registry.load()
@@ -65,7 +65,7 @@ def stated_category(one: Found, ordered: str = "") -> str:
     return named.id if named is not None and named.confidence >= NAMING_CONFIDENCE else ""
 
 
-def _guessed(one: Found, extent: Vec3, found: Articulation, seen: ImageClassifier | None) -> CategoryGuess:
+def _guessed(one: Found, extent: Vec3, articulation: Articulation, seen: ImageClassifier | None) -> CategoryGuess:
     """Guess the category without the user's word."""
     known = registry.load()
     look = NO_WEIGHTS
@@ -77,7 +77,7 @@ def _guessed(one: Found, extent: Vec3, found: Articulation, seen: ImageClassifie
     named = kind_named(hints)
     if named is not None:
         return CategoryGuess(known.fixtures[named.id], named.confidence, f"by its name: {named.evidence}")
-    kind, confidence = kind_by_parts(extent, found)
+    kind, confidence = kind_by_parts(extent, articulation)
     if confidence > MIN_CONFIDENCE:
         return CategoryGuess(known.fixtures[kind], confidence, f"by its shape and parts; nothing names it, and {look}")
     message = f"nothing names it, {look}, and its shape and parts are like no one kind's"

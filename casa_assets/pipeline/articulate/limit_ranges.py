@@ -27,7 +27,7 @@ def limit_ranges(built: ArticulateResult) -> ArticulateResult:
     travel = _free_travel(built)
     stuck = {
         part.name: hinge_at_face(part, built.placed)
-        for part in built.found.parts
+        for part in built.articulation.parts
         if travel[part.name].free < MIN_FREE_TRAVEL and part.joint.edge
     }
     if stuck:
@@ -39,9 +39,9 @@ def limit_ranges(built: ArticulateResult) -> ArticulateResult:
         elif helped:
             built = built.with_joints(helped)
             travel = _free_travel(built)
-    metres = built.found.frame.metres or 1.0
+    metres = built.articulation.frame.metres or 1.0
     limited = {}
-    for part in built.found.parts:
+    for part in built.articulation.parts:
         free, joint = travel[part.name].free, part.joint
         if MIN_FREE_TRAVEL <= free < 1.0 and not joint.endless:
             end = _round_down(joint.range[1] * free, joint, metres)

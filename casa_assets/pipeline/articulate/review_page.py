@@ -37,18 +37,20 @@ def write(out: Path, done: Sequence[ArticulateOutcome]) -> Path:
 
 def _least(done: ArticulateOutcome) -> float:
     """Return the confidence of the least certain decision."""
-    if done.found is None:
+    if done.articulation is None:
         return 0.0
-    return min([done.found.frame.confidence, *(min(p.confidence, p.joint.confidence) for p in done.found.parts)])
+    return min(
+        [done.articulation.frame.confidence, *(min(p.confidence, p.joint.confidence) for p in done.articulation.parts)]
+    )
 
 
 def _row(done: ArticulateOutcome, out: Path) -> dict[str, Any]:
     """Return the section of one mesh."""
     row: dict[str, Any] = {"name": done.mesh.name, "folder": None, "code": done.code, "message": done.message}
-    if done.found is None or done.folder is None:
+    if done.articulation is None or done.folder is None:
         return row
     parts = []
-    for part in done.found.parts:
+    for part in done.articulation.parts:
         joint, way = part.joint, done.travels.get(part.name)
         confidence = min(part.confidence, joint.confidence)
         goes = "" if way is None or way.whole else f"goes {min(way.free, way.reached):.0%} {way.against}"
@@ -56,7 +58,7 @@ def _row(done: ArticulateOutcome, out: Path) -> dict[str, Any]:
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         cells = (part.name, part.parent or "body", how, f"{confidence:.0%}", reason, joint.runner_up, goes)
         parts.append({"cells": cells, "is_doubtful": confidence < _LOW})
-    frame = done.found.frame
+    frame = done.articulation.frame
     held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.unmet_checks[:2])
     summary = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
     folder = Path(os.path.relpath(done.folder, out)).as_posix()

@@ -59,14 +59,14 @@ class ArticulateOutcome:
 
     Attributes:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
-        found: the decisions. category, size: what it was taken to be, and why. report: of all checks.
-        travels: of each part, by its name in `found`. contract: that it holds; lacking: why it does not hold one.
+        articulation: the decisions. category, size: what it was taken to be, and why. report: of all checks.
+        travels: of each part, by its name. contract: that it holds. unmet_checks: why it does not hold one.
         code, message: of a refusal. kept: an earlier run made it, and nothing has changed.
     """
 
     mesh: Path
     folder: Path | None = None
-    found: Articulation | None = None
+    articulation: Articulation | None = None
     category: str = ""
     size: str = ""
     report: Report | None = None
@@ -83,25 +83,25 @@ class ArticulateOutcome:
         return self.folder is not None and not self.code
 
 
-def articulate(wishes: Sequence[ArticulateRequest], jobs: int = 1) -> Iterator[ArticulateOutcome]:
+def articulate(requests: Sequence[ArticulateRequest], jobs: int = 1) -> Iterator[ArticulateOutcome]:
     """Articulate meshes, each in a child process with limits; yield outcomes in the order in which they finish.
 
     Args:
-        wishes: all with one `out`. jobs: children at once.
+        requests: all with one `out`. jobs: children at once.
     Raises:
         CasaError: a file cannot be found, what is asked for does not exist, or this machine cannot start a worker.
     """
     limits = registry.load().limits
     bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    library = disk.Library(wishes[0].out)
+    library = disk.Library(requests[0].out)
     with library.locked(), writing(library.root):
         library.sweep()
         try:
             with Pool(jobs, bounds, "casa_assets.pipeline.ingest.worker:warm") as pool:
-                for number, answer in pool.run("casa_assets.pipeline.articulate.run:articulate_one", list(wishes)):
+                for number, answer in pool.run("casa_assets.pipeline.articulate.run:articulate_one", list(requests)):
                     if isinstance(answer, WorkerFailure):
                         yield ArticulateOutcome(
-                            wishes[number].mesh, code=FAILURE_CODES[answer.reason], message=answer.text
+                            requests[number].mesh, code=FAILURE_CODES[answer.reason], message=answer.text
                         )
                     elif isinstance(answer, RunAborted):
                         raise CasaError(answer.message)
@@ -112,18 +112,18 @@ def articulate(wishes: Sequence[ArticulateRequest], jobs: int = 1) -> Iterator[A
             library.sweep()
 
 
-def articulate_one(wish: ArticulateRequest) -> ArticulateOutcome | RunAborted:
+def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted:
     """Read, articulate, write, render and check one mesh; runs in the child process.
 
     Returns RunAborted where the user has to change the command.
     """
     try:
-        with writing(wish.out):
-            asked = _asked(wish)
-            kept = None if wish.anew else _kept(wish, asked)
-            return _entry(wish, build(wish), asked) if kept is None else kept
+        with writing(request.out):
+            asked = _asked(request)
+            kept = None if request.anew else _kept(request, asked)
+            return _entry(request, build(request), asked) if kept is None else kept
     except Rejected as error:
-        return ArticulateOutcome(wish.mesh, code=error.code, message=error.message)
+        return ArticulateOutcome(request.mesh, code=error.code, message=error.message)
     except (CasaError, NoRenderer) as error:
         return RunAborted(str(error))
 
@@ -136,33 +136,33 @@ class _Asked:
     cache_key: str
 
 
-def _asked(wish: ArticulateRequest) -> _Asked:
+def _asked(request: ArticulateRequest) -> _Asked:
     """Return identity and cache key of a request. Raises Rejected where the file cannot be read."""
-    one = find_input(wish.mesh)
+    one = find_input(request.mesh)
     sha256 = collect(one, registry.load().limits).sha256
     options = {
-        "category": wish.category,
-        "up": wish.up,
-        "front": wish.front,
-        "size_m": wish.size_m,
-        "decisions": wish.decisions.digest,
-        "preview": wish.preview,
-        "clip": "" if wish.clip is None else weights_digest(str(wish.clip)),
-        "complete": wish.complete,
+        "category": request.category,
+        "up": request.up,
+        "front": request.front,
+        "size_m": request.size_m,
+        "decisions": request.decisions.digest,
+        "preview": request.preview,
+        "clip": "" if request.clip is None else weights_digest(str(request.clip)),
+        "complete": request.complete,
     }
     code = key_of(build, limit_ranges, with_contract, _written, certify)
     return _Asked(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
 
 
-def _kept(wish: ArticulateRequest, asked: _Asked) -> ArticulateOutcome | None:
+def _kept(request: ArticulateRequest, asked: _Asked) -> ArticulateOutcome | None:
     """Return the outcome of an earlier run with the same key, where its entry and record both exist; else None."""
-    library = disk.Library(wish.out)
+    library = disk.Library(request.out)
     found = [(folder, key) for folder in library.entries_of(asked.identity) if (key := _key_in(folder))]
     current = next((folder for folder, key in found if key == asked.cache_key), None)
     told = Store(library.cache).get(_told_key(asked))
     if current is None or told is None:
         return None
-    done = replace(from_json(told, wish.mesh), folder=current, kept=True)
+    done = replace(from_json(told, request.mesh), folder=current, kept=True)
     if bool(done.code) != (current.parent.name == disk.REJECTED):
         return None
     for folder in list(library.entries_of(asked.identity)):
@@ -189,7 +189,7 @@ def _told_key(asked: _Asked) -> str:
 def to_json(done: ArticulateOutcome) -> bytes:
     """Serialise an outcome without its folder, for the next run."""
     told = {
-        "found": None if done.found is None else done.found.to_json(),
+        "found": None if done.articulation is None else done.articulation.to_json(),
         "report": None if done.report is None else done.report.to_json(),
         "travels": {part: vars(travel) for part, travel in done.travels.items()},
         "lacking": list(done.unmet_checks),
@@ -203,7 +203,7 @@ def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
     told = json.loads(data)
     return ArticulateOutcome(
         mesh=mesh,
-        found=None if told["found"] is None else Articulation.from_json(told["found"]),
+        articulation=None if told["found"] is None else Articulation.from_json(told["found"]),
         report=None if told["report"] is None else Report.from_json(told["report"]),
         travels={part: JointTravel(**travel) for part, travel in told["travels"].items()},
         unmet_checks=tuple(told["lacking"]),
@@ -211,18 +211,26 @@ def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
     )
 
 
-def _entry(wish: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> ArticulateOutcome:
+def _entry(request: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> ArticulateOutcome:
     """Write an entry of the library; where a check finds an error, it goes to `rejected`, with all its files."""
-    library = disk.Library(wish.out)
+    library = disk.Library(request.out)
     if built.asset.provenance.sha256 != asked.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
     staged = library.stage(built.asset.id)
     built = with_contract(limit_ranges(built).with_runtime_names(), staged)
-    report, went = _written(wish, built, staged)
+    report, went = _written(request, built, staged)
     category, asset = built.category.id, built.asset
     kind = f"{category}, {built.confidence[0]:.0%} sure: {built.confidence[1]}"
     done = ArticulateOutcome(
-        wish.mesh, None, built.found, kind, built.size[1], report, went, asset.contract or "", built.unmet_checks
+        request.mesh,
+        None,
+        built.articulation,
+        kind,
+        built.size[1],
+        report,
+        went,
+        asset.contract or "",
+        built.unmet_checks,
     )
     accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
     if report.passed:
@@ -279,14 +287,16 @@ def with_contract(built: ArticulateResult, folder: Path) -> ArticulateResult:
     return replace(built, asset=without_contract(asset, faults), unmet_checks=unmet)
 
 
-def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path) -> tuple[Report, dict[str, JointTravel]]:
+def _written(
+    request: ArticulateRequest, built: ArticulateResult, staged: Path
+) -> tuple[Report, dict[str, JointTravel]]:
     """Write both formats, pictures and decisions; return the report of every check, and the travel of each part."""
     asset = built.asset
     write_package(asset, staged)
     (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
     by_joint = {t.joint: t for t in travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in built.joints.items()}
-    if wish.preview:
+    if request.preview:
         (staged / STRIP).write_bytes(joint_strip(staged / "model.xml", _moving(built, travel), _heading(built, asset)))
     return check_package(asset, staged, built.category), travel
 
@@ -294,7 +304,7 @@ def _written(wish: ArticulateRequest, built: ArticulateResult, staged: Path) -> 
 def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[MovingJoint]:
     """Return the moving parts with their captions for the strip of pictures."""
     out = []
-    for part in built.found.parts:
+    for part in built.articulation.parts:
         joint, way = part.joint, went[part.name]
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         other = f", else {joint.runner_up}" if joint.runner_up else ""
@@ -307,6 +317,6 @@ def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[Mo
 
 def _heading(built: ArticulateResult, asset: Asset) -> str:
     """Return the heading of the strip of pictures."""
-    frame = built.found.frame
+    frame = built.articulation.frame
     x, y, z = (asset.bounds[1] - asset.bounds[0]).tolist()
     return f"{built.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"

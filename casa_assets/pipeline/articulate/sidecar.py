@@ -21,7 +21,7 @@ _HEAD = """\
 # What was decided on {name}. Mend a line and run again with `--decisions {file}`; a line that is left out is guessed.
 #   hinge: left, right, top or bottom, seen by who stands before it.   kind: {kinds}
 #   A part can also have: remove: true | on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
-#   rooms: what is behind a door or in a drawer. build: true | false   filling: {fillings}
+#   cavities: the space behind a door or in a drawer. build: true | false   interior: {interiors}
 #   A part that was missed: a new name with kind and box_m: [[x, y, z], [x, y, z]], two corners in metres of all that
 #   belongs to it (x right, y back, z up, origin under the middle).
 """
@@ -35,11 +35,11 @@ def read(path: Path) -> Decisions:
 
 def text(built: ArticulateResult) -> str:
     """Return the decisions.yaml of a mesh, with confidence and next likely choice as comments."""
-    frame = built.found.frame
+    frame = built.articulation.frame
     up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
     kinds = ", ".join(PartKind)
     lines = [
-        _HEAD.format(name=built.source.path or "the mesh", file=NAME, kinds=kinds, fillings=", ".join(InteriorKind))
+        _HEAD.format(name=built.source.path or "the mesh", file=NAME, kinds=kinds, interiors=", ".join(InteriorKind))
     ]
     # A guess that is not sure is not repeated as if somebody had said so.
     lines.append(
@@ -53,11 +53,11 @@ def text(built: ArticulateResult) -> str:
     lines.append(_row("front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
     lines.append(_row("size_m", f"{built.longest_m:.6g}", built.size))
     lines.append("parts:")
-    for part in built.found.parts:
+    for part in built.articulation.parts:
         lines += [] if part.added else _part(part, frame.metres or 1.0)
-    lines += ["rooms:"] if built.found.rooms else []
-    for room in built.found.rooms:
-        lines += _room(room, frame.metres or 1.0, asset_origin(built.placed))
+    lines += ["cavities:"] if built.articulation.cavities else []
+    for cavity in built.articulation.cavities:
+        lines += _cavity(cavity, frame.metres or 1.0, asset_origin(built.placed))
     return "\n".join(lines) + "\n"
 
 
@@ -78,15 +78,15 @@ def _part(part: PartPlan, metres: float) -> list[str]:
     return lines
 
 
-def _room(room: Cavity, metres: float, foot: Floats) -> list[str]:
+def _cavity(cavity: Cavity, metres: float, foot: Floats) -> list[str]:
     """Return the lines of the interior behind a front, built or the mesh's own."""
-    box = [(np.array(c) - foot) * metres for c in (room.low, room.high)]
+    box = [(np.array(c) - foot) * metres for c in (cavity.lower, cavity.upper)]
     words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
     return [
-        _row(f"  {room.parts[0]}", "", (room.confidence, room.reason)),
-        f"    build: {str(room.built).lower()}",
-        f"    filling: {room.filling.value}",
-        f"    furnish: {str(room.furnish).lower()}",
+        _row(f"  {cavity.parts[0]}", "", (cavity.confidence, cavity.reason)),
+        f"    build: {str(cavity.built).lower()}",
+        f"    interior: {cavity.interior.value}",
+        f"    furnish: {str(cavity.furnish).lower()}",
         f"    box_m: [{words}]",
     ]
 

@@ -38,7 +38,7 @@ def wish(mesh: Path, out: Path) -> ArticulateRequest:
 def test_a_microwave_becomes_an_asset_that_opens(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     built = build(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path))
-    asset, found = built.asset, built.found
+    asset, found = built.asset, built.articulation
     assert [k.name for k in asset.links] == ["object", *(p.name for p in found.parts)]
     assert len(asset.joints) == 6
     door = asset.joint_of("door_0")
@@ -86,12 +86,12 @@ def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
     wires = [box((x, 0.0, 0.0), (x + 0.003, 0.4, 0.003)) for x in np.linspace(0.0, 0.5, 36)]
     wires += [box((0.0, y, z), (0.503, y + 0.003, z + 0.003)) for y in (0.0, 0.397) for z in (0.04, 0.08, 0.12)]
     vertices, faces, _ = together(*wires)
-    soup = weld_triangles(vertices, faces)
+    mesh = weld_triangles(vertices, faces)
     joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.2, 0.06), range=(0.0, 0.3))
     every = np.arange(len(faces))
     rack = PartPlan(name="rack", kind=PartKind.TRAY, faces=every, grip=every, joint=joint)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
-    found = build_colliders(vertices, soup, soup.fragment_labels, Articulation(frame=frame, parts=(rack,)), "steel")[1]
+    found = build_colliders(vertices, mesh, mesh.fragment_labels, Articulation(frame=frame, parts=(rack,)), "steel")[1]
     assert {c.label for c in found.colliders} == {"rack"}
     assert len(found.colliders) <= 12
     # One finds a floor in its middle, and no lid.

@@ -24,9 +24,9 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return obj(tmp_path_factory.mktemp("mesh") / "microwave.obj", vertices, faces)
 
 
-def made(mesh: Path, said: Decisions) -> ArticulateResult:
+def made(mesh: Path, decisions: Decisions) -> ArticulateResult:
     """The microwave with decisions, axes given."""
-    return build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), front=(0.0, -1.0, 0.0), decisions=said))
+    return build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), front=(0.0, -1.0, 0.0), decisions=decisions))
 
 
 def one(name: str, decision: PartDecision) -> Decisions:
@@ -40,7 +40,7 @@ def test_a_hinge_is_mended_in_a_line(mesh: Path) -> None:
     assert joint.axis == pytest.approx((1.0, 0.0, 0.0))
     at = built.asset.asset_from_link("door_0").position
     assert at[2] == pytest.approx(0.0, abs=1e-6)
-    door = next(p for p in built.found.parts if p.name == "door_0")
+    door = next(p for p in built.articulation.parts if p.name == "door_0")
     assert door.joint.edge is HingeEdge.BOTTOM
     assert door.joint.confidence == 1.0
 
@@ -66,12 +66,12 @@ def test_a_part_that_is_removed_stays_with_the_body(mesh: Path) -> None:
 
 def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
     # The knob, as a lever of its own name; asset frame: origin under the middle, 0.05 m of handle in front.
-    knob = next(p for p in made(mesh, Decisions()).found.parts if p.kind is PartKind.KNOB)
+    knob = next(p for p in made(mesh, Decisions()).articulation.parts if p.kind is PartKind.KNOB)
     box = ((0.15, -0.3, 0.03), (0.23, -0.14, 0.11))
     built = made(mesh, one("my_lever", PartDecision(kind=PartKind.LEVER, box_m=box, axis="-y", opens_deg=40)))
-    lever = next(p for p in built.found.parts if p.name == "my_lever")
+    lever = next(p for p in built.articulation.parts if p.name == "my_lever")
     assert lever.faces.tolist() == knob.faces.tolist()
-    assert all(p.kind is not PartKind.KNOB for p in built.found.parts)
+    assert all(p.kind is not PartKind.KNOB for p in built.articulation.parts)
     joint = built.asset.joint_of("my_lever")
     assert joint is not None
     assert joint.axis == (0.0, -1.0, 0.0)
@@ -79,13 +79,13 @@ def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
 
 
 def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
-    said = Decisions(
+    decisions = Decisions(
         parts={
             "door_0": PartDecision(kind=PartKind.DRAWER, travel_m=0.2),
             "knob_0": PartDecision(endless=False, opens_deg=270, on="door_0"),
         }
     )
-    built = made(mesh, said)
+    built = made(mesh, decisions)
     door, knob = built.asset.joint_of("door_0"), built.asset.joint_of("knob_0")
     assert door is not None
     assert knob is not None

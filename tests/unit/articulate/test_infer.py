@@ -16,9 +16,9 @@ from tests.unit.articulate.blocks import box, carcass, drawers, microwave, toget
 
 def found_in(vertices: np.ndarray, faces: np.ndarray) -> Articulation:
     """What is found where up is z and the front faces -y."""
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def parts_of(found: Articulation, kind: PartKind) -> list[PartPlan]:

@@ -15,9 +15,9 @@ Shape = tuple[np.ndarray, np.ndarray]
 
 
 def parts_of(shape: Shape) -> list[str]:
-    soup = weld_triangles(*shape)
-    frame = guess_frame(soup)
-    placed = soup.in_frame(frame)
+    mesh = weld_triangles(*shape)
+    frame = guess_frame(mesh)
+    placed = mesh.in_frame(frame)
     return [p.name for p in infer_articulation(fragment_mesh(placed), frame).parts]
 
 

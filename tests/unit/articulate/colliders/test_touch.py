@@ -112,9 +112,9 @@ def test_a_bin_that_reaches_into_a_leaf_hangs_on_it_and_a_shelf_behind_it_does_n
     basket = box((0.1, -0.02, 0.3), (0.5, 0.1, 0.4))
     shelf = box((0.02, 0.14, 0.7), (0.58, 0.58, 0.72))
     points, faces, owner = together(*carcass(0.6, 0.6, 1.2), *leaf, basket, shelf)
-    soup = weld_triangles(points, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    found = infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
+    mesh = weld_triangles(points, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    found = infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
     (door,) = found.parts
     own = set(owner[door.faces].tolist())
     assert {5, 6, 7} <= own

@@ -22,9 +22,9 @@ from tests.unit.articulate.blocks import Part, box, disc, together
 
 def placed(*parts: Part) -> WeldedMesh:
     points, faces, _ = together(*parts)
-    soup = weld_triangles(points, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return soup.in_frame(frame)
+    mesh = weld_triangles(points, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return mesh.in_frame(frame)
 
 
 def control(x: float, y: float, wide: float, high: float, round_: bool = True, stands: float = 0.02) -> Control:
@@ -38,9 +38,9 @@ def machine(*more: Part) -> tuple[Part, ...]:
 
 
 def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machine() -> None:
-    soup = placed(*machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)))
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    (part,) = infer_articulation(fragment_mesh(soup), frame, "coffee_machine").parts
+    mesh = placed(*machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)))
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    (part,) = infer_articulation(fragment_mesh(mesh), frame, "coffee_machine").parts
     assert part.kind is PartKind.BUTTON
     assert part.joint.axis[1] > 0.99
     assert part.confidence < 0.5
@@ -48,8 +48,8 @@ def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machin
 
 def test_two_of_them_are_not_the_one_key() -> None:
     pair = [disc((x, -0.015, 0.31), 0.02, 0.015) for x in (0.05, 0.15)]
-    soup = placed(*machine(*pair))
-    assert find_single_button(measure_fragments(soup, soup.fragment_labels, 256)) is None
+    mesh = placed(*machine(*pair))
+    assert find_single_button(measure_fragments(mesh, mesh.fragment_labels, 256)) is None
 
 
 def test_what_arms_stand_round_is_a_burner_and_no_knob() -> None:
@@ -101,8 +101,8 @@ def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
     ]
     parts += [box((0.08, -0.03, 0.13), (0.12, -0.006, 0.14))]
     parts += [disc((x, -0.016, 0.07), 0.008, 0.01) for x in (0.08, 0.12)]
-    soup = placed(*parts)
-    found = infer_articulation(fragment_mesh(soup), given_frame(soup, (0, 0, 1), (0, -1, 0)))
+    mesh = placed(*parts)
+    found = infer_articulation(fragment_mesh(mesh), given_frame(mesh, (0, 0, 1), (0, -1, 0)))
     assert [p.kind for p in found.parts] == [PartKind.KNOB, PartKind.KNOB]
 
 

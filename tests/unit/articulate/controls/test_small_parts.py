@@ -20,9 +20,9 @@ from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, toget
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     """What is found where up is z and the front faces -y, and the part of each face."""
     vertices, faces, owner = together(*parts)
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame), owner
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame), owner
 
 
 def turned(part: Part, degrees: float, about: tuple[float, float, float]) -> Part:
@@ -47,9 +47,9 @@ def slotted() -> list[Part]:
 def levers_in(parts: list[Part]) -> tuple[list[Lever], float]:
     """Levers on the front of some parts, and metres in a unit of the frame."""
     vertices, faces, _ = together(*parts)
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.in_frame(frame)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    placed = mesh.in_frame(frame)
     pieces = measure_fragments(placed, placed.fragment_labels)
     levers, _ = find_levers(pieces, FRONT, find_controls(pieces, FRONT, []))
     return levers, 1 / frame.scale
@@ -59,7 +59,7 @@ def test_a_pad_at_the_end_of_a_slot_is_a_lever_that_goes_along_it() -> None:
     (lever,), unit = levers_in([*slotted(), box((0.13, -0.03, 0.18), (0.17, -0.005, 0.19))])
     assert lever.way == pytest.approx((0, -1, 0), abs=0.02)
     assert lever.length * unit == pytest.approx(0.12, abs=0.01)
-    assert (lever.control.high - lever.control.low) * unit == pytest.approx((0.04, 0.01, 0.025), abs=1e-6)
+    assert (lever.control.upper - lever.control.lower) * unit == pytest.approx((0.04, 0.01, 0.025), abs=1e-6)
 
 
 def test_the_lever_becomes_a_part_that_slides() -> None:

@@ -35,9 +35,9 @@ def faucet(sticks: int = 2) -> list[Part]:
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     """What is found where up is z and the front faces -y, and the part of each face."""
     vertices, faces, owner = together(*parts)
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame), owner
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame), owner
 
 
 def test_a_stick_turns_about_what_it_is_rooted_in() -> None:
@@ -80,5 +80,5 @@ def test_a_short_pin_is_pressed_and_a_long_one_is_not() -> None:
 
 def test_an_arm_that_no_column_bears_is_no_spout() -> None:
     vertices, faces, _ = together(*faucet()[:-2], box((-0.015, -0.18, 0.24), (0.015, 0.015, 0.27)))
-    soup = weld_triangles(vertices, faces)
-    assert find_spout(measure_fragments(soup, soup.fragment_labels), set()) is None
+    mesh = weld_triangles(vertices, faces)
+    assert find_spout(measure_fragments(mesh, mesh.fragment_labels), set()) is None

@@ -60,27 +60,27 @@ def test_the_front_is_found_from_any_side(name: str, degrees: float, stands: Flo
 
 @pytest.mark.parametrize("degrees", [0.0, 2.0, 41.0])
 def test_the_thing_fills_its_box(degrees: float) -> None:
-    soup = turned("microwave", yaw(degrees), 10.0)
-    frame = guess_frame(soup, up=UP.tolist(), front=(yaw(degrees) @ FRONT).tolist())
-    placed = soup.in_frame(frame)
+    mesh = turned("microwave", yaw(degrees), 10.0)
+    frame = guess_frame(mesh, up=UP.tolist(), front=(yaw(degrees) @ FRONT).tolist())
+    placed = mesh.in_frame(frame)
     low, high = placed.points.min(axis=0), placed.points.max(axis=0)
     assert np.linalg.norm(high - low) == pytest.approx(1.0)
     assert (low + high) / 2 == pytest.approx(np.zeros(3), abs=1e-9)
     size = np.array([0.5, 0.43, 0.3])
     assert high - low == pytest.approx(size / np.linalg.norm(size), abs=2e-3)
-    assert frame.to_file(placed.points) == pytest.approx(soup.points, abs=1e-9)
+    assert frame.to_file(placed.points) == pytest.approx(mesh.points, abs=1e-9)
 
 
 @pytest.mark.parametrize("face", range(6))
 def test_what_the_user_says_holds(face: int) -> None:
-    soup = turned("drawers", np.eye(3))
+    mesh = turned("drawers", np.eye(3))
     front = -SIDES[face][2]
     for up in (-SIDES[k][2] for k in range(6) if k // 2 != face // 2):
-        found = guess_frame(soup, up=up.tolist(), front=front.tolist())
-        assert found.rotation == pytest.approx(given_frame(soup, up.tolist(), front.tolist()).rotation)
+        found = guess_frame(mesh, up=up.tolist(), front=front.tolist())
+        assert found.rotation == pytest.approx(given_frame(mesh, up.tolist(), front.tolist()).rotation)
         assert found.reason == "given"
-    assert guess_frame(soup, front=front.tolist()).rotation[1] == pytest.approx(-front)
-    assert guess_frame(soup, up=front.tolist()).rotation[2] == pytest.approx(front)
+    assert guess_frame(mesh, front=front.tolist()).rotation[1] == pytest.approx(-front)
+    assert guess_frame(mesh, up=front.tolist()).rotation[2] == pytest.approx(front)
 
 
 def test_the_word_of_the_file_counts() -> None:
@@ -107,6 +107,6 @@ def test_what_stands_straight_or_is_round_stays() -> None:
 
 
 def test_the_same_thing_gives_the_same_frame() -> None:
-    soup = turned("microwave", yaw(20.0))
-    first, second = guess_frame(soup), guess_frame(soup)
+    mesh = turned("microwave", yaw(20.0))
+    first, second = guess_frame(mesh), guess_frame(mesh)
     assert first.to_json() == second.to_json()

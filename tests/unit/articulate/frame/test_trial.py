@@ -28,9 +28,9 @@ PIXELS = 128
 
 def pieces_of(*parts: Part) -> MeasuredFragments:
     """The pieces of a thing that stands as it should."""
-    soup = weld_triangles(*together(*parts)[:2])
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.in_frame(frame)
+    mesh = weld_triangles(*together(*parts)[:2])
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    placed = mesh.in_frame(frame)
     return measure_fragments(placed, placed.fragment_labels, PIXELS)
 
 
@@ -47,13 +47,13 @@ def test_turned_pieces_are_as_if_measured_there(front: int, top: int) -> None:
     assert np.linalg.det(rotation) == pytest.approx(1.0)
     assert rotation @ SIDES[front][2] == pytest.approx(SIDES[FRONT][2])
     assert rotation @ SIDES[top][2] == pytest.approx(SIDES[TOP][2])
-    anew = measure_fragments(found.soup, found.label, PIXELS)
-    assert found.low == pytest.approx(anew.low)
-    assert found.high == pytest.approx(anew.high)
+    anew = measure_fragments(found.mesh, found.label, PIXELS)
+    assert found.lower == pytest.approx(anew.lower)
+    assert found.upper == pytest.approx(anew.upper)
     assert found.visible_area == pytest.approx(anew.visible_area, abs=0.1 * anew.visible_area.max())
     for old, new in zip(found.depth_images, anew.depth_images, strict=True):
         assert old.face.shape == new.face.shape
-        assert old.low == pytest.approx(new.low, abs=1.1 * new.pixel)
+        assert old.lower == pytest.approx(new.lower, abs=1.1 * new.pixel)
         both = np.isfinite(old.depth) & np.isfinite(new.depth)
         assert float((np.abs(old.depth[both] - new.depth[both]) < 1e-3).mean()) > 0.9
 
@@ -99,9 +99,9 @@ def test_another_material_in_the_same_plane_is_detail() -> None:
     vertices[8:, 1] -= 1e-4
     details = []
     for tint in (np.zeros(len(faces), dtype=np.int64), np.repeat(np.arange(3), 12)):
-        soup = weld_triangles(vertices, faces, tint)
-        frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-        placed = soup.in_frame(frame)
+        mesh = weld_triangles(vertices, faces, tint)
+        frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+        placed = mesh.in_frame(frame)
         details.append(measure_side(measure_fragments(placed, placed.fragment_labels, PIXELS), FRONT).detail)
     assert details[0] == 0.0
     assert details[1] > 0.02

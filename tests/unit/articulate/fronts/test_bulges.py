@@ -65,9 +65,9 @@ def test_a_gap_between_fronts_is_no_stair() -> None:
 def measured(parts: list[Part]) -> MeasuredFragments:
     """The pieces of some parts, up z, front -y, a diagonal of 1."""
     vertices, faces, _ = together(*parts)
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.in_frame(frame)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    placed = mesh.in_frame(frame)
     return measure_fragments(placed, placed.fragment_labels)
 
 

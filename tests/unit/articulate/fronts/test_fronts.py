@@ -17,9 +17,9 @@ from tests.unit.articulate.blocks import Part, box, carcass, disc, together
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     """What is found where up is z and the front faces -y, and the part of each face."""
     vertices, faces, owner = together(*parts)
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame), owner
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame), owner
 
 
 def of_kind(found: Articulation, kind: PartKind) -> list[PartPlan]:

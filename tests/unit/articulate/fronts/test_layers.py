@@ -24,9 +24,9 @@ def shape_of(solid: manifold3d.Manifold) -> Part:
 
 def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Articulation:
     """What is found where up is z and the front faces -y."""
-    soup = weld_triangles(vertices, faces, tint)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
+    mesh = weld_triangles(vertices, faces, tint)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def parts_of(plan: PartPlan, owner: Ints) -> set[int]:

@@ -1,4 +1,4 @@
-"""What a door opens onto: rooms that a mesh has stay, and those that it lacks are built within its skin."""
+"""What a door opens onto: cavities that a mesh has stay, and those that it lacks are built within its skin."""
 
 from __future__ import annotations
 
@@ -45,12 +45,14 @@ def front(low: float, high: float) -> list[Part]:
 
 
 def made(
-    mesh: Mesh, folder: Path, category: str, said: Decisions | None = None, complete: bool = True
+    mesh: Mesh, folder: Path, category: str, decisions: Decisions | None = None, complete: bool = True
 ) -> ArticulateResult:
     """A mesh through everything, its axes given."""
     path = obj(folder / "thing.obj", mesh[0], mesh[1])
     axes = (0.0, 0.0, 1.0), (0.0, -1.0, 0.0)
-    return build(ArticulateRequest(path, folder, category, *axes, decisions=said or Decisions(), complete=complete))
+    return build(
+        ArticulateRequest(path, folder, category, *axes, decisions=decisions or Decisions(), complete=complete)
+    )
 
 
 def reach(built: ArticulateResult, spot: tuple[float, float]) -> float:
@@ -83,13 +85,13 @@ def test_lines_say_where_they_cross_and_from_which_side() -> None:
 
 def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
     built = made(block(*door()), tmp_path, "base_cabinet")
-    (room,) = built.found.rooms
+    (room,) = built.articulation.cavities
     assert room.built
     assert room.cut is not None
-    assert room.filling is InteriorKind.CABINET
-    metres = built.found.frame.metres or 1.0
+    assert room.interior is InteriorKind.CABINET
+    metres = built.articulation.frame.metres or 1.0
     whole = np.ptp(built.asset.bounds, axis=0)
-    size = (np.array(room.high) - np.array(room.low)) * metres
+    size = (np.array(room.upper) - np.array(room.lower)) * metres
     assert (size > 0.75 * whole).all()
     assert reach(built, (0.0, 0.25 * float(whole[2]))) > 0.8 * float(whole[1])
 
@@ -97,8 +99,8 @@ def test_a_solid_block_gets_a_cavity_behind_its_door(tmp_path: Path) -> None:
 def test_without_completion_the_block_stays_solid(tmp_path: Path) -> None:
     mesh = block(*door())
     built = made(mesh, tmp_path, "base_cabinet", complete=False)
-    assert [r.empty for r in built.found.rooms] == [True]
-    assert built.found.added == ()
+    assert [r.empty for r in built.articulation.cavities] == [True]
+    assert built.articulation.added == ()
     assert sum(len(v.mesh.faces) for k in built.asset.links for v in k.visuals) == len(mesh[1])
     assert reach(built, (0.0, 0.2)) < 0.12 * float(np.ptp(built.asset.bounds[:, 1]))
 
@@ -120,18 +122,18 @@ def test_what_is_built_stays_within_the_skin(tmp_path: Path) -> None:
 def test_a_mesh_that_has_its_cavity_keeps_it(tmp_path: Path) -> None:
     vertices, faces, owner = microwave()
     built = made((vertices, faces, owner), tmp_path, "microwave")
-    (room,) = built.found.rooms
+    (room,) = built.articulation.cavities
     assert not room.built
-    assert not built.found.added
+    assert not built.articulation.added
     assert sum(len(v.mesh.faces) for k in built.asset.links for v in k.visuals) == len(faces)
-    metres = built.found.frame.metres or 1.0
-    size = (np.array(room.high) - np.array(room.low)) * metres / float(np.ptp(built.asset.bounds[:, 0]))
+    metres = built.articulation.frame.metres or 1.0
+    size = (np.array(room.upper) - np.array(room.lower)) * metres / float(np.ptp(built.asset.bounds[:, 0]))
     assert size == pytest.approx(np.array([0.35, 0.34, 0.26]) / 0.5, abs=0.04)
 
 
 def test_a_drawer_that_has_a_box_keeps_it(tmp_path: Path) -> None:
     built = made(drawers(), tmp_path, "drawer_stack")
-    assert [r.built for r in built.found.rooms] == [False, False]
+    assert [r.built for r in built.articulation.cavities] == [False, False]
     assert {r.link for r in built.asset.regions if r.name != "main"} == {"drawer_0", "drawer_1"}
 
 
@@ -140,7 +142,7 @@ def test_a_hollow_shell_gets_walls_but_is_not_cut(tmp_path: Path) -> None:
     points, faces = box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8))
     sheet = points, faces[np.abs(points[faces][:, :, 1]).max(axis=1) > 0]
     built = made(together(sheet, *door()), tmp_path, "base_cabinet")
-    (room,) = built.found.rooms
+    (room,) = built.articulation.cavities
     assert room.built
     assert room.cut is None
     assert "0 of 5" in room.reason
@@ -150,7 +152,7 @@ def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:
     links = {}
     for kind in ("wall_oven", "dishwasher", "microwave", "refrigerator"):
         built = made(block(*door()), tmp_path, kind)
-        links[kind] = [p.name for p in built.found.parts if p.added]
+        links[kind] = [p.name for p in built.articulation.parts if p.added]
         looks = {m.id: m for m in built.asset.materials}
         assert len(looks) > 1
         assert all("added" in v.name for v in built.asset.root.visuals[1:])
@@ -162,7 +164,7 @@ def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:
 def test_racks_move_behind_their_door_and_meet_nothing(tmp_path: Path) -> None:
     built = made(block(*door()), tmp_path, "wall_oven")
     found = {t.joint: t for t in travels(built.asset, mjcf.write(built.asset))}
-    racks = [p.name for p in built.found.parts if p.kind is PartKind.TRAY]
+    racks = [p.name for p in built.articulation.parts if p.kind is PartKind.TRAY]
     assert racks
     for name in racks:
         joint = built.asset.joint_of(name)
@@ -175,11 +177,11 @@ def test_racks_move_behind_their_door_and_meet_nothing(tmp_path: Path) -> None:
 def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) -> None:
     mesh = block(*front(0.0, 0.26), *front(0.265, 0.525), *front(0.53, 0.79))
     built = made(mesh, tmp_path, "drawer_stack")
-    assert len(built.found.parts) == 3
-    assert all(r.built and r.cut is not None and r.filling is InteriorKind.DRAWER for r in built.found.rooms)
+    assert len(built.articulation.parts) == 3
+    assert all(r.built and r.cut is not None and r.interior is InteriorKind.DRAWER for r in built.articulation.cavities)
     for travel in travels(built.asset, mjcf.write(built.asset)):
         assert travel.whole, travel
-    for part in built.found.parts:
+    for part in built.articulation.parts:
         region = next(r for r in built.asset.regions if r.link == part.name)
         assert min(region.size) > 0.05
         shapes = [tessellate(c.shape, c.pose)[0] for c in built.asset.link(part.name).colliders if c.label == "drawer"]
@@ -192,38 +194,44 @@ def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
     points, faces, _ = together(box((-0.4, -0.4, -0.4), (0.4, 0.4, 0.4)))
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0)
     raw = RawPart(name="a", mesh=Triangles(vertices=points, faces=faces.astype(np.int32)), material=Material(id="a"))
-    soup, found = weld_triangles(points, faces), Articulation(frame=frame)
+    mesh, found = weld_triangles(points, faces), Articulation(frame=frame)
     model = RawModel(parts=(raw,), format="obj")
     hole = (-0.2, -1.0, -0.2), (0.2, 0.1, 0.2)
-    after, placed, _ = hollow_out(model, soup, found, [hole])
+    after, placed, _ = hollow_out(model, mesh, found, [hole])
     lines = cross_rays(placed.points, placed.faces, 1, np.array([[0.01, 0.02], [0.28, 0.3]]))
     first = lines.first()
     assert first[0] == pytest.approx(float(placed.points[:, 1].max()))
-    assert first[1] == pytest.approx(float(soup.points[:, 1].min()))
+    assert first[1] == pytest.approx(float(mesh.points[:, 1].min()))
     assert len(after.parts) == 1
-    side = soup.areas.sum() - 0.4 * 0.4
+    side = mesh.areas.sum() - 0.4 * 0.4
     assert placed.areas.sum() == pytest.approx(side, rel=1e-9)
 
 
-def test_a_sidecar_with_rooms_makes_the_same_asset(tmp_path: Path) -> None:
+def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     first = made(block(*door()), tmp_path, "wall_oven")
     path = tmp_path / "d.yaml"
     path.write_text(sidecar.text(first), encoding="utf-8")
-    said = sidecar.read(path)
-    assert said.rooms["door_0"].build is True
-    assert made(block(*door()), tmp_path, "wall_oven", said).asset.digest == first.asset.digest
+    decisions = sidecar.read(path)
+    assert decisions.cavities["door_0"].build is True
+    assert made(block(*door()), tmp_path, "wall_oven", decisions).asset.digest == first.asset.digest
+    former = (
+        path.read_text(encoding="utf-8").replace("\ncavities:", "\nrooms:").replace("    interior:", "    filling:")
+    )
+    assert former != path.read_text(encoding="utf-8")
+    path.write_text(former, encoding="utf-8")
+    assert sidecar.read(path) == decisions, "the keys of older files are read"
     bare = made(block(*door()), tmp_path, "wall_oven", complete=False)
     path.write_text(sidecar.text(bare), encoding="utf-8")
     assert made(block(*door()), tmp_path, "wall_oven", sidecar.read(path)).asset.digest == bare.asset.digest
 
 
-def test_a_room_is_mended_in_a_line(tmp_path: Path) -> None:
+def test_a_cavity_is_mended_in_a_line(tmp_path: Path) -> None:
     def said(wanted: CavityDecision, name: str = "door_0") -> ArticulateResult:
-        return made(block(*door()), tmp_path, "wall_oven", Decisions(rooms={name: wanted}))
+        return made(block(*door()), tmp_path, "wall_oven", Decisions(cavities={name: wanted}))
 
-    assert not said(CavityDecision(build=False)).found.added
-    assert said(CavityDecision(filling=InteriorKind.PLAIN)).found.rooms[0].filling is InteriorKind.PLAIN
-    assert not any(p.added for p in said(CavityDecision(furnish=False)).found.parts)
+    assert not said(CavityDecision(build=False)).articulation.added
+    assert said(CavityDecision(interior=InteriorKind.PLAIN)).articulation.cavities[0].interior is InteriorKind.PLAIN
+    assert not any(p.added for p in said(CavityDecision(furnish=False)).articulation.parts)
     small = said(CavityDecision(box_m=((-0.1, -0.2, 0.1), (0.1, 0.0, 0.3))))
     region = next(r for r in small.asset.regions if r.name == "door_0_int")
     assert region.size == pytest.approx((0.2, 0.2, 0.2), abs=1e-4)

@@ -51,9 +51,9 @@ def oven() -> Shape:
 
 def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
     """The fragments of a shape with z up and its front to -y, in the frame; and what is found on them."""
-    soup = weld_triangles(*shape)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    fragments = fragment_mesh(soup.in_frame(frame))
+    mesh = weld_triangles(*shape)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    fragments = fragment_mesh(mesh.in_frame(frame))
     return fragments, infer_articulation(fragments, frame)
 
 
@@ -122,13 +122,13 @@ def test_the_door_ends_at_the_gap_over_it() -> None:
 
 def test_cut_parts_are_closed_and_so_is_the_body() -> None:
     placed, found = placed_of(oven())
-    _, soup, parts = cut_shell_parts(model_of(oven()), placed, found)
-    owner = np.full(len(soup.faces), -1)
+    _, mesh, parts = cut_shell_parts(model_of(oven()), placed, found)
+    owner = np.full(len(mesh.faces), -1)
     for i, part in enumerate(parts.parts):
         owner[part.faces] = i
     for i in range(-1, len(parts.parts)):
-        rows = np.flatnonzero((owner == i) & (soup.areas > 0))
-        corners = soup.faces[rows]
+        rows = np.flatnonzero((owner == i) & (mesh.areas > 0))
+        corners = mesh.faces[rows]
         ends = np.sort(np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
         # Pockets of two cuts may touch in a line: there four faces meet.
         assert (np.unique(ends, axis=0, return_counts=True)[1] % 2 == 0).all(), i
@@ -136,14 +136,14 @@ def test_cut_parts_are_closed_and_so_is_the_body() -> None:
 
 def test_a_cut_keeps_surface_volume_and_texture() -> None:
     placed, found = placed_of(oven())
-    model, soup, _ = cut_shell_parts(model_of(oven()), placed, found)
+    model, mesh, _ = cut_shell_parts(model_of(oven()), placed, found)
     cut_mesh, caps = model.parts[0].mesh, model.parts[1].mesh
     assert cut_mesh.uv is not None
     assert np.allclose(cut_mesh.uv, cut_mesh.vertices[:, [0, 2]], atol=1e-9)
     assert caps.uv is not None
     own = len(cut_mesh.faces)
-    assert soup.areas[:own].sum() == pytest.approx(placed.mesh.areas.sum(), rel=1e-6)
-    assert len(soup.faces) == own + len(caps.faces)
+    assert mesh.areas[:own].sum() == pytest.approx(placed.mesh.areas.sum(), rel=1e-6)
+    assert len(mesh.faces) == own + len(caps.faces)
     corners = caps.vertices[caps.faces]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
     assert volume == pytest.approx(0, abs=1e-9)
@@ -151,9 +151,9 @@ def test_a_cut_keeps_surface_volume_and_texture() -> None:
 
 def test_pieces_of_their_own_are_left_alone() -> None:
     vertices, faces, _ = microwave()
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    fragments = fragment_mesh(soup.in_frame(frame))
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    fragments = fragment_mesh(mesh.in_frame(frame))
     assert fragments.shell is None
     assert fragments.labels is fragments.mesh.fragment_labels
     model = model_of((vertices, faces))

@@ -16,9 +16,9 @@ def pure(label: np.ndarray, owner: np.ndarray) -> bool:
 
 def test_boxes_that_share_a_face_stay_two_fragments() -> None:
     vertices, faces, owner = together(box((0, 0, 0), (1, 1, 1)), box((1, 0, 0), (2, 1, 1)))
-    soup = weld_triangles(vertices, faces)
-    assert len(soup.points) == 12
-    label = soup.fragment_labels
+    mesh = weld_triangles(vertices, faces)
+    assert len(mesh.points) == 12
+    label = mesh.fragment_labels
     assert label.tolist() == owner.tolist()
 
 
@@ -46,18 +46,18 @@ def test_the_order_of_faces_does_not_matter() -> None:
 def test_a_doubled_face_goes_with_its_twin_and_a_flat_one_with_none() -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
     more = np.concatenate([faces, faces[[3]][:, [1, 2, 0]], [[0, 0, 1]]])
-    soup = weld_triangles(vertices, more)
-    assert soup.duplicate_of[12] == 3
-    assert soup.fragment_labels.tolist() == [0] * 13 + [-1]
+    mesh = weld_triangles(vertices, more)
+    assert mesh.duplicate_of[12] == 3
+    assert mesh.fragment_labels.tolist() == [0] * 13 + [-1]
 
 
 def test_a_frame_turns_normals_and_scales_areas() -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 2, 3)))
-    soup = weld_triangles(vertices, faces)
+    mesh = weld_triangles(vertices, faces)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    placed = soup.transformed(turn, np.array([0.5, 1.0, 1.5]), 2.0)
+    placed = mesh.transformed(turn, np.array([0.5, 1.0, 1.5]), 2.0)
     assert np.ptp(placed.points, axis=0) == pytest.approx([4.0, 2.0, 6.0])
-    assert placed.areas.sum() == pytest.approx(4 * soup.areas.sum())
+    assert placed.areas.sum() == pytest.approx(4 * mesh.areas.sum())
     corners = placed.points[placed.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     assert np.einsum("ij,ij->i", cross, placed.normals).min() > 0

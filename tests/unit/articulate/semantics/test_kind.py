@@ -65,9 +65,9 @@ def test_usual_proportions_are_likelier_upright() -> None:
 def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
     assert callable(make)
     vertices, faces, _ = make()
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    found = infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    found = infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
     guessed, confidence = kind_by_parts((x, y, z), found)
     assert guessed == kind
@@ -76,9 +76,9 @@ def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
 
 
 def test_handle_and_knobs_stand_out_from_the_front() -> None:
-    soup = weld_triangles(*together(*[(v, f) for v, f in [microwave()[:2]]])[:2])
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.in_frame(frame)
+    mesh = weld_triangles(*together(*[(v, f) for v, f in [microwave()[:2]]])[:2])
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    placed = mesh.in_frame(frame)
     pieces = measure_fragments(placed, placed.fragment_labels, 256)
     front, back = measure_side(pieces, FRONT), measure_side(pieces, BACK)
     bars = [b for b in front.blobs if b.is_bar]

@@ -18,7 +18,7 @@ AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 def test_a_microwave_has_its_microjoint(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     built = build(ArticulateRequest(obj(tmp_path / "m.obj", vertices, faces), tmp_path, category="microwave", **AXES))
-    asset, joints = rename_for_runtime(built.asset, built.found, "microwave")
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "microwave")
     joint = asset.joint_of("door")
     assert joint is not None
     assert joint.name == joints["door_0"] == "microjoint"
@@ -37,7 +37,7 @@ def test_drawers_are_counted_from_the_top(tmp_path: Path) -> None:
     built = build(
         ArticulateRequest(obj(tmp_path / "d.obj", vertices, faces), tmp_path, category="drawer_stack", **AXES)
     )
-    asset, joints = rename_for_runtime(built.asset, built.found, "drawer_stack")
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "drawer_stack")
     assert sorted(joints.values()) == ["drawer0_slidejoint", "drawer1_slidejoint"]
     heights = [asset.asset_from_link(f"drawer{i}").position[2] for i in (0, 1)]
     assert heights[0] > heights[1]
@@ -59,7 +59,7 @@ def test_two_doors_are_those_of_a_fridge_and_its_freezer(tmp_path: Path) -> None
     built = build(
         ArticulateRequest(obj(tmp_path / "f.obj", vertices, faces), tmp_path, category="refrigerator", **AXES)
     )
-    asset, joints = rename_for_runtime(built.asset, built.found, "refrigerator")
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "refrigerator")
     assert sorted(joints.values()) == ["freezer_door_joint", "fridge_door_joint"]
     assert asset.asset_from_link("freezer_door").position[2] > asset.asset_from_link("fridge_door").position[2]
 
@@ -67,6 +67,6 @@ def test_two_doors_are_those_of_a_fridge_and_its_freezer(tmp_path: Path) -> None
 def test_a_thing_of_no_known_kind_keeps_its_names(tmp_path: Path) -> None:
     vertices, faces, _ = drawers()
     built = build(ArticulateRequest(obj(tmp_path / "x.obj", vertices, faces), tmp_path, **AXES))
-    asset, joints = rename_for_runtime(built.asset, built.found, "object")
+    asset, joints = rename_for_runtime(built.asset, built.articulation, "object")
     assert sorted(joints.values()) == ["drawer_0_joint", "drawer_1_joint"]
     assert asset.joints == built.asset.joints

@@ -223,8 +223,8 @@ class TestHollows:
         }
         place = find_cup_niche(thing(link("object", machine, None)))
         assert place is not None
-        assert place.low[2] == pytest.approx(0.03, abs=3e-3)
-        assert place.high[2] == pytest.approx(0.22, abs=3e-3)
+        assert place.lower[2] == pytest.approx(0.03, abs=3e-3)
+        assert place.upper[2] == pytest.approx(0.22, abs=3e-3)
         assert place.middle[0] == pytest.approx(0.0, abs=3e-3)
         assert -0.15 <= place.middle[1] <= 0.0
         assert find_cup_niche(thing(link("object", {"block": machine["back"]}, None))) is None
@@ -237,7 +237,7 @@ class TestHollows:
         }
         place = find_cup_niche(thing(link("object", machine, None)))
         assert place is not None
-        assert place.low[2] == pytest.approx(0.03, abs=3e-3)
+        assert place.lower[2] == pytest.approx(0.03, abs=3e-3)
 
     def test_slots_are_long_and_narrow_and_deep(self) -> None:
         walls = {
@@ -251,7 +251,7 @@ class TestHollows:
         asset = thing(link("object", walls, None))
         found = find_toaster_slots(asset)
         assert [h.middle[1] for h in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
-        assert [h.low[2] for h in found] == pytest.approx([0.03, 0.03], abs=3e-3)
+        assert [h.lower[2] for h in found] == pytest.approx([0.03, 0.03], abs=3e-3)
         ready = annotate_for_runtime(asset, "toaster")
         assert {"slot_l", "slot_r"} <= {r.name for r in ready.regions}
         assert {"slot_l_floor", "slot_r_floor"} <= {c.name for c in ready.root.colliders}

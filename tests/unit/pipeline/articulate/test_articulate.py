@@ -76,18 +76,18 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
     done = articulate_one(ArticulateRequest(mesh, tmp_path / "lib"))
     assert isinstance(done, ArticulateOutcome)
     assert (done.code, done.folder, done.accepted) == ("ART001", None, False)
-    said = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
-    assert isinstance(said, RunAborted)
-    assert "not at a right angle" in said.message
+    decisions = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
+    assert isinstance(decisions, RunAborted)
+    assert "not at a right angle" in decisions.message
 
 
 def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     vertices, faces, _ = together(*boxed_in())
     part = PartDecision(kind=PartKind.DRAWER, box_m=((-0.24, -0.25, 0.03), (0.24, 0.33, 0.31)), travel_m=0.3)
-    said = Decisions(parts={"mine": part})
+    decisions = Decisions(parts={"mine": part})
     mesh = obj(tmp_path / "thing.obj", vertices, faces)
-    built = build(ArticulateRequest(mesh, tmp_path, size_m=0.66, decisions=said, **AXES))
-    mine = next(p for p in built.found.parts if p.name == "mine")
+    built = build(ArticulateRequest(mesh, tmp_path, size_m=0.66, decisions=decisions, **AXES))
+    mine = next(p for p in built.articulation.parts if p.name == "mine")
     assert len(mine.faces)
     after = limit_ranges(built)
     joint = after.asset.joint_of("mine")

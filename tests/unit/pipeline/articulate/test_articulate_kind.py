@@ -32,10 +32,10 @@ def one(folder: Path, name: str) -> Found:
 @pytest.fixture(scope="module")
 def chest() -> tuple[Vec3, Articulation]:
     vertices, faces, _ = drawers()
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    return (x, y, z), infer_articulation(fragment_mesh(soup.in_frame(frame)), frame)
+    return (x, y, z), infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def toaster() -> tuple[str, float, str]:

@@ -1,4 +1,4 @@
-"""Which rooms doors close, and how large they may be: pairs of doors, round ones, bodies that taper."""
+"""Which cavities doors close, and how large they may be: pairs of doors, round ones, bodies that taper."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ def test_two_doors_that_meet_close_one_room() -> None:
     left = [box((0.0, -0.03, 0.0), (0.298, -0.001, 0.8)), box((0.26, -0.07, 0.3), (0.275, -0.03, 0.5))]
     right = [box((0.302, -0.03, 0.0), (0.6, -0.001, 0.8)), box((0.325, -0.07, 0.3), (0.34, -0.03, 0.5))]
     vertices, faces, _ = block(*left, *right)
-    soup, found = _inferred(vertices, faces)
-    (room,) = find_cavities(soup, found, "base_cabinet")
+    mesh, found = _inferred(vertices, faces)
+    (room,) = find_cavities(mesh, found, "base_cabinet")
     assert len(room.parts) == 2
-    rooms = find_cavities(soup, found, "refrigerator")
-    assert [len(r.parts) for r in rooms] == [1, 1]
+    cavities = find_cavities(mesh, found, "refrigerator")
+    assert [len(r.parts) for r in cavities] == [1, 1]
 
 
 def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
-    placed = soup.in_frame(frame)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    placed = mesh.in_frame(frame)
     return placed, infer_articulation(fragment_mesh(placed), frame.replace(metres=1.0))
 
 
@@ -50,8 +50,8 @@ def test_an_inside_out_mesh_is_measured_as_the_same() -> None:
 def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Articulation]:
     """Solids of which some are doors, without anything being guessed: place in `parts` -> edge of its hinge."""
     vertices, faces, owner = together(*parts)
-    soup = weld_triangles(vertices, faces)
-    frame = given_frame(soup, (0, 0, 1), (0, -1, 0)).replace(metres=1.0)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0)).replace(metres=1.0)
     joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.5))
     doors = [
         PartPlan(
@@ -63,7 +63,7 @@ def by_hand(edges: dict[int, HingeEdge], *parts: Part) -> tuple[WeldedMesh, Arti
         )
         for i, edge in edges.items()
     ]
-    placed = soup.in_frame(frame)
+    placed = mesh.in_frame(frame)
     return placed, Articulation(frame=frame, parts=tuple(doors))
 
 
@@ -71,8 +71,8 @@ BLOCK = box((0.0, 0.0, 0.0), (0.6, 0.6, 0.8))
 
 
 def test_behind_a_round_door_the_front_stays_whole() -> None:
-    soup, found = by_hand({1: HingeEdge.LEFT}, BLOCK, disc((0.3, -0.03, 0.4), 0.25, 0.029, 48))
-    (room,) = find_cavities(soup, found, "washing_machine")
+    mesh, found = by_hand({1: HingeEdge.LEFT}, BLOCK, disc((0.3, -0.03, 0.4), 0.25, 0.029, 48))
+    (room,) = find_cavities(mesh, found, "washing_machine")
     assert room.cut is not None
     assert room.fronts == ()
     scale, middle = found.frame.scale, np.array(found.frame.origin)
@@ -80,7 +80,7 @@ def test_behind_a_round_door_the_front_stays_whole() -> None:
     assert all(float(np.linalg.norm(c - (0.3, 0.4))) < 0.25 for c in corners)
 
 
-def test_a_stile_between_two_doors_parts_their_rooms() -> None:
+def test_a_stile_between_two_doors_parts_their_cavities() -> None:
     leaves = box((0.0, -0.03, 0.0), (0.29, -0.001, 0.8)), box((0.31, -0.03, 0.0), (0.6, -0.001, 0.8))
     edges = {1: HingeEdge.LEFT, 2: HingeEdge.RIGHT}
     assert len(find_cavities(*by_hand(edges, BLOCK, *leaves), "base_cabinet")) == 1
@@ -88,8 +88,8 @@ def test_a_stile_between_two_doors_parts_their_rooms() -> None:
     behind = {len(hollow): HingeEdge.LEFT, len(hollow) + 1: HingeEdge.RIGHT}
     assert len(find_cavities(*by_hand(behind, *hollow, *leaves), "base_cabinet")) == 1
     board = box((0.29, 0.0, 0.02), (0.31, 0.58, 0.78))
-    rooms = find_cavities(*by_hand(behind, *hollow, *leaves, board), "base_cabinet")
-    assert [r.built for r in rooms] == [False, False]
+    cavities = find_cavities(*by_hand(behind, *hollow, *leaves, board), "base_cabinet")
+    assert [r.built for r in cavities] == [False, False]
     stile = box((0.292, -0.03, 0.0), (0.308, 0.0, 0.8))
     assert len(find_cavities(*by_hand(edges, BLOCK, *leaves, stile), "base_cabinet")) == 2
 
@@ -99,9 +99,9 @@ def test_a_room_keeps_off_what_tapers_towards_the_back() -> None:
     tapered = points.copy()
     back = tapered[:, 1] > 0.5
     tapered[back, 2] = 0.2 + 0.5 * tapered[back, 2]
-    soup, found = by_hand({1: HingeEdge.LEFT}, (tapered, faces), box((0.0, -0.03, 0.0), (0.6, -0.001, 0.8)))
-    (room,) = find_cavities(soup, found, "")
-    skin = soup.faces[: len(faces)]
+    mesh, found = by_hand({1: HingeEdge.LEFT}, (tapered, faces), box((0.0, -0.03, 0.0), (0.6, -0.001, 0.8)))
+    (room,) = find_cavities(mesh, found, "")
+    skin = mesh.faces[: len(faces)]
     for x, z in ((room.outer[i][0], room.outer[k][2]) for i in (0, 1) for k in (0, 1)):
-        up = cross_rays(soup.points, skin, 2, np.array([[x, room.outer[1][1]]]))
+        up = cross_rays(mesh.points, skin, 2, np.array([[x, room.outer[1][1]]]))
         assert float(up.first()[0]) < z < float(up.last()[0])
