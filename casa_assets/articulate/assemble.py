@@ -11,7 +11,7 @@ from casa_assets.articulate.colliders.build_colliders import build_colliders, pa
 from casa_assets.articulate.joints.joint_dynamics import build_joint, open_closed_states
 from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.rounding import significant
+from casa_assets.articulate.vectors import round7, round7_vec3
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import shell_moments
 from casa_assets.geometry.mesh.normals import with_normals
@@ -60,9 +60,7 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
         mesh: in the frame, diagonal 1.
     """
     place = _Place(mesh, spec.metres)
-    owner = np.full(len(mesh.faces), -1, dtype=np.int64)
-    for i, part in enumerate(articulation.parts):
-        owner[part.faces] = i
+    owner = articulation.face_owner(len(mesh.faces))
     names = [ROOT, *(p.name for p in articulation.parts)]
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in articulation.parts)]
     total = float(mesh.areas.sum() + (BODY_WEIGHT_FACTOR - 1.0) * mesh.areas[owner < 0].sum())
@@ -78,7 +76,7 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
             Link(
                 name=name,
                 parent=parent,
-                pose=Pose(position=_vec(at)),
+                pose=Pose(position=round7_vec3(at)),
                 inertial=_inertial(place.points - anchors[i], mesh.faces[rows], mass * share),
                 visuals=_visuals(model, place, owner == i - 1, articulation.parts[i - 1] if i else None, anchors[i]),
                 colliders=shapes[i].colliders,
@@ -108,8 +106,7 @@ class _Place:
     """Converts points of the frame to metres: the origin is the middle of the footprint, on the ground."""
 
     def __init__(self, mesh: WeldedMesh, metres: float) -> None:
-        lower, upper = mesh.points.min(axis=0), mesh.points.max(axis=0)
-        self.shift = -np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]]) * metres
+        self.shift = -mesh.footprint_center * metres
         self.metres = metres
         self.points = self.point(mesh.points)
         self.mesh = mesh
@@ -123,8 +120,10 @@ class _Place:
 def _region(space: StorageSpace, place: _Place, anchor: Floats) -> Region:
     """Return a storage space as a region of its link."""
     lower, upper = place.point(np.array([space.lower, space.upper])) - anchor
-    pose = Pose(position=_vec((lower + upper) / 2))
-    return Region(name=space.name, link=space.part or ROOT, pose=pose, size=_vec(np.maximum(upper - lower, 1e-3)))
+    pose = Pose(position=round7_vec3((lower + upper) / 2))
+    return Region(
+        name=space.name, link=space.part or ROOT, pose=pose, size=round7_vec3(np.maximum(upper - lower, 1e-3))
+    )
 
 
 def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, anchor: Floats) -> tuple[Visual, ...]:
@@ -178,8 +177,8 @@ def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
     tensor = (
         tensor + np.eye(3) * mass * (MIN_SHEET_SHARE * float(np.ptp(points[faces].reshape(-1, 3), axis=0).max())) ** 2
     )
-    xx, yy, zz, xy, xz, yz = (_seven(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    return Inertial(mass=_seven(mass), center_of_mass=_vec(center), inertia=(xx, yy, zz, xy, xz, yz))
+    xx, yy, zz, xy, xz, yz = (round7(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    return Inertial(mass=round7(mass), center_of_mass=round7_vec3(center), inertia=(xx, yy, zz, xy, xz, yz))
 
 
 def _mass(spec: AssetSpec) -> float:
@@ -200,8 +199,8 @@ def _guesses(articulation: Articulation) -> tuple[Guess, ...]:
     frame = articulation.frame
     out = [Guess(subject="frame", value="up and front", confidence=frame.confidence, reason=frame.reason)]
     for part in articulation.parts:
-        message = "; ".join(w for w in (part.reason, part.joint.reason) if w)
-        out.append(Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, reason=message))
+        guess = Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, reason=part.full_reason)
+        out.append(guess)
     for cavity in articulation.cavities:
         if cavity.built:
             message = f"added: {cavity.interior.value}"
@@ -220,14 +219,3 @@ def _parents_first(links: list[Link]) -> tuple[Link, ...]:
         out += ready
         left = [k for k in left if k not in ready]
     return tuple(out)
-
-
-def _vec(values: Floats) -> tuple[float, float, float]:
-    """Return three numbers rounded to seven digits."""
-    x, y, z = (_seven(float(v)) if abs(v) > 1e-9 else 0.0 for v in values)
-    return (x, y, z)
-
-
-def _seven(value: float) -> float:
-    """Round a number to seven significant digits."""
-    return significant(float(value), 7)

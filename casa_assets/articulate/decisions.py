@@ -13,6 +13,7 @@ from casa_assets.articulate.joints import hinges
 from casa_assets.articulate.plan import Articulation, FaceIndex, HingeEdge, InteriorKind, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.asset.joint import JointKind
@@ -218,7 +219,7 @@ def _turned(joint: JointPlan, wanted: PartDecision, mesh: WeldedMesh, articulati
             float(np.linalg.norm(anchor - np.array(joint.anchor))) * (articulation.frame.metres or 1.0)
             > LENGTH_TOLERANCE_M
         ):
-            joint = joint.replace(anchor=_vec(anchor), edge=None, confidence=1.0, reason=GIVEN_REASON)
+            joint = joint.replace(anchor=to_vec3(anchor), edge=None, confidence=1.0, reason=GIVEN_REASON)
     return joint
 
 
@@ -237,7 +238,7 @@ def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh: WeldedM
     """Return the usual joint of a part of a kind at its place."""
     leaf = np.setdiff1d(part.faces, part.grip)
     lower, upper = _box(leaf if len(leaf) else part.faces, mesh)
-    middle = _vec((lower + upper) / 2)
+    middle = to_vec3((lower + upper) / 2)
     confidence = {"confidence": 1.0, "reason": GIVEN_REASON}
     if kind in (PartKind.DOOR, PartKind.LID):
         return _hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
@@ -261,8 +262,8 @@ def _hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats) -> Joi
     axis, point = hinges.hinge_line(panel, edge)
     return JointPlan(
         kind=JointKind.HINGE,
-        axis=_vec(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
-        anchor=_vec(point @ SIDES[side]),
+        axis=to_vec3(axis[0] * SIDES[side][0] + axis[1] * SIDES[side][1]),
+        anchor=to_vec3(point @ SIDES[side]),
         range=(0.0, hinges.DOOR_RANGE_RAD),
         edge=edge,
         confidence=1.0,
@@ -289,13 +290,5 @@ def _box(faces: FaceIndex, mesh: WeldedMesh) -> tuple[Floats, Floats]:
 
 def _to_frame(point: Floats, mesh: WeldedMesh, articulation: Articulation) -> Floats:
     """Convert a point of the asset frame (metres, origin under the middle) to the frame of the analysis."""
-    lower, upper = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    foot = np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]])
-    moved: Floats = point / (articulation.frame.metres or 1.0) + foot
+    moved: Floats = point / (articulation.frame.metres or 1.0) + mesh.footprint_center
     return moved
-
-
-def _vec(values: Floats) -> Vec3:
-    """Return three numbers."""
-    x, y, z = (float(v) for v in values)
-    return (x, y, z)

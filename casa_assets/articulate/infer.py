@@ -38,6 +38,7 @@ from casa_assets.articulate.segment.shell_segments import (
     Fragmentation,
     boxiness,
 )
+from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Vec3
@@ -275,7 +276,7 @@ def _taps(found: _Found) -> None:
 def _tray(found: _Found, door: Panel, tray: InnerPart) -> None:
     """Add something that slides or turns behind a door."""
     lower, upper = found.measured.box(tray.fragments)
-    middle = _direction_free((lower + upper) / 2)
+    middle = to_vec3((lower + upper) / 2)
     if tray.turns:
         joint = JointPlan(
             kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
@@ -295,7 +296,7 @@ def _lid(found: _Found, lid: Lid) -> None:
     joint = JointPlan(
         kind=JointKind.HINGE,
         axis=_direction(axis),
-        anchor=_direction_free(anchor),
+        anchor=to_vec3(anchor),
         range=(0.0, lid.opening_angle),
         confidence=0.5,
         reason="hinged at the handle, or where nothing is in its way",
@@ -309,12 +310,6 @@ def _direction(v: Floats) -> Vec3:
     return (x, y, z)
 
 
-def _direction_free(v: Floats) -> Vec3:
-    """Return a vector as three numbers."""
-    x, y, z = (float(c) for c in v)
-    return (x, y, z)
-
-
 def _point(side: int, uvw: Floats) -> Vec3:
     """Convert a point given as (right, up, depth) of a side to the frame."""
-    return _direction_free(uvw @ SIDES[side])
+    return to_vec3(uvw @ SIDES[side])

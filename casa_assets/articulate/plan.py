@@ -112,6 +112,11 @@ class PartPlan(Record):
     reason: str = ""
     added: bool = False
 
+    @property
+    def full_reason(self) -> str:
+        """Return why it is this part, and why it has this joint."""
+        return "; ".join(w for w in (self.reason, self.joint.reason) if w)
+
 
 class InteriorKind(StrEnum):
     """Type of interior, by which a cavity is lined and furnished."""
@@ -194,3 +199,10 @@ class Articulation(Record):
     cavities: tuple[Cavity, ...] = ()
     added: tuple[AddedGeometry, ...] = ()
     spaces: tuple[StorageSpace, ...] = ()
+
+    def face_owner(self, count: int) -> npt.NDArray[np.int64]:
+        """Return the (F,) index of the part that each of `count` faces belongs to, -1 for the body."""
+        owner = np.full(count, -1, dtype=np.int64)
+        for i, part in enumerate(self.parts):
+            owner[part.faces] = i
+        return owner

@@ -64,48 +64,46 @@ def build_colliders(
         points: (P, 3) of the soup, metres, asset frame. label: (F,) fragments. substance: of all shapes.
     """
     metres = articulation.frame.metres or 1.0
-    owner = np.full(len(mesh.faces), -1, dtype=np.int64)
-    for i, part in enumerate(articulation.parts):
-        owner[part.faces] = i
+    owner = articulation.face_owner(len(mesh.faces))
     names = [p.name for p in articulation.parts]
-    behind = [_behind(p, articulation.parts, mesh) for p in articulation.parts]
+    behind = [_door_in_front(p, articulation.parts, mesh) for p in articulation.parts]
     for added in articulation.added:
         owner[added.faces] = BUILT_OWNER
-    solids = [_solid(points, mesh, label, np.flatnonzero(owner == -1), None)]
+    solids = [_link_solid(points, mesh, label, np.flatnonzero(owner == -1), None)]
     for i, part in enumerate(articulation.parts):
-        solid = _solid(points, mesh, label, np.flatnonzero(owner == i), part)
-        before = behind[i]
+        solid = _link_solid(points, mesh, label, np.flatnonzero(owner == i), part)
+        door = behind[i]
         solid.carrier = names.index(part.parent) + 1 if part.parent else 0
-        solid.behind = None if before is None else before + 1
+        solid.behind = None if door is None else door + 1
         solids.append(solid)
-    _place(solids, articulation, points, mesh, metres)
-    _build_in(solids, articulation, points, mesh, metres)
+    _set_joints(solids, articulation, points, mesh, metres)
+    _add_interiors(solids, articulation, points, mesh, metres)
     for i, solid in enumerate(solids):
         solid.clouds = [snap_to_box(c) for c in solid.clouds]
-        own = mesh.faces[owner == i - 1]
-        solid.skin = surface_samples(points, own, SURFACE_SAMPLES) if len(own) else None
+        own_faces = mesh.faces[owner == i - 1]
+        solid.skin = surface_samples(points, own_faces, SURFACE_SAMPLES) if len(own_faces) else None
     clear_moving_parts(solids)
     for solid, part in zip(solids[1:], articulation.parts, strict=True):
         add_edge_grip(solid, part.kind)
     out = []
     for i, solid in enumerate(solids):
-        middle = np.zeros(3) if solid.anchor is None else solid.anchor
+        origin = np.zeros(3) if solid.anchor is None else solid.anchor
         kind = None if i == 0 else articulation.parts[i - 1].kind
         name = "object" if i == 0 else names[i - 1]
-        out.append(LinkColliders(_colliders(solid, middle, name, kind, substance), None if i == 0 else behind[i - 1]))
+        out.append(LinkColliders(_colliders(solid, origin, name, kind, substance), None if i == 0 else behind[i - 1]))
     return out
 
 
-def _place(
+def _set_joints(
     solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres: float
 ) -> None:
     """Give each link its joint, asset frame; in place."""
-    foot = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
+    origin = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
     for solid, part in zip(solids[1:], articulation.parts, strict=True):
         joint = part.joint
         solid.turns = joint.kind is JointKind.HINGE
         solid.axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        solid.anchor = np.array(joint.anchor) * metres + foot
+        solid.anchor = np.array(joint.anchor) * metres + origin
         solid.hidden = part.kind is PartKind.TRAY
         solid.max_travel = float(joint.range[1]) * (1.0 if solid.turns else metres)
 
@@ -121,39 +119,39 @@ def _largest(clouds: Sequence[Floats], max_count: int) -> list[Floats]:
     return [clouds[i] for i in ranked if i in kept]
 
 
-def _build_in(
+def _add_interiors(
     solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres: float
 ) -> None:
     """Add the shapes of built interiors to their links, and subtract the cavities from the body; in place."""
-    foot = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
+    origin = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
     names = [p.name for p in articulation.parts]
     for cavity in (r for r in articulation.cavities if r.built and (r.cut is not None or r.furnish)):
         holes = [cavity.cut or (cavity.lower, cavity.upper), *cavity.fronts]
         for hole in holes:
-            box = np.array(hole) * metres + foot
+            box = np.array(hole) * metres + origin
             solids[0].clouds = [piece for c in solids[0].clouds for piece in subtract_box(c, box)]
     for added in articulation.added:
         solid = solids[names.index(added.part) + 1 if added.part else 0]
         own = _largest(solid.clouds, max(MIN_OWN_SHAPES, MAX_SHAPES_BEFORE_CUTS - len(added.clouds)))
-        solid.clouds = [*own, *(c * metres + foot for c in added.clouds)]
+        solid.clouds = [*own, *(c * metres + origin for c in added.clouds)]
 
 
-def _solid(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
+def _link_solid(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
     """Return the shapes of one link before any cut."""
     rows = rows[label[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
         # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
         return LinkSolid(None, convex_clouds(points, mesh.faces[rows], MAX_SHAPES_BEFORE_CUTS), [])
     # What is taken anywhere has no handle of its own: racks, levers.
-    apart = part is not None and len(part.grip) < len(part.faces)
-    held = np.isin(rows, part.grip) if part is not None and apart else np.zeros(len(rows), dtype=bool)
+    has_handle = part is not None and len(part.grip) < len(part.faces)
+    in_handle = np.isin(rows, part.grip) if part is not None and has_handle else np.zeros(len(rows), dtype=bool)
     if part is not None and part.kind in SINGLE_SHAPE_KINDS and len(rows):
         return LinkSolid(None, convex_clouds(points, mesh.faces[rows], 1), [])
-    grips = _covered(points, mesh, label, rows[held], MAX_HANDLE_SHAPES)
-    return LinkSolid(None, _covered(points, mesh, label, rows[~held], MAX_SHAPES_BEFORE_CUTS), grips)
+    handle = _cover_fragments(points, mesh, label, rows[in_handle], MAX_HANDLE_SHAPES)
+    return LinkSolid(None, _cover_fragments(points, mesh, label, rows[~in_handle], MAX_SHAPES_BEFORE_CUTS), handle)
 
 
-def _covered(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, max_count: int) -> list[Floats]:
+def _cover_fragments(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, max_count: int) -> list[Floats]:
     """Return shapes that cover some faces, fragment by fragment, the largest first, within the budget."""
     if not len(rows):
         return []
@@ -163,8 +161,8 @@ def _covered(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, max_coun
     reach = max(REACH_M, REACH_SHARE * float(np.linalg.norm(extent)))
     out: list[Floats] = []
     boxes: list[Floats] = []
-    for n, one in enumerate(ranked.tolist()):
-        faces = mesh.faces[rows[label[rows] == one]]
+    for n, fragment in enumerate(ranked.tolist()):
+        faces = mesh.faces[rows[label[rows] == fragment]]
         cloud = points[np.unique(faces)]
         if any((cloud >= b[0] - reach).all() and (cloud <= b[1] + reach).all() for b in boxes):
             continue
@@ -173,47 +171,54 @@ def _covered(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, max_coun
             break
         # Those that follow need some of the budget too.
         share = max(1, budget - min(len(ranked) - n - 1, budget // 2))
-        large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE_FRAME_SHARE * float(extent.max())
-        if share < FRAME_SIDES and large and hull_closes_opening(points, faces):
+        is_large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE_FRAME_SHARE * float(extent.max())
+        if share < FRAME_SIDES and is_large and hull_closes_opening(points, faces):
             # A hull of it would close what it leaves open: it has as many shapes as a frame has sides, or none.
             if budget < FRAME_SIDES:
                 continue
             share = FRAME_SIDES
-        found = convex_clouds(points, faces, share)[:budget]
-        out += found
-        boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in found]
-    return out + _ends(points, mesh, label, rows, out, reach)
+        clouds = convex_clouds(points, faces, share)[:budget]
+        out += clouds
+        boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in clouds]
+    return out + _cover_extremes(points, mesh, label, rows, out, reach)
 
 
-def _ends(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, have: list[Floats], reach: float) -> list[Floats]:
+def _cover_extremes(
+    points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, clouds: list[Floats], reach: float
+) -> list[Floats]:
     """Return shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
-    seen = points[mesh.faces[rows]]
-    lower, upper = (np.array([f(c, axis=0) for c in have]) for f in (np.min, np.max))
+    corners = points[mesh.faces[rows]]
+    lower, upper = (np.array([f(c, axis=0) for c in clouds]) for f in (np.min, np.max))
     wanted: list[int] = []
     for axis in range(3):
-        if seen[..., axis].min() < lower[:, axis].min() - reach:
-            wanted.append(int(label[rows[np.argmin(seen[..., axis].min(axis=1))]]))
-        if seen[..., axis].max() > upper[:, axis].max() + reach:
-            wanted.append(int(label[rows[np.argmax(seen[..., axis].max(axis=1))]]))
-    reached = [mesh.faces[rows[label[rows] == one]] for one in sorted(set(wanted))]
+        if corners[..., axis].min() < lower[:, axis].min() - reach:
+            wanted.append(int(label[rows[np.argmin(corners[..., axis].min(axis=1))]]))
+        if corners[..., axis].max() > upper[:, axis].max() + reach:
+            wanted.append(int(label[rows[np.argmax(corners[..., axis].max(axis=1))]]))
+    reached = [mesh.faces[rows[label[rows] == fragment]] for fragment in sorted(set(wanted))]
     return [
         c for faces in reached for c in convex_clouds(points, faces, MAX_END_SHAPES if is_frame(points, faces) else 1)
     ]
 
 
-def _behind(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) -> int | None:
+def _door_in_front(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) -> int | None:
     """Return the index of the door in front of something that slides or turns inside, or None."""
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None
-    own = mesh.points[mesh.faces[part.faces].reshape(-1)]
-    lower, upper = own.min(axis=0), own.max(axis=0)
+    points = mesh.points[mesh.faces[part.faces].reshape(-1)]
+    lower, upper = points.min(axis=0), points.max(axis=0)
     middle = (lower + upper) / 2
-    for i, other in enumerate(parts):
-        if other is part or other.kind is not PartKind.DOOR or other.parent:
+    for i, door in enumerate(parts):
+        if door is part or door.kind is not PartKind.DOOR or door.parent:
             continue
-        theirs = mesh.points[mesh.faces[other.faces].reshape(-1)]
-        a, b = theirs.min(axis=0), theirs.max(axis=0)
-        if a[0] <= middle[0] <= b[0] and a[2] <= middle[2] <= b[2] and a[1] < lower[1] and b[1] < middle[1]:
+        door_points = mesh.points[mesh.faces[door.faces].reshape(-1)]
+        door_lower, door_upper = door_points.min(axis=0), door_points.max(axis=0)
+        if (
+            door_lower[0] <= middle[0] <= door_upper[0]
+            and door_lower[2] <= middle[2] <= door_upper[2]
+            and door_lower[1] < lower[1]
+            and door_upper[1] < middle[1]
+        ):
             return i
     return None
 
@@ -225,10 +230,10 @@ def _colliders(
     mains = _largest(solid.clouds, MAX_SHAPES - len(solid.grips))
     label = None if kind is None else part_label(kind)
     out: list[Collider] = []
-    for clouds, stem, mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):
+    for clouds, stem, part_mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):
         for n, cloud in enumerate(clouds):
             shape, pose = fit_shape(cloud - middle)
             at = Pose(position=pose.position)
-            own = stem if not n else f"{stem}_{n:02d}"
-            out.append(Collider(name=own, shape=shape, pose=at, substance=substance, label=mark))
+            name_ = stem if not n else f"{stem}_{n:02d}"
+            out.append(Collider(name=name_, shape=shape, pose=at, substance=substance, label=part_mark))
     return tuple(out)

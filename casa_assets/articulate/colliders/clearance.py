@@ -1,7 +1,7 @@
 """Cut collision shapes back where a moving part passes them, because shapes are coarser than the visible mesh.
 
 Only shallow overlaps are cut: there the coarse shapes, or two coplanar faces, are the cause. A deep overlap means that
-the part really runs into another, which no cut may hide.
+the part really runs into another, and is kept.
 """
 
 from __future__ import annotations
@@ -12,30 +12,37 @@ from dataclasses import dataclass
 import manifold3d
 import numpy as np
 
-from casa_assets.articulate.colliders.empty_regions import is_empty_region
 from casa_assets.articulate.colliders.link_shapes import box_cloud
 from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.hull import hull_volume
 
-# Link and shape that would be cut, link and shape that asks for it.
+# Link and shape that would be cut, then link and shape that run into it.
 Pair = tuple[int, int, int, int]
 
-# Overlaps up to this deep are left alone; those up to the next (or that part of the whole) are cut; metres.
+# Overlaps up to MIN_OVERLAP_M are left alone; those up to MAX_CUT_DEPTH_M, or that share of the diagonal of all links,
+# are cut.
 MIN_OVERLAP_M, MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE = 0.0001, 0.012, 0.02
-# Left between a part and what it passes: where two touch that cannot give way, friction holds them.
+# Gap left between a part and what it passes: shapes that touch would be held by friction.
 CLEARANCE_M = 0.0004
-# Shares of the range at which a part is looked at; close to shut it matters most.
+# Shares of the range at which overlaps are sampled, densest near the closed pose, where parts fit most tightly.
 SAMPLED_SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88, 1.0)
-# Shapes that are smaller than this are not worth one.
+# Smaller shapes are dropped: volume, and thickness.
 MIN_SHAPE_M3, MIN_SHAPE_M = 1e-8, 0.001
+# Boxes that are subtracted from one shape.
 MAX_CUTS = 3
+# Hidden links may be cut so many times deeper.
 HIDDEN_CUT_FACTOR = 2.5
+# An overlap this thick, by the thinner of two shapes, means that one runs through the other.
 CROSSING_SHARE = 0.6
-# A notch takes at most this part of an edge's width, and one way no more than the second.
+# A notch takes at most the first share of the width of a shape, and no more than the second in one direction.
 MAX_NOTCH_SHARE, SHALLOW_NOTCH_SHARE = 0.5, 0.2
-# A shape that would lose more than the rest of this is what it seems: it is not cut.
+# A shape that stands for visible matter keeps at least this share of its volume, else it is not cut.
 MIN_VOLUME_LEFT = 0.5
+# Visible surface this near to the side of an empty box bounds it, if that side has at least this share of the surface.
+BOUND_TOLERANCE_M, MIN_SIDE_SHARE = 0.0005, 0.15
+# Visible surface farther inside a box than this share of its size lies in it, and does not bound it.
+INNER_MARGIN_SHARE = 0.25
 
 
 @dataclass
@@ -66,34 +73,34 @@ class LinkSolid:
 def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
     """Cut the shapes of every link where another passes; in place."""
     points = np.concatenate([c for s in solids for c in s.clouds])
-    whole = float(np.linalg.norm(np.ptp(points, axis=0)))
-    deep = max(MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE * whole)
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    max_cut_depth = max(MAX_CUT_DEPTH_M, MAX_CUT_DEPTH_SHARE * diagonal)
     for i, solid in enumerate(solids):
         if solid.axis is None or not solid.clouds:
             continue
         pairs: dict[Pair, list[Floats]] = {}
         crossed: set[Pair] = set()
-        _meet(solids, i, 0.0, pairs, crossed)
+        _record_overlaps(solids, i, 0.0, pairs, crossed)
         at_rest = frozenset(pairs)
         for share in SAMPLED_SHARES:
-            _meet(solids, i, share, pairs, crossed)
+            _record_overlaps(solids, i, share, pairs, crossed)
         cuts: dict[tuple[int, int], list[Floats]] = {}
-        real: set[tuple[int, int]] = set()
-        max_count = deep * (HIDDEN_CUT_FACTOR if solid.hidden else 1.0)
+        matter: set[tuple[int, int]] = set()
+        max_depth = max_cut_depth * (HIDDEN_CUT_FACTOR if solid.hidden else 1.0)
         for pair, boxes in sorted(pairs.items()):
-            # What is shallow in one pose and deep in the next is a part on its way into another.
-            shallow = all(float((b[1] - b[0]).min()) <= max_count for b in boxes)
-            still = pair in at_rest
-            air = still and pair[0] == 0 and is_empty_region(solids[0].skin, boxes)
-            if air or (shallow and (still or pair not in crossed)):
-                real |= set() if air else {pair[:2]}
+            # An overlap that is shallow in one pose and deep in the next is a part on its way into another.
+            shallow = all(float((b[1] - b[0]).min()) <= max_depth for b in boxes)
+            is_at_rest = pair in at_rest
+            is_empty = is_at_rest and pair[0] == 0 and is_empty_region(solids[0].skin, boxes)
+            if is_empty or (shallow and (is_at_rest or pair not in crossed)):
+                matter |= set() if is_empty else {pair[:2]}
                 cuts.setdefault(pair[:2], []).extend(boxes)
         for (link, index), boxes in sorted(cuts.items(), reverse=True):
-            least = MIN_VOLUME_LEFT if (link, index) in real else 0.0
-            solids[link].clouds[index : index + 1] = _without(solids[link].clouds[index], boxes, least)
+            min_left = MIN_VOLUME_LEFT if (link, index) in matter else 0.0
+            solids[link].clouds[index : index + 1] = _subtract_boxes(solids[link].clouds[index], boxes, min_left)
 
 
-def _meet(
+def _record_overlaps(
     solids: Sequence[LinkSolid],
     mover: int,
     share: float,
@@ -101,39 +108,47 @@ def _meet(
     crossed: set[Pair],
 ) -> None:
     """Record the overlaps while one link stands at a share of its range."""
-    group = [k for k in range(len(solids)) if _carried(solids, k, mover)]
-    stand = {k: _motion(solids, k, {mover: share}) for k in range(len(solids))}
-    for a in group:
+    moving = [k for k in range(len(solids)) if _is_carried_by(solids, k, mover)]
+    poses = {k: _pose_at(solids, k, {mover: share}) for k in range(len(solids))}
+    for a in moving:
         for b in range(len(solids)):
-            if b in group or not solids[a].clouds or not solids[b].clouds:
+            if b in moving or not solids[a].clouds or not solids[b].clouds:
                 continue
-            ours = [_at(c, stand[a]) for c in (*solids[a].clouds, *solids[a].grips)]
-            theirs = [_at(c, stand[b]) for c in solids[b].clouds]
-            for p, q in _near(ours, theirs):
-                notch = b == 0 and solids[mover].hidden and _is_notch(ours[p], theirs[q], solids[mover])
-                # The larger shape loses the least.
-                cut_theirs = notch or _bulk(theirs[q]) >= _bulk(ours[p]) or p >= len(solids[a].clouds)
-                pair = (_swollen(ours[p]), theirs[q]) if cut_theirs else (ours[p], _swollen(theirs[q]))
+            moving_clouds = [_transform(c, poses[a]) for c in (*solids[a].clouds, *solids[a].grips)]
+            other_clouds = [_transform(c, poses[b]) for c in solids[b].clouds]
+            for p, q in _overlapping_pairs(moving_clouds, other_clouds):
+                notch = b == 0 and solids[mover].hidden and _is_notch(moving_clouds[p], other_clouds[q], solids[mover])
+                # The larger of the two shapes is cut: it loses the smaller share.
+                cuts_other = (
+                    notch
+                    or _bounding_volume(other_clouds[q]) >= _bounding_volume(moving_clouds[p])
+                    or p >= len(solids[a].clouds)
+                )
+                pair = (
+                    (_inflate(moving_clouds[p]), other_clouds[q])
+                    if cuts_other
+                    else (moving_clouds[p], _inflate(other_clouds[q]))
+                )
                 shared = _overlap(*pair)
                 if shared is None:
                     continue
-                link, index = (b, q) if cut_theirs else (a, p)
-                turn, shift = stand[link]
-                own = (shared - shift) @ turn
-                box = np.array([own.min(axis=0), own.max(axis=0)])
+                link, index = (b, q) if cuts_other else (a, p)
+                rotation, translation = poses[link]
+                local = (shared - translation) @ rotation
+                box = np.array([local.min(axis=0), local.max(axis=0)])
                 if float((box[1] - box[0]).min()) > MIN_OVERLAP_M:
-                    key = (link, index, *((a, p) if cut_theirs else (b, q)))
-                    if not notch and _crosses(box, ours[p], theirs[q], stand[link]):
+                    key = (link, index, *((a, p) if cuts_other else (b, q)))
+                    if not notch and _crosses(box, moving_clouds[p], other_clouds[q], poses[link]):
                         crossed.add(key)
-                    _note(pairs.setdefault(key, []), box)
+                    _add_box(pairs.setdefault(key, []), box)
 
 
-def _is_notch(ours: Floats, theirs: Floats, mover: LinkSolid) -> bool:
+def _is_notch(cloud: Floats, other: Floats, mover: LinkSolid) -> bool:
     """Return whether a sliding part takes no more than a corner or a stretch of an edge of a shape as it passes."""
-    shared = None if mover.turns or mover.axis is None else _overlap(_swollen(ours), theirs)
+    shared = None if mover.turns or mover.axis is None else _overlap(_inflate(cloud), other)
     if shared is None or mover.axis is None:
         return False
-    lower, upper = theirs.min(axis=0), theirs.max(axis=0)
+    lower, upper = other.min(axis=0), other.max(axis=0)
     share = np.ptp(shared, axis=0) / np.maximum(upper - lower, 1e-9)
     beside = [k for k in range(3) if k != int(np.argmax(np.abs(mover.axis)))]
     edge = (shared.min(axis=0) <= lower + CLEARANCE_M) | (shared.max(axis=0) >= upper - CLEARANCE_M)
@@ -143,24 +158,24 @@ def _is_notch(ours: Floats, theirs: Floats, mover: LinkSolid) -> bool:
     )
 
 
-def _crosses(box: Floats, one: Floats, other: Floats, stand: tuple[Floats, Floats]) -> bool:
+def _crosses(box: Floats, first: Floats, second: Floats, pose: tuple[Floats, Floats]) -> bool:
     """Return whether an overlap, where it is thinnest, is most of one of two shapes: a bar running into a post."""
-    turn, shift = stand
-    thin = int(np.argmin(box[1] - box[0]))
-    wide = min(float(np.ptp((c - shift) @ turn[:, thin])) for c in (one, other))
-    return float(box[1][thin] - box[0][thin]) >= CROSSING_SHARE * wide
+    rotation, translation = pose
+    axis = int(np.argmin(box[1] - box[0]))
+    width = min(float(np.ptp((c - translation) @ rotation[:, axis])) for c in (first, second))
+    return float(box[1][axis] - box[0][axis]) >= CROSSING_SHARE * width
 
 
-def _note(boxes: list[Floats], fresh: Floats) -> None:
+def _add_box(boxes: list[Floats], new: Floats) -> None:
     """Add a box, or grow one that it overlaps; in place."""
     for box in boxes:
-        if (box[0] <= fresh[1] + CLEARANCE_M).all() and (fresh[0] <= box[1] + CLEARANCE_M).all():
-            box[0], box[1] = np.minimum(box[0], fresh[0]), np.maximum(box[1], fresh[1])
+        if (box[0] <= new[1] + CLEARANCE_M).all() and (new[0] <= box[1] + CLEARANCE_M).all():
+            box[0], box[1] = np.minimum(box[0], new[0]), np.maximum(box[1], new[1])
             return
-    boxes.append(fresh)
+    boxes.append(new)
 
 
-def _carried(solids: Sequence[LinkSolid], link: int | None, by: int) -> bool:
+def _is_carried_by(solids: Sequence[LinkSolid], link: int | None, by: int) -> bool:
     """Return whether a link is another link, or is carried by it."""
     while link is not None:
         if link == by:
@@ -169,84 +184,84 @@ def _carried(solids: Sequence[LinkSolid], link: int | None, by: int) -> bool:
     return False
 
 
-def _motion(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
+def _pose_at(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
     """Return the (3, 3) rotation and (3,) shift of a link while some links stand at shares of their ranges."""
     for mover in list(shares):
         before = solids[mover].behind
         if before is not None and before not in shares:
             shares = {**shares, before: 1.0}
-    turn, shift = np.eye(3), np.zeros(3)
-    at: int | None = link
-    while at is not None:
-        solid = solids[at]
-        if at in shares and solid.axis is not None and solid.anchor is not None:
+    rotation, translation = np.eye(3), np.zeros(3)
+    current: int | None = link
+    while current is not None:
+        solid = solids[current]
+        if current in shares and solid.axis is not None and solid.anchor is not None:
             if solid.turns:
-                own = about_axis(solid.axis, solid.max_travel * shares[at])
-                own_shift = solid.anchor - own @ solid.anchor
+                local = about_axis(solid.axis, solid.max_travel * shares[current])
+                local_translation = solid.anchor - local @ solid.anchor
             else:
-                own, own_shift = np.eye(3), solid.axis * solid.max_travel * shares[at]
-            turn, shift = own @ turn, own @ shift + own_shift
-        at = solid.carrier
-    return turn, shift
+                local, local_translation = np.eye(3), solid.axis * solid.max_travel * shares[current]
+            rotation, translation = local @ rotation, local @ translation + local_translation
+        current = solid.carrier
+    return rotation, translation
 
 
-def _swollen(cloud: Floats) -> Floats:
-    """Return a cloud enlarged by the gap on every side."""
+def _inflate(cloud: Floats) -> Floats:
+    """Return a cloud enlarged by CLEARANCE_M on every side."""
     middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
     found: Floats = np.concatenate([cloud, cloud + np.sign(cloud - middle) * CLEARANCE_M])
     return found
 
 
-def _bulk(cloud: Floats) -> float:
+def _bounding_volume(cloud: Floats) -> float:
     """Return the volume of the bounding box of a cloud."""
     return float(np.prod(np.ptp(cloud, axis=0)))
 
 
-def _at(cloud: Floats, motion: tuple[Floats, Floats]) -> Floats:
+def _transform(cloud: Floats, motion: tuple[Floats, Floats]) -> Floats:
     """Return a cloud moved by a rotation and a shift."""
     found: Floats = cloud @ motion[0].T + motion[1]
     return found
 
 
-def _near(ours: list[Floats], theirs: list[Floats]) -> list[tuple[int, int]]:
+def _overlapping_pairs(first: list[Floats], second: list[Floats]) -> list[tuple[int, int]]:
     """Return the pairs whose boxes overlap, or nearly do."""
-    a, b = (np.array([[c.min(axis=0), c.max(axis=0)] for c in side]) for side in (ours, theirs))
-    over = (a[:, None, 0] < b[None, :, 1] + CLEARANCE_M) & (b[None, :, 0] < a[:, None, 1] + CLEARANCE_M)
-    return [(int(p), int(q)) for p, q in np.argwhere(over.all(axis=2))]
+    a, b = (np.array([[c.min(axis=0), c.max(axis=0)] for c in side]) for side in (first, second))
+    overlaps = (a[:, None, 0] < b[None, :, 1] + CLEARANCE_M) & (b[None, :, 0] < a[:, None, 1] + CLEARANCE_M)
+    return [(int(p), int(q)) for p, q in np.argwhere(overlaps.all(axis=2))]
 
 
-def _overlap(one: Floats, other: Floats) -> Floats | None:
+def _overlap(first: Floats, second: Floats) -> Floats | None:
     """Return the (N, 3) corners of the intersection of two convex clouds, or None."""
-    both = manifold3d.Manifold.hull_points(one) ^ manifold3d.Manifold.hull_points(other)
-    if both.is_empty() or both.volume() < 1e-12:
+    shared = manifold3d.Manifold.hull_points(first) ^ manifold3d.Manifold.hull_points(second)
+    if shared.is_empty() or shared.volume() < 1e-12:
         return None
-    return np.array(both.to_mesh64().vert_properties[:, :3], dtype=np.float64)
+    return np.array(shared.to_mesh64().vert_properties[:, :3], dtype=np.float64)
 
 
-def _without(cloud: Floats, boxes: list[Floats], least: float) -> list[Floats]:
+def _subtract_boxes(cloud: Floats, boxes: list[Floats], min_share: float) -> list[Floats]:
     """Subtract boxes from a convex cloud; return it whole where less than a share of it would be left."""
-    left = [cloud]
-    for box in _merged(boxes, cloud):
-        left = [piece for c in left for piece in subtract_box(c, box)]
-    return left if sum(hull_volume(c) for c in left) >= least * hull_volume(cloud) else [cloud]
+    rest = [cloud]
+    for box in _merge_boxes(boxes, cloud):
+        rest = [slab for c in rest for slab in subtract_box(c, box)]
+    return rest if sum(hull_volume(c) for c in rest) >= min_share * hull_volume(cloud) else [cloud]
 
 
-def _merged(boxes: list[Floats], cloud: Floats) -> list[Floats]:
-    """Merge boxes until at most three are left."""
-    out = list(boxes)
+def _merge_boxes(boxes: list[Floats], cloud: Floats) -> list[Floats]:
+    """Merge boxes, those with the smallest union first, until MAX_CUTS are left and further unions are large."""
+    merged = list(boxes)
     limit = 0.25 * float(np.prod(np.ptp(cloud, axis=0)))
-    while len(out) > 1:
+    while len(merged) > 1:
         grown = [
-            (float(np.prod(np.maximum(out[i][1], out[j][1]) - np.minimum(out[i][0], out[j][0]))), i, j)
-            for i in range(len(out))
-            for j in range(i + 1, len(out))
+            (float(np.prod(np.maximum(merged[i][1], merged[j][1]) - np.minimum(merged[i][0], merged[j][0]))), i, j)
+            for i in range(len(merged))
+            for j in range(i + 1, len(merged))
         ]
-        least, i, j = min(grown)
-        if len(out) <= MAX_CUTS and least > limit:
+        volume, i, j = min(grown)
+        if len(merged) <= MAX_CUTS and volume > limit:
             break
-        joined = np.array([np.minimum(out[i][0], out[j][0]), np.maximum(out[i][1], out[j][1])])
-        out = [b for k, b in enumerate(out) if k not in (i, j)] + [joined]
-    return out
+        joined = np.array([np.minimum(merged[i][0], merged[j][0]), np.maximum(merged[i][1], merged[j][1])])
+        merged = [b for k, b in enumerate(merged) if k not in (i, j)] + [joined]
+    return merged
 
 
 def subtract_box(cloud: Floats, box: Floats) -> list[Floats]:
@@ -261,8 +276,8 @@ def subtract_box(cloud: Floats, box: Floats) -> list[Floats]:
     order = sorted(
         (-(box[0][k] - lower[k] if s == 0 else upper[k] - box[1][k]), k, s) for k in range(3) for s in (0, 1)
     )
-    for room, axis, side in order:
-        if room >= 0:
+    for negative_thickness, axis, side in order:
+        if negative_thickness >= 0:
             continue
         start, stop = a.copy(), b.copy()
         if side == 0:
@@ -280,3 +295,24 @@ def subtract_box(cloud: Floats, box: Floats) -> list[Floats]:
         if np.ptp(points, axis=0).min() >= MIN_SHAPE_M and hull_volume(points) > 0:
             out.append(points)
     return out
+
+
+def is_empty_region(skin: Floats | None, boxes: Sequence[Floats]) -> bool:
+    """Return whether the visible body has no surface inside any of some boxes, (2, 3) corners each.
+
+    Surface may bound a box on one side; on two opposite sides it is a board that fills the box.
+
+    Args:
+        skin: (N, 3) points on the visible surface of the body, metres; None counts as not empty.
+    """
+    if skin is None:
+        return False
+    for lower, upper in boxes:
+        near = skin[((skin > lower - BOUND_TOLERANCE_M) & (skin < upper + BOUND_TOLERANCE_M)).all(axis=1)]
+        share = (near - lower) / np.maximum(upper - lower, 1e-9)
+        side = np.argmin(np.concatenate([share, 1.0 - share], axis=1), axis=1)
+        count = np.bincount(side, minlength=6) >= max(1.0, MIN_SIDE_SHARE * len(near))
+        inner = ((share > INNER_MARGIN_SHARE) & (share < 1.0 - INNER_MARGIN_SHARE)).all(axis=1).any()
+        if inner or (count[:3] & count[3:]).any():
+            return False
+    return True

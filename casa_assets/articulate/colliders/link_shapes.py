@@ -8,7 +8,7 @@ from scipy import ndimage
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.segment.raster import render_depth
-from casa_assets.core.rounding import significant
+from casa_assets.articulate.vectors import round7
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.grid.voxel import Grid, voxelise
@@ -45,22 +45,22 @@ def convex_clouds(points: Floats, faces: Ints, max_count: int) -> list[Floats]:
     used, local = np.unique(faces, return_inverse=True)
     cloud, triangles = points[used], local.reshape(-1, 3)
     extent = np.ptp(cloud, axis=0)
-    thin = bool(extent.min() < MIN_THICKNESS_M)
-    if thin and (max_count == 1 or _fills_its_box(cloud, triangles)):
-        return [box_cloud(*_thick(cloud))]
-    if thin and _fills_its_outline(cloud, triangles):
-        return [_plate(cloud)]
+    is_thin = bool(extent.min() < MIN_THICKNESS_M)
+    if is_thin and (max_count == 1 or _fills_its_box(cloud, triangles)):
+        return [box_cloud(*_thick_bounds(cloud))]
+    if is_thin and _fills_its_outline(cloud, triangles):
+        return [_flat_hull(cloud)]
     finest = voxelise(cloud, triangles, cells=VOXEL_COUNTS[0])
-    if max_count == 1 or (not thin and finest.volume >= MIN_HULL_FILL * hull_volume(cloud)):
-        return [_convex(cloud)]
+    if max_count == 1 or (not is_thin and finest.volume >= MIN_HULL_FILL * hull_volume(cloud)):
+        return [_hull_or_box(cloud)]
     samples = np.concatenate([cloud, surface_samples(cloud, triangles, SAMPLES)])
     found: list[Floats] = []
     for cells in VOXEL_COUNTS:
         grid = finest if cells == VOXEL_COUNTS[0] else voxelise(cloud, triangles, cells=cells)
-        found, left = _cellwise(grid, samples, max_count)
+        found, left = _boxes_of_voxels(grid, samples, max_count)
         if not left:
             break
-    return found or [_convex(cloud)]
+    return found or [_hull_or_box(cloud)]
 
 
 def hull_closes_opening(points: Floats, faces: Ints) -> bool:
@@ -120,7 +120,9 @@ def box_cloud(lower: Floats, upper: Floats) -> Floats:
 def _fills_its_box(cloud: Floats, triangles: Ints) -> bool:
     """Return whether a flat surface has no large hole in its largest side, so that a box fits it."""
     extent = np.ptp(cloud, axis=0)
-    return _face_on(cloud, triangles) >= MIN_HULL_FILL * float(np.prod(np.delete(extent, int(np.argmin(extent)))))
+    return _projected_area(cloud, triangles) >= MIN_HULL_FILL * float(
+        np.prod(np.delete(extent, int(np.argmin(extent))))
+    )
 
 
 def _largest_hole(cloud: Floats, triangles: Ints) -> float:
@@ -136,70 +138,70 @@ def _fills_its_outline(cloud: Floats, triangles: Ints) -> bool:
         outline = float(ConvexHull(np.delete(cloud, int(np.argmin(np.ptp(cloud, axis=0))), axis=1)).volume)
     except QhullError:
         return False
-    return _face_on(cloud, triangles) >= MIN_OUTLINE_FILL * outline
+    return _projected_area(cloud, triangles) >= MIN_OUTLINE_FILL * outline
 
 
-def _face_on(cloud: Floats, triangles: Ints) -> float:
+def _projected_area(cloud: Floats, triangles: Ints) -> float:
     """Return the area of a flat surface as seen face-on: of a sheet, or of one side of a plate."""
     a, b, c = (cloud[triangles[:, k]] for k in range(3))
     facing = np.cross(b - a, c - a)[:, int(np.argmin(np.ptp(cloud, axis=0)))] / 2
     return max(float(facing[facing > 0].sum()), float(-facing[facing < 0].sum()))
 
 
-def _plate(cloud: Floats) -> Floats:
+def _flat_hull(cloud: Floats) -> Floats:
     """Return the outline of a flat surface, at least as thick as contacts need."""
     axis = int(np.argmin(np.ptp(cloud, axis=0)))
-    lower, upper = _thick(cloud)
+    lower, upper = _thick_bounds(cloud)
     out = np.concatenate([cloud, cloud])
     out[: len(cloud), axis], out[len(cloud) :, axis] = lower[axis], upper[axis]
-    return _convex(out)
+    return _hull_or_box(out)
 
 
-def _thick(cloud: Floats) -> tuple[Floats, Floats]:
+def _thick_bounds(cloud: Floats) -> tuple[Floats, Floats]:
     """Return the box around a flat surface, at least as thick as contacts need."""
     lower, upper = cloud.min(axis=0), cloud.max(axis=0)
     middle, half = (lower + upper) / 2, np.maximum(upper - lower, MIN_THICKNESS_M) / 2
     return middle - half, middle + half
 
 
-def _convex(cloud: Floats) -> Floats:
+def _hull_or_box(cloud: Floats) -> Floats:
     """Return the outermost points of a cloud, or a box around it where it has no volume."""
     try:
         return small_hull(cloud)[0]
     except DegenerateShape:
-        return box_cloud(*_thick(cloud))
+        return box_cloud(*_thick_bounds(cloud))
 
 
-def _cellwise(grid: Grid, samples: Floats, max_count: int) -> tuple[list[Floats], bool]:
+def _boxes_of_voxels(grid: Grid, samples: Floats, max_count: int) -> tuple[list[Floats], bool]:
     """Gather voxels into boxes, the largest first, each shrunk to its contents; also return whether voxels are left."""
-    left = grid.skin | grid.solid
+    remaining = grid.skin | grid.solid
     inner = grid.solid & ~grid.skin
     at = np.round((samples - grid.origin) / grid.cell).astype(np.int64)
     out: list[Floats] = []
-    while left.any() and len(out) < max_count:
-        a, b = _largest(left)
+    while remaining.any() and len(out) < max_count:
+        a, b = _largest_box(remaining)
         window = tuple(slice(int(p), int(q)) for p, q in zip(a, b, strict=True))
-        left[window] = False
-        own = samples[((at >= a) & (at < b)).all(axis=1)]
+        remaining[window] = False
+        inside = samples[((at >= a) & (at < b)).all(axis=1)]
         if inner[window].any():
-            full = np.argwhere(inner[window])
-            lower = grid.origin + (full.min(axis=0) + a - 0.5) * grid.cell
-            upper = grid.origin + (full.max(axis=0) + a + 0.5) * grid.cell
-            own = np.concatenate([own, box_cloud(lower, upper)])
-        if len(own) >= 4:
-            out.append(_drawn_in(own))
-    return out, bool(left.any())
+            filled = np.argwhere(inner[window])
+            lower = grid.origin + (filled.min(axis=0) + a - 0.5) * grid.cell
+            upper = grid.origin + (filled.max(axis=0) + a + 0.5) * grid.cell
+            inside = np.concatenate([inside, box_cloud(lower, upper)])
+        if len(inside) >= 4:
+            out.append(_shrink_to_points(inside))
+    return out, bool(remaining.any())
 
 
-def _drawn_in(own: Floats) -> Floats:
+def _shrink_to_points(points: Floats) -> Floats:
     """Return the box around points where they nearly fill it, else their hull."""
-    lower, upper = _thick(own)
-    if hull_volume(own) >= 0.85 * float(np.prod(upper - lower)) or np.ptp(own, axis=0).min() < MIN_THICKNESS_M:
+    lower, upper = _thick_bounds(points)
+    if hull_volume(points) >= 0.85 * float(np.prod(upper - lower)) or np.ptp(points, axis=0).min() < MIN_THICKNESS_M:
         return box_cloud(lower, upper)
-    return _convex(own)
+    return _hull_or_box(points)
 
 
-def _largest(solid: Bools) -> tuple[Ints, Ints]:
+def _largest_box(solid: Bools) -> tuple[Ints, Ints]:
     """Return a large box of full cells: grown from seed cells along the axes in several orders, the best of them."""
     cells = np.argwhere(solid)
     best: tuple[int, Ints, Ints] = (0, cells[0], cells[0] + 1)
@@ -207,14 +209,14 @@ def _largest(solid: Bools) -> tuple[Ints, Ints]:
         for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)):
             a, b = seed.copy(), seed + 1
             for axis in order:
-                _grow(solid, a, b, axis)
+                _extend_box(solid, a, b, axis)
             volume = int(np.prod(b - a))
             if volume > best[0]:
                 best = (volume, a, b)
     return best[1], best[2]
 
 
-def _grow(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
+def _extend_box(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
     """Extend a box both ways along an axis while all new cells are full; in place."""
     for step in (-1, 1):
         while True:
@@ -233,16 +235,11 @@ def _grow(solid: Bools, a: Ints, b: Ints, axis: int) -> None:
 
 def _box(size: Floats) -> Box:
     """Return a box shape with rounded sizes."""
-    x, y, z = (_seven(v) for v in size)
+    x, y, z = (round7(v) for v in size)
     return Box(size=(x, y, z))
 
 
 def _vec(values: Floats) -> tuple[float, float, float]:
     """Return three numbers rounded to seven digits."""
-    x, y, z = (_seven(v) for v in values)
+    x, y, z = (round7(v) for v in values)
     return (x, y, z)
-
-
-def _seven(value: float) -> float:
-    """Round a number to seven significant digits."""
-    return significant(float(value), 7)

@@ -11,6 +11,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
+from casa_assets.articulate.vectors import round_mm, round_mm_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.mesh import Mesh
@@ -60,7 +61,7 @@ def find_burners(asset: Asset) -> tuple[Burner, ...]:
         near = np.linalg.norm(points[:, :2] - (x, y), axis=1) <= 0.9 * r
         upper = points[near & (points[:, 2] <= top + MAX_LEVEL_DIFFERENCE_M), 2]
         level = float(upper.max()) if len(upper) else z  # of a mere ring the rim
-        burners.append(Burner("_".join(words), (_mm(x), _mm(y), _mm(level)), _mm(r)))
+        burners.append(Burner("_".join(words), round_mm_vec3((x, y, level)), round_mm(r)))
     names = [b.loc for b in burners]
     if len(burners) < 2 or len(set(names)) < len(names) or not set(names) <= PLACES:
         return ()
@@ -134,8 +135,3 @@ def _thirds(values: Sequence[float]) -> list[int]:
         return [1] * len(values)
     share = [(v - lower) / (upper - lower) - 0.5 for v in values]
     return [1 if abs(s) < MIDDLE_SHARE else 0 if s < 0 else 2 for s in share]
-
-
-def _mm(value: float) -> float:
-    """Round metres to a tenth of a millimetre."""
-    return round(value, 4)

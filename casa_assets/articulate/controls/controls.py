@@ -83,24 +83,24 @@ def find_controls(measured: MeasuredFragments, side: int, taken: Sequence[int]) 
     lower, upper = corners_from_side(measured, side)
     size = upper - lower
     longest = size[:, :2].max(axis=1)
-    foot = size[:, 0] * size[:, 1]
+    footprint = size[:, 0] * size[:, 1]
     free = np.ones(measured.count, dtype=bool)
     free[list(taken)] = False
     fits = (longest <= MAX_CONTROL_SIZE) & (longest >= MIN_CONTROL_SIZE / 3) & (size[:, 2] <= 0.2) & free
     visible = measured.visible_area[:, side] > 0
-    rows = np.flatnonzero(fits & (visible | (foot > 0)))
+    rows = np.flatnonzero(fits & (visible | (footprint > 0)))
     found = []
-    for group in _nested(lower, upper, rows.tolist(), foot):
-        box = lower[group].min(axis=0), upper[group].max(axis=0)
+    for group in _nested(lower, upper, rows.tolist(), footprint):
+        corners = lower[group].min(axis=0), upper[group].max(axis=0)
         seen = float(measured.visible_area[group, side].sum())
-        across = (box[1] - box[0])[:2]
+        across = (corners[1] - corners[0])[:2]
         if seen < 0.35 * float(np.prod(across)) or across.max() < MIN_CONTROL_SIZE or across.max() > MAX_CONTROL_SIZE:
             continue
-        ground, sits = depth_around(measured.depth_images[side], *box)
-        if sits < MIN_GROUND_SHARE:
+        ground, ground_share = depth_around(measured.depth_images[side], *corners)
+        if ground_share < MIN_GROUND_SHARE:
             continue
-        stands = ground - float(box[0][2] - lower[:, 2].min())
-        found.append(Control(sorted(group), *box, stands, has_round_outline(measured, side, group, across)))
+        protrusion = ground - float(corners[0][2] - lower[:, 2].min())
+        found.append(Control(sorted(group), *corners, protrusion, has_round_outline(measured, side, group, across)))
     found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
     return found
 
@@ -184,11 +184,11 @@ def has_finger_room(measured: MeasuredFragments, side: int, control: Control) ->
     return bool((image.depth[ring] <= level).mean() < MAX_BLOCKED_SHARE) if ring.any() else True
 
 
-def _nested(lower: Floats, upper: Floats, rows: list[int], foot: Floats) -> list[list[int]]:
+def _nested(lower: Floats, upper: Floats, rows: list[int], footprint: Floats) -> list[list[int]]:
     """Group fragments whose middles lie within the rectangle of the group's largest, at nearly the same depth."""
     groups: list[list[int]] = []
     hosts = np.empty((0, 6))
-    for i in sorted(rows, key=lambda r: (-foot[r], r)):
+    for i in sorted(rows, key=lambda r: (-footprint[r], r)):
         u, v = (lower[i, :2] + upper[i, :2]) / 2
         inside = (hosts[:, 0] <= u) & (u <= hosts[:, 3]) & (hosts[:, 1] <= v) & (v <= hosts[:, 4])
         inside &= (lower[i, 2] <= hosts[:, 5] + 0.02) & (upper[i, 2] >= hosts[:, 2] - 0.05)

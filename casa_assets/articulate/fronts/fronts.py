@@ -68,19 +68,19 @@ def attach_to_panels(
         if panel is None:
             continue
         if upper[i, 2] <= panel.upper[2] + INSIDE_TOLERANCE and not _wraps(panel, lower[i], upper[i]):
-            stands = float(panel.lower[2] - lower[i, 2])
-            held = stands >= MIN_HANDLE_PROTRUSION and not (panel.controls and _is_mark(lower[i], upper[i]))
-            (panel.grips.append([i]) if held else panel.trims.append(i))
+            protrusion = float(panel.lower[2] - lower[i, 2])
+            is_grip = protrusion >= MIN_HANDLE_PROTRUSION and not (panel.controls and _is_mark(lower[i], upper[i]))
+            (panel.grips.append([i]) if is_grip else panel.trims.append(i))
             panel.attachment_depths.append(float(lower[i, 2]))
             taken.add(i)
     rest = _feet(panels, rest, lower, upper)
     for panel in panels:
-        more = find_backing_plates(measured, side, panel, taken)
-        panel.trims += more
-        taken |= set(more)
-        more = find_door_bins(measured, side, panel, taken)
-        panel.trims += more
-        taken |= set(more)
+        found = find_backing_plates(measured, side, panel, taken)
+        panel.trims += found
+        taken |= set(found)
+        found = find_door_bins(measured, side, panel, taken)
+        panel.trims += found
+        taken |= set(found)
     for panel in panels:
         panel.box = [i for i in _box(measured, side, panel, lower, upper) if i not in taken]
         taken |= set(panel.box)
@@ -142,33 +142,33 @@ def _wraps(panel: Panel, lower: Floats, upper: Floats) -> bool:
 def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
     """Attach pulls to their panels (one alone, or a mirrored pair) and return the other controls."""
     for panel in panels:
-        own = [c for c in controls if _host([panel], c.lower, c.upper) is panel]
-        bars = [c for c in own if c.long > 2.5 and _is_bar(c, panel)]
-        bars += [c for c in own if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
+        on_panel = [c for c in controls if _host([panel], c.lower, c.upper) is panel]
+        bars = [c for c in on_panel if c.long > 2.5 and _is_bar(c, panel)]
+        bars += [c for c in on_panel if not any(c is b for b in bars) and any(_bears(c, b) for b in bars)]
         panel.grips += [c.fragments for c in bars]
         panel.attachment_depths += [float(c.lower[2]) for c in bars]
-        own = [c for c in own if not any(c is b for b in bars)]
+        on_panel = [c for c in on_panel if not any(c is b for b in bars)]
         small = [
             c
-            for c in own
+            for c in on_panel
             if _is_pull(c, float(panel.lower[2] - c.lower[2])) and (_is_small(c, panel) or _is_cup(c, panel))
         ]
         mirrored = (
             len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.lower[0] - panel.upper[0]) < 0.02
         )
-        if not bars and ((len(own) == 1 and len(small) == 1) or (len(own) == 2 and mirrored)):
+        if not bars and ((len(on_panel) == 1 and len(small) == 1) or (len(on_panel) == 2 and mirrored)):
             panel.grips += [c.fragments for c in small]
-            own = []
-        panel.controls = len(own)
-    held = {f for p in panels for g in p.grips for f in g}
-    return [c for c in controls if not set(c.fragments) & held]
+            on_panel = []
+        panel.controls = len(on_panel)
+    gripped = {f for p in panels for g in p.grips for f in g}
+    return [c for c in controls if not set(c.fragments) & gripped]
 
 
 def _is_bar(control: Control, panel: Panel) -> bool:
     """Return whether something long on a panel is a handle: far out, or no rail and out by its own width."""
-    stands = float(panel.lower[2] - control.lower[2])
+    protrusion = float(panel.lower[2] - control.lower[2])
     rail = (control.across > MAX_PULL_LENGTH_SHARE * (panel.upper - panel.lower)[:2]).any()
-    return stands >= MIN_HANDLE_PROTRUSION or (not rail and _is_pull(control, stands))
+    return protrusion >= MIN_HANDLE_PROTRUSION or (not rail and _is_pull(control, protrusion))
 
 
 def _is_small(control: Control, panel: Panel) -> bool:
@@ -182,11 +182,11 @@ def _is_cup(control: Control, panel: Panel) -> bool:
     return within and not control.is_round and control.long > MIN_CUP_PULL_RATIO
 
 
-def _is_pull(control: Control, stands: float) -> bool:
+def _is_pull(control: Control, protrusion: float) -> bool:
     """Return whether a small thing stands out far enough for fingers; knobs and bars also by their width."""
     shaped = control.is_round or control.long > 2.5
-    return stands >= MIN_HANDLE_PROTRUSION or (
-        shaped and stands >= max(MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH * float(control.across.min()))
+    return protrusion >= MIN_HANDLE_PROTRUSION or (
+        shaped and protrusion >= max(MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH * float(control.across.min()))
     )
 
 

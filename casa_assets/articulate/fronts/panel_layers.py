@@ -19,15 +19,15 @@ OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 def find_backing_plates(measured: MeasuredFragments, side: int, panel: Panel, taken: set[int]) -> list[int]:
     """Return plates right behind a panel with its outline, as layers of a door; the panel grows by them."""
     lower, upper = corners_from_side(measured, side)
-    whole = float(upper[:, 2].max() - lower[:, 2].min())
+    depth = float(upper[:, 2].max() - lower[:, 2].min())
     found: list[int] = []
     for _ in range(MAX_LAYERS):
-        flush = (np.abs(lower[:, :2] - panel.lower[:2]) < OUTLINE_TOLERANCE).all(axis=1)
-        flush &= (np.abs(upper[:, :2] - panel.upper[:2]) < OUTLINE_TOLERANCE).all(axis=1)
-        flush &= (np.abs(lower[:, 2] - panel.upper[2]) < OUTLINE_TOLERANCE) & (
-            upper[:, 2] - lower[:, 2] < MAX_DEPTH_SHARE * whole
+        matches = (np.abs(lower[:, :2] - panel.lower[:2]) < OUTLINE_TOLERANCE).all(axis=1)
+        matches &= (np.abs(upper[:, :2] - panel.upper[:2]) < OUTLINE_TOLERANCE).all(axis=1)
+        matches &= (np.abs(lower[:, 2] - panel.upper[2]) < OUTLINE_TOLERANCE) & (
+            upper[:, 2] - lower[:, 2] < MAX_DEPTH_SHARE * depth
         )
-        rows = [i for i in np.flatnonzero(flush).tolist() if i not in taken and i not in found]
+        rows = [i for i in np.flatnonzero(matches).tolist() if i not in taken and i not in found]
         rows = [i for i in rows if _fills(measured, side, i) >= MIN_LAYER_FILL]
         if not rows:
             break
@@ -51,23 +51,23 @@ def find_door_bins(measured: MeasuredFragments, side: int, panel: Panel, taken: 
     inset = (lower[:, :2] >= panel.lower[:2] + MIN_EDGE_DISTANCE).all(axis=1) & (
         upper[:, :2] <= panel.upper[:2] - MIN_EDGE_DISTANCE
     ).all(axis=1)
-    whole = float(upper[:, 2].max() - lower[:, 2].min())
+    depth = float(upper[:, 2].max() - lower[:, 2].min())
     # A bin that reaches into the leaf hangs on it, though it is deep.
-    into = lower[:, 2] <= panel.upper[2] - BIN_START_SHARE * (panel.upper[2] - panel.lower[2])
-    max_depth = np.where(into, MAX_BIN_DEPTH_SHARE, MAX_DEPTH_SHARE) * whole
-    fits = inset & hidden & (lower[:, 2] >= panel.lower[2]) & (size[:, 2] <= max_depth)
+    reaches_in = lower[:, 2] <= panel.upper[2] - BIN_START_SHARE * (panel.upper[2] - panel.lower[2])
+    max_depth = np.where(reaches_in, MAX_BIN_DEPTH_SHARE, MAX_DEPTH_SHARE) * depth
+    hangs = inset & hidden & (lower[:, 2] >= panel.lower[2]) & (size[:, 2] <= max_depth)
     found: list[int] = []
     edge = float(panel.upper[2])
-    rows = [i for i in np.flatnonzero(fits).tolist() if i not in taken]
+    rows = [i for i in np.flatnonzero(hangs).tolist() if i not in taken]
     while True:
         hosts = [(panel.lower, np.append(panel.upper[:2], edge)), *((lower[i], upper[i]) for i in found)]
-        more = [
+        touching = [
             i
             for i in rows
             if i not in found
             and upper[i, 2] <= edge + max_depth[i]
             and any((lower[i] <= b + 0.003).all() and (upper[i] >= a - 0.003).all() for a, b in hosts)
         ]
-        if not more:
+        if not touching:
             return sorted(found)
-        found += more
+        found += touching

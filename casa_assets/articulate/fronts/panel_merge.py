@@ -29,31 +29,33 @@ MAX_THICKNESS_BY_WIDTH = 1.1
 MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
 
 
-def merge_framed_panels(panels: list[Panel], gripped: list[Floats], slats: list[Panel]) -> list[Panel]:
+def merge_framed_panels(panels: list[Panel], handle_spots: list[Floats], slats: list[Panel]) -> list[Panel]:
     """Merge the boards of each framed leaf into one panel.
 
     Args:
-        gripped: (2,) middles in (u, v) of things that look like handles.
+        handle_spots: (2,) middles in (u, v) of things that look like handles.
         slats: boards that are too slim to be panels: they may be part of one, and are left out otherwise.
     """
-    left = [*panels, *slats]
+    remaining = [*panels, *slats]
     while True:
-        found = _best(left, gripped)
-        if found is None:
-            alone = {id(p) for p in slats}
-            return sorted((p for p in left if id(p) not in alone), key=lambda p: (-p.width * p.height, p.members[0]))
-        left = [p for p in left if not any(p is q for q in found)] + [_merged(found)]
+        boards = _smallest_framed_door(remaining, handle_spots)
+        if boards is None:
+            slat_ids = {id(p) for p in slats}
+            return sorted(
+                (p for p in remaining if id(p) not in slat_ids), key=lambda p: (-p.width * p.height, p.members[0])
+            )
+        remaining = [p for p in remaining if not any(p is q for q in boards)] + [_merge(boards)]
 
 
-def _merged(found: list[Panel]) -> Panel:
+def _merge(panels: list[Panel]) -> Panel:
     """Return one panel around some panels."""
     return Panel(
-        members=[f for p in found for f in p.members],
-        lower=np.min([p.lower for p in found], axis=0),
-        upper=np.max([p.upper for p in found], axis=0),
-        visible_area=sum(p.visible_area for p in found),
-        boards=sum(p.boards for p in found),
-        is_recessed=any(p.is_recessed for p in found),
+        members=[f for p in panels for f in p.members],
+        lower=np.min([p.lower for p in panels], axis=0),
+        upper=np.max([p.upper for p in panels], axis=0),
+        visible_area=sum(p.visible_area for p in panels),
+        boards=sum(p.boards for p in panels),
+        is_recessed=any(p.is_recessed for p in panels),
     )
 
 
@@ -61,18 +63,18 @@ def find_slats(measured: MeasuredFragments, side: int, panels: list[Panel]) -> l
     """Return flat boards on a side that are too slim to be panels, largest first."""
     lower, upper = corners_from_side(measured, side)
     size = upper - lower
-    foot = size[:, 0] * size[:, 1]
-    slim = (
+    footprint = size[:, 0] * size[:, 1]
+    is_slat = (
         (size[:, :2].min(axis=1) >= MIN_SLAT_WIDTH)
         & (size[:, :2].max(axis=1) >= MIN_SLAT_LENGTH)
         & (size[:, 2] < MAX_STRIP_THICKNESS)
     )
-    slim &= (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)) & (
-        measured.visible_area[:, side] >= MIN_VISIBLE_SHARE * foot
+    is_slat &= (size[:, 2] <= MAX_THICKNESS_BY_WIDTH * size[:, :2].min(axis=1)) & (
+        measured.visible_area[:, side] >= MIN_VISIBLE_SHARE * footprint
     )
-    slim[[f for p in panels for f in p.members]] = False
-    rows = np.flatnonzero(slim)
-    order = rows[np.lexsort((rows, -foot[rows]))][:MAX_SLATS].tolist()
+    is_slat[[f for p in panels for f in p.members]] = False
+    rows = np.flatnonzero(is_slat)
+    order = rows[np.lexsort((rows, -footprint[rows]))][:MAX_SLATS].tolist()
     return [Panel([i], lower[i], upper[i], visible_area=float(measured.visible_area[i, side])) for i in order]
 
 
@@ -80,75 +82,78 @@ def merge_bridged_panels(measured: MeasuredFragments, side: int, panels: list[Pa
     """Merge neighbouring panels where a stile lies across the border between them."""
     lower, upper = corners_from_side(measured, side)
     size = upper - lower
-    slim = (
+    is_stile = (
         (size[:, :2].max(axis=1) > 4 * size[:, :2].min(axis=1))
         & (size[:, 2] < MAX_STRIP_THICKNESS)
         & (measured.visible_area[:, side] > 0)
     )
-    slim[[f for p in panels for f in p.members]] = False
-    stiles = np.flatnonzero(slim).tolist()
-    left = list(panels)
+    is_stile[[f for p in panels for f in p.members]] = False
+    stiles = np.flatnonzero(is_stile).tolist()
+    remaining = list(panels)
     while True:
         pair = next(
-            ((a, b) for a, b in combinations(left, 2) if any(_bridges(lower[i], upper[i], a, b) for i in stiles)), None
+            ((a, b) for a, b in combinations(remaining, 2) if any(_bridges(lower[i], upper[i], a, b) for i in stiles)),
+            None,
         )
         if pair is None:
-            return left
-        left = [p for p in left if p is not pair[0] and p is not pair[1]] + [_merged(list(pair))]
+            return remaining
+        remaining = [p for p in remaining if p is not pair[0] and p is not pair[1]] + [_merge(list(pair))]
 
 
 def _bridges(lower: Floats, upper: Floats, a: Panel, b: Panel) -> bool:
     """Return whether a strip lies upon two flush panels, along most of both."""
     along = int(np.argmax((upper - lower)[:2]))
     across = 1 - along
-    flush = (
+    is_flush = (
         abs(float(a.lower[2] - b.lower[2])) < FLUSH_TOLERANCE
         and abs(float(a.lower[across] - b.lower[across])) < TOUCH_TOLERANCE
     )
-    flush &= abs(float(a.upper[across] - b.upper[across])) < TOUCH_TOLERANCE
-    apart = max(float(a.lower[along]), float(b.lower[along])) - min(float(a.upper[along]), float(b.upper[along]))
-    if not flush or abs(apart) > TOUCH_TOLERANCE:
+    is_flush &= abs(float(a.upper[across] - b.upper[across])) < TOUCH_TOLERANCE
+    gap = max(float(a.lower[along]), float(b.lower[along])) - min(float(a.upper[along]), float(b.upper[along]))
+    if not is_flush or abs(gap) > TOUCH_TOLERANCE:
         return False
     for p in (a, b):
-        upon = lower[2] < p.lower[2] - 0.002 and upper[2] >= p.lower[2] - 0.001
-        inner = (
+        is_upon = lower[2] < p.lower[2] - 0.002 and upper[2] >= p.lower[2] - 0.001
+        is_within = (
             lower[across] >= p.lower[across] - TOUCH_TOLERANCE and upper[across] <= p.upper[across] + TOUCH_TOLERANCE
         )
         length = float(min(upper[along], p.upper[along]) - max(lower[along], p.lower[along]))
-        if not (upon and inner and length >= 0.6 * float(p.upper[along] - p.lower[along])):
+        if not (is_upon and is_within and length >= 0.6 * float(p.upper[along] - p.lower[along])):
             return False
     return True
 
 
-def _best(panels: list[Panel], gripped: list[Floats]) -> list[Panel] | None:
+def _smallest_framed_door(panels: list[Panel], handle_spots: list[Floats]) -> list[Panel] | None:
     """Return the boards of the smallest leaf that two of the panels frame, or None."""
     best: tuple[float, list[Panel]] | None = None
     for a, b in combinations(panels, 2):
         for along in (0, 1):
-            if not _frame(a, b, along):
+            if not _are_stiles(a, b, along):
                 continue
             lower, upper = np.minimum(a.lower, b.lower), np.maximum(a.upper, b.upper)
             area = float(np.prod((upper - lower)[:2]))
             if best is not None and area >= best[0]:
                 continue
             inner = [p for p in panels if _within(p, lower, upper)]
-            if len(inner) >= 3 and _is_leaf(inner, lower, upper, area, gripped, (a, b)):
+            if len(inner) >= 3 and _fills_door(inner, lower, upper, area, handle_spots, (a, b)):
                 best = (area, inner)
     return best[1] if best else None
 
 
-def _frame(a: Panel, b: Panel, along: int) -> bool:
+def _are_stiles(a: Panel, b: Panel, along: int) -> bool:
     """Return whether two panels are parallel boards of equal length on two sides; `along` is their long axis."""
     across = 1 - along
-    long_a, long_b = float(a.upper[along] - a.lower[along]), float(b.upper[along] - b.lower[along])
-    wide_a, wide_b = float(a.upper[across] - a.lower[across]), float(b.upper[across] - b.lower[across])
-    flush = (
+    length_a, length_b = float(a.upper[along] - a.lower[along]), float(b.upper[along] - b.lower[along])
+    width_a, width_b = float(a.upper[across] - a.lower[across]), float(b.upper[across] - b.lower[across])
+    is_flush = (
         abs(float(a.lower[along] - b.lower[along])) < TOUCH_TOLERANCE
         and abs(float(a.upper[along] - b.upper[along])) < TOUCH_TOLERANCE
     )
-    whole = max(float(a.upper[across]), float(b.upper[across])) - min(float(a.lower[across]), float(b.lower[across]))
-    slim = max(wide_a, wide_b) < MAX_BROAD_STILE_SHARE * whole and max(wide_a, wide_b) < 0.8 * min(long_a, long_b)
-    return flush and slim and abs(float(a.lower[2] - b.lower[2])) < FLUSH_TOLERANCE
+    span = max(float(a.upper[across]), float(b.upper[across])) - min(float(a.lower[across]), float(b.lower[across]))
+    is_slim = max(width_a, width_b) < MAX_BROAD_STILE_SHARE * span and max(width_a, width_b) < 0.8 * min(
+        length_a, length_b
+    )
+    return is_flush and is_slim and abs(float(a.lower[2] - b.lower[2])) < FLUSH_TOLERANCE
 
 
 def _within(panel: Panel, lower: Floats, upper: Floats) -> bool:
@@ -163,28 +168,33 @@ def _within(panel: Panel, lower: Floats, upper: Floats) -> bool:
     )
 
 
-def _is_leaf(
-    inner: list[Panel], lower: Floats, upper: Floats, area: float, gripped: list[Floats], frame: tuple[Panel, Panel]
+def _fills_door(
+    inner: list[Panel],
+    lower: Floats,
+    upper: Floats,
+    area: float,
+    handle_spots: list[Floats],
+    frame: tuple[Panel, Panel],
 ) -> bool:
     """Return whether boards fill a rectangle, and what they frame has no handle of its own."""
     covered = sum(p.width * p.height for p in inner)
     if covered < MIN_LEAF_COVERAGE * area or not (_is_narrow(frame, lower, upper) or _has_rails(inner, frame)):
         return False
     for p in inner:
-        slim = min(p.width, p.height) < MAX_STILE_SHARE * float(min((upper - lower)[:2]))
-        if p is frame[0] or p is frame[1] or slim or p.boards > 1 or _is_sunk(p, frame):
+        is_slim = min(p.width, p.height) < MAX_STILE_SHARE * float(min((upper - lower)[:2]))
+        if p is frame[0] or p is frame[1] or is_slim or p.boards > 1 or _is_recessed_infill(p, frame):
             continue
-        if any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in gripped):
+        if any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in handle_spots):
             return False
-    held = sum(any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in gripped) for p in inner)
-    return held <= 1
+    handles = sum(any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in handle_spots) for p in inner)
+    return handles <= 1
 
 
 def _is_narrow(frame: tuple[Panel, Panel], lower: Floats, upper: Floats) -> bool:
     """Return whether two stiles are narrow by the leaf that they frame."""
     across = 1 - _along(frame)
-    wide = max(float((p.upper - p.lower)[across]) for p in frame)
-    return wide < MAX_STILE_SHARE * float((upper - lower)[across])
+    width = max(float((p.upper - p.lower)[across]) for p in frame)
+    return width < MAX_STILE_SHARE * float((upper - lower)[across])
 
 
 def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
@@ -202,10 +212,10 @@ def _has_rails(inner: list[Panel], frame: tuple[Panel, Panel]) -> bool:
         and abs(float(p.lower[2] - first.lower[2])) < FLUSH_TOLERANCE
     ]
     lower, upper = float(first.lower[along]), float(first.upper[along])
-    ends = [any(abs(float(p.lower[along]) - lower) < TOUCH_TOLERANCE for p in rails)]
-    ends += [any(abs(float(p.upper[along]) - upper) < TOUCH_TOLERANCE for p in rails)]
-    plain = all(p.boards == 1 for p in frame)
-    return plain and sum(p.boards for p in rails) >= MIN_RAILS and all(ends)
+    has_end = [any(abs(float(p.lower[along]) - lower) < TOUCH_TOLERANCE for p in rails)]
+    has_end += [any(abs(float(p.upper[along]) - upper) < TOUCH_TOLERANCE for p in rails)]
+    is_plain = all(p.boards == 1 for p in frame)
+    return is_plain and sum(p.boards for p in rails) >= MIN_RAILS and all(has_end)
 
 
 def _along(frame: tuple[Panel, Panel]) -> int:
@@ -213,7 +223,7 @@ def _along(frame: tuple[Panel, Panel]) -> int:
     return int(np.argmin(np.abs(frame[0].lower - frame[1].lower)[:2]))
 
 
-def _is_sunk(panel: Panel, frame: tuple[Panel, Panel]) -> bool:
+def _is_recessed_infill(panel: Panel, frame: tuple[Panel, Panel]) -> bool:
     """Return whether a panel lies a little deeper than two stiles and meets both."""
     across = 1 - _along(frame)
     first, last = sorted(frame, key=lambda p: float(p.lower[across]))

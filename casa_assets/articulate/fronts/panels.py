@@ -97,20 +97,24 @@ def find_panels(measured: MeasuredFragments, side: int) -> list[Panel]:
     """Return the panels on a side, largest first."""
     lower, upper = corners_from_side(measured, side)
     size = upper - lower
-    whole = upper.max(axis=0) - lower.min(axis=0)
-    foot = size[:, 0] * size[:, 1]
+    extent = upper.max(axis=0) - lower.min(axis=0)
+    footprint = size[:, 0] * size[:, 1]
     start = lower[:, 2] - lower[:, 2].min()
-    wide = (size[:, :2].min(axis=1) >= MIN_SIDE) & (foot >= MIN_AREA_SHARE * whole[0] * whole[1])
-    wide &= (size[:, :2].max(axis=1) >= MIN_LONG_SIDE) | (foot >= MIN_AREA_SHARE_SMALL * whole[0] * whole[1])
-    slab = (size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)) & (
-        size[:, 2] <= MAX_THICKNESS_OF_DEPTH * whole[2]
+    is_large = (size[:, :2].min(axis=1) >= MIN_SIDE) & (footprint >= MIN_AREA_SHARE * extent[0] * extent[1])
+    is_large &= (size[:, :2].max(axis=1) >= MIN_LONG_SIDE) | (footprint >= MIN_AREA_SHARE_SMALL * extent[0] * extent[1])
+    is_plate = (size[:, 2] <= MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1)) & (
+        size[:, 2] <= MAX_THICKNESS_OF_DEPTH * extent[2]
     )
-    near = start <= MAX_START_DEPTH * whole[2]
-    niche = slab & (start <= MAX_START_DEPTH_WITH_HANDLE * whole[2]) & (measured.visible_area[:, side] >= 0.6 * foot)
-    flat = wide & (near | niche) & (measured.visible_area[:, side] >= 0.02 * foot)
-    deep = flat & ~slab & _are_drawers(measured, side, size, whole)
-    seeds = np.flatnonzero(flat & (slab | deep))
-    order = seeds[np.lexsort((seeds, -foot[seeds]))]
+    is_near = start <= MAX_START_DEPTH * extent[2]
+    in_niche = (
+        is_plate
+        & (start <= MAX_START_DEPTH_WITH_HANDLE * extent[2])
+        & (measured.visible_area[:, side] >= 0.6 * footprint)
+    )
+    candidates = is_large & (is_near | in_niche) & (measured.visible_area[:, side] >= 0.02 * footprint)
+    boxes = candidates & ~is_plate & _are_drawers(measured, side, size, extent)
+    seeds = np.flatnonzero(candidates & (is_plate | boxes))
+    order = seeds[np.lexsort((seeds, -footprint[seeds]))]
     groups: list[list[int]] = []
     for i in order.tolist():
         host = next((g for g in groups if _inside(lower, upper, i, g[0]) and _touch(lower, upper, i, g)), None)
@@ -120,30 +124,33 @@ def find_panels(measured: MeasuredFragments, side: int) -> list[Panel]:
             groups.append([i])
         else:
             host.append(i)
-    parted = [p for g in groups for p in _plates(measured, side, lower, upper, g)]
-    panels = [_panel(measured, side, lower, upper, g) for g in parted]
+    plates = [p for g in groups for p in _plates(measured, side, lower, upper, g)]
+    panels = [_panel(measured, side, lower, upper, g) for g in plates]
     for p in panels:
-        p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * whole[2]
+        p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
     return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height]
 
 
-def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, whole: Floats) -> Bools:
+def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: Floats) -> Bools:
     """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one piece are.
 
     Where the floor or back of the body is missing, only a tub that something covers is a drawer.
     """
-    around = measured.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
-    elsewhere = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
-    walls = size[:, 2] * (size[:, 0] + size[:, 1])
-    front = measured.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
-    narrow = size[:, 0] * size[:, 1] < 0.97 * whole[0] * whole[1]
-    covered = measured.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
+    side_area = measured.visible_area[:, [s for s in (LEFT, RIGHT) if s != side]].sum(axis=1)
+    hidden_side_area = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
+    wall_area = size[:, 2] * (size[:, 0] + size[:, 1])
+    shows_front = measured.visible_area[:, side] >= 0.3 * size[:, 0] * size[:, 1]
+    is_narrow = size[:, 0] * size[:, 1] < 0.97 * extent[0] * extent[1]
+    is_covered = measured.visible_area[:, TOP] <= 0.05 * size[:, 0] * size[:, 2]
     found: Bools = (
-        (around <= 0.12 * walls) & front & narrow & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
+        (side_area <= 0.12 * wall_area)
+        & shows_front
+        & is_narrow
+        & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
     )
     for i in np.flatnonzero(found).tolist():
         above = view_from_above(measured, [i])
-        found[i] = above.is_box if elsewhere[i] <= 0.12 * walls[i] else bool(covered[i]) and above.is_tub
+        found[i] = above.is_box if hidden_side_area[i] <= 0.12 * wall_area[i] else bool(is_covered[i]) and above.is_tub
     return found
 
 
@@ -151,8 +158,8 @@ def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
     """Return whether nine tenths of the rectangle of one piece lie in that of another."""
     a = np.maximum(lower[inner, :2], lower[outer, :2])
     b = np.minimum(upper[inner, :2], upper[outer, :2])
-    foot = float(np.prod(upper[inner, :2] - lower[inner, :2]))
-    return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * foot)
+    footprint = float(np.prod(upper[inner, :2] - lower[inner, :2]))
+    return bool((b > a).all() and float(np.prod(b - a)) >= 0.9 * footprint)
 
 
 def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, i: int, host: int) -> bool:
@@ -164,10 +171,10 @@ def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
         return True
     # A bulging host falls back beside its middle.
     ground = depth_around(measured.depth_images[side], lower[i], upper[i])[0] + float(lower[:, 2].min())
-    stands = max(float(lower[host, 2]), min(ground, float(upper[host, 2]))) - float(lower[i, 2])
+    protrusion = max(float(lower[host, 2]), min(ground, float(upper[host, 2]))) - float(lower[i, 2])
     return bool(
         size.min() <= MAX_BAR_WIDTH
-        and stands >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(upper[i, 2] - lower[i, 2]))
+        and protrusion >= max(MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE * float(upper[i, 2] - lower[i, 2]))
     )
 
 
@@ -180,18 +187,22 @@ def _touch(lower: Floats, upper: Floats, i: int, group: list[int]) -> bool:
 def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> list[list[int]]:
     """Split a group whose first fragment is a board of the body that other plates cover; else return it whole."""
     first = group[0]
-    foot = np.prod(upper[:, :2] - lower[:, :2], axis=1)
-    before = [
+    footprint = np.prod(upper[:, :2] - lower[:, :2], axis=1)
+    in_front = [
         i for i in group[1:] if upper[i, 2] <= lower[first, 2] + 0.35 * (upper[first, 2] - lower[first, 2]) + 0.002
     ]
-    large = [i for i in before if foot[i] >= 0.12 * foot[first]]
-    apart = [i for i in large if not any(_inside(lower, upper, i, k) for k in large if k != i and foot[k] >= foot[i])]
-    if len(apart) < 2 or measured.visible_area[first, side] >= 0.35 * foot[first]:
+    large = [i for i in in_front if footprint[i] >= 0.12 * footprint[first]]
+    separate = [
+        i
+        for i in large
+        if not any(_inside(lower, upper, i, k) for k in large if k != i and footprint[k] >= footprint[i])
+    ]
+    if len(separate) < 2 or measured.visible_area[first, side] >= 0.35 * footprint[first]:
         return [group]
-    out: list[list[int]] = [[i] for i in apart]
+    out: list[list[int]] = [[i] for i in separate]
     for i in group[1:]:
         host = next((g for g in out if i not in g and _inside(lower, upper, i, g[0])), None)
-        if host is not None and i not in apart:
+        if host is not None and i not in separate:
             host.append(i)
     return out
 

@@ -5,7 +5,6 @@ A hollow shell without inner walls, or a solid block, gets a cavity as large as 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +14,8 @@ from casa_assets.articulate.interior.cavity_views import CavityProbe, make_probe
 from casa_assets.articulate.plan import Articulation, Cavity, HingeEdge, InteriorKind, PartKind, PartPlan
 from casa_assets.articulate.segment.rays import RayCrossings, sample_grid
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
-from casa_assets.model.record import Vec3
 
 # Lines across a front, each way, and how much of its size they leave free at the border.
 LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
@@ -265,9 +264,3 @@ def _drawer_room(probe: CavityProbe, opening: FrontOpening, metres: float) -> Ca
     # The box begins at its front, what it slides in where the body does.
     lower = (cavity.lower[0], front, cavity.lower[2])
     return cavity.replace(parts=names, lower=lower, confidence=0.8, reason=reason)
-
-
-def to_vec3(values: Floats | Sequence[float]) -> Vec3:
-    """Return three numbers."""
-    x, y, z = (float(v) for v in values)
-    return (x, y, z)

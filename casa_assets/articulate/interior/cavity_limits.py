@@ -10,6 +10,7 @@ from casa_assets.articulate.interior.cavity_views import CavityProbe, border_poi
 from casa_assets.articulate.plan import Cavity, InteriorKind
 from casa_assets.articulate.segment.rays import sample_grid
 from casa_assets.articulate.segment.welded_mesh import Bools
+from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
@@ -64,14 +65,14 @@ def fit_cavity(
     if closed:
         half = 0.5 * np.minimum(inner_low - outer_low, outer_high - inner_high)
         start = np.array([inner_low[0] - half[0], float(leaf[0][1]), inner_low[2] - half[2]])
-        cut = (_vec(start), _vec(inner_high + half))
+        cut = (to_vec3(start), to_vec3(inner_high + half))
     return Cavity(
         parts=(),
         interior=interior,
-        lower=_vec(inner_low),
-        upper=_vec(inner_high),
+        lower=to_vec3(inner_low),
+        upper=to_vec3(inner_high),
         wall=wall,
-        outer=(_vec(outer_low), _vec(outer_high)),
+        outer=(to_vec3(outer_low), to_vec3(outer_high)),
         built=True,
         cut=cut,
         fronts=_fronts(probe, own, mouth) if closed else (),
@@ -110,7 +111,7 @@ def _fronts(probe: CavityProbe, own: Sequence[int], mouth: float) -> tuple[tuple
         end = min(mouth, probe.leaf_back((part,), lower, upper)) - LEAF_MARGIN
         if (a == lower).all() and (b == upper).all() and end > lower[1] + LEAF_MARGIN:
             shift = np.array([LEAF_MARGIN, -LEAF_MARGIN, LEAF_MARGIN])
-            out.append((_vec(lower + shift), _vec([upper[0] - LEAF_MARGIN, end, upper[2] - LEAF_MARGIN])))
+            out.append((to_vec3(lower + shift), to_vec3([upper[0] - LEAF_MARGIN, end, upper[2] - LEAF_MARGIN])))
     return tuple(out)
 
 
@@ -189,9 +190,3 @@ def _has_contents(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: 
         if float(np.isfinite(inside.first()).mean()) >= MIN_CONTENTS_SHARE:
             return True
     return False
-
-
-def _vec(values: Floats | Sequence[float]) -> Vec3:
-    """Return three numbers."""
-    x, y, z = (float(v) for v in values)
-    return (x, y, z)

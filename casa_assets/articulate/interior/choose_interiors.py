@@ -9,7 +9,7 @@ import numpy as np
 from casa_assets.articulate.decisions import GIVEN_REASON, LENGTH_TOLERANCE_M, CavityDecision, Decisions
 from casa_assets.articulate.plan import Articulation, Cavity, InteriorKind
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.typing import Floats
+from casa_assets.articulate.vectors import to_vec3
 from casa_assets.errors import UnknownId
 from casa_assets.model.record import Vec3
 
@@ -66,8 +66,8 @@ def _lined(cavity: Cavity) -> Cavity:
     wall = LINER_SHARE * float((upper - lower).min())
     inner = np.array([lower[0] + wall, lower[1], lower[2] + wall]), upper - wall
     return cavity.replace(
-        lower=_vec(inner[0]),
-        upper=_vec(inner[1]),
+        lower=to_vec3(inner[0]),
+        upper=to_vec3(inner[1]),
         wall=wall,
         built=True,
         furnish=False,
@@ -79,7 +79,7 @@ def _lined(cavity: Cavity) -> Cavity:
 def _boxed(cavity: Cavity, box: tuple[Vec3, Vec3], articulation: Articulation, mesh: WeldedMesh) -> Cavity:
     """Return a cavity between other corners, with walls as thick as before."""
     metres = articulation.frame.metres or 1.0
-    corners = np.array(box) / metres + asset_origin(mesh)
+    corners = np.array(box) / metres + mesh.footprint_center
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     if float(np.abs(np.array([lower - cavity.lower, upper - cavity.upper])).max()) * metres <= LENGTH_TOLERANCE_M:
         return cavity
@@ -89,19 +89,12 @@ def _boxed(cavity: Cavity, box: tuple[Vec3, Vec3], articulation: Articulation, m
     if cut is not None:
         start = lower - CUT_SHARE * np.maximum(grown[0], 0.0)
         start[1] = cut[0][1]
-        cut = (_vec(start), _vec(upper + CUT_SHARE * np.maximum(grown[1], 0.0)))
+        cut = (to_vec3(start), to_vec3(upper + CUT_SHARE * np.maximum(grown[1], 0.0)))
     return cavity.replace(
-        lower=_vec(lower), upper=_vec(upper), outer=(_vec(a), _vec(b)), cut=cut, confidence=1.0, reason=GIVEN_REASON
+        lower=to_vec3(lower),
+        upper=to_vec3(upper),
+        outer=(to_vec3(a), to_vec3(b)),
+        cut=cut,
+        confidence=1.0,
+        reason=GIVEN_REASON,
     )
-
-
-def asset_origin(mesh: WeldedMesh) -> Floats:
-    """Return the (3,) origin of the asset in the frame: under the middle, on the ground."""
-    lower, upper = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    return np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]])
-
-
-def _vec(values: Floats) -> Vec3:
-    """Return three numbers."""
-    x, y, z = (float(v) for v in values)
-    return (x, y, z)

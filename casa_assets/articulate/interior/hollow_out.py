@@ -45,8 +45,8 @@ def hollow_out(
         start += count
     model = model.replace(parts=tuple(parts))
     kept = np.concatenate(parents)
-    mesh = weld_model(model, by_material=False).in_frame(articulation.frame)
-    return model, mesh, _renumbered(articulation, kept, len(placed.faces))
+    hollow = weld_model(model, by_material=False).in_frame(articulation.frame)
+    return model, hollow, _renumbered(articulation, kept, len(placed.faces))
 
 
 def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple[Mesh, Ints]:

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.raster import DepthImage, render_depth
+from casa_assets.articulate.vectors import round_mm, round_mm_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.shape import Box
@@ -105,7 +106,12 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
         y1, y0 = (float(image.lower[1]) + (deep.shape[0] - r) * image.pixel for r in (a, b))
         x0, x1 = (float(image.lower[0]) + k * image.pixel for k in (c, d))
         px = image.pixel
-        out.append(Niche((_mm(x0 + px), _mm(y0 + px), _mm(floor)), (_mm(x1 - px), _mm(y1 - px), _mm(float(upper[2])))))
+        out.append(
+            Niche(
+                round_mm_vec3((x0 + px, y0 + px, floor)),
+                round_mm_vec3((x1 - px, y1 - px, upper[2])),
+            )
+        )
     along = bool(out) and float(out[0].size[1]) >= float(out[0].size[0])
     return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
 
@@ -114,7 +120,9 @@ def niche_floor(hollow: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
     """Return a thin board whose top is the floor of a niche."""
     x, y, _ = (float(v) for v in hollow.size)
     at = hollow.middle
-    return Box(size=(_mm(x), _mm(y), thick)), Pose(position=(_mm(at[0]), _mm(at[1]), _mm(hollow.lower[2] - thick / 2)))
+    return Box(size=(round_mm(x), round_mm(y), thick)), Pose(
+        position=round_mm_vec3((at[0], at[1], hollow.lower[2] - thick / 2))
+    )
 
 
 def _above(solid: Bools) -> Bools:
@@ -133,7 +141,10 @@ def _box(image: DepthImage, points: Floats, back: Floats, span: tuple[int, int, 
     far = front + float(np.median(back[a:b, c:d]))
     # It begins where what stands under it does.
     near = front + float(np.median(back[b + 1, c:d])) if b + 1 < rows else front
-    return Niche((_mm(x0), _mm(min(near, far - 0.02)), _mm(z0)), (_mm(x1), _mm(far), _mm(z1)))
+    return Niche(
+        round_mm_vec3((x0, min(near, far - 0.02), z0)),
+        round_mm_vec3((x1, far, z1)),
+    )
 
 
 def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
@@ -142,8 +153,3 @@ def _body(asset: Asset) -> tuple[Floats, npt.NDArray[np.int64]]:
     starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
     faces = [np.asarray(m.faces, dtype=np.int64) + s for m, s in zip(meshes, starts, strict=True)]
     return np.concatenate([m.vertices for m in meshes]), np.concatenate(faces)
-
-
-def _mm(value: float) -> float:
-    """Round metres to a tenth of a millimetre."""
-    return round(float(value), 4)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from casa_assets.articulate.vectors import round_mm, round_mm_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.geometry.solid.tessellate import tessellate
@@ -98,7 +99,7 @@ def _before(asset: Asset, lower: Floats, upper: Floats) -> Bounds:
 
 def _levels(asset: Asset, region: Region, lower: Floats, upper: Floats) -> list[Region]:
     """Return the levels between shelves of the space between two corners."""
-    x, y = _mm(float(lower[0] + upper[0]) / 2), _mm(float(lower[1] + upper[1]) / 2)
+    x, y = round_mm(float(lower[0] + upper[0]) / 2), round_mm(float(lower[1] + upper[1]) / 2)
     spans = _column(asset, asset.root, x, y)
     out = []
     boards = _boards(asset, lower, upper, 2)
@@ -110,8 +111,8 @@ def _levels(asset: Asset, region: Region, lower: Floats, upper: Floats) -> list[
         roof = min([roof, *(b for b, _, _ in spans if b >= middle)]) - BOARD_DISTANCE_M
         if roof - floor >= MIN_REGION_M and not _filled(asset, np.array([x, y, (floor + roof) / 2])):
             left, right = _between(asset, np.array([x, y, (floor + roof) / 2]), float(lower[0]), float(upper[0]))
-            pose = Pose(position=(_mm((left + right) / 2), y, _mm((floor + roof) / 2)))
-            size = (_mm(right - left), _mm(float(upper[1] - lower[1])), _mm(roof - floor))
+            pose = Pose(position=round_mm_vec3(((left + right) / 2, y, (floor + roof) / 2)))
+            size = round_mm_vec3((right - left, upper[1] - lower[1], roof - floor))
             out.append(region.replace(pose=pose, size=size))
     return out
 
@@ -147,8 +148,8 @@ def region_below_racks(asset: Asset, region: Region) -> Region | None:
     if roof - lower[2] < MIN_REGION_M:
         return None
     x, y, _ = region.pose.position
-    size = (region.size[0], region.size[1], _mm(roof - float(lower[2])))
-    return region.replace(pose=Pose(position=(x, y, _mm((roof + float(lower[2])) / 2))), size=size)
+    size = (region.size[0], region.size[1], round_mm(roof - float(lower[2])))
+    return region.replace(pose=Pose(position=(x, y, round_mm((roof + float(lower[2])) / 2))), size=size)
 
 
 def is_occupied(asset: Asset, region: Region) -> bool:
@@ -182,9 +183,8 @@ def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region |
     a, b = lower[:2] + inset, upper[:2] - inset
     center = np.array([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (floor + roof) / 2])
     local = asset.asset_from_link(rack).inverse().apply(center[None])[0]
-    size = (_mm(float(b[0] - a[0])), _mm(float(b[1] - a[1])), _mm(roof - floor))
-    x, y, z = (_mm(float(v)) for v in local)
-    return Region(name=rack, link=rack, pose=Pose(position=(x, y, z)), size=size)
+    size = round_mm_vec3((b[0] - a[0], b[1] - a[1], roof - floor))
+    return Region(name=rack, link=rack, pose=Pose(position=round_mm_vec3(local)), size=size)
 
 
 def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
@@ -201,9 +201,9 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
     if roof - floor < 0.03:
         return None
     center = np.array([[middle[0], middle[1], (floor + roof) / 2]])
-    x, y, z = (_mm(float(v)) for v in asset.asset_from_link(drawer).inverse().apply(center)[0])
-    size = (_mm(float(b[0] - a[0])), _mm(float(b[1] - a[1])), _mm(roof - floor))
-    return Region(name=drawer, link=drawer, pose=Pose(position=(x, y, z)), size=size)
+    local = asset.asset_from_link(drawer).inverse().apply(center)[0]
+    size = round_mm_vec3((b[0] - a[0], b[1] - a[1], roof - floor))
+    return Region(name=drawer, link=drawer, pose=Pose(position=round_mm_vec3(local)), size=size)
 
 
 def floor_collider(asset: Asset, region: Region) -> str | None:
@@ -287,8 +287,3 @@ def link_label(asset: Asset, link: str) -> str:
 def _holds(box: Bounds, point: Floats) -> bool:
     """Return whether a point is in the plan of a box and not above it."""
     return bool((point[:2] >= box[0][:2]).all() and (point[:2] <= box[1][:2]).all() and point[2] <= box[1][2])
-
-
-def _mm(value: float) -> float:
-    """Round metres to a tenth of a millimetre."""
-    return round(value, 4)

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from casa_assets.articulate.plan import PartKind, PartPlan
+from casa_assets.articulate.vectors import round7
 from casa_assets.core import hand_dynamics
 from casa_assets.core.hand_dynamics import START_N
-from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Collider, Drive, Joint, JointKind, Link, State
@@ -54,7 +54,7 @@ def build_joint(part: PartPlan, metres: float, link: Link, behind: int | None, n
         child=part.name,
         kind=part.joint.kind,
         axis=part.joint.axis,
-        range=(_seven(lower), _seven(upper)),
+        range=(round7(lower), round7(upper)),
         damping=feel.damping,
         frictionloss=feel.frictionloss,
         armature=feel.armature,
@@ -98,8 +98,3 @@ def open_closed_states(part: PartPlan) -> tuple[State, ...]:
         State(name=f"{joint}_closed", joint=joint, value="closed", interval=(0.0, 0.005)),
         State(name=f"{joint}_open", joint=joint, value="open", interval=(0.9, 1.0)),
     )
-
-
-def _seven(value: float) -> float:
-    """Round a number to seven significant digits."""
-    return significant(float(value), 7)

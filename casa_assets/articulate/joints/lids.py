@@ -164,5 +164,5 @@ def _host(lower: Floats, upper: Floats, disc: int) -> int | None:
     rows = np.flatnonzero(under)
     if not len(rows):
         return None
-    foot = np.prod((upper - lower)[rows, :2], axis=1)
-    return int(rows[int(np.argmax(foot))])
+    footprint = np.prod((upper - lower)[rows, :2], axis=1)
+    return int(rows[int(np.argmax(footprint))])

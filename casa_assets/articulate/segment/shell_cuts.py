@@ -38,7 +38,7 @@ def cut_shell_parts(
     placed, shell = fragmentation.mesh, fragmentation.shell
     if shell is None or not articulation.parts:
         return model, placed, articulation
-    owner = _owner(articulation, len(placed.faces))
+    owner = articulation.face_owner(len(placed.faces))
     zone = shell_zones(shell, placed, np.arange(len(owner)))
     part_of = _parts_of_zones(placed, zone, owner, shell)
     if not len(part_of):
@@ -63,14 +63,6 @@ def cut_shell_parts(
         model = model.replace(parts=(*model.parts, _cap_part(model, articulation.frame, closing)))
         mesh = weld_model(model).in_frame(articulation.frame)
     return model, mesh, articulation
-
-
-def _owner(articulation: Articulation, count: int) -> Ints:
-    """Return the (F,) index of the part that each face belongs to, -1 for the body."""
-    owner = np.full(count, -1, dtype=np.int64)
-    for i, part in enumerate(articulation.parts):
-        owner[part.faces] = i
-    return owner
 
 
 def _parts_of_zones(mesh: WeldedMesh, zone: Ints, owner: Ints, shell: FusedShell) -> Ints:

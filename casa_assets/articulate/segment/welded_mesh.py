@@ -74,6 +74,12 @@ class WeldedMesh:
         """Return the diagonal of the box around all triangles."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
 
+    @property
+    def footprint_center(self) -> Floats:
+        """Return the (3,) middle of the footprint at the lowest point, in its frame: the origin of the asset."""
+        lower, upper = self.points.min(axis=0), self.points.max(axis=0)
+        return np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]])
+
     def in_frame(self, frame: Frame) -> WeldedMesh:
         """Return a mesh that is in file axes and units in the frame, where its diagonal is 1."""
         return self.transformed(frame.rotation, np.array(frame.origin), frame.scale)

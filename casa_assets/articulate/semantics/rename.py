@@ -12,8 +12,7 @@ from casa_assets.articulate.interior.regions import link_bounds
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.semantics.annotate_for_runtime import annotate_for_runtime
 from casa_assets.articulate.semantics.part_roles import PlacedPart, RuntimeName, runtime_names
-from casa_assets.core.rounding import significant
-from casa_assets.core.typing import Floats
+from casa_assets.articulate.vectors import round7_vec3
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.joint import Joint
 from casa_assets.model.asset.link import Collider, Link, Visual
@@ -71,7 +70,9 @@ def main_region(asset: Asset) -> Region:
     points = np.concatenate(clouds or [asset.bounds])
     lower, upper = points.min(axis=0), points.max(axis=0)
     return Region(
-        name="main", pose=Pose(position=_vec((lower + upper) / 2)), size=_vec(np.maximum(upper - lower, 1e-3))
+        name="main",
+        pose=Pose(position=round7_vec3((lower + upper) / 2)),
+        size=round7_vec3(np.maximum(upper - lower, 1e-3)),
     )
 
 
@@ -125,10 +126,4 @@ def _straight(axis: tuple[float, float, float]) -> tuple[float, float, float]:
     if abs(axis[k]) < AXIS_SNAP_COS:
         return axis
     x, y, z = (float(np.sign(axis[k])) if i == k else 0.0 for i in range(3))
-    return (x, y, z)
-
-
-def _vec(values: Floats) -> tuple[float, float, float]:
-    """Return three numbers rounded to seven digits."""
-    x, y, z = (significant(float(v), 7) if abs(v) > 1e-9 else 0.0 for v in values)
     return (x, y, z)

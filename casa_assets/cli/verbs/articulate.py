@@ -158,10 +158,11 @@ def _table(done: ArticulateOutcome) -> Table:
     for part in done.articulation.parts:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
-        reason = "; ".join(w for w in (part.reason, joint.reason) if w)
         way = done.travels.get(part.name)
         goes = "" if way is None else "all" if way.whole else f"{min(way.free, way.reached):.0%} {way.against}"
-        table.add_row(part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", reason, joint.runner_up)
+        table.add_row(
+            part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", part.full_reason, joint.runner_up
+        )
     for cavity in done.articulation.cavities:
         if cavity.built:
             table.add_row(

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions
-from casa_assets.articulate.interior.cavities import find_cavities, to_vec3
+from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.interior.choose_interiors import apply_cavity_decisions
 from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.joints import hinges
@@ -27,6 +27,7 @@ from casa_assets.articulate.plan import (
     StorageSpace,
 )
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
+from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.family import Supplies
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder, JointBuilder, LinkBuilder

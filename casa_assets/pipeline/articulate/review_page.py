@@ -54,9 +54,8 @@ def _row(done: ArticulateOutcome, out: Path) -> dict[str, Any]:
         joint, way = part.joint, done.travels.get(part.name)
         confidence = min(part.confidence, joint.confidence)
         goes = "" if way is None or way.whole else f"goes {min(way.free, way.reached):.0%} {way.against}"
-        reason = "; ".join(w for w in (part.reason, joint.reason) if w)
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
-        cells = (part.name, part.parent or "body", how, f"{confidence:.0%}", reason, joint.runner_up, goes)
+        cells = (part.name, part.parent or "body", how, f"{confidence:.0%}", part.full_reason, joint.runner_up, goes)
         parts.append({"cells": cells, "is_doubtful": confidence < _LOW})
     frame = done.articulation.frame
     held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.unmet_checks[:2])

@@ -9,7 +9,6 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.decisions import Decisions, Direction, axis_word
-from casa_assets.articulate.interior.choose_interiors import asset_origin
 from casa_assets.articulate.plan import Cavity, InteriorKind, PartKind, PartPlan
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
@@ -57,7 +56,7 @@ def text(built: ArticulateResult) -> str:
         lines += [] if part.added else _part(part, frame.metres or 1.0)
     lines += ["cavities:"] if built.articulation.cavities else []
     for cavity in built.articulation.cavities:
-        lines += _cavity(cavity, frame.metres or 1.0, asset_origin(built.placed))
+        lines += _cavity(cavity, frame.metres or 1.0, built.placed.originprint_center)
     return "\n".join(lines) + "\n"
 
 
@@ -78,9 +77,9 @@ def _part(part: PartPlan, metres: float) -> list[str]:
     return lines
 
 
-def _cavity(cavity: Cavity, metres: float, foot: Floats) -> list[str]:
+def _cavity(cavity: Cavity, metres: float, origin: Floats) -> list[str]:
     """Return the lines of the interior behind a front, built or the mesh's own."""
-    box = [(np.array(c) - foot) * metres for c in (cavity.lower, cavity.upper)]
+    box = [(np.array(c) - origin) * metres for c in (cavity.lower, cavity.upper)]
     words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
     return [
         _row(f"  {cavity.parts[0]}", "", (cavity.confidence, cavity.reason)),

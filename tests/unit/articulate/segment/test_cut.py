@@ -84,8 +84,8 @@ def test_a_drawer_over_two_doors_without_a_seam_ends_as_far_below_its_handle_as_
     placed, found = placed_of(fused(*(box(a, b) for a, b in solids)))
     assert len(found.parts) == 3
     unit = float(np.linalg.norm([0.6, 0.625, 0.8]))
-    drawer = max(found.parts, key=lambda p: float(placed.points[placed.faces[p.faces]][..., 2].mean()))
-    middles = placed.points[placed.faces[drawer.faces]].mean(axis=1)
+    drawer = max(found.parts, key=lambda p: float(placed.mesh.points[placed.mesh.faces[p.faces]][..., 2].mean()))
+    middles = placed.mesh.points[placed.mesh.faces[drawer.faces]].mean(axis=1)
     assert float(middles[:, 2].min()) * unit + 0.4 == pytest.approx(0.6, abs=0.04)
 
 
@@ -93,7 +93,7 @@ def knobbed(*places: tuple[float, float]) -> list[PartPlan]:
     """What is found on a plain body with a plain front before it, and knobs at some places (x, z) of that."""
     body = [box((0.0, 0.0, 0.0), (0.6, 0.55, 0.8)), box((0.0, -0.03, 0.0), (0.6, 0.01, 0.8))]
     placed, found = placed_of(fused(*body, *(disc((x, -0.06, z), 0.02, 0.04) for x, z in places)))
-    return sorted(found.parts, key=lambda p: float(np.mean(placed.points[placed.faces[p.faces]][..., 2])))
+    return sorted(found.parts, key=lambda p: float(np.mean(placed.mesh.points[placed.mesh.faces[p.faces]][..., 2])))
 
 
 def test_knobs_one_above_the_other_draw_fronts_without_a_seam() -> None:
