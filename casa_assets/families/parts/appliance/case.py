@@ -8,9 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from casa_assets.core.typing import Floats
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, rod
 from casa_assets.families.kit.solids.loft import loft
-from casa_assets.families.kit.solids.solid import Placed, Solid
+from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
 from casa_assets.families.kit.solids.sweep import prism, rectangle, round_corners
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.model.asset.mesh import Mesh
@@ -19,6 +20,32 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
 FLAT_BAND = 0.0015  # metres
+LINER_SHEET = 0.0006  # metres of sheet that lines the inside of an oven or a microwave
+
+
+def open_front_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tuple[Placed, ...]:
+    """Five boxes between two boxes given by their lower and upper corners: left, right, bottom, top and back."""
+    ((x0, y0, z0), (x1, y1, z1)), (low, high) = outer, inner
+    return (
+        box_shape((x0, y0, z0), (low[0], y1, z1)),
+        box_shape((high[0], y0, z0), (x1, y1, z1)),
+        box_shape((low[0], y0, z0), (high[0], y1, low[2])),
+        box_shape((low[0], y0, high[2]), (high[0], y1, z1)),
+        box_shape((low[0], high[1], low[2]), (high[0], y1, high[2])),
+    )
+
+
+def add_liner(builder: AssetBuilder, low: Vec3, high: Vec3, finish: str, density: str) -> None:
+    """Sheets on the left, right, bottom, top and back of the space between two corners; the front is open."""
+    (x0, y0, z0), (x1, y1, z1), t = low, high, LINER_SHEET
+    for a, b in (
+        ((x0, y0, z0), (x0 + t, y1, z1)),
+        ((x1 - t, y0, z0), (x1, y1, z1)),
+        ((x0 + t, y0, z0), (x1 - t, y1 - t, z0 + t)),
+        ((x0 + t, y0, z1 - t), (x1 - t, y1 - t, z1)),
+        ((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t)),
+    ):
+        builder.add(ROOT, board(a, b, 0.0), finish, label="liner", collider=False, density=density)
 
 
 def rounded_polygon(points: Sequence[Vec2], radius: float, steps: int = 5) -> Floats:

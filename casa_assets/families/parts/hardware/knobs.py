@@ -6,7 +6,7 @@ import math
 from enum import StrEnum
 
 from casa_assets.core import hand_dynamics
-from casa_assets.families.kit.asset_builder import AssetBuilder
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.model.asset.shape import Cylinder
@@ -31,37 +31,57 @@ class KnobStyle(StrEnum):
 
 def add_knob(
     builder: AssetBuilder,
-    link: str,
-    joint: str,
+    name: str,
     at: Vec3,
-    *,
     style: KnobStyle,
     radius: float,
     finish: str,
-    mark: str,
-    collider: str,
+    *,
+    mark: str = "plastic_red",
     up: bool = False,
     turn: float = KNOB_TRAVEL,
 ) -> None:
-    """A link with a knob whose foot is at `at`, its joint (0 is off), its collider.
+    """A link with a knob whose foot is at `at`, its joint `<name>_joint` (0 is off), its collider `<name>_main`.
 
     Args:
-        radius: metres. finish, mark: of the body and of its pointer. up: faces up instead of to the front.
+        name: of the link. radius: metres. finish, mark: finishes of the body and of its pointer.
+        up: faces up instead of to the front. turn: rad, its range.
     """
-    builder.link(link, at=at)
+    link = builder.link(name, at=at)
     depth = {KnobStyle.DISC: 0.7, KnobStyle.SLIM: 1.5}.get(style, 1.0) * min(0.026, 1.15 * radius)
     body, extra = _shape(style, radius, depth)
     shape = (Cylinder(radius=radius, height=depth), Pose(position=(0.0, 0.0, depth / 2)))
     shaped = Solid(body.points, body.faces, (shape,), crease_deg=body.crease_deg)
     face = Pose() if up else Pose(quaternion=(math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0))
-    builder.add(link, shaped.transformed(face), finish, label="knob", collider=collider, density="control_knob")
+    builder.add(link, shaped.transformed(face), finish, label="knob", collider=f"{name}_main", density="control_knob")
     for solid in extra:
         builder.add(link, solid.transformed(face), finish, label="knob", collider=False, density="control_knob")
     pointer = _pointer(style, radius, depth)
     builder.add(link, pointer.transformed(face), mark, label="knob", collider=False, density=0.0)
     axis = (0.0, 0.0, 1.0) if up else (0.0, -1.0, 0.0)
     feel = hand_dynamics.Feel(damping=0.02, frictionloss=hand_dynamics.KNOB_NM, armature=2e-4)
-    builder.hinge(joint, link, axis, (0.0, turn), collider, feel=feel)
+    builder.hinge(f"{name}_joint", link, axis, (0.0, turn), f"{name}_main", feel=feel)
+
+
+def add_knob_with_scale(
+    builder: AssetBuilder,
+    name: str,
+    at: Vec3,
+    style: KnobStyle,
+    radius: float,
+    finish: str,
+    *,
+    bezel_finish: str,
+    ink: str,
+    turn: float,
+    steps: int,
+) -> None:
+    """Add a knob with a bezel behind it and printed ticks round it; `at` lies on the front, which faces -y."""
+    x, y, z = at
+    builder.add(ROOT, bezel(radius).translated(x, y - 2e-4, z), bezel_finish, label="bezel", collider=False)
+    ticks = dial(radius, turn, steps=steps).translated(x, y - 3e-4, z)
+    builder.add(ROOT, ticks, ink, label="print", collider=False, density=0.0)
+    add_knob(builder, name, (x, y - 0.0032, z), style, radius, finish, turn=turn)
 
 
 def _shape(style: KnobStyle, r: float, d: float) -> tuple[Solid, list[Solid]]:

@@ -16,6 +16,11 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 
+def point_between(a: Vec3, b: Vec3, share: float) -> Vec3:
+    """The point at a share of the way from a (0) to b (1)."""
+    return a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share, a[2] + (b[2] - a[2]) * share
+
+
 def round_bar(a: Vec3, b: Vec3, radius: float) -> Solid:
     """A round bar from a to b; its collider is a cylinder."""
     solid = tube([a, b], radius)
