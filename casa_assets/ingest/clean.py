@@ -8,10 +8,10 @@ from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.topology import edge_counts
 from casa_assets.ingest.draft import Draft, Surface, warning
-from casa_assets.ingest.repair.components import pieces_of
+from casa_assets.ingest.repair.components import split_components
 from casa_assets.ingest.repair.cracks import close_cracks
 from casa_assets.ingest.repair.degenerate_faces import valid_faces
-from casa_assets.ingest.repair.enclosed_parts import clear_parts, enclosed_parts
+from casa_assets.ingest.repair.enclosed_parts import enclosed_parts, transparent_parts
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
 from casa_assets.ingest.repair.intersecting_parts import intersecting_parts
 from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces, sheet_fins
@@ -86,10 +86,10 @@ def _wound_outward(draft: Draft) -> Draft:
     if turned.any():
         message = f"{int(turned.sum())} faces ({turned.mean():.0%}) were turned to face outwards"
         notes.append(warning("MSH011", "winding", message))
-    found = pieces_of(surface.vertices, faces, surface.point_of_vertex)
-    see_through = np.repeat(clear_parts(draft.parts), [len(p.mesh.faces) for p in draft.parts])
-    sealed, more = enclosed_parts(found, see_through)
-    parts = _parts(draft, surface.vertices, faces, ~sealed[found.label], turned)
+    components = split_components(surface.vertices, faces, surface.point_of_vertex)
+    see_through = np.repeat(transparent_parts(draft.parts), [len(p.mesh.faces) for p in draft.parts])
+    sealed, more = enclosed_parts(components, see_through)
+    parts = _parts(draft, surface.vertices, faces, ~sealed[components.label], turned)
     return draft.replace(parts=parts, notes=draft.noted(*notes, *more))
 
 
@@ -120,14 +120,14 @@ def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> 
     index = np.flatnonzero(keep)
     if not len(index):
         return keep, []
-    found = pieces_of(surface.vertices, surface.faces[index], surface.point_of_vertex)
-    extra, notes = foreign_parts(found, category)
+    components = split_components(surface.vertices, surface.faces[index], surface.point_of_vertex)
+    extra, notes = foreign_parts(components, category)
     out = keep.copy()
-    out[index[extra[found.label]]] = False
+    out[index[extra[components.label]]] = False
     rest = np.flatnonzero(out)
     fins, fin_notes = sheet_fins(surface.welded_faces[rest])
     out[rest[fins]] = False
-    return out, notes + separate_objects(found, extra) + fin_notes
+    return out, notes + separate_objects(components, extra) + fin_notes
 
 
 def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask) -> tuple[RawPart, ...]:

@@ -12,12 +12,12 @@ from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.issue import Issue
 
-# More tangled edges than this share are the way it was built, and so many at most are looked at.
+# Meshes with a larger share, or number, of nonmanifold edges are built that way and are left as they are; choices.
 MAX_NONMANIFOLD_SHARE = 0.005
 MAX_NONMANIFOLD_EDGES = 400
-# Cutting out may bare another tangle so many times.
+# Cutting out faces may expose further nonmanifold edges, which are cut out in turn.
 MAX_ROUNDS = 3
-# A patch of more faces than these was meant: a leaf, a strap, a label that stands off.
+# A patch of more faces than these is meant: a leaf, a strap, a label that stands off.
 MAX_FIN_FACES = 2
 
 
@@ -28,16 +28,16 @@ def cut_nonmanifold_faces(draft: Draft) -> Draft:
     if not _is_rare(ids):
         return closed
     before = _unsound(ids)
-    rest, cut = draft, []
+    remaining, cut_corners = draft, []
     for _ in range(MAX_ROUNDS):
-        bad = _touching(rest.surface.welded_faces)
+        bad = _touching(remaining.surface.welded_faces)
         if not bad.any():
             break
         if bad.all():
             return closed
-        cut.append(rest.surface.vertices[rest.surface.faces[bad]].reshape(-1, 3))
-        rest = rest.replace(parts=_without(rest.parts, bad))
-    mended = close_holes(rest, np.concatenate(cut))
+        cut_corners.append(remaining.surface.vertices[remaining.surface.faces[bad]].reshape(-1, 3))
+        remaining = remaining.replace(parts=_without(remaining.parts, bad))
+    mended = close_holes(remaining, np.concatenate(cut_corners))
     after = _unsound(mended.surface.welded_faces)
     if after * 2 > before:
         return closed
@@ -56,7 +56,7 @@ def _is_rare(ids: Ints) -> bool:
 
 
 def _touching(ids: Ints) -> Mask:
-    """(F,) faces at the ends of edges of more than two, and where rims meet, so that what is left has a plain rim."""
+    """(F,) faces at the ends of nonmanifold edges, and where boundary loops touch, so that simple holes are left."""
     edges, uses, _ = edge_counts(ids)
     count = int(ids.max()) + 1
     ends: Mask = np.bincount(edges[uses == 1].ravel(), minlength=count) > 2
@@ -87,9 +87,9 @@ def _fewer(mesh: Mesh, keep: Mask) -> Mesh:
 
 
 def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
-    """(F,) True for faces that are fins, and a note where there are some.
+    """(F,) True for fins: a few faces that hang by an edge on a closed surface, and a note where there are some.
 
-    Nothing is one where the rest would stay open: there a lone face may be all that is left of a wall.
+    There are none if the rest would stay open: then a single face may be all that is left of a wall.
 
     Args:
         ids: (F, 3) indices of welded points.
@@ -101,19 +101,19 @@ def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:
     patch = manifold_patches(ids)
     small = np.bincount(patch)[patch] <= MAX_FIN_FACES
     stands, hangs = (np.isin(patch, patch[_has(ids, edges[mask])]) for mask in (uses == 1, uses > 2))
-    found = small & stands & hangs
-    if not found.any() or found.all() or (edge_counts(ids[~found])[1] != 2).any():
+    is_fin = small & stands & hangs
+    if not is_fin.any() or is_fin.all() or (edge_counts(ids[~is_fin])[1] != 2).any():
         return none, []
-    count = int(found.sum())
-    what = "1 face that stood off a closed surface like a fin was"
+    count = int(is_fin.sum())
+    subject = "1 face that stood off a closed surface like a fin was"
     if count != 1:
-        what = f"{count} faces that stood off a closed surface like fins were"
-    message = f"{what} taken away"
-    return found, [warning("MSH046", "faces", message)]
+        subject = f"{count} faces that stood off a closed surface like fins were"
+    message = f"{subject} taken away"
+    return is_fin, [warning("MSH046", "faces", message)]
 
 
 def _has(ids: Ints, edges: Ints) -> Mask:
-    """(F,) faces with one of some edges. edges: (E, 2) with ascending ends."""
+    """(F,) faces that have one of the edges. edges: (E, 2) with ascending ends."""
     base = int(ids.max()) + 1
     sides = np.sort(np.stack([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=2)
     found: Mask = np.any(np.isin(sides[:, :, 0] * base + sides[:, :, 1], edges[:, 0] * base + edges[:, 1]), axis=0)

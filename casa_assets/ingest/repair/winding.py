@@ -15,21 +15,22 @@ from casa_assets.geometry.mesh.topology import (
 )
 from casa_assets.geometry.mesh.visibility import measure_visibility
 from casa_assets.ingest.draft import Surface
+from casa_assets.ingest.repair.components import component_boxes
 
-# So many pieces, the largest, are looked at for being within one another.
-MOST_HOLLOW = 64
-# Volume of the cones to its middle, over area and length, below which an open piece has no outside: leaves of a fruit
-# measure .02 to .03, a single-walled bowl .1.
+# Components that are tested for lying within one another, the largest first; a choice.
+MAX_NESTED = 64
+# An open component is too flat to have an outside if the volume of the cones to its centre, over area and length, is
+# below this: leaves of a fruit measure .02 to .03, a single-walled bowl .1.
 MIN_CURVATURE = 0.035
-# An open patch is turned where so many times more of it shows its back alone than its front alone, and that is at
-# least this share of it; of fewer points than these nothing can be said.
+# An open patch is turned if so many times more of its samples show only their back than only their front, and they are
+# at least this share of all and at least so many; choices.
 BACK_TO_FRONT_RATIO = 4.0
-LEAST_SHARE = 0.3
-LEAST_SEEN = 8
+MIN_BACK_SHARE = 0.3
+MIN_BACK_SAMPLES = 8
 
 
 def orient_outward(surface: Surface) -> tuple[Ints, Mask]:
-    """Turn faces so that each piece winds one way, and outwards unless it is the inner wall of another.
+    """Turn faces so that each component winds one way, and outwards unless it is the inner wall of another.
 
     Returns:
         (F, 3) faces over the vertices of the surface; (F,) which were turned.
@@ -53,48 +54,59 @@ def _flipped(faces: Ints, rows: Mask) -> Ints:
     return out
 
 
-def _inside_out(points: Floats, ids: Ints, label: Ints, turned_so_far: Mask, open_: Mask) -> Mask:
-    """Faces (F,) of pieces to be turned; a piece within another keeps its direction against that one's.
+def _inside_out(points: Floats, ids: Ints, label: Ints, was_turned: Mask, is_open: Mask) -> Mask:
+    """(N,) components that are inside out; one within another keeps its direction relative to the outer one.
 
-    An open piece that is hardly curved (a leaf, a plate) has no outside: it keeps the direction that most of it had.
+    An open component that is hardly curved (a leaf, a plate) has no outside: it keeps the direction of most faces.
+
+    Args:
+        ids: (F, 3) faces, wound one way. label: (F,) component of each. was_turned: (F,) turned for that.
+        is_open: (F,) faces of components that bound no volume.
     """
     corners = points[ids]
     count = int(label.max()) + 1
-    low, high, middle = np.full((count, 3), np.inf), np.full((count, 3), -np.inf), np.zeros((count, 3))
-    np.minimum.at(low, label, corners.min(axis=1))
-    np.maximum.at(high, label, corners.max(axis=1))
-    np.add.at(middle, label, corners.mean(axis=1))
-    middle /= np.bincount(label, minlength=count)[:, None]
-    # Cones to the piece's own middle: the volume of a closed piece, positive for an open one that faces away from it.
-    local = corners - middle[label][:, None]
-    cones = np.einsum("ij,ij->i", local[:, 0], np.cross(local[:, 1], local[:, 2]))
-    volume = np.bincount(label, weights=cones, minlength=count)
-    turned: Mask = volume < -1e-9 * (high - low).max(axis=1) ** 3
+    lower, upper = component_boxes(corners, label)
+    center = np.zeros((count, 3))
+    np.add.at(center, label, corners.mean(axis=1))
+    center /= np.bincount(label, minlength=count)[:, None]
+    # The cones to the centre sum up to the volume of a closed component, and are positive for an open one that faces
+    # away from its centre.
+    local = corners - center[label][:, None]
+    cone_volumes = np.einsum("ij,ij->i", local[:, 0], np.cross(local[:, 1], local[:, 2]))
+    volume = np.bincount(label, weights=cone_volumes, minlength=count)
+    is_inside_out: Mask = volume < -1e-9 * (upper - lower).max(axis=1) ** 3
     areas = np.bincount(label, weights=np.linalg.norm(_area_vectors(corners), axis=1) / 2, minlength=count)
-    hardly = np.zeros(count, dtype=bool)
-    hardly[label[open_]] = True
-    hardly &= np.abs(volume) / 6 < MIN_CURVATURE * areas * (high - low).max(axis=1)
-    turned[hardly] = (np.bincount(label, weights=turned_so_far) > np.bincount(label) / 2)[hardly]
+    is_flat = np.zeros(count, dtype=bool)
+    is_flat[label[is_open]] = True
+    is_flat &= np.abs(volume) / 6 < MIN_CURVATURE * areas * (upper - lower).max(axis=1)
+    is_inside_out[is_flat] = (np.bincount(label, weights=was_turned) > np.bincount(label) / 2)[is_flat]
     if count == 1:
-        return turned
-    large = np.argsort(-(high - low).prod(axis=1), kind="stable")[:MOST_HOLLOW]
+        return is_inside_out
+    large = np.argsort(-(upper - lower).prod(axis=1), kind="stable")[:MAX_NESTED]
     hosts = {
-        piece: [k for k in large[:rank] if (low[k] <= low[piece]).all() and (high[piece] <= high[k]).all()]
-        for rank, piece in enumerate(large)
+        component: [
+            k for k in large[:rank] if (lower[k] <= lower[component]).all() and (upper[component] <= upper[k]).all()
+        ]
+        for rank, component in enumerate(large)
     }
-    named = {*(k for found in hosts.values() for k in found), *(piece for piece, found in hosts.items() if found)}
-    own = {k: ids[label == k] for k in named}
-    closed = {k: is_closed(own[k]) for k in named}
-    for piece, found in hosts.items():
-        for host in reversed(found):  # the smallest first
-            if closed[host]:
-                within = abs(winding_number(points, own[host], points[own[piece][0]].mean(axis=0))) > 0.5
-            else:  # of an open piece within the bounds of another one it is taken for granted
-                within = not closed[piece]
-            if within:
-                turned[piece] = turned[host]
+    involved = {
+        *(k for found in hosts.values() for k in found),
+        *(component for component, found in hosts.items() if found),
+    }
+    faces_of = {k: ids[label == k] for k in involved}
+    closed = {k: is_closed(faces_of[k]) for k in involved}
+    for component, found in hosts.items():
+        for outer in reversed(found):  # the smallest first
+            if closed[outer]:
+                is_reversed = (
+                    abs(winding_number(points, faces_of[outer], points[faces_of[component][0]].mean(axis=0))) > 0.5
+                )
+            else:  # an open one is assumed to belong to the other one whose box it lies in
+                is_reversed = not closed[component]
+            if is_reversed:
+                is_inside_out[component] = is_inside_out[outer]
                 break
-    return turned
+    return is_inside_out
 
 
 def _area_vectors(corners: Floats) -> Floats:
@@ -102,40 +114,38 @@ def _area_vectors(corners: Floats) -> Floats:
     return vectors
 
 
-def _back_to_front(points: Floats, ids: Ints, label: Ints, open_: Mask) -> Mask:
-    """(F,) faces of open patches that plainly show their back to the outside; where all is closed there are none.
+def _back_to_front(points: Floats, ids: Ints, label: Ints, is_open: Mask) -> Mask:
+    """(F,) faces of open patches that show their back to the outside.
 
-    A patch hangs together over edges of two faces: where more meet, the parity of turns says nothing about the rest.
+    Patches are joined over edges of exactly two faces, since only those pass a direction on.
     """
     none = np.zeros(len(ids), dtype=bool)
-    if not open_.any():
+    if not is_open.any():
         return none
     patch = manifold_patches(ids)
-    corners = points[ids]
-    count = int(label.max()) + 1
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, label, corners.min(axis=1))
-    np.maximum.at(high, label, corners.max(axis=1))
-    flat = (high - low).min(axis=1) <= 1e-6 * (high - low).max(axis=1)
-    found = measure_visibility(points, ids)
-    size = int(patch.max()) + 1
-    strewn = np.bincount(patch[found.face], minlength=size)
-    front = np.bincount(patch[found.face], weights=found.front & ~found.back, minlength=size)
-    back = np.bincount(patch[found.face], weights=found.back & ~found.front, minlength=size)
-    turned = (back > BACK_TO_FRONT_RATIO * front) & (back >= LEAST_SHARE * strewn) & (back >= LEAST_SEEN)
-    wrong: Mask = turned[patch] & open_ & ~flat[label]
-    return wrong
+    lower, upper = component_boxes(points[ids], label)
+    is_flat = (upper - lower).min(axis=1) <= 1e-6 * (upper - lower).max(axis=1)
+    visibility = measure_visibility(points, ids)
+    patch_count = int(patch.max()) + 1
+    sample_count = np.bincount(patch[visibility.face], minlength=patch_count)
+    front = np.bincount(patch[visibility.face], weights=visibility.front & ~visibility.back, minlength=patch_count)
+    back = np.bincount(patch[visibility.face], weights=visibility.back & ~visibility.front, minlength=patch_count)
+    shows_back = (
+        (back > BACK_TO_FRONT_RATIO * front) & (back >= MIN_BACK_SHARE * sample_count) & (back >= MIN_BACK_SAMPLES)
+    )
+    is_wrong: Mask = shows_back[patch] & is_open & ~is_flat[label]
+    return is_wrong
 
 
 def _is_open(ids: Ints, label: Ints) -> Mask:
-    """(F,) faces of pieces that bound no volume."""
+    """(F,) faces of components that bound no volume."""
     edges, uses, balance = edge_counts(ids)
-    torn = (uses != 2) | (balance != 0)
-    if not torn.any():
+    is_open_edge = (uses != 2) | (balance != 0)
+    if not is_open_edge.any():
         return np.zeros(len(ids), dtype=bool)
     of_point = np.zeros(int(ids.max()) + 1, dtype=np.int64)
     of_point[ids.ravel()] = np.repeat(label, 3)
     open_pieces = np.zeros(int(label.max()) + 1, dtype=bool)
-    open_pieces[of_point[edges[torn, 0]]] = True
-    found: Mask = open_pieces[label]
-    return found
+    open_pieces[of_point[edges[is_open_edge, 0]]] = True
+    is_open: Mask = open_pieces[label]
+    return is_open

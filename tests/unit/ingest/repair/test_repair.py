@@ -305,19 +305,19 @@ class TestSolidity:
         double = joined(sphere(), flipped(moved(sphere(), scale=0.95)))
         found = measured(double)
         assert found.kind is SurfaceKind.DOUBLE
-        assert found.sealed == pytest.approx(0.95**3, abs=0.01)
-        assert found.fills == pytest.approx(1 - 0.95**3, abs=0.01)
+        assert found.sealed_share == pytest.approx(0.95**3, abs=0.01)
+        assert found.hull_fill == pytest.approx(1 - 0.95**3, abs=0.01)
         # Twice the volume over area and length of two spheres.
-        assert found.wall == pytest.approx(0.025, abs=0.001)
-        assert found.seen == pytest.approx(1 / (1 + 0.95**2), abs=0.05)
+        assert found.wall_ratio == pytest.approx(0.025, abs=0.001)
+        assert found.visible_share == pytest.approx(1 / (1 + 0.95**2), abs=0.05)
 
     def test_a_torn_double_wall_is_one_still(self) -> None:
         """A crack through both walls joins them: nothing is sealed, half of it is out of sight."""
         outer, inner = welded(sphere(48)), flipped(moved(welded(sphere(48)), scale=0.95))
         both = joined(without(outer, 100, 101), inner)
         found = measured(both)
-        assert not found.closed
-        assert found.seen < 0.75
+        assert not found.is_closed
+        assert found.visible_share < 0.75
 
     def test_a_thin_shell_of_a_full_thing_has_two_walls(self) -> None:
         """As generators deliver a glue stick: a skin of which the inner side shows through a small opening."""
