@@ -219,7 +219,7 @@ def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> N
         name=f"{slot.name}_oven",
         v=depth - FRAME_PROUD,
         z=slot.bottom + NICHE_PLAY_M / 2,
-        depth=DepthReference.FRONT,
+        depth_reference=DepthReference.FRONT,
     )
 
 
@@ -242,7 +242,7 @@ def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float
         return
     height = round(min(1.2, ceiling - standard_sizes.HOOD_FROM), 3)
     choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": height})
-    _put(order, slot, "hood", choice, z=ceiling, height=HeightReference.HEAD)
+    _put(order, slot, "hood", choice, z=ceiling, height_reference=HeightReference.HEAD)
 
 
 def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
@@ -286,7 +286,16 @@ def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
         }
         _put(order, slot, "housing", preset_with("housing_microwave/shaker_white_tall", {**dressed, **niche}))
         v, z = slot.depth - FRAME_PROUD, MICROWAVE_FROM + NICHE_PLAY_M / 2
-        _put(order, slot, "microwave", model.choice, name=f"{slot.name}_oven", v=v, z=z, depth=DepthReference.FRONT)
+        _put(
+            order,
+            slot,
+            "microwave",
+            model.choice,
+            name=f"{slot.name}_oven",
+            v=v,
+            z=z,
+            depth_reference=DepthReference.FRONT,
+        )
     elif unit.kind is BaseKind.FRIDGE:
         _fridge(order, slot, unit, models, dressed)
 
