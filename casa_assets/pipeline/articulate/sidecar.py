@@ -56,7 +56,7 @@ def text(built: ArticulateResult) -> str:
         lines += [] if part.added else _part(part, frame.metres or 1.0)
     lines += ["cavities:"] if built.articulation.cavities else []
     for cavity in built.articulation.cavities:
-        lines += _cavity(cavity, frame.metres or 1.0, built.placed.originprint_center)
+        lines += _cavity(cavity, frame.metres or 1.0, built.placed.footprint_center)
     return "\n".join(lines) + "\n"
 
 
