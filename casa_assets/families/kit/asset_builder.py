@@ -114,20 +114,20 @@ class AssetBuilder:
                 where it is worked out; 0 weighs nothing.
             visible: False for a solid with colliders and mass that is not drawn.
         """
-        piece = self.links[link]
-        found = self.supplies.finish(finish)
+        owner = self.links[link]
+        chosen = self.supplies.finish(finish)
         if visible:
-            piece.parts.append(VisualPart(solid, finish, label, name, grain))
+            owner.parts.append(VisualPart(solid, finish, label, name, grain))
         if density is None:
-            density = found.substance.density
+            density = chosen.substance.density
         elif isinstance(density, str):
             density = self.supplies.density(density)
         if density > 0:
-            piece.masses.append(solid_mass(solid, density))
+            owner.masses.append(solid_mass(solid, density))
         if collider is not False:
-            base = collider if isinstance(collider, str) else name
+            collider_name = collider if isinstance(collider, str) else name
             self._add_colliders(
-                piece, solid if solid.shapes else solid.with_hull_collider(), found.substance.id, label, base
+                owner, solid if solid.shapes else solid.with_hull_collider(), chosen.substance.id, label, collider_name
             )
 
     def add_collider(
@@ -137,12 +137,14 @@ class AssetBuilder:
         self.add(link, solid, finish, label, name, density=0.0, visible=False)
 
     def _add_colliders(
-        self, piece: LinkBuilder, solid: Solid, substance: str, label: str | None, base: str | None
+        self, owner: LinkBuilder, solid: Solid, substance: str, label: str | None, name: str | None
     ) -> None:
-        stem = base or f"{piece.name}_{label or 'body'}"
+        prefix = name or f"{owner.name}_{label or 'body'}"
         for i, (shape, pose) in enumerate(solid.shapes):
-            name = base if base and i == 0 else f"{stem}_{len(piece.colliders):02d}"
-            piece.colliders.append(Collider(name=str(name), shape=shape, pose=pose, substance=substance, label=label))
+            collider_name = name if name and i == 0 else f"{prefix}_{len(owner.colliders):02d}"
+            owner.colliders.append(
+                Collider(name=str(collider_name), shape=shape, pose=pose, substance=substance, label=label)
+            )
 
     def ballast(self, link: str, mass: float, at: Vec3, size: Vec3) -> None:
         """Add a box of uniform mass in kg without mesh or collider: a motor, a compressor, a transformer."""
@@ -201,9 +203,9 @@ class AssetBuilder:
         behind: str | None = None,
     ) -> None:
         """Add a slide that moves `child`; span in metres, one end 0. Arguments as in `hinge`."""
-        kind, here = JointKind.SLIDE, (0.0, 0.0, 0.0)
+        kind, origin = JointKind.SLIDE, (0.0, 0.0, 0.0)
         self.joints.append(
-            JointBuilder(name, child, kind, axis, here, span, grip, start_n, spring, 1.0, push_n, feel, behind)
+            JointBuilder(name, child, kind, axis, origin, span, grip, start_n, spring, 1.0, push_n, feel, behind)
         )
 
     # Names ----------------------------------------------------------------------------------------------------------
@@ -220,10 +222,10 @@ class AssetBuilder:
         pose = Pose(position=at)
         self.sites.append(Site(name=name, link=link, pose=pose, kind="cylinder", size=size, color=color))
 
-    def region(self, name: str, low: Vec3, high: Vec3, link: str = ROOT) -> None:
+    def region(self, name: str, lower: Vec3, upper: Vec3, link: str = ROOT) -> None:
         """Add a box region between two corners, link frame, metres."""
-        middle = tuple((a + b) / 2 for a, b in zip(low, high, strict=True))
-        size = tuple(b - a for a, b in zip(low, high, strict=True))
+        middle = tuple((a + b) / 2 for a, b in zip(lower, upper, strict=True))
+        size = tuple(b - a for a, b in zip(lower, upper, strict=True))
         self.regions.append(Region(name=name, link=link, pose=Pose(position=middle), size=size))
 
     def round_region(self, name: str, at: Vec3, diameter: float, height: float, link: str = ROOT) -> None:

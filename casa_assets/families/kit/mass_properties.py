@@ -28,14 +28,14 @@ def solid_mass(solid: Solid, density: float) -> RigidMass:
     return RigidMass(volume * density, np.array(center), np.array(inertia) * density)
 
 
-def combine_masses(weights: list[RigidMass]) -> RigidMass:
+def combine_masses(masses: list[RigidMass]) -> RigidMass:
     """Combine masses into one rigid body. Raises ValueError where the total is not positive."""
-    mass = sum(w.mass for w in weights)
+    mass = sum(m.mass for m in masses)
     if mass <= 0:
         raise ValueError("nothing that weighs anything")
-    center: Floats = sum((w.mass * w.center for w in weights), np.zeros(3)) / mass
+    center: Floats = sum((m.mass * m.center for m in masses), np.zeros(3)) / mass
     tensor = np.zeros((3, 3))
-    for w in weights:
-        off = w.center - center
-        tensor += w.inertia + w.mass * (float(off @ off) * np.eye(3) - np.outer(off, off))
+    for m in masses:
+        offset = m.center - center
+        tensor += m.inertia + m.mass * (float(offset @ offset) * np.eye(3) - np.outer(offset, offset))
     return RigidMass(mass, center, tensor)

@@ -1,7 +1,7 @@
 """Round the numbers of an asset so that every machine writes the same bytes.
 
-Vector units of processors, and even the place of an array in memory, change the last bit of a product. A nanometre is
-far below anything that is seen or touched, and far above that bit.
+The vector unit of a processor, and even the alignment of an array in memory, changes the last bit of a product.
+Rounding to a nanometre hides that bit and changes nothing that can be seen or measured.
 """
 
 from __future__ import annotations
@@ -10,17 +10,16 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.link import Collider, Link, Visual
+from casa_assets.model.asset.link import Link
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-LENGTH_DECIMALS, QUATERNION_DECIMALS, VISUAL_DECIMALS = (
-    9,
-    12,
-    7,
-)  # decimals of metres and numbers, of quaternions, of normals and texture coordinates
+LENGTH_DECIMALS = 9  # of metres
+QUATERNION_DECIMALS = 12
+VISUAL_DECIMALS = 7  # of normals and texture coordinates
+INERTIA_TOLERANCE = 1e-10  # entries below this share of the trace are set to 0
 
 
 def quantize(asset: Asset) -> Asset:
@@ -36,24 +35,15 @@ def quantize(asset: Asset) -> Asset:
 def _link(link: Link) -> Link:
     inertial = link.inertial
     if inertial is not None:
-        # What is a millionth of a millionth of the whole is nothing.
-        least = 1e-10 * sum(inertial.inertia[:3])
-        xx, yy, zz, xy, xz, yz = (0.0 if abs(v) < least else v for v in inertial.inertia)
+        threshold = INERTIA_TOLERANCE * sum(inertial.inertia[:3])
+        xx, yy, zz, xy, xz, yz = (0.0 if abs(v) < threshold else v for v in inertial.inertia)
         inertial = inertial.replace(center_of_mass=_vec(inertial.center_of_mass), inertia=(xx, yy, zz, xy, xz, yz))
     return link.replace(
         pose=_pose(link.pose),
         inertial=inertial,
-        visuals=tuple(_visual(v) for v in link.visuals),
-        colliders=tuple(_collider(c) for c in link.colliders),
+        visuals=tuple(v.replace(mesh=_mesh(v.mesh)) for v in link.visuals),
+        colliders=tuple(c.replace(pose=_pose(c.pose), shape=_shape(c.shape)) for c in link.colliders),
     )
-
-
-def _visual(visual: Visual) -> Visual:
-    return visual.replace(mesh=_mesh(visual.mesh))
-
-
-def _collider(collider: Collider) -> Collider:
-    return collider.replace(pose=_pose(collider.pose), shape=_shape(collider.shape))
 
 
 def _shape(shape: Shape) -> Shape:
@@ -64,9 +54,8 @@ def _shape(shape: Shape) -> Shape:
     if isinstance(shape, Cylinder | Capsule):
         return shape.replace(radius=round(shape.radius, LENGTH_DECIMALS), height=round(shape.height, LENGTH_DECIMALS))
     assert isinstance(shape, Hull | MeshShape)
-    return shape.replace(
-        mesh=shape.mesh.with_vertices(_array(shape.mesh.vertices, LENGTH_DECIMALS), shape.mesh.normals)
-    )
+    vertices = np.round(shape.mesh.vertices, LENGTH_DECIMALS) + 0.0
+    return shape.replace(mesh=shape.mesh.with_vertices(vertices, shape.mesh.normals))
 
 
 def _mesh(mesh: Mesh) -> Mesh:
@@ -79,12 +68,8 @@ def _mesh(mesh: Mesh) -> Mesh:
 
 
 def _single(values: Floats, places: int) -> Floats:
-    """Round to decimals, then to the nearest float32."""
-    return _array(values, places).astype(np.float32).astype(np.float64)
-
-
-def _array(values: Floats, places: int) -> Floats:
-    return np.round(values, places) + 0.0
+    """Round to decimals, then to the nearest float32; adding 0 turns -0.0 into 0.0."""
+    return (np.round(values, places) + 0.0).astype(np.float32).astype(np.float64)
 
 
 def _vec(values: Vec3) -> Vec3:

@@ -45,10 +45,10 @@ def outline_cells(outline: Outline) -> cells.Cells:
         if max(abs(x), abs(y)) < MIN_SIDE:
             raise ValueError(f"side {k} of the outline is shorter than {MIN_SIDE:g} m")
     grid = cells.cells_inside(outline)
-    around = float(np.abs(run).sum())
+    perimeter = float(np.abs(run).sum())
     if (
-        abs(grid.area - abs(_area(points))) > LENGTH_TOLERANCE * around
-        or abs(grid.perimeter - around) > 1e-5
+        abs(grid.area - abs(_area(points))) > LENGTH_TOLERANCE * perimeter
+        or abs(grid.perimeter - perimeter) > 1e-5
         or grid.touches_at_a_point
     ):
         raise ValueError("sides of the outline cross or touch each other")
@@ -65,9 +65,9 @@ def outline_loop(outline: Outline) -> Floats:
     return np.asarray(points[np.abs(turns) > LENGTH_TOLERANCE])
 
 
-def interior_spans(grid: cells.Cells, low: float, high: float) -> list[Vec2]:
+def interior_spans(grid: cells.Cells, lower: float, upper: float) -> list[Vec2]:
     """(from, to) along u of what is inside over the whole breadth low..high of v, metres."""
-    rows = (grid.vs[:-1] < high - LENGTH_TOLERANCE) & (grid.vs[1:] > low + LENGTH_TOLERANCE)
+    rows = (grid.vs[:-1] < upper - LENGTH_TOLERANCE) & (grid.vs[1:] > lower + LENGTH_TOLERANCE)
     inside_all = grid.solid[:, rows].all(axis=1)
     steps = np.diff(np.concatenate([[0], inside_all.astype(np.int64), [0]]))
     begins, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)

@@ -51,10 +51,10 @@ def test_a_row_is_a_number_or_a_share_of_a_substance() -> None:
 def test_a_part_weighs_its_volume_times_the_density_of_that_name() -> None:
     vase = family("vase")
     builder = AssetBuilder(supplies(vase, vase.presets["white_tulips"]))
-    builder.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_body")
+    builder.add(ROOT, box((0.1, 0.2, 0.3), edge_radius=0.0), "chrome", density="hood_body")
     assert builder.links[ROOT].masses[0].mass == pytest.approx(0.006 * known().densities["hood_body"])
     with pytest.raises(UnknownId, match="hood_body"):
-        builder.add(ROOT, box((0.1, 0.2, 0.3), ease=0.0), "chrome", density="hood_bodi")
+        builder.add(ROOT, box((0.1, 0.2, 0.3), edge_radius=0.0), "chrome", density="hood_bodi")
 
 
 @pytest.mark.parametrize(

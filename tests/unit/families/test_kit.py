@@ -32,9 +32,9 @@ SUPPLIES = Supplies(
 )
 
 SOLIDS: dict[str, tuple[Solid, float]] = {
-    "sharp box": (box((0.2, 0.3, 0.4), ease=0.0), 0.024),
-    "board": (board((0.0, 0.0, 0.0), (0.6, 0.018, 0.7), ease=0.0), 0.6 * 0.018 * 0.7),
-    "cylinder": (rod(0.05, 0.2, ease=0.0005), math.pi * 0.05**2 * 0.2),
+    "sharp box": (box((0.2, 0.3, 0.4), edge_radius=0.0), 0.024),
+    "board": (board((0.0, 0.0, 0.0), (0.6, 0.018, 0.7), edge_radius=0.0), 0.6 * 0.018 * 0.7),
+    "cylinder": (rod(0.05, 0.2, edge_radius=0.0005), math.pi * 0.05**2 * 0.2),
     "ball": (ball(0.05, 24), 4 / 3 * math.pi * 0.05**3),
     "ring": (lathe([(0.04, 0.0), (0.05, 0.0), (0.05, 0.1), (0.04, 0.1)], 64, closed=True), math.pi * 0.0009 * 0.1),
     "plate with a hole": (prism(rectangle(0.4, 0.3), 0.02, 0.0, [rectangle(0.1, 0.1)]), (0.12 - 0.01) * 0.02),
@@ -89,8 +89,8 @@ def test_grain_runs_along_the_height_of_the_picture() -> None:
 
 
 def test_what_is_cut_away_is_gone() -> None:
-    block = box((0.2, 0.2, 0.2), ease=0.0)
-    hollow = subtract(block, box((0.1, 0.1, 1.0), ease=0.0))
+    block = box((0.2, 0.2, 0.2), edge_radius=0.0)
+    hollow = subtract(block, box((0.1, 0.1, 1.0), edge_radius=0.0))
     assert hollow.volume == pytest.approx(0.008 - 0.002)
     assert union(block, block.translated(0.1)).volume == pytest.approx(0.012)
 

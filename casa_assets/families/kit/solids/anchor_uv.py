@@ -24,8 +24,8 @@ def anchor_uv(solid: Solid, name: str, corner: Vec3, along: Vec3, face: Vec3) ->
     """
     up, normal = np.array(along), np.array(face)
     across = np.cross(up, normal)
-    metres = flat_uv(solid.points, solid.faces, up)
+    uv_m = flat_uv(solid.points, solid.faces, up)
     chosen = face_normals(solid.points, solid.faces)[0] @ normal > 0.999
     corners = solid.points[solid.faces[chosen]] - np.array(corner)
-    metres[chosen] = np.stack([corners @ across, corners @ up], axis=2)
-    return replace(solid, uv_m=metres - uv_offset(f"{name}/0"))
+    uv_m[chosen] = np.stack([corners @ across, corners @ up], axis=2)
+    return replace(solid, uv_m=uv_m - uv_offset(f"{name}/0"))

@@ -1,4 +1,4 @@
-"""Boxes with eased edges, turned bodies, balls."""
+"""Boxes with rounded edges, surfaces of revolution, cylinders and spheres."""
 
 from __future__ import annotations
 
@@ -15,34 +15,49 @@ from casa_assets.model.asset.shape import Box, Cylinder, Sphere
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-EDGE_RADIUS = 0.0015  # metres; the edge of a board that does not cut the hand
+EDGE_RADIUS = 0.0015  # metres, of the edges of boards; a choice
 
 
-def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), ease: float = EDGE_RADIUS, steps: int = 1) -> Solid:
-    """A box about `at` whose edges are rounded with radius `ease` in `steps` facets (0: sharp); its collider is a box.
+def box(size: Vec3, at: Vec3 = (0.0, 0.0, 0.0), edge_radius: float = EDGE_RADIUS, steps: int = 1) -> Solid:
+    """A box about `at`; its collider is a box.
 
-    One facet is shaded like a round edge; take 3 or more where the radius is over about 6 mm.
+    Args:
+        size: along x, y, z; all lengths are metres. edge_radius: of its rounded edges, 0 for sharp ones.
+        steps: facets across an edge; one is shaded like a round edge, a radius over about 6 mm needs 3 or more.
+    Raises:
+        ValueError: a size is not positive.
     """
     half = np.array(size) / 2
     if half.min() <= 0:
         raise ValueError(f"a box needs a positive size, got {size}")
-    radius = min(ease, 0.98 * float(half.min()))
-    if radius <= 0:
-        points, faces = _rounded(0)
-        solid = points * half
-    else:
-        directions, faces = _rounded(steps)
+    radius = min(edge_radius, 0.98 * float(half.min()))
+    directions, faces = _rounded(steps if radius > 0 else 0)
+    if radius > 0:
         corners = np.repeat(_SIGNS, len(directions) // 8, axis=0)
         solid = corners * (half - radius) + directions * radius
-    middle = np.array(at)
-    return Solid(solid + middle, faces, shapes=((Box(size=size), Pose(position=at)),))
+    else:
+        solid = directions * half
+    center = np.array(at)
+    return Solid(solid + center, faces, shapes=((Box(size=size), Pose(position=at)),))
 
 
-def board(low: Vec3, high: Vec3, ease: float = EDGE_RADIUS, steps: int = 1) -> Solid:
-    """A box between two corners; rounding as in `box`."""
-    _, at = box_shape(low, high)
-    size = (high[0] - low[0], high[1] - low[1], high[2] - low[2])
-    return box(size, at.position, ease, steps)
+def board(lower: Vec3, upper: Vec3, edge_radius: float = EDGE_RADIUS, steps: int = 1) -> Solid:
+    """A box between two corners, metres; rounding as in `box`."""
+    _, at = box_shape(lower, upper)
+    size = (upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2])
+    return box(size, at.position, edge_radius, steps)
+
+
+def liner_sheets(lower: Vec3, upper: Vec3, thickness: float) -> list[Solid]:
+    """Five sheets that line a cavity open to the front (-y), metres: left, right, floor, roof, back."""
+    (x0, y0, z0), (x1, y1, z1), t = lower, upper, thickness
+    return [
+        board((x0, y0, z0), (x0 + t, y1, z1), 0.0),
+        board((x1 - t, y0, z0), (x1, y1, z1), 0.0),
+        board((x0 + t, y0, z0), (x1 - t, y1 - t, z0 + t), 0.0),
+        board((x0 + t, y0, z1 - t), (x1 - t, y1 - t, z1), 0.0),
+        board((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t), 0.0),
+    ]
 
 
 _SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
@@ -76,25 +91,25 @@ def lathe(profile: Sequence[Vec2], segments: int = 0, crease_deg: float = 40.0, 
     Returns:
         A solid without collision shape.
     """
-    line = [(max(0.0, float(r)), float(z)) for r, z in profile]
-    if line[0][0] > 0 and not closed:
-        line.insert(0, (0.0, line[0][1]))
-    if line[-1][0] > 0 and not closed:
-        line.append((0.0, line[-1][1]))
-    count = segments or circle_segments(max(r for r, _ in line))
+    outline = [(max(0.0, float(r)), float(z)) for r, z in profile]
+    if outline[0][0] > 0 and not closed:
+        outline.insert(0, (0.0, outline[0][1]))
+    if outline[-1][0] > 0 and not closed:
+        outline.append((0.0, outline[-1][1]))
+    count = segments or circle_segments(max(r for r, _ in outline))
     angles = np.arange(count) * 2 * np.pi / count
     points: list[Floats] = []
     rings: list[Ints] = []
     total = 0
-    for r, z in line:
+    for r, z in outline:
         ring = np.array([[0.0, 0.0, z]]) if r == 0 else _ring(r, z, angles)
         points.append(ring)
         rings.append(np.arange(total, total + len(ring)))
         total += len(ring)
     if closed:
-        rings, line = [*rings, rings[0]], [*line, line[0]]
-    faces, spread = _stitch(rings, line, count)
-    return Solid(np.concatenate(points), faces, uv_m=spread, crease_deg=crease_deg)
+        rings, outline = [*rings, rings[0]], [*outline, outline[0]]
+    faces, uv_m = _stitch(rings, outline, count)
+    return Solid(np.concatenate(points), faces, uv_m=uv_m, crease_deg=crease_deg)
 
 
 def circle_segments(radius: float) -> int:
@@ -109,39 +124,39 @@ def _ring(r: float, z: float, angles: Floats) -> Floats:
     return np.stack([r * np.cos(angles), r * np.sin(angles), np.full(len(angles), z)], axis=1)
 
 
-def _stitch(rings: Sequence[Ints], line: Sequence[Vec2], count: int) -> tuple[Ints, Floats]:
+def _stitch(rings: Sequence[Ints], outline: Sequence[Vec2], count: int) -> tuple[Ints, Floats]:
     """Faces between neighbouring rings, and their texture coordinates: round the body and along the profile."""
     faces: list[tuple[int, int, int]] = []
-    spread: list[tuple[Vec2, Vec2, Vec2]] = []
+    uv_m: list[tuple[Vec2, Vec2, Vec2]] = []
     run = 0.0
-    for low, high, (r0, z0), (r1, z1) in zip(rings, rings[1:], line, line[1:], strict=False):
+    for ring0, ring1, (r0, z0), (r1, z1) in zip(rings, rings[1:], outline, outline[1:], strict=False):
         length = math.hypot(r1 - r0, z1 - z0)
-        if length == 0 or (len(low) == 1 and len(high) == 1):
+        if length == 0 or (len(ring0) == 1 and len(ring1) == 1):
             continue
         step = 2 * math.pi / count
         arc = step * (r0 + r1) / 2
         for i in range(count):
             j = (i + 1) % count
-            a, b = (low[0], low[0]) if len(low) == 1 else (low[i], low[j])
-            c, d = (high[0], high[0]) if len(high) == 1 else (high[i], high[j])
+            a, b = (ring0[0], ring0[0]) if len(ring0) == 1 else (ring0[i], ring0[j])
+            c, d = (ring1[0], ring1[0]) if len(ring1) == 1 else (ring1[i], ring1[j])
             # A band narrows towards one rim: both rims keep their own length about the band's middle.
             m, w0, w1 = (i + 0.5) * arc, step * r0 / 2, step * r1 / 2
             ua, ub, uc, ud = m - w0, m + w0, m - w1, m + w1
-            if len(low) > 1:
-                faces.append((int(a), int(b), int(c if len(high) == 1 else d)))
-                spread.append(((ua, run), (ub, run), (m if len(high) == 1 else ud, run + length)))
-            if len(high) > 1:
+            if len(ring0) > 1:
+                faces.append((int(a), int(b), int(c if len(ring1) == 1 else d)))
+                uv_m.append(((ua, run), (ub, run), (m if len(ring1) == 1 else ud, run + length)))
+            if len(ring1) > 1:
                 faces.append((int(a), int(d), int(c)))
-                spread.append(((m if len(low) == 1 else ua, run), (ud, run + length), (uc, run + length)))
+                uv_m.append(((m if len(ring0) == 1 else ua, run), (ud, run + length), (uc, run + length)))
         run += length
-    return np.array(faces, dtype=np.int64), np.array(spread, dtype=np.float64)
+    return np.array(faces, dtype=np.int64), np.array(uv_m, dtype=np.float64)
 
 
-def rod(radius: float, length: float, ease: float = 0.001, axis: str = "z") -> Solid:
+def rod(radius: float, length: float, edge_radius: float = 0.001, axis: str = "z") -> Solid:
     """A cylinder about the origin along an axis, its rims rounded; its collider is a cylinder."""
-    e = min(ease, 0.9 * radius, 0.45 * length)
+    r = min(edge_radius, 0.9 * radius, 0.45 * length)
     h = length / 2
-    profile = [(radius - e, -h), (radius, -h + e), (radius, h - e), (radius - e, h)]
+    profile = [(radius - r, -h), (radius, -h + r), (radius, h - r), (radius - r, h)]
     solid = lathe(profile, crease_deg=50.0)
     return solid.with_shapes((Cylinder(radius=radius, height=length), Pose())).transformed(axis_rotation(axis))
 

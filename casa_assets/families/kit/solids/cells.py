@@ -50,10 +50,10 @@ class Cells:
         return bool(((a & d & ~b & ~c) | (b & c & ~a & ~d)).any())
 
 
-def with_holes(low: Vec2, high: Vec2, holes: Sequence[Rectangle], us: Sequence[float], vs: Sequence[float]) -> Cells:
+def with_holes(lower: Vec2, upper: Vec2, holes: Sequence[Rectangle], us: Sequence[float], vs: Sequence[float]) -> Cells:
     """A rectangle without those in `holes`; `us` and `vs` are more lines that the grid shall have. Metres."""
-    u = _lines([low[0], high[0], *us, *(p[0] for hole in holes for p in hole)], low[0], high[0])
-    v = _lines([low[1], high[1], *vs, *(p[1] for hole in holes for p in hole)], low[1], high[1])
+    u = _lines([lower[0], upper[0], *us, *(p[0] for hole in holes for p in hole)], lower[0], upper[0])
+    v = _lines([lower[1], upper[1], *vs, *(p[1] for hole in holes for p in hole)], lower[1], upper[1])
     mid_u, mid_v = (u[:-1] + u[1:]) / 2, (v[:-1] + v[1:]) / 2
     solid = np.ones((len(mid_u), len(mid_v)), dtype=bool)
     for a, b in holes:
@@ -69,8 +69,8 @@ def cells_inside(outline: Sequence[Vec2]) -> Cells:
     solid = np.zeros((len(mid_u), len(mid_v)), dtype=bool)
     for a, b in zip(points, np.roll(points, -1, axis=0), strict=True):
         if a[0] == b[0]:  # a ray towards -u crosses it
-            low, high = sorted((a[1], b[1]))
-            solid ^= np.outer(mid_u > a[0], (mid_v > low) & (mid_v < high))
+            lower, upper = sorted((a[1], b[1]))
+            solid ^= np.outer(mid_u > a[0], (mid_v > lower) & (mid_v < upper))
     return Cells(u, v, solid)
 
 
@@ -87,15 +87,15 @@ def rectangles(cells: Cells) -> list[Rectangle]:
 
 def _strips(cells: Cells) -> list[Rectangle]:
     """Pieces as high as they can be, joined sideways where neighbours have the same ends."""
-    done: list[Rectangle] = []
-    live: dict[tuple[int, int], int] = {}
+    finished: list[Rectangle] = []
+    growing: dict[tuple[int, int], int] = {}
     for i, column in enumerate(cells.solid):
         steps = np.diff(np.concatenate([[0], column.astype(np.int64), [0]]))
         runs = list(zip(np.flatnonzero(steps == 1).tolist(), np.flatnonzero(steps == -1).tolist(), strict=True))
-        done += [_corners(cells, begin, i, run) for run, begin in live.items() if run not in runs]
-        live = {run: live.get(run, i) for run in runs}
-    done += [_corners(cells, begin, len(cells.solid), run) for run, begin in live.items()]
-    return sorted(done)
+        finished += [_corners(cells, begin, i, run) for run, begin in growing.items() if run not in runs]
+        growing = {run: growing.get(run, i) for run in runs}
+    finished += [_corners(cells, begin, len(cells.solid), run) for run, begin in growing.items()]
+    return sorted(finished)
 
 
 def _corners(cells: Cells, begin: int, end: int, run: tuple[int, int]) -> Rectangle:
@@ -128,12 +128,12 @@ class Shell:
         return Shell(self.points[:, [0, 2, 1]], self.faces[:, ::-1], self.side, self.cell)
 
 
-def cell_shell(cells: Cells, low: float, high: float) -> Shell:
+def cell_shell(cells: Cells, lower: float, upper: float) -> Shell:
     """The surface of the solid cells between w = low and w = high, metres."""
     m, n = len(cells.us), len(cells.vs)
     u, v = np.meshgrid(cells.us, cells.vs, indexing="ij")
     layer = np.stack([u.ravel(), v.ravel()], axis=1)
-    points = np.concatenate([np.column_stack([layer, np.full(m * n, w)]) for w in (low, high)])
+    points = np.concatenate([np.column_stack([layer, np.full(m * n, w)]) for w in (lower, upper)])
     padded = np.pad(cells.solid, 1)
     faces: list[tuple[int, int, int]] = []
     side: list[int] = []
@@ -154,8 +154,8 @@ def cell_shell(cells: Cells, low: float, high: float) -> Shell:
     return Shell(points, np.array(faces, dtype=np.int64), np.array(side), np.array(cell))
 
 
-def _lines(values: Sequence[float], low: float, high: float) -> Floats:
+def _lines(values: Sequence[float], lower: float, upper: float) -> Floats:
     lines = np.unique(np.round(np.array(values, dtype=np.float64), LINE_DECIMALS))
     return np.asarray(
-        lines[(lines >= round(low, LINE_DECIMALS)) & (lines <= round(high, LINE_DECIMALS))], dtype=np.float64
+        lines[(lines >= round(lower, LINE_DECIMALS)) & (lines <= round(upper, LINE_DECIMALS))], dtype=np.float64
     )

@@ -24,19 +24,19 @@ def room_moulding(loop: Floats, profile: Floats) -> Solid:
     points = rings.transpose(1, 0, 2).reshape(-1, 3)  # corner by corner
     run = np.roll(loop, -1, axis=0) - loop
     run /= np.linalg.norm(run, axis=1)[:, None]
-    around = _perimeter(profile)
+    perimeter = _perimeter(profile)
     faces: list[tuple[int, int, int]] = []
-    metres: list[Floats] = []
+    uv_m: list[Floats] = []
     for k in range(n):
         for i in range(m):
             a, b = k * m + i, k * m + (i + 1) % m
             d, c = (k + 1) % n * m + i, (k + 1) % n * m + (i + 1) % m
             quad = [a, b, c, d]
             along = points[quad, :2] @ run[k]
-            flat = np.column_stack([[around[i], around[i + 1], around[i + 1], around[i]], along])
+            flat = np.column_stack([[perimeter[i], perimeter[i + 1], perimeter[i + 1], perimeter[i]], along])
             faces += [(a, d, c), (a, c, b)]
-            metres += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
-    body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0).oriented_outwards()
+            uv_m += [flat[[0, 3, 2]], flat[[0, 2, 1]]]
+    body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(uv_m), crease_deg=40.0).oriented_outwards()
     sides = [np.concatenate([points[k * m : (k + 1) * m], np.roll(points, -m, axis=0)[k * m : (k + 1) * m]])
              for k in range(n)]  # fmt: skip
     return body.with_colliders_of(
@@ -58,21 +58,21 @@ def straight_moulding(profile: Floats, length: float, left: float, right: float)
     d, z = profile[:, 0], profile[:, 1]
     ends = [np.column_stack([x, -d, z]) for x in (-left * d, length + right * d)]
     points = np.concatenate(ends)
-    around = _perimeter(profile)
+    perimeter = _perimeter(profile)
     faces: list[tuple[int, int, int]] = []
-    metres: list[Floats] = []
+    uv_m: list[Floats] = []
     for i in range(m):
         j = (i + 1) % m
-        flat = np.column_stack([around[[i, i + 1, i + 1, i]], points[[i, j, j + m, i + m], 0]])
+        flat = np.column_stack([perimeter[[i, i + 1, i + 1, i]], points[[i, j, j + m, i + m], 0]])
         faces += [(i, j, j + m), (i, j + m, i + m)]
-        metres += [flat[[0, 1, 2]], flat[[0, 2, 3]]]
+        uv_m += [flat[[0, 1, 2]], flat[[0, 2, 3]]]
     cap = np.asarray(manifold3d.triangulate([profile]), dtype=np.int64)
     for first, slope, order in ((0, left, [2, 1, 0]), (m, right, [0, 1, 2])):
-        wide = np.column_stack([d * np.hypot(1.0, slope), z])
+        section = np.column_stack([d * np.hypot(1.0, slope), z])
         for t in cap[:, order]:
             faces.append((int(t[0]) + first, int(t[1]) + first, int(t[2]) + first))
-            metres.append(wide[t])
-    body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(metres), crease_deg=40.0)
+            uv_m.append(section[t])
+    body = Solid(points, np.array(faces, dtype=np.int64), uv_m=np.array(uv_m), crease_deg=40.0)
     return body.oriented_outwards()
 
 

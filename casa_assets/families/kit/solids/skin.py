@@ -35,8 +35,8 @@ def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0),
     faces = faces[keep]
     if tile_m is None:
         return _rounded(with_normals(Mesh(vertices=points, faces=faces), solid.crease_deg))
-    metres = solid.uv_m[keep] if solid.uv_m is not None else flat_uv(points, faces, np.array(grain))
-    uv = (metres + uv_offset(name)) / np.array(tile_m)
+    uv_m = solid.uv_m[keep] if solid.uv_m is not None else flat_uv(points, faces, np.array(grain))
+    uv = (uv_m + uv_offset(name)) / np.array(tile_m)
     # Whole pictures may be taken off: the numbers stay small, and float32 keeps its digits.
     uv -= np.floor(uv.reshape(-1, 2).min(axis=0))
     corners = np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 7)])
@@ -59,9 +59,9 @@ def flat_uv(points: Floats, faces: Ints, grain: Floats) -> Floats:
     along = grain - (n @ grain)[:, None] * n
     length = np.linalg.norm(along, axis=1)
     # End grain: there v points up, or back where the face itself looks up.
-    spare = np.where(np.abs(n[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]])
-    spare = spare - np.einsum("ij,ij->i", spare, n)[:, None] * n
-    v = np.where(length[:, None] > 0.2, along, spare)
+    fallback = np.where(np.abs(n[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[0.0, 1.0, 0.0]])
+    fallback = fallback - np.einsum("ij,ij->i", fallback, n)[:, None] * n
+    v = np.where(length[:, None] > 0.2, along, fallback)
     v /= np.linalg.norm(v, axis=1)[:, None]
     u = np.cross(v, n)
     corners = points[faces]

@@ -29,13 +29,13 @@ def slab(outline: Floats, profile: Sequence[Vec2], moulded: Sequence[bool], hole
         np.column_stack([offset_sides(loop, [d if m else 0.0 for m in moulded]), np.full(len(loop), z)])
         for d, z in profile
     ]
-    low, high = profile[0][1], profile[-1][1]
-    ease = min(0.001, 0.2 * (high - low))
+    bottom, top = profile[0][1], profile[-1][1]
+    rim_radius = min(0.001, 0.2 * (top - bottom))
     stacks = [rings]
     for hole in holes:
         back = np.asarray(hole, dtype=np.float64)[::-1]
-        wide = offset_sides(back, [ease] * len(back))
-        levels = ((back, low), (back, high - ease), (wide, high))
+        widened = offset_sides(back, [rim_radius] * len(back))
+        levels = ((back, bottom), (back, top - rim_radius), (widened, top))
         stacks.append([np.column_stack([ring, np.full(len(ring), z)]) for ring, z in levels])
     return stack_rings(stacks, 35.0)
 

@@ -58,8 +58,8 @@ class Solid:
 
     def rotated(self, axis: str, angle: float, about: Vec3 = (0.0, 0.0, 0.0)) -> Solid:
         """Rotate about an axis (`x`, `y`, `z`) through a point, radians, right hand."""
-        there = Pose(position=about)
-        return self.transformed(there @ axis_turn(axis, angle) @ there.inverse())
+        center = Pose(position=about)
+        return self.transformed(center @ axis_turn(axis, angle) @ center.inverse())
 
     def mirrored_x(self) -> Solid:
         """Its mirror image in the plane x = 0. Collision shapes are mirrored: boxes, cylinders and hulls stay such."""
@@ -107,11 +107,28 @@ def axis_turn(axis: str, angle: float) -> Pose:
     return Pose(quaternion=(float(np.cos(half)), x, y, z))
 
 
-def box_shape(low: Sequence[float] | Floats, high: Sequence[float] | Floats) -> Placed:
+def box_shape(lower: Sequence[float] | Floats, upper: Sequence[float] | Floats) -> Placed:
     """An upright box between two corners."""
-    size = [float(b - a) for a, b in zip(low, high, strict=True)]
-    middle = [float(a + b) / 2 for a, b in zip(low, high, strict=True)]
-    return Box(size=(size[0], size[1], size[2])), Pose(position=(middle[0], middle[1], middle[2]))
+    size = [float(b - a) for a, b in zip(lower, upper, strict=True)]
+    center = [float(a + b) / 2 for a, b in zip(lower, upper, strict=True)]
+    return Box(size=(size[0], size[1], size[2])), Pose(position=(center[0], center[1], center[2]))
+
+
+def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tuple[Vec3, Vec3]]:
+    """Corners of five boards round a cavity that is open to the front (-y): left, right, floor, roof, back.
+
+    Args:
+        outer, inner: lower and upper corners of the outside and of the cavity, metres; all boards begin at the outer
+            front, and the side walls run over the whole height.
+    """
+    ((x0, y0, z0), (x1, y1, z1)), ((a0, _, c0), (a1, b1, c1)) = outer, inner
+    return [
+        ((x0, y0, z0), (a0, y1, z1)),
+        ((a1, y0, z0), (x1, y1, z1)),
+        ((a0, y0, z0), (a1, y1, c0)),
+        ((a0, y0, c1), (a1, y1, z1)),
+        ((a0, b1, c0), (a1, y1, c1)),
+    ]
 
 
 def concatenate(solids: Sequence[Solid]) -> Solid:

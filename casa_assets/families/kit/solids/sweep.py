@@ -51,17 +51,17 @@ def inset(outline: Floats, by: float) -> Floats:
     return np.asarray(outline + by * mitre)
 
 
-def prism(outline: Floats, height: float, ease: float = 0.001, holes: Sequence[Floats] = ()) -> Solid:
+def prism(outline: Floats, height: float, chamfer: float = 0.001, holes: Sequence[Floats] = ()) -> Solid:
     """An outline in x, y pulled along z from 0 to `height`.
 
     Args:
         outline: (N, 2) simple polygon, metres, counter-clockwise.
-        ease: chamfer of the rims of the outer outline and of the holes (0: sharp).
+        chamfer: chamfer of the rims of the outer outline and of the holes (0: sharp).
         holes: (M, 2) outlines inside it, counter-clockwise.
     Returns:
         A solid whose collider is its hull unless told otherwise.
     """
-    e = min(ease, 0.45 * height)
+    e = min(chamfer, 0.45 * height)
     levels = [(0.0, 0.0), (height, 0.0)] if e <= 0 else [(0.0, e), (e, 0.0), (height - e, 0.0), (height, e)]
     loops = [np.asarray(outline, dtype=np.float64), *(np.asarray(h, dtype=np.float64)[::-1] for h in holes)]
     return stack_rings(
@@ -129,7 +129,7 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
         slide = -(flat @ plane) / float(arrive @ plane)
         rings.append(line[k] + flat + slide[:, None] * arrive)
     faces: list[tuple[int, int, int]] = []
-    spread: list[tuple[Vec2, Vec2, Vec2]] = []
+    uv_m: list[tuple[Vec2, Vec2, Vec2]] = []
     for k in range(m - 1):
         # At a mitre the corners of a ring lie before or behind its middle: each face keeps its true length.
         starts = run[k] + (rings[k] - line[k]) @ forward[k]
@@ -140,15 +140,15 @@ def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: V
             u0, u1 = float(perimeter[i]), float(perimeter[i + 1])
             faces += [(a, b, c), (a, c, d)]
             va, vb, vc, vd = (float(v) for v in (starts[i], starts[j], ends[j], ends[i]))
-            spread += [((u0, va), (u1, vb), (u1, vc)), ((u0, va), (u1, vc), (u0, vd))]
+            uv_m += [((u0, va), (u1, vb), (u1, vc)), ((u0, va), (u1, vc), (u0, vd))]
     cap = np.asarray(manifold3d.triangulate([outline]), dtype=np.int64)
     for t in cap:
         low = [(float(x), float(y)) for x, y in outline[t]]
         faces += [(int(t[2]), int(t[1]), int(t[0])), tuple(int(i) + (m - 1) * n for i in t)]  # type: ignore[list-item]
-        spread += [(low[2], low[1], low[0]), (low[0], low[1], low[2])]
+        uv_m += [(low[2], low[1], low[0]), (low[0], low[1], low[2])]
     crease = 40.0 if isinstance(section, float) else 50.0
     shapes = _straight(path, section, up)
-    return Solid(np.concatenate(rings), np.array(faces, dtype=np.int64), shapes, np.array(spread), crease)
+    return Solid(np.concatenate(rings), np.array(faces, dtype=np.int64), shapes, np.array(uv_m), crease)
 
 
 def _sides(radius: float) -> int:
@@ -197,10 +197,10 @@ def _straight(path: Sequence[Vec3], section: float | Floats, up: Vec3) -> tuple[
         if isinstance(section, float):
             shape, middle = Capsule(radius=section, height=length), (a + b) / 2
         else:
-            low, high = section.min(axis=0), section.max(axis=0)
-            shape = Box(size=(float(high[0] - low[0]), float(high[1] - low[1]), length))
-            off = (low + high) / 2
-            middle = (a + b) / 2 + across * off[0] + upward * off[1]
+            lower, upper = section.min(axis=0), section.max(axis=0)
+            shape = Box(size=(float(upper[0] - lower[0]), float(upper[1] - lower[1]), length))
+            center = (lower + upper) / 2
+            middle = (a + b) / 2 + across * center[0] + upward * center[1]
         turned = np.stack([across, upward, forward], axis=1)
         if np.linalg.det(turned) < 0:
             turned[:, 0] *= -1

@@ -59,16 +59,16 @@ def rounded_polygon(points: Sequence[Vec2], radius: float, steps: int = 5) -> Fl
     return np.asarray(path[apart])
 
 
-def extrude_across(outline: Floats, width: float, ease: float) -> Solid:
+def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
     """An outline in y, z (counter-clockwise, y to the right) pulled along x, centred on x = 0."""
-    solid = prism(outline, width, ease)
+    solid = prism(outline, width, chamfer)
     points = solid.points[:, [2, 0, 1]] - np.array([width / 2, 0.0, 0.0])
     return Solid(points, solid.faces, crease_deg=40.0)
 
 
-def extrude_along(outline: Floats, depth: float, ease: float) -> Solid:
+def extrude_along(outline: Floats, depth: float, chamfer: float) -> Solid:
     """An outline in x, z pulled along y from 0 to depth; counter-clockwise seen from the front."""
-    solid = prism(outline, depth, ease)
+    solid = prism(outline, depth, chamfer)
     points = np.column_stack([solid.points[:, 0], depth - solid.points[:, 2], solid.points[:, 1]])
     return Solid(points, solid.faces, crease_deg=40.0)
 
@@ -82,8 +82,8 @@ def rounded_body(
     """
     rings = []
     # A narrow flat band inside each cap keeps the shading of the round edge off the cap.
-    (low, bottom), (high, top) = steps[0], steps[-1]
-    for inset, z in ((low + FLAT_BAND, bottom), *steps, (high + FLAT_BAND, top)):
+    (bottom_inset, bottom), (top_inset, top) = steps[0], steps[-1]
+    for inset, z in ((bottom_inset + FLAT_BAND, bottom), *steps, (top_inset + FLAT_BAND, top)):
         w, d = max(width - 2 * inset, 0.004), max(depth - 2 * inset, 0.004)
         ring = rectangle(w, d, max(radius - inset, 0.15 * min(w, d)), corner)
         rings.append(np.column_stack([ring, np.full(len(ring), z)]))
@@ -132,6 +132,6 @@ def inset_corners(width: float, front: float, back: float, inset: float) -> list
     return [(s * (width / 2 - inset), y) for s in (-1, 1) for y in (front + inset, back - inset)]
 
 
-def thin_panel(low: Vec3, high: Vec3, ease: float = 0.0012, steps: int = 2) -> Solid:
+def thin_panel(lower: Vec3, upper: Vec3, edge_radius: float = 0.0012, steps: int = 2) -> Solid:
     """A panel between two corners without collider."""
-    return board(low, high, ease, steps).without_colliders()
+    return board(lower, upper, edge_radius, steps).without_colliders()

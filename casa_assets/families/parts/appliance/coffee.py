@@ -12,16 +12,16 @@ from casa_assets.families.parts.appliance.case import rounded_body
 from casa_assets.model.record import Vec3
 
 
-def add_drip_tray(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
+def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
     """A dark tray with a grid on top; high[2] is where a cup stands. Its frame, slats and shape are put on the root."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
     pan = subtract(
-        board(low, (x1, y1, z1 - 0.0006), 0.003, 2),
+        board(lower, (x1, y1, z1 - 0.0006), 0.003, 2),
         board((x0 + 0.006, y0 + 0.006, z0 + 0.006), (x1 - 0.006, y1 - 0.006, 1.0), 0.0),
     )
     builder.add(ROOT, pan, "plastic_black", label="tray", collider=False)
-    touch = board(low, high, 0.0)
-    builder.add_collider(ROOT, touch, metal, "tray", "drip_tray")
+    collider_box = board(lower, upper, 0.0)
+    builder.add_collider(ROOT, collider_box, metal, "tray", "drip_tray")
     for y in (y0 + 0.008, y1 - 0.008):
         rail = board((x0 + 0.0064, y - 0.0016, z1 - 0.003), (x1 - 0.0064, y + 0.0016, z1), 0.0005)
         builder.add(ROOT, rail, metal, label="tray", collider=False)
@@ -61,43 +61,46 @@ def add_brew_group(builder: AssetBuilder, at: Vec3, ceiling: float, metal: str, 
 def add_spout(builder: AssetBuilder, at: Vec3, ceiling: float, finish: str, twin: bool) -> None:
     """A block under a ceiling from which one or two spouts look down; `at` is their lower end."""
     x, y, z = at
-    wide = 0.06 if twin else 0.034
-    block = board((x - wide / 2, y - 0.022, z + 0.008), (x + wide / 2, y + 0.022, ceiling), 0.005, 3)
+    width = 0.06 if twin else 0.034
+    block = board((x - width / 2, y - 0.022, z + 0.008), (x + width / 2, y + 0.022, ceiling), 0.005, 3)
     builder.add(ROOT, block, finish, label="spout", collider="spout", density="hollow_moulding")
     for dx in (-0.014, 0.014) if twin else (0.0,):
         tip = lathe([(0.0042, z), (0.0062, z + 0.0085)], 16).translated(x + dx, y)
         builder.add(ROOT, tip, "plastic_black", label="spout", collider=False)
 
 
-def add_steam_wand(builder: AssetBuilder, at: Vec3, low: float, metal: str) -> None:
+def add_steam_wand(builder: AssetBuilder, at: Vec3, tip_z: float, metal: str) -> None:
     """A steam wand that hangs from `at` down to z = low, leaning out to its side (the sign of x)."""
     x, y, z = at
-    out = math.copysign(1.0, x)
+    side = math.copysign(1.0, x)
     ball_ = rod(0.011, 0.018, 0.004).translated(x, y, z - 0.004)
     builder.add(ROOT, ball_, metal, label="wand", collider=False)
-    pipe = tube([(x, y, z), (x, y, z - 0.03), (x + out * 0.02, y - 0.015, low)], 0.0042, 0.012)
+    pipe = tube([(x, y, z), (x, y, z - 0.03), (x + side * 0.02, y - 0.015, tip_z)], 0.0042, 0.012)
     builder.add(ROOT, pipe, metal, label="wand", density="steam_wand")
     sleeve = tube(
-        [(x + out * 0.0095, y - 0.007, low + (z - low) * 0.5), (x + out * 0.0155, y - 0.0117, low + (z - low) * 0.22)],
+        [
+            (x + side * 0.0095, y - 0.007, tip_z + (z - tip_z) * 0.5),
+            (x + side * 0.0155, y - 0.0117, tip_z + (z - tip_z) * 0.22),
+        ],
         0.0066,
     )
     builder.add(ROOT, sleeve, "rubber_black", label="wand", collider=False)
 
 
-def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, tall: float) -> None:
+def add_bean_hopper(builder: AssetBuilder, x: float, y: float, z: float, size: float, height: float) -> None:
     """A see-through funnel for beans with a lid; z is the top that it stands on."""
-    steps = [(0.022, z), (0.0, z + 0.5 * tall), (0.0, z + tall - 0.012)]
+    steps = [(0.022, z), (0.0, z + 0.5 * height), (0.0, z + height - 0.012)]
     body = rounded_body(size, size, steps, 0.03).translated(x, y)
     builder.add(ROOT, body.with_hull_collider(), "plastic_smoked", label="hopper", density="bean_hopper")
-    beans = rounded_body(size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * tall)], 0.028).translated(
-        x, y
-    )
+    beans = rounded_body(
+        size - 0.008, size - 0.008, [(0.022, z + 0.003), (0.002, z + 0.45 * height)], 0.028
+    ).translated(x, y)
     builder.add(ROOT, beans, "coffee_dark", label="hopper", collider=False, density="coffee_beans")
     lid = rounded_body(
-        size + 0.004, size + 0.004, [(0.0, z + tall - 0.0118), (0.0, z + tall - 0.003), (0.003, z + tall)], 0.031
+        size + 0.004, size + 0.004, [(0.0, z + height - 0.0118), (0.0, z + height - 0.003), (0.003, z + height)], 0.031
     ).translated(x, y)
     builder.add(ROOT, lid.with_hull_collider(), "plastic_black", label="hopper", density="hopper_lid")
-    knob = rod(0.011, 0.012, 0.003).translated(x, y, z + tall + 0.006)
+    knob = rod(0.011, 0.012, 0.003).translated(x, y, z + height + 0.006)
     builder.add(ROOT, knob, "plastic_black", label="hopper")
 
 
@@ -122,9 +125,9 @@ def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: st
     builder.add(ROOT, hand, "plastic_red", label="gauge", collider=False, density=0.0)
 
 
-def add_cup_rail(builder: AssetBuilder, low: Vec3, high: Vec3, metal: str) -> None:
+def add_cup_rail(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
     """A low fence of rod round a warming top; low[2] is the top."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
     loop = [(x1, y1, z1), (x1, y0, z1), (x0, y0, z1), (x0, y1, z1), (x1, y1, z1)]
     builder.add(ROOT, tube(loop, 0.0028), metal, label="rail")
     for x, y in ((x0, y0), (x1, y0), (x0, y1), (x1, y1)):

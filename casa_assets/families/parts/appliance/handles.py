@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from enum import StrEnum
 
 import numpy as np
@@ -10,9 +9,7 @@ import numpy as np
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Placed, box_shape
 from casa_assets.families.kit.solids.sweep import rectangle, tube
-from casa_assets.families.parts.hardware.handles import Handle
-from casa_assets.model.asset.shape import Capsule
-from casa_assets.model.pose import Pose
+from casa_assets.families.parts.hardware.handles import Handle, collider_box, grip_capsule
 
 
 class AppliancePull(StrEnum):
@@ -37,16 +34,11 @@ def appliance_pull(kind: AppliancePull, length: float) -> Handle:
 
 def pull_reach(kind: AppliancePull) -> float:
     """Distance that a pull stands out, metres."""
-    return -min(float(s.bounds[0, 1]) for s in appliance_pull(kind, 0.4).metal)
+    return appliance_pull(kind, 0.4).reach
 
 
-def _capsule(length: float, radius: float, y: float) -> Placed:
-    pose = Pose(position=(0.0, y, 0.0), quaternion=(math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
-    return Capsule(radius=radius, height=length - 2 * radius), pose
-
-
-def _feet(at: float, reach: float, wide: float, high: float) -> tuple[Placed, ...]:
-    return tuple(box_shape((x - wide / 2, -reach, -high / 2), (x + wide / 2, 0.0, high / 2)) for x in (-at, at))
+def _post_boxes(at: float, reach: float, width: float, height: float) -> tuple[Placed, ...]:
+    return tuple(collider_box(x, -reach, 0.0, width, height) for x in (-at, at))
 
 
 def _tube(length: float) -> Handle:
@@ -54,7 +46,7 @@ def _tube(length: float) -> Handle:
     grip = rod(radius, length, 0.002, "x").translated(y=-reach)
     posts = [rod(0.008, reach, 0.001, "y").translated(x, -reach / 2) for x in (-at, at)]
     roses = [rod(0.012, 0.004, 0.001, "y").translated(x, -0.002) for x in (-at, at)]
-    shapes = (_capsule(length, radius, -reach), *_feet(at, reach - radius, 0.02, 0.02))
+    shapes = (grip_capsule(length, radius, -reach), *_post_boxes(at, reach - radius, 0.02, 0.02))
     return Handle((grip, *posts, *roses), shapes)
 
 
@@ -65,16 +57,16 @@ def _pro(length: float) -> Handle:
     rings = [rod(radius + 0.0025, 0.007, 0.0012, "x").translated(s * (length / 2 - 0.014), -reach) for s in (-1, 1)]
     posts = [box((0.03, reach, 0.026), (x, -reach / 2, 0.0), 0.006, 3) for x in (-at, at)]
     plates = [box((0.05, 0.005, 0.04), (x, -0.0025, 0.0), 0.002) for x in (-at, at)]
-    shapes = (_capsule(length, radius, -reach), *_feet(at, reach - radius, 0.04, 0.034))
+    shapes = (grip_capsule(length, radius, -reach), *_post_boxes(at, reach - radius, 0.04, 0.034))
     return Handle((grip, *rings, *posts, *plates), shapes)
 
 
 def _blade(length: float) -> Handle:
-    reach, thick, at = 0.048, 0.009, length / 2 - 0.05
-    grip = box((length, thick, 0.03), (0.0, -reach, 0.0), 0.002, 2)
+    reach, thickness, at = 0.048, 0.009, length / 2 - 0.05
+    grip = box((length, thickness, 0.03), (0.0, -reach, 0.0), 0.002, 2)
     posts = [box((0.016, reach, 0.016), (x, -reach / 2, 0.0), 0.0015) for x in (-at, at)]
-    shape = box_shape((-length / 2, -reach - thick / 2, -0.015), (length / 2, -reach + thick / 2, 0.015))
-    return Handle((grip, *posts), (shape, *_feet(at, reach - thick, 0.016, 0.016)))
+    shape = box_shape((-length / 2, -reach - thickness / 2, -0.015), (length / 2, -reach + thickness / 2, 0.015))
+    return Handle((grip, *posts), (shape, *_post_boxes(at, reach - thickness, 0.016, 0.016)))
 
 
 def _bow(length: float) -> Handle:
@@ -93,22 +85,24 @@ def _bow(length: float) -> Handle:
 
 
 def _boxed(length: float) -> Handle:
-    thick, reach = 0.018, 0.05
-    h = length / 2 - thick / 2
+    thickness, reach = 0.018, 0.05
+    h = length / 2 - thickness / 2
     path = [(-h, 0.0, 0.0), (-h, -reach, 0.0), (h, -reach, 0.0), (h, 0.0, 0.0)]
-    grip = tube(path, rectangle(thick, thick, 0.003, 2))
-    shape = box_shape((-length / 2, -reach - thick / 2, -thick / 2), (length / 2, -reach + thick / 2, thick / 2))
-    return Handle((grip,), (shape, *_feet(h, reach - thick / 2, thick, thick)))
+    grip = tube(path, rectangle(thickness, thickness, 0.003, 2))
+    shape = box_shape(
+        (-length / 2, -reach - thickness / 2, -thickness / 2), (length / 2, -reach + thickness / 2, thickness / 2)
+    )
+    return Handle((grip,), (shape, *_post_boxes(h, reach - thickness / 2, thickness, thickness)))
 
 
 def _ledge(length: float) -> Handle:
     """An extruded profile with a hook: a line along the edge of the door."""
-    reach, thick = 0.03, 0.006
+    reach, thickness = 0.03, 0.006
     web = box((length, reach, 0.005), (0.0, -reach / 2, 0.0), 0.001)
-    hook = box((length, thick, 0.02), (0.0, -reach + thick / 2, 0.0076), 0.0018, 2)
+    hook = box((length, thickness, 0.02), (0.0, -reach + thickness / 2, 0.0076), 0.0018, 2)
     shapes = (
-        box_shape((-length / 2, -reach, -0.0024), (length / 2, -reach + thick, 0.0176)),
-        box_shape((-length / 2, -reach + thick, -0.0025), (length / 2, 0.0, 0.0025)),
+        box_shape((-length / 2, -reach, -0.0024), (length / 2, -reach + thickness, 0.0176)),
+        box_shape((-length / 2, -reach + thickness, -0.0025), (length / 2, 0.0, 0.0025)),
     )
     return Handle((web, hook), shapes)
 
@@ -117,7 +111,7 @@ def _latch(length: float) -> Handle:
     """The lever of an old refrigerator: a drop of metal on a boat-shaped plate. Its length is its own."""
     h, reach = LATCH_LENGTH / 2, 0.046
     plate = box((2 * h, 0.009, 0.044), (0.0, -0.0045, 0.0), 0.0088, 4)
-    foot = rod(0.017, reach - 0.006, 0.003, "y").translated(0.62 * h, -(reach - 0.006) / 2)
+    post = rod(0.017, reach - 0.006, 0.003, "y").translated(0.62 * h, -(reach - 0.006) / 2)
     steps = np.linspace(-1.0, 1.0, 9)
     path = [(float(0.94 * s * h), float(-reach + 0.008 * s * s), 0.0) for s in steps]
     lever = tube(path, rectangle(0.016, 0.03, 0.0075, 4))
@@ -126,7 +120,7 @@ def _latch(length: float) -> Handle:
         box_shape((0.62 * h - 0.017, -reach + 0.015, -0.017), (0.62 * h + 0.017, 0.0, 0.017)),
         box_shape((-h, -0.009, -0.022), (h, 0.0, 0.022)),
     )
-    return Handle((lever, plate, foot), shapes)
+    return Handle((lever, plate, post), shapes)
 
 
 _MAKERS = {

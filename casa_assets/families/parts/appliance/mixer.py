@@ -27,13 +27,13 @@ class MixerTool(StrEnum):
     HOOK = "hook"
 
 
-def head_section(y: float, wide: float, tall: float, middle: float, power: float, count: int = 28) -> Floats:
+def head_section(y: float, width: float, height: float, middle: float, power: float, count: int = 28) -> Floats:
     """(N, 3) outline of the head in a plane across it, flat below; metres. `power` 2 is an ellipse, more is boxy."""
     turns = np.arange(count) * 2 * np.pi / count
     c, s = np.cos(turns), np.sin(turns)
-    x = wide / 2 * np.sign(c) * np.abs(c) ** (2 / power)
-    z = tall / 2 * np.sign(s) * np.abs(s) ** (2 / power)
-    return np.column_stack([-x, np.full(count, y), middle + np.maximum(z, -UNDERSIDE_SHARE * tall / 2)])
+    x = width / 2 * np.sign(c) * np.abs(c) ** (2 / power)
+    z = height / 2 * np.sign(s) * np.abs(s) ** (2 / power)
+    return np.column_stack([-x, np.full(count, y), middle + np.maximum(z, -UNDERSIDE_SHARE * height / 2)])
 
 
 @dataclass(frozen=True)
@@ -75,9 +75,9 @@ def head_solid(form: MixerHead) -> Solid:
     return loft([form.ring(float(t)) for t in shares], 50.0).oriented_outwards()
 
 
-def head_band(form: MixerHead, y: float, long: float) -> Solid:
+def head_band(form: MixerHead, y: float, length: float) -> Solid:
     """A strip round a head at y, of a length along it; it stands out by a millimetre."""
-    shares = [(y + d - form.front) / (form.back - form.front) for d in (-long / 2, 0.0, long / 2)]
+    shares = [(y + d - form.front) / (form.back - form.front) for d in (-length / 2, 0.0, length / 2)]
     return loft([form.ring(t, 0.001, 44) for t in shares], 50.0).oriented_outwards()
 
 
@@ -85,8 +85,8 @@ def tool_solid(kind: MixerTool, length: float) -> Solid:
     """Solid of a tool that hangs from z = 0 to -length on the axis x = y = 0, with a hull collider."""
     shaft = rod(0.0055, 0.034, 0.001).translated(z=-0.017)
     collar = lathe([(0.011, -0.036), (0.013, -0.033), (0.013, -0.027), (0.008, -0.024)], 20)
-    made = concatenate([shaft, collar, *_MAKERS[kind](length)])
-    return made.with_hull_collider()
+    tool = concatenate([shaft, collar, *_MAKERS[kind](length)])
+    return tool.with_hull_collider()
 
 
 def _whisk(length: float) -> list[Solid]:
@@ -104,20 +104,22 @@ def _whisk(length: float) -> list[Solid]:
 
 def _beater(length: float) -> list[Solid]:
     """A flat frame with ribs."""
-    wide, low = 0.041, -length
+    half_width, bottom = 0.041, -length
     loop: list[Vec3] = [
         (0.0, 0.0, -0.034),
-        (wide, 0.0, -0.05),
-        (wide, 0.0, low + 0.03),
-        (0.004, 0.0, low + 0.003),
-        (-0.004, 0.0, low + 0.003),
-        (-wide, 0.0, low + 0.03),
-        (-wide, 0.0, -0.05),
+        (half_width, 0.0, -0.05),
+        (half_width, 0.0, bottom + 0.03),
+        (0.004, 0.0, bottom + 0.003),
+        (-0.004, 0.0, bottom + 0.003),
+        (-half_width, 0.0, bottom + 0.03),
+        (-half_width, 0.0, -0.05),
         (0.0, 0.0, -0.034),
     ]
     frame = tube(loop, rectangle(0.006, 0.0075, 0.002, 2), 0.006, up=(0.0, 1.0, 0.0)).without_colliders()
-    rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, low + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
-    bar = tube([(-wide, 0.0, -0.068), (wide, 0.0, -0.068)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
+    rib = tube([(0.0, 0.0, -0.036), (0.0, 0.0, bottom + 0.004)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0))
+    bar = tube(
+        [(-half_width, 0.0, -0.068), (half_width, 0.0, -0.068)], rectangle(0.005, 0.006, 0.0015, 2), up=(0.0, 1.0, 0.0)
+    )
     return [frame, rib.without_colliders(), bar.without_colliders()]
 
 
@@ -133,11 +135,13 @@ def _hook(length: float) -> list[Solid]:
 _MAKERS = {MixerTool.WHISK: _whisk, MixerTool.BEATER: _beater, MixerTool.HOOK: _hook}
 
 
-def bowl_profile(foot: float, mouth: float, depth: float, steps: int = 9) -> list[tuple[float, float]]:
+def bowl_profile(base_radius: float, rim_radius: float, depth: float, steps: int = 9) -> list[tuple[float, float]]:
     """(radius, z) of a bowl's outside from its foot to its rim, metres; z from 0 to depth."""
     line = []
     for t in np.linspace(0.0, 1.0, steps):
-        line.append((float(foot + (mouth - foot) * math.sin(t * math.pi / 2) ** 0.8), float(depth * t)))
+        line.append(
+            (float(base_radius + (rim_radius - base_radius) * math.sin(t * math.pi / 2) ** 0.8), float(depth * t))
+        )
     return line
 
 

@@ -8,20 +8,19 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.core import hand_dynamics
-from casa_assets.core.rounding import significant
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import board, box, lathe
+from casa_assets.families.kit.solids.blocks import board, box, lathe, liner_sheets
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import box_shape, concatenate
+from casa_assets.families.kit.solids.solid import box_shape, cavity_walls, concatenate
 from casa_assets.families.kit.solids.sweep import rectangle, tube
+from casa_assets.families.parts.appliance.balanced_hinge import oven_door_hinge
 from casa_assets.families.parts.hardware.legs import round_bar
 from casa_assets.model.record import Vec3
 
 INSULATION_THICKNESS = 0.045  # metres of insulation between liner and shell
+LINER_THICKNESS = 0.0006
 DOOR_GAP = 0.003
 DOOR_THICKNESS = 0.045  # of a door: two panes and air
-DOOR_TRAVEL = 1.48  # rad
 RACK_TRAVEL = 0.26  # metres that a rack comes out
 
 
@@ -55,63 +54,49 @@ class OvenLook:
 
 def add_cavity(
     builder: AssetBuilder,
-    low: Vec3,
-    high: Vec3,
+    lower: Vec3,
+    upper: Vec3,
     looks: OvenLook,
     racks: int,
     first: int = 0,
     door: str = "door_joint",
-    touched: bool = True,
+    collider: bool = True,
 ) -> None:
     """Walls round a cavity, open to the front (-y), and its racks.
 
     Args:
-        low, high: corners of the outside; the front plane is low[1].
+        lower, upper: corners of the outside; the front plane is low[1].
         racks: how many; they are named rack<first>, rack<first + 1> from below.
-        door: joint that has to be open before a rack can move. touched: False: no colliders for walls.
+        door: joint that has to be open before a rack can move. collider: False: no colliders for walls.
     """
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    t, e = INSULATION_THICKNESS, 0.0006
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
+    t = INSULATION_THICKNESS
     inner = ((x0 + t, y0, z0 + t), (x1 - t, y1 - t, z1 - t))
-    walls = (
-        board((x0, y0, z0), (x0 + t, y1, z1), 0.0),
-        board((x1 - t, y0, z0), (x1, y1, z1), 0.0),
-        board((x0 + t, y0, z0), (x1 - t, y1, z0 + t), 0.0),
-        board((x0 + t, y0, z1 - t), (x1 - t, y1, z1), 0.0),
-        board((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t), 0.0),
-    )
-    for wall in walls:
-        builder.add(ROOT, wall, looks.shell, label="case", collider=touched, density="oven_wall")
+    for corners in cavity_walls((lower, upper), inner):
+        builder.add(ROOT, board(*corners, 0.0), looks.shell, label="case", collider=collider, density="oven_wall")
     (a0, b0, c0), (a1, b1, c1) = inner
-    liners = (
-        board((a0, b0 + 0.001, c0), (a0 + e, b1, c1), 0.0),
-        board((a1 - e, b0 + 0.001, c0), (a1, b1, c1), 0.0),
-        board((a0 + e, b0 + 0.001, c0), (a1 - e, b1 - e, c0 + e), 0.0),
-        board((a0 + e, b0 + 0.001, c1 - e), (a1 - e, b1 - e, c1), 0.0),
-        board((a0 + e, b1 - e, c0 + e), (a1 - e, b1, c1 - e), 0.0),
-    )
-    for sheet in liners:
+    for sheet in liner_sheets((a0, b0 + 0.001, c0), (a1, b1, c1), LINER_THICKNESS):
         builder.add(ROOT, sheet, looks.liner, label="liner", collider=False, density="steel")
     seal = subtract(
         board((a0 - 0.014, y0 - 0.0013, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),
     )
     builder.add(ROOT, seal, "gasket_grey", label="gasket", collider=False, density="soft_gasket")
-    furnish_cavity(builder, (a0, b0, c0), (a1, b1, c1), f"lamp{first}")
+    furnish_cavity(builder, *inner, f"lamp{first}")
     height = c1 - c0
     for k in range(racks):
         z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
-        room = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
-        add_oven_rack(builder, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, room)), looks, door)
+        clearance = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
+        add_oven_rack(builder, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, clearance)), looks, door)
 
 
-def furnish_cavity(builder: AssetBuilder, low: Vec3, high: Vec3, lamp: str) -> None:
+def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -> None:
     """The grill's element under the roof; a fan behind a cover and a lamp on the back wall.
 
     Args:
-        low, high: corners of the inside. lamp: name of the lamp's mesh.
+        lower, upper: corners of the inside. lamp: name of the lamp's mesh.
     """
-    (a0, b0, _), (a1, b1, c1) = low, high
+    (a0, b0, _), (a1, b1, c1) = lower, upper
     element = tube(
         [
             (a0 + 0.05, b1 - 0.04, c1 - 0.03),
@@ -123,8 +108,8 @@ def furnish_cavity(builder: AssetBuilder, low: Vec3, high: Vec3, lamp: str) -> N
         0.03,
     )
     builder.add(ROOT, element, "heating_element", label="element", collider=False)
-    x, z = (a0 + a1) / 2, (low[2] + c1) / 2
-    r = min(0.085, 0.33 * (c1 - low[2]), 0.3 * (a1 - a0))
+    x, z = (a0 + a1) / 2, (lower[2] + c1) / 2
+    r = min(0.085, 0.33 * (c1 - lower[2]), 0.3 * (a1 - a0))
     face = b1 - 0.0008  # the liner's front
     cover = lathe([(r, 0.0), (r, 0.004), (0.9 * r, 0.009), (0.0, 0.009)]).rotated("x", math.pi / 2)
     builder.add(ROOT, cover.translated(x, face, z), "enamel_charcoal", label="fan", collider=False, density="oven_fan")
@@ -136,17 +121,17 @@ def furnish_cavity(builder: AssetBuilder, low: Vec3, high: Vec3, lamp: str) -> N
     builder.add(ROOT, bulb.translated(*at), "glass_opal", label="lamp", name=lamp, collider=False, density="oven_lamp")
 
 
-def add_oven_rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks: OvenLook, door: str) -> None:
+def add_oven_rack(builder: AssetBuilder, name: str, lower: Vec3, upper: Vec3, looks: OvenLook, door: str) -> None:
     """A wire rack on ledges; its region rides on it."""
-    (x0, y0, z), (x1, y1, top) = low, high
+    (x0, y0, z), (x1, y1, top) = lower, upper
     for x in (x0 + 0.0008, x1 - 0.0088):
         ledge = board((x, y0 + 0.02, z - 0.016), (x + 0.008, y1 - 0.01, z - 0.009), 0.001)
         builder.add(ROOT, ledge, looks.liner, label="ledge", collider=False)
     builder.link(name, at=((x0 + x1) / 2, y0, z))
-    half, deep, front = (x1 - x0) / 2 - 0.004, y1 - y0 - 0.014, 0.022
+    half, depth, front = (x1 - x0) / 2 - 0.004, y1 - y0 - 0.014, 0.022
     for x in (-half + 0.004, half - 0.004):
-        builder.add(name, round_bar((x, front, 0.0), (x, deep, 0.0), 0.0036), "chrome", label="rack", collider=False)
-    for y in (front + 0.004, deep - 0.004):
+        builder.add(name, round_bar((x, front, 0.0), (x, depth, 0.0), 0.0036), "chrome", label="rack", collider=False)
+    for y in (front + 0.004, depth - 0.004):
         builder.add(
             name,
             round_bar((-half + 0.004, y, 0.0), (half - 0.004, y, 0.0), 0.0036),
@@ -157,24 +142,29 @@ def add_oven_rack(builder: AssetBuilder, name: str, low: Vec3, high: Vec3, looks
     count = 15
     for k in range(count):
         x = -half + 0.02 + (2 * half - 0.04) * k / (count - 1)
-        wire = round_bar((x, front + 0.004, 0.0035), (x, deep - 0.004, 0.0035), 0.0015)
+        wire = round_bar((x, front + 0.004, 0.0035), (x, depth - 0.004, 0.0035), 0.0015)
         builder.add(name, wire, "chrome", label="rack", collider=False)
-    plate = board((-half, front, -0.005), (half, deep, 0.005), 0.0)
+    plate = board((-half, front, -0.005), (half, depth, 0.005), 0.0)
     builder.add_collider(name, plate, "chrome", "rack", f"{name}_main")
-    way = min(RACK_TRAVEL, 0.6 * deep)
-    builder.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_main", start_n=6.0, behind=door)
-    builder.region(name, (-half + 0.01, front + 0.01, 0.005), (half - 0.01, deep - 0.01, top - z), link=name)
+    travel = min(RACK_TRAVEL, 0.6 * depth)
+    builder.slide(f"{name}_joint", name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_main", start_n=6.0, behind=door)
+    builder.region(name, (-half + 0.01, front + 0.01, 0.005), (half - 0.01, depth - 0.01, top - z), link=name)
 
 
 def add_oven_door(
-    builder: AssetBuilder, link: str, low: tuple[float, float], high: tuple[float, float], front: float, looks: OvenLook
+    builder: AssetBuilder,
+    link: str,
+    lower: tuple[float, float],
+    upper: tuple[float, float],
+    front: float,
+    looks: OvenLook,
 ) -> str:
     """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
 
     Args:
-        low, high: corners in x and z.
+        lower, upper: corners in x and z.
     """
-    (x0, z0), (x1, z1) = low, high
+    (x0, z0), (x1, z1) = lower, upper
     w, h = x1 - x0, z1 - z0
     builder.link(link, at=(x0, front - DOOR_THICKNESS - DOOR_GAP, z0))
     slab = board((0.0, 0.0, 0.0), (w, DOOR_THICKNESS, h), 0.004, 2)
@@ -203,76 +193,35 @@ def add_oven_door(
     )
     builder.add(link, inner, looks.liner, label="door", collider=False, density="oven_door_liner")
     _handle(builder, link, w, h, looks)
-    return oven_door_hinge(builder, link)
+    oven_door_hinge(builder, link)
+    return f"{link}_joint"
 
 
 def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLook) -> None:
+    """A handle near the upper edge of a door of width w and height h; its collider is `<link>_handle_main`."""
     z, reach, inset = h - 0.05, 0.048, 0.06
-    if looks.grip is OvenHandle.PRO:
-        for x in (inset, w - inset):
-            post = box((0.03, reach, 0.034), (x, -reach / 2, z), 0.005, 2)
-            builder.add(link, post, looks.metal, label="handle", density="metal_rod")
-        grip = tube([(inset - 0.035, -reach - 0.002, z), (w - inset + 0.035, -reach - 0.002, z)], 0.0145)
-        builder.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
-    elif looks.grip is OvenHandle.FLAT:
-        for x in (inset, w - inset):
-            post = box((0.02, reach - 0.01, 0.016), (x, -(reach - 0.01) / 2, z), 0.002)
-            builder.add(link, post, looks.metal, label="handle", density="metal_rod")
-        flat = box((w - 2 * inset + 0.05, 0.012, 0.026), (w / 2, -reach + 0.004, z), 0.003, 2)
-        builder.add(link, flat, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
-    elif looks.grip is OvenHandle.CURVED:
-        steps = np.linspace(-1, 1, 13)
+    if looks.grip is OvenHandle.CURVED:
         path = [
-            (
-                float(w / 2 + s * (w / 2 - inset)),
-                float(-reach * (1 - 0.35 * s**4) * (1.0 if abs(s) < 0.999 else 0.0)),
-                z,
-            )
-            for s in steps
+            (float(w / 2 + s * (w / 2 - inset)), float(-reach * (1 - 0.35 * s**4) if abs(s) < 0.999 else -0.0), z)
+            for s in np.linspace(-1, 1, 13)
         ]
-        grip = tube(path, rectangle(0.016, 0.022, 0.006, 3))
-        whole = box_shape((inset, -reach - 0.008, z - 0.011), (w - inset, -reach + 0.012, z + 0.011))
+        grip_box = box_shape((inset, -reach - 0.008, z - 0.011), (w - inset, -reach + 0.012, z + 0.011))
         ends = [
             box_shape((x - 0.012, -reach, z - 0.011), (x + 0.012, 0.0, z + 0.011))
             for x in (inset + 0.012, w - inset - 0.012)
         ]
-        body = grip.with_shapes(whole, *ends)
-        builder.add(link, body, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
+        grip = tube(path, rectangle(0.016, 0.022, 0.006, 3)).with_shapes(grip_box, *ends)
     else:
+        if looks.grip is OvenHandle.PRO:
+            size, edge_radius, steps = (0.03, reach, 0.034), 0.005, 2
+            grip = tube([(inset - 0.035, -reach - 0.002, z), (w - inset + 0.035, -reach - 0.002, z)], 0.0145)
+        elif looks.grip is OvenHandle.FLAT:
+            size, edge_radius, steps = (0.02, reach - 0.01, 0.016), 0.002, 1
+            grip = box((w - 2 * inset + 0.05, 0.012, 0.026), (w / 2, -reach + 0.004, z), 0.003, 2)
+        else:
+            size, edge_radius, steps = (0.018, reach, 0.018), 0.004, 2
+            grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
         for x in (inset, w - inset):
-            post = box((0.018, reach, 0.018), (x, -reach / 2, z), 0.004, 2)
+            post = box(size, (x, -size[1] / 2, z), edge_radius, steps)
             builder.add(link, post, looks.metal, label="handle", density="metal_rod")
-        grip = tube([(inset - 0.02, -reach, z), (w - inset + 0.02, -reach, z)], 0.0105)
-        builder.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")
-
-
-def oven_door_hinge(builder: AssetBuilder, link: str) -> str:
-    """The hinge: a spring that carries the door, and friction that holds it where it is left."""
-    piece = builder.links[link]
-    mass = sum(q.mass for q in piece.masses)
-    center = sum((q.mass * q.center for q in piece.masses), np.zeros(3)) / mass
-    grip = next(c for c in piece.colliders if c.name == f"{link}_handle_main").pose.position
-    lever = math.hypot(grip[1], grip[2])
-    turns = np.linspace(0.0, DOOR_TRAVEL, 25)
-    pull = mass * 9.81 * (center[2] * np.sin(turns) - center[1] * np.cos(turns))
-    # The straight line that comes nearest to the weight's moment at its worst.
-    best = (math.inf, 0.0, 0.0)
-    for stiffness in np.linspace(0.2, 1.4, 61) * max(float(pull[-1]), 0.5) / DOOR_TRAVEL:
-        rest = pull - stiffness * turns
-        middle = (float(rest.max()) + float(rest.min())) / 2
-        worst = float(np.abs(rest - middle).max())
-        if worst < best[0]:
-            best = (worst, float(stiffness), middle)
-    worst, stiffness, bias = best
-    start = max(6.0, 1.25 * worst / lever)
-    joint = f"{link}_joint"
-    spring = hand_dynamics.Spring(significant(stiffness, 4), significant(-bias / stiffness, 4))
-    feel = hand_dynamics.feel(
-        mass * (center[1] ** 2 + center[2] ** 2) * 1.35,
-        lever,
-        DOOR_TRAVEL,
-        start,
-        max(start + 2.5, hand_dynamics.PULL_N - worst / lever),
-    )
-    builder.hinge(joint, link, (1.0, 0.0, 0.0), (0.0, DOOR_TRAVEL), f"{link}_handle_main", spring=spring, feel=feel)
-    return joint
+    builder.add(link, grip, looks.metal, label="handle", name=f"{link}_handle_main", density="handle_pipe")

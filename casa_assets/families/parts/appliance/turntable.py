@@ -9,15 +9,15 @@ from casa_assets.families.kit.solids.blocks import lathe, rod
 from casa_assets.model.record import Vec3
 
 
-def add_turntable(builder: AssetBuilder, low: Vec3, high: Vec3) -> None:
+def add_turntable(builder: AssetBuilder, lower: Vec3, upper: Vec3) -> None:
     """Add a glass tray on a hub and a ring of rollers; its collider and region are `tray`.
 
     Args:
-        low, high: corners of the cavity, metres.
+        lower, upper: corners of the cavity, metres.
     """
-    x, y = (low[0] + high[0]) / 2, (low[1] + high[1]) / 2
-    radius = min(high[0] - low[0], high[1] - low[1], 0.36) / 2 - 0.012
-    floor = low[2] + 0.0006
+    x, y = (lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2
+    radius = min(upper[0] - lower[0], upper[1] - lower[1], 0.36) / 2 - 0.012
+    floor = lower[2] + 0.0006
     hub = lathe([(0.02, floor), (0.02, floor + 0.004), (0.012, floor + 0.0098)]).translated(x, y)
     builder.add(ROOT, hub, "plastic_white", label="hub", collider=False)
     r = 0.62 * radius
@@ -36,4 +36,4 @@ def add_turntable(builder: AssetBuilder, low: Vec3, high: Vec3) -> None:
         .with_colliders_of(rod(radius, 0.0052, 0.0).translated(x, y, z + 0.0026))
     )
     builder.add(ROOT, dish, "glass_clear", label="tray", name="tray")
-    builder.round_region("tray", (x, y, z + 0.0055), 2 * radius - 0.004, high[2] - z - 0.03)
+    builder.round_region("tray", (x, y, z + 0.0055), 2 * radius - 0.004, upper[2] - z - 0.03)

@@ -99,28 +99,28 @@ def _put(builder: AssetBuilder, solid: Solid, finish: str, label: str, grain: Ve
     builder.add(ROOT, solid, finish, label=label, grain=grain, density="board")
 
 
-def layered(builder: AssetBuilder, c: Carcass, low: Vec3, high: Vec3, axis: int, outer: bool, skinned: bool) -> None:
+def layered(builder: AssetBuilder, c: Carcass, lower: Vec3, upper: Vec3, axis: int, outer: bool, skinned: bool) -> None:
     """A board whose outer layer may be finished like the fronts.
 
     Args:
-        low, high: corners, metres. axis: across its thickness, 0 to 2.
+        lower, upper: corners, metres. axis: across its thickness, 0 to 2.
         outer: whether the seen side is at the high end. skinned: whether it has such a layer.
     """
     grain = ACROSS if axis == 2 else UPRIGHT
-    whole = board(low, high)
+    full_board = board(lower, upper)
     if axis != 1:  # the edge towards the front is banded like the fronts
-        band = board(low, (high[0], low[1] + EDGE_BAND, high[2]), 0.0004)
+        band = board(lower, (upper[0], lower[1] + EDGE_BAND, upper[2]), 0.0004)
         builder.add(ROOT, band, c.look.face, label="carcass", grain=grain, density="board", collider=False)
-        low = (low[0], low[1] + EDGE_BAND, low[2])
-    inner_low, inner_high, skin_low, skin_high = list(low), list(high), list(low), list(high)
+        lower = (lower[0], lower[1] + EDGE_BAND, lower[2])
+    inner_low, inner_high, skin_low, skin_high = list(lower), list(upper), list(lower), list(upper)
     if skinned:
-        at = high[axis] - FACING_THICKNESS if outer else low[axis] + FACING_THICKNESS
+        at = upper[axis] - FACING_THICKNESS if outer else lower[axis] + FACING_THICKNESS
         (inner_high if outer else inner_low)[axis] = at
         (skin_low if outer else skin_high)[axis] = at
         skin = board(_corner(skin_low), _corner(skin_high), 0.0004)
         builder.add(ROOT, skin, c.look.face, label="carcass", grain=grain, density="board", collider=False)
     inner = board(_corner(inner_low), _corner(inner_high), 0.0004)
-    builder.add(ROOT, inner.with_colliders_of(whole), c.look.inside, label="carcass", grain=grain, density="board")
+    builder.add(ROOT, inner.with_colliders_of(full_board), c.look.inside, label="carcass", grain=grain, density="board")
 
 
 def _corner(values: list[float]) -> Vec3:
@@ -139,14 +139,14 @@ def _levels(builder: AssetBuilder, c: Carcass) -> None:
     x0, x1, y1 = c.left, c.right, c.back
     for name, z in (("bottom", c.plinth), ("top", c.height - FACING_THICKNESS)):
         if name in c.skinned:
-            sheet = board((c.x, c.front, z), (c.x + c.width, c.depth, z + FACING_THICKNESS), 0.0004)
-            _put(builder, sheet, c.look.face, "carcass", ACROSS)
+            panel = board((c.x, c.front, z), (c.x + c.width, c.depth, z + FACING_THICKNESS), 0.0004)
+            _put(builder, panel, c.look.face, "carcass", ACROSS)
     if not c.open_bottom:
-        low = c.plinth + (FACING_THICKNESS if "bottom" in c.skinned else 0.0)
-        layered(builder, c, (x0, c.front, low), (x1, y1, c.floor), 2, False, False)
+        bottom_z = c.plinth + (FACING_THICKNESS if "bottom" in c.skinned else 0.0)
+        layered(builder, c, (x0, c.front, bottom_z), (x1, y1, c.floor), 2, False, False)
     if not c.open_top:
-        high = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
-        layered(builder, c, (x0, c.front, c.ceiling), (x1, y1, high), 2, True, False)
+        top_z = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
+        layered(builder, c, (x0, c.front, c.ceiling), (x1, y1, top_z), 2, True, False)
         return
     # The rail stands behind the channel into which fingers reach over the fronts.
     y0 = c.front + (CHANNEL_DEPTH + 0.004 if c.look.handle is HandleKind.FINGER_GROOVE else 0.0)
@@ -161,11 +161,11 @@ def _back(builder: AssetBuilder, c: Carcass) -> None:
     z = max(c.plinth, c.back_from)
     top = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
     z += FACING_THICKNESS if "bottom" in c.skinned and z == c.plinth else 0.0
-    low, high = (c.left, c.back, z), (c.right, c.depth, top)
+    lower, upper = (c.left, c.back, z), (c.right, c.depth, top)
     if "back" in c.skinned:
-        layered(builder, c, low, high, 1, True, True)
+        layered(builder, c, lower, upper, 1, True, True)
         return
-    _put(builder, board(low, high, 0.0), c.look.inside, "carcass", UPRIGHT)
+    _put(builder, board(lower, upper, 0.0), c.look.inside, "carcass", UPRIGHT)
 
 
 def _plinth(builder: AssetBuilder, c: Carcass) -> None:
@@ -179,18 +179,18 @@ def _plinth(builder: AssetBuilder, c: Carcass) -> None:
         _put(builder, strip, c.look.face, "toe_kick", ALONG)
 
 
-def add_shelves(builder: AssetBuilder, c: Carcass, low: float, high: float, count: int, first: int) -> int:
+def add_shelves(builder: AssetBuilder, c: Carcass, bottom: float, top: float, count: int, first: int) -> int:
     """Shelves in the room between two heights, with a region over each level.
 
     Args:
-        low, high: clear room, metres. count: of shelves, which divide it evenly. first: number of the lowest level.
+        bottom, top: clear room, metres. count: of shelves, which divide it evenly. first: number of the lowest level.
     Returns:
         The number of the next level.
     """
     y0 = c.front + (0.025 if c.fronted else 0.0)
     gap = 0.0005  # a shelf lies loose between the sides
-    clear = (high - low - count * BOARD_THICKNESS) / (count + 1)
-    z = low
+    clear = (top - bottom - count * BOARD_THICKNESS) / (count + 1)
+    z = bottom
     for k in range(count + 1):
         builder.region(f"level{first + k}", (c.left, c.front, z), (c.right, c.back, z + clear))
         z += clear
@@ -218,7 +218,7 @@ def check_doors(doors: int, width: float) -> None:
         raise ValueError(f"two doors need {MIN_PAIR_WIDTH} m, not {width} m")
 
 
-def check_shelves(room: float, count: int | None) -> None:
+def check_shelves(clear_height: float, count: int | None) -> None:
     """Raise ValueError where so many shelves leave less than 0.1 m between them in a clear height of metres."""
-    if count and (room - count * BOARD_THICKNESS) / (count + 1) < 0.1:
-        raise ValueError(f"{count} shelves in {room:.3f} m leave less than 0.1 m each")
+    if count and (clear_height - count * BOARD_THICKNESS) / (count + 1) < 0.1:
+        raise ValueError(f"{count} shelves in {clear_height:.3f} m leave less than 0.1 m each")

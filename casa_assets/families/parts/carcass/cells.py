@@ -74,17 +74,17 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
     for k, cell in enumerate(cells):
         top = z + cell.height
         last = k == len(cells) - 1
-        room = _room(builder, c, cells, k, z, top)
+        span = _room(builder, c, cells, k, z, top)
         if cell.kind in (CabinetCellKind.DOOR, CabinetCellKind.DOORS):
             _doors(builder, c, cell, z, top, last)
-            count = shelves_for(room[1] - room[0]) if cell.shelves is None else cell.shelves
-            level = add_shelves(builder, c, *room, count, level)
+            count = shelves_for(span[1] - span[0]) if cell.shelves is None else cell.shelves
+            level = add_shelves(builder, c, *span, count, level)
         elif cell.kind is CabinetCellKind.OPEN:
-            level = add_shelves(builder, c, *room, cell.shelves or 0, level)
+            level = add_shelves(builder, c, *span, cell.shelves or 0, level)
         elif cell.kind is CabinetCellKind.DRAWER:
-            _drawer(builder, c, cell, z, top, room)
+            _drawer(builder, c, cell, z, top, span)
         elif cell.kind is CabinetCellKind.NICHE:
-            builder.region(cell.name or "int", (c.left, c.front, room[0]), (c.right, c.back, room[1]))
+            builder.region(cell.name or "int", (c.left, c.front, span[0]), (c.right, c.back, span[1]))
         elif cell.kind is CabinetCellKind.FALSE:
             _false_front(builder, c, cell, z, top)
         z = top
@@ -120,20 +120,20 @@ def _room(
     """Clear heights of a cell; puts the board over it, or the channel."""
     cell = cells[k]
     last = k == len(cells) - 1
-    low = c.floor if k == 0 else z + (BOARD_THICKNESS / 2 if _boarded(cells[k - 1], cell) else 0.0)
-    high = top
+    bottom = c.floor if k == 0 else z + (BOARD_THICKNESS / 2 if _boarded(cells[k - 1], cell) else 0.0)
+    ceiling = top
     if last:
-        high = c.height - RAIL_HEIGHT if c.open_top else c.ceiling
+        ceiling = c.height - RAIL_HEIGHT if c.open_top else c.ceiling
     elif _boarded(cell, cells[k + 1]):
-        high = top - BOARD_THICKNESS / 2
-        layered(builder, c, (c.left, c.front, high), (c.right, c.back, top + BOARD_THICKNESS / 2), 2, True, False)
+        ceiling = top - BOARD_THICKNESS / 2
+        layered(builder, c, (c.left, c.front, ceiling), (c.right, c.back, top + BOARD_THICKNESS / 2), 2, True, False)
     if _grooved(c, cell) and last and c.open_top:
         _channel(builder, c, c.height, c.height - CHANNEL_HEIGHT)
-        high = min(high, c.height - CHANNEL_HEIGHT)
+        ceiling = min(ceiling, c.height - CHANNEL_HEIGHT)
     elif _grooved(c, cell):
-        high = min(high, top) - (CHANNEL_HEIGHT - (BOARD_THICKNESS if last else 0.0))
-        _channel(builder, c, c.ceiling if last else top, high)
-    return low, high
+        ceiling = min(ceiling, top) - (CHANNEL_HEIGHT - (BOARD_THICKNESS if last else 0.0))
+        _channel(builder, c, c.ceiling if last else top, ceiling)
+    return bottom, ceiling
 
 
 def _boarded(below: CabinetCell, above: CabinetCell) -> bool:
@@ -143,37 +143,39 @@ def _boarded(below: CabinetCell, above: CabinetCell) -> bool:
     )
 
 
-def _channel(builder: AssetBuilder, c: Carcass, top: float, low: float) -> None:
+def _channel(builder: AssetBuilder, c: Carcass, top: float, bottom: float) -> None:
     """An angle of sheet metal: a web behind the fingers, and a foot that reaches to the front."""
     y0, y1 = c.front + 0.0005, c.front + CHANNEL_DEPTH
     top -= BOARD_THICKNESS / 2 + 0.0005
-    web = board((c.left, y1, low), (c.right, y1 + CHANNEL_SHEET, top), 0.0004)
-    foot = board((c.left, y0, low), (c.right, y1 - 1e-4, low + CHANNEL_SHEET), 0.0004)
-    for solid, touched in ((web, True), (foot, False)):
-        builder.add(ROOT, solid, c.look.metal, label="channel", grain=ACROSS, density="metal_rod", collider=touched)
+    web = board((c.left, y1, bottom), (c.right, y1 + CHANNEL_SHEET, top), 0.0004)
+    flange = board((c.left, y0, bottom), (c.right, y1 - 1e-4, bottom + CHANNEL_SHEET), 0.0004)
+    for solid, collider in ((web, True), (flange, False)):
+        builder.add(ROOT, solid, c.look.metal, label="channel", grain=ACROSS, density="metal_rod", collider=collider)
 
 
 def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float, last: bool) -> None:
-    low, high = _gaps(c, cell, z, top, last)
+    front_z0, front_z1 = _gaps(c, cell, z, top, last)
     left, right = c.x + FRONT_GAP / 2, c.x + c.width - FRONT_GAP / 2
     n, r = cell.name, cell.reach
     if cell.kind is CabinetCellKind.DOOR:
         link = f"{n}door" if n else "door"
-        leaves = [CabinetDoor(link, f"{link}hinge", cell.hinge, left, low, right - left, high - low, r)]
+        doors = [CabinetDoor(link, f"{link}hinge", cell.hinge, left, front_z0, right - left, front_z1 - front_z0, r)]
     else:
         w = (right - left - FRONT_GAP) / 2
-        leaves = [
-            CabinetDoor(f"{n}leftdoor", f"{n}leftdoorhinge", HingeSide.LEFT, left, low, w, high - low, r),
-            CabinetDoor(f"{n}rightdoor", f"{n}rightdoorhinge", HingeSide.RIGHT, right - w, low, w, high - low, r),
+        doors = [
+            CabinetDoor(f"{n}leftdoor", f"{n}leftdoorhinge", HingeSide.LEFT, left, front_z0, w, front_z1 - front_z0, r),
+            CabinetDoor(
+                f"{n}rightdoor", f"{n}rightdoorhinge", HingeSide.RIGHT, right - w, front_z0, w, front_z1 - front_z0, r
+            ),
         ]
-    for leaf in leaves:
-        hang_door(builder, c.look, leaf)
+    for door in doors:
+        hang_door(builder, c.look, door)
 
 
 def _drawer(
-    builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float, room: tuple[float, float]
+    builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float, span: tuple[float, float]
 ) -> None:
-    low, high = _gaps(c, cell, z, top, top >= c.height - 1e-6)
+    front_z0, front_z1 = _gaps(c, cell, z, top, top >= c.height - 1e-6)
     solo = cell.name in ("", "drawer")
     link = "drawer" if solo else cell.name
     drawer = CabinetDrawer(
@@ -181,13 +183,13 @@ def _drawer(
         joint="slidejoint" if solo else f"{link}_slidejoint",
         region="int" if solo else f"{link}_int",
         x=c.x + FRONT_GAP / 2,
-        z=low,
+        z=front_z0,
         width=c.width - FRONT_GAP,
-        height=high - low,
+        height=front_z1 - front_z0,
         left=c.left,
         right=c.right,
-        floor=max(room[0], low),
-        ceiling=room[1],
+        floor=max(span[0], front_z0),
+        ceiling=span[1],
         front=c.front,
         back=c.back,
     )
@@ -196,14 +198,14 @@ def _drawer(
 
 def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float) -> None:
     """A front that does not move, as before a sink; blocks carry it."""
-    low, high = _gaps(c, cell, z, top, top >= c.height - 1e-6)
-    w, h = c.width - FRONT_GAP, high - low
+    front_z0, front_z1 = _gaps(c, cell, z, top, top >= c.height - 1e-6)
+    w, h = c.width - FRONT_GAP, front_z1 - front_z0
     parts = fronts.front_parts(c.look.front, w, h, FRONT_THICKNESS, drawer=True)
-    at: Vec3 = (c.x + FRONT_GAP / 2, 0.0, low)
+    at: Vec3 = (c.x + FRONT_GAP / 2, 0.0, front_z0)
     fronts.add_front(
         builder, ROOT, parts, (w, FRONT_THICKNESS, h), c.look.face, "", label="panel", name="false_front", at=at
     )
-    upper = top - CHANNEL_HEIGHT - 0.004 if _grooved(c, cell) else high - 0.01
+    upper = top - CHANNEL_HEIGHT - 0.004 if _grooved(c, cell) else front_z1 - 0.01
     for x in (c.left, c.right - 0.03):
-        block = board((x, FRONT_THICKNESS, low + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)
+        block = board((x, FRONT_THICKNESS, front_z0 + 0.01), (x + 0.03, c.front + 0.03, upper), 0.0)
         builder.add(ROOT, block, c.look.inside, label="carcass", collider=False, density="board")

@@ -63,8 +63,10 @@ class Housing(Params):
         if self.niche_from == 0 and self.plinth:
             raise ValueError("a cabinet whose niche stands on the floor has no plinth")
         parts = ((self.under, self.niche_from - self.plinth), (self.over, self.height - self.niche_from - self.niche))
-        drawers = [room for fill, room in parts if fill in (NicheNeighbour.DRAWER, NicheNeighbour.DRAWERS)]
-        if any(0 < room < min_front_height(self.look) + 0.02 for room in drawers):
+        drawers = [
+            height for neighbour, height in parts if neighbour in (NicheNeighbour.DRAWER, NicheNeighbour.DRAWERS)
+        ]
+        if any(0 < height < min_front_height(self.look) + 0.02 for height in drawers):
             raise ValueError("too low for a drawer")
         return self
 
@@ -83,8 +85,8 @@ def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> 
     cells = [] if on_floor else _cells(p.under, p.niche_from - p.plinth, p.hinge, HandleHeight.HIGH, "lower_", look)
     if on_floor:
         # What stands in the niche stands on a thin board, which keeps drips off the floor of the room.
-        sheet = board((body.left, body.front, 0.0), (body.right, p.depth, body.floor), 0.001)
-        builder.add(ROOT, sheet, look.inside, label="floor", density="board")
+        floor = board((body.left, body.front, 0.0), (body.right, p.depth, body.floor), 0.001)
+        builder.add(ROOT, floor, look.inside, label="floor", density="board")
     cells.append(CabinetCell(CabinetCellKind.NICHE, p.niche, name="int"))
     cells += _cells(p.over, p.height - top, p.hinge, HandleHeight.LOW, "upper_", look)
     build_column(builder, body, tuple(cells))
@@ -92,15 +94,17 @@ def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> 
 
 
 def _cells(
-    fill: NicheNeighbour, height: float, hinge: HingeSide, reach: HandleHeight, prefix: str, look: CabinetLook
+    neighbour: NicheNeighbour, height: float, hinge: HingeSide, reach: HandleHeight, prefix: str, look: CabinetLook
 ) -> list[CabinetCell]:
-    if fill is NicheNeighbour.DRAWER or (fill is NicheNeighbour.DRAWERS and height < 2 * min_front_height(look) + 0.02):
+    if neighbour is NicheNeighbour.DRAWER or (
+        neighbour is NicheNeighbour.DRAWERS and height < 2 * min_front_height(look) + 0.02
+    ):
         return [CabinetCell(CabinetCellKind.DRAWER, height, name=f"{prefix}drawer")]
-    if fill is NicheNeighbour.DRAWERS:
+    if neighbour is NicheNeighbour.DRAWERS:
         return [CabinetCell(CabinetCellKind.DRAWER, height / 2, name=f"{prefix}drawer{i}") for i in range(2)]
     kind = {
         NicheNeighbour.DOOR: CabinetCellKind.DOOR,
         NicheNeighbour.DOORS: CabinetCellKind.DOORS,
         NicheNeighbour.OPEN: CabinetCellKind.OPEN,
-    }[fill]
+    }[neighbour]
     return [CabinetCell(kind, height, None, hinge, reach, "" if kind is CabinetCellKind.OPEN else prefix)]

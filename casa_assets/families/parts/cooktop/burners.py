@@ -35,7 +35,7 @@ def burner_positions(
 ) -> list[BurnerSpot]:
     """Positions of four, five or six burners on a field about `middle`, metres."""
     # Pans of 145 and 180 mm, and a wide one in the middle; two in a column keep clear of each other, dishes and all.
-    fit = min(1.0, (depth / 2 - 0.006) / (DRIP_BOWL_RATIO * (SMALL_RADIUS + LARGE_RADIUS)))
+    scale = min(1.0, (depth / 2 - 0.006) / (DRIP_BOWL_RATIO * (SMALL_RADIUS + LARGE_RADIUS)))
     count_x = 2 if count == 4 else 3
     left, right = -width * (count_x - 1) / (2 * count_x), width * (count_x - 1) / (2 * count_x)
     columns = [("left", left), ("right", right)]
@@ -45,7 +45,7 @@ def burner_positions(
     out = []
     for i, (side, x) in enumerate(columns):
         for j, (row, y) in enumerate(rows):
-            out.append(BurnerSpot(f"{row}_{side}", x, y, (LARGE_RADIUS if (i + j) % 2 else SMALL_RADIUS) * fit))
+            out.append(BurnerSpot(f"{row}_{side}", x, y, (LARGE_RADIUS if (i + j) % 2 else SMALL_RADIUS) * scale))
     if count == 5:
         out.append(BurnerSpot("center", 0.0, 0.0, min(0.108, 0.45 * width / 3)))
     return [BurnerSpot(s.loc, s.x + middle[0], s.y + middle[1], s.radius) for s in out]
@@ -68,26 +68,31 @@ def add_burners(
         grate: finish of the grates. field: width and depth that the grates cover, metres, about `middle`.
         style: of the grates. ink: finish of rings that are printed on glass.
     """
-    high = top
+    pan_z = top
     if fuel is Fuel.GAS:
-        high = top + 0.045
+        pan_z = top + 0.045
         for s in places:
             _gas(builder, s, top)
-        add_grates(builder, burner_cells(places, field, middle), top, high, grate, style)
+        add_grates(builder, burner_cells(places, field, middle), top, pan_z, grate, style)
     elif fuel is Fuel.COIL:
-        high = top + 0.018
+        pan_z = top + 0.018
         for s in places:
             _coil(builder, s, top)
     else:
-        high = top + 0.0004
+        pan_z = top + 0.0004
         for s in places:
             _ring(builder, s, top, fuel, ink)
     for s in places:
         color = FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR
-        tall = 0.02 if fuel is Fuel.GAS else 0.004
+        marker_height = 0.02 if fuel is Fuel.GAS else 0.004
         base = top + (0.022 if fuel is Fuel.GAS else 0.0)
-        builder.column(f"burner_on_{s.loc}", (s.x, s.y, base + tall / 2), (1.3 * s.radius, 1.3 * s.radius, tall), color)
-        builder.site(f"burner_{s.loc}_place_site", (s.x, s.y, high), radius=0.01)
+        builder.column(
+            f"burner_on_{s.loc}",
+            (s.x, s.y, base + marker_height / 2),
+            (1.3 * s.radius, 1.3 * s.radius, marker_height),
+            color,
+        )
+        builder.site(f"burner_{s.loc}_place_site", (s.x, s.y, pan_z), radius=0.01)
 
 
 def _gas(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
@@ -147,8 +152,8 @@ def _coil(builder: AssetBuilder, s: BurnerSpot, top: float) -> None:
         r = 0.2 * s.radius + 0.76 * s.radius * k / steps
         path.append((s.x + r * math.cos(t), s.y + r * math.sin(t), top + 0.0138))
     builder.add(ROOT, tube(path, 0.0042).without_colliders(), "heating_element", label="burner", collider=False)
-    touch = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
-    builder.add_collider(ROOT, touch, "heating_element", "burner")
+    collider_disc = rod(0.98 * s.radius, 0.0178, 0.0).translated(s.x, s.y, top + 0.0091)
+    builder.add_collider(ROOT, collider_disc, "heating_element", "burner")
 
 
 def _ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str) -> None:

@@ -61,11 +61,11 @@ def burner_cells(
     pitch = w / len(columns)
     out = []
     for k, x in enumerate(columns):
-        own = sorted((s for s in places if round(s.x, 4) == x), key=lambda s: s.y)
-        x0, deep = mx - w / 2 + pitch * k, d / len(own)
-        for j, s in enumerate(own):
-            y0 = my - d / 2 + deep * j
-            out.append(BurnerCell(s, (x0, x0 + pitch), (y0, y0 + deep)))
+        in_column = sorted((s for s in places if round(s.x, 4) == x), key=lambda s: s.y)
+        x0, cell_depth = mx - w / 2 + pitch * k, d / len(in_column)
+        for j, s in enumerate(in_column):
+            y0 = my - d / 2 + cell_depth * j
+            out.append(BurnerCell(s, (x0, x0 + pitch), (y0, y0 + cell_depth)))
     return out
 
 
@@ -73,29 +73,29 @@ def add_grates(
     builder: AssetBuilder,
     places: Sequence[BurnerCell],
     top: float,
-    high: float,
+    pan_z: float,
     finish: str,
     style: GrateStyle = GrateStyle.JOINED,
 ) -> None:
     """Grates that stand on z = top and carry a pan at z = high, metres."""
     if style is GrateStyle.RING:
         for cell in places:
-            _ring(builder, cell, top, high, finish)
+            _ring(builder, cell, top, pan_z, finish)
         return
     inset = HALF_GRATE_GAP if style is GrateStyle.JOINED else 0.011
     frames = _columns(places) if style is GrateStyle.JOINED else [[c] for c in places]
     for frame in frames:
         for span in _frame(frame, inset):
-            builder.add(ROOT, _bar(span, high, BAR_HEIGHT), finish, label="grate", collider=False)
+            builder.add(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, label="grate", collider=False)
         for x in (frame[0].x[0] + inset + BAR_WIDTH / 2, frame[0].x[1] - inset - BAR_WIDTH / 2):
             for y in (frame[0].y[0] + inset + 0.02, frame[-1].y[1] - inset - 0.02):
-                _foot(builder, x, y, top, high, finish)
+                _foot(builder, x, y, top, pan_z, finish)
     rows = sorted({round(c.spot.y, 4) for c in places})
     for cell in places:
         for finger in _fingers(cell, inset, rows):
-            builder.add(ROOT, _bar(finger, high, BAR_HEIGHT - 0.001), finish, label="grate", collider=False)
+            builder.add(ROOT, _bar(finger, pan_z, BAR_HEIGHT - 0.001), finish, label="grate", collider=False)
     for span in _collider_bars(places, inset, rows):
-        builder.add_collider(ROOT, _bar(span, high, BAR_HEIGHT), finish, "grate")
+        builder.add_collider(ROOT, _bar(span, pan_z, BAR_HEIGHT), finish, "grate")
 
 
 def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[float]) -> Iterator[_Span]:
@@ -103,18 +103,18 @@ def _collider_bars(places: Sequence[BurnerCell], inset: float, rows: Sequence[fl
     columns = _columns(places)
     edges = sorted({round(v, 6) for c in columns for v in c[0].x})
     ends = sorted({round(v, 6) for c in places for v in c.y})
-    wide, deep = (edges[0] + inset, edges[-1] - inset), (ends[0] + inset, ends[-1] - inset)
+    x_span, y_span = (edges[0] + inset, edges[-1] - inset), (ends[0] + inset, ends[-1] - inset)
     reach = inset + BAR_WIDTH
     for x in edges:
-        yield _Span((max(x - reach, wide[0]), min(x + reach, wide[1])), deep)
+        yield _Span((max(x - reach, x_span[0]), min(x + reach, x_span[1])), y_span)
     for column in columns:
         x = column[0].spot.x
-        yield _Span((x - 0.004, x + 0.004), deep)
+        yield _Span((x - 0.004, x + 0.004), y_span)
     for y in ends:
-        yield _Span(wide, (max(y - reach, deep[0]), min(y + reach, deep[1])))
+        yield _Span(x_span, (max(y - reach, y_span[0]), min(y + reach, y_span[1])))
     for y in rows:
         if all(abs(y - end) > reach for end in ends):
-            yield _Span(wide, (y - 0.004, y + 0.004))
+            yield _Span(x_span, (y - 0.004, y + 0.004))
 
 
 def _columns(places: Sequence[BurnerCell]) -> list[list[BurnerCell]]:
@@ -153,14 +153,14 @@ def _fingers(cell: BurnerCell, inset: float, rows: Sequence[float]) -> Iterator[
             yield _Span((x0, x1), (y - half, y + half))
 
 
-def _bar(span: _Span, high: float, tall: float) -> Solid:
+def _bar(span: _Span, top: float, height: float) -> Solid:
     (x0, x1), (y0, y1) = span.x, span.y
-    return box((x1 - x0, y1 - y0, tall), ((x0 + x1) / 2, (y0 + y1) / 2, high - tall / 2), 0.002)
+    return box((x1 - x0, y1 - y0, height), ((x0 + x1) / 2, (y0 + y1) / 2, top - height / 2), 0.002)
 
 
-def _foot(builder: AssetBuilder, x: float, y: float, top: float, high: float, finish: str) -> None:
+def _foot(builder: AssetBuilder, x: float, y: float, top: float, pan_z: float, finish: str) -> None:
     """A leg on a pad of rubber."""
-    under = high - BAR_HEIGHT
+    under = pan_z - BAR_HEIGHT
     pad = 0.0025
     leg = box((BAR_WIDTH, 0.018, under - top - pad + 0.002), (x, y, (under + top + pad + 0.002) / 2), 0.002)
     builder.add(ROOT, leg, finish, label="grate", collider=False)
@@ -168,11 +168,11 @@ def _foot(builder: AssetBuilder, x: float, y: float, top: float, high: float, fi
     builder.add(ROOT, tip, "rubber_black", label="grate", collider=False)
 
 
-def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, high: float, finish: str) -> None:
+def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, pan_z: float, finish: str) -> None:
     """A ring that stands round the burner, with four arms that carry the pan."""
     s = cell.spot
-    room = min(cell.x[1] - s.x, s.x - cell.x[0], cell.y[1] - s.y, s.y - cell.y[0]) - 0.004
-    r = min(1.12 * s.radius, 0.78 * room)
+    clearance = min(cell.x[1] - s.x, s.x - cell.x[0], cell.y[1] - s.y, s.y - cell.y[0]) - 0.004
+    r = min(1.12 * s.radius, 0.78 * clearance)
     z = top + 0.012
     hoop = lathe(
         [(r - 0.004, z - 0.004), (r + 0.004, z - 0.004), (r + 0.004, z + 0.004), (r - 0.004, z + 0.004)],
@@ -182,19 +182,19 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, high: float, fini
     builder.add(ROOT, hoop.translated(s.x, s.y), finish, label="grate", collider=False)
     for k in range(4):
         turn = math.pi / 4 + k * math.pi / 2
-        reach = min(r + 0.02, room * 1.25)
+        reach = min(r + 0.02, clearance * 1.25)
         arm = box(
             (reach - FINGER_END_SHARE * s.radius, 0.0075, 0.011),
-            ((reach + FINGER_END_SHARE * s.radius) / 2, 0.0, high - 0.0055),
+            ((reach + FINGER_END_SHARE * s.radius) / 2, 0.0, pan_z - 0.0055),
             0.002,
         )
-        post = box((0.012, 0.0075, high - z), (r, 0.0, (high + z) / 2 - 0.001), 0.002)
+        post = box((0.012, 0.0075, pan_z - z), (r, 0.0, (pan_z + z) / 2 - 0.001), 0.002)
         foot = rod(0.006, z - top - 0.0005, 0.001).translated(r, 0.0, (z + top) / 2 + 0.0002)
         for solid in (arm, post, foot):
             builder.add(ROOT, solid.rotated("z", turn).translated(s.x, s.y), finish, label="grate", collider=False)
     for k in range(2):
-        reach = min(r + 0.02, room * 1.25)
-        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, high - 0.0055), 0.002).rotated(
+        reach = min(r + 0.02, clearance * 1.25)
+        across = box((2 * reach, 0.0075, 0.011), (0.0, 0.0, pan_z - 0.0055), 0.002).rotated(
             "z", math.pi / 4 + k * math.pi / 2
         )
         builder.add_collider(ROOT, across.translated(s.x, s.y), finish, "grate")
@@ -202,9 +202,9 @@ def _ring(builder: AssetBuilder, cell: BurnerCell, top: float, high: float, fini
     builder.add_collider(ROOT, skirt, finish, "grate")
 
 
-def add_griddle(builder: AssetBuilder, low: tuple[float, float], high: tuple[float, float], top: float) -> None:
+def add_griddle(builder: AssetBuilder, lower: tuple[float, float], upper: tuple[float, float], top: float) -> None:
     """A thick steel plate with a rim and a trough in front, between two corners seen from above, on z = top, metres."""
-    (x0, y0), (x1, y1), z = low, high, top + 2e-4
+    (x0, y0), (x1, y1), z = lower, upper, top + 2e-4
     tray = board((x0, y0, z), (x1, y1, z + 0.03), 0.003, 2)
     hollow = board((x0 + 0.012, y0 + 0.012, z + 0.018), (x1 - 0.012, y1 - 0.012, z + 1.0), 0.0)
     plate = board((x0 + 0.0125, y0 + 0.05, z + 0.0182), (x1 - 0.0125, y1 - 0.0125, z + 0.025), 0.001)

@@ -51,8 +51,8 @@ def vessel_content(outer: list[Vec2], wall: float, floor: float, share: float, s
     """Content that fills such a vessel to a share of its height, with a small gap to its wall."""
     top = floor + CONTENT_GAP + share * (outer[-1][1] - floor)
     zs = sorted({floor + CONTENT_GAP, top, *(z for _, z in outer if floor + CONTENT_GAP < z < top)})
-    away = wall + CONTENT_GAP
-    profile = [(float(np.interp(z, [q for _, q in outer], [r for r, _ in outer])) - away, z) for z in zs]
+    inset = wall + CONTENT_GAP
+    profile = [(float(np.interp(z, [q for _, q in outer], [r for r, _ in outer])) - inset, z) for z in zs]
     return lathe([(max(0.002, r), z) for r, z in profile], segments, 45.0)
 
 
@@ -79,11 +79,11 @@ def jar(
 ) -> JarSolids:
     """A jar of a radius and a height without its lid, metres; `fill` is a share of its height."""
     outer = jar_profile(radius, height, shoulder, neck)
-    around = 24 if radius < SMALL_RADIUS else 32
-    body = vessel_wall(outer, wall, wall * 1.4, around)
-    inside = vessel_content(outer, wall, wall * 1.4, fill, around)
+    segments = 24 if radius < SMALL_RADIUS else 32
+    body = vessel_wall(outer, wall, wall * 1.4, segments)
+    inside = vessel_content(outer, wall, wall * 1.4, fill, segments)
     solids, fittings, top = _lid(lid, radius * min(1.0, neck), height, wall)
-    return JarSolids(body, lathe(outer, around, 45.0), inside, tuple(solids), tuple(fittings), top)
+    return JarSolids(body, lathe(outer, segments, 45.0), inside, tuple(solids), tuple(fittings), top)
 
 
 def _lid(lid: JarLid, r: float, h: float, wall: float) -> tuple[list[Solid], list[Solid], float]:
@@ -94,40 +94,42 @@ def _lid(lid: JarLid, r: float, h: float, wall: float) -> tuple[list[Solid], lis
         cork = [(0.92 * inside, h - 0.014), (inside, h - 0.002), (r + 0.001, z), (r + 0.001, z + 0.014)]
         return [lathe(cork, 28)], [], z + 0.014
     if lid is JarLid.SCREW:
-        tall = max(0.012, min(0.02, 0.2 * h))
+        height = max(0.012, min(0.02, 0.2 * h))
         ribs = 16 if r < SMALL_RADIUS else 24
         turns = np.linspace(0, 2 * np.pi, 4 * ribs + 1)[:-1]
         ring = r + 0.0022 + 0.0008 * np.cos(ribs * turns)
         outline = np.column_stack([ring * np.cos(turns), ring * np.sin(turns)])
-        cap = prism(outline, tall, 0.0012).translated(z=h - tall + 0.003)
+        cap = prism(outline, height, 0.0012).translated(z=h - height + 0.003)
         return [cap], [], h + 0.003
     if lid is JarLid.DOME:
         curve = [(1.02 * r * math.cos(t), z + 0.42 * r * math.sin(t)) for t in np.linspace(0, math.pi / 2, 8)]
         knob = ball(max(0.006, 0.13 * r), 10).without_colliders().translated(z=z + 0.42 * r + 0.006)
         shell = lathe([(1.02 * r, z - 0.0002), *curve[1:]], 32, 60.0)
         return [shell, knob], [], z + 0.42 * r + 0.006 + max(0.006, 0.13 * r)
-    thick = 0.008 if lid is not JarLid.CLIP else 0.011
-    disc = lathe([(r, z), (1.03 * r, z + 0.0015), (1.03 * r, z + thick - 0.002), (1.03 * r - 0.002, z + thick)], 36)
+    thickness = 0.008 if lid is not JarLid.CLIP else 0.011
+    disc = lathe(
+        [(r, z), (1.03 * r, z + 0.0015), (1.03 * r, z + thickness - 0.002), (1.03 * r - 0.002, z + thickness)], 36
+    )
     if lid is JarLid.FLAT:
-        return [disc], [], z + thick
+        return [disc], [], z + thickness
     if lid is JarLid.KNOB:
         size = max(0.007, 0.2 * r)
-        stem = rod(0.5 * size, size, 0.0005).without_colliders().translated(z=z + thick + 0.4 * size)
-        knob = ball(size, 12).without_colliders().translated(z=z + thick + 1.3 * size)
-        return [disc, stem, knob], [], z + thick + 2.3 * size
+        stem = rod(0.5 * size, size, 0.0005).without_colliders().translated(z=z + thickness + 0.4 * size)
+        knob = ball(size, 12).without_colliders().translated(z=z + thickness + 1.3 * size)
+        return [disc, stem, knob], [], z + thickness + 2.3 * size
     seal = lathe([(0.9 * r, h - 0.001), (1.045 * r, h - 0.0005), (1.045 * r, z + 0.0018), (0.9 * r, z + 0.002)], 36)
-    return [disc], [seal, *_clip(r, h, z + thick)], z + thick + 0.002
+    return [disc], [seal, *_clip(r, h, z + thickness)], z + thickness + 0.002
 
 
 def _clip(r: float, h: float, top: float) -> list[Solid]:
     """A band round the neck and a wire over the lid, with its lever at the front."""
     w = circle(0.0012, 6)
-    low = h - 0.006
-    band = [(1.02 * r * math.sin(t), 1.02 * r * math.cos(t), low) for t in np.linspace(0, 2 * math.pi, 33)]
-    front, up = -r - 0.0022, top + 0.001
-    over = [(0.0, 1.06 * r, low), (0.0, 1.08 * r, up), (0.0, front, up), (0.0, front, low - 0.01)]
-    drop, out = low - 0.028, -r - 0.0026
-    lever = [(-0.008, front, low), (-0.01, out, drop), (0.01, out, drop), (0.008, front, low)]
+    band_z = h - 0.006
+    band = [(1.02 * r * math.sin(t), 1.02 * r * math.cos(t), band_z) for t in np.linspace(0, 2 * math.pi, 33)]
+    front, lid_z = -r - 0.0022, top + 0.001
+    over = [(0.0, 1.06 * r, band_z), (0.0, 1.08 * r, lid_z), (0.0, front, lid_z), (0.0, front, band_z - 0.01)]
+    lever_z, lever_y = band_z - 0.028, -r - 0.0026
+    lever = [(-0.008, front, band_z), (-0.01, lever_y, lever_z), (0.01, lever_y, lever_z), (0.008, front, band_z)]
     return [
         tube(band, w).without_colliders(),
         tube(over, w, 0.006).without_colliders(),

@@ -19,14 +19,14 @@ def leaf(
     droop: float = 0.6,
     fold: float = 0.25,
     tip: float = 1.0,
-    thick: float = LEAF_THICKNESS,
+    thickness: float = LEAF_THICKNESS,
     steps: int = 7,
 ) -> Solid:
     """A leaf that starts at the origin along +y and bends down towards its end; without collider.
 
     Args:
         length, width: metres. droop: rad that it bends over its length. fold: rise of its sides over half the width.
-        tip: how pointed it is; 0.5 is round, 2 is a lance. thick: in its middle.
+        tip: how pointed it is; 0.5 is round, 2 is a lance. thickness: in its middle.
     """
     s = np.linspace(0.0, 1.0, steps + 1)
     half = width / 2 * np.maximum(np.sin(np.pi * s**0.8) ** (0.5 + 0.25 * tip), 0.04)
@@ -39,27 +39,27 @@ def leaf(
     top = np.array(
         [[(a * h, yy, zz + fold * abs(a) * h) for a in across] for h, yy, zz in zip(half, y, z, strict=True)]
     )
-    body = thick * (1 - 0.7 * np.abs(across))[None, :] * np.sin(np.pi * np.clip(s, 0.06, 0.94))[:, None]
-    low = top.copy()
-    low[..., 2] -= body + 0.0003
-    return _sheet(top, low)
+    body = thickness * (1 - 0.7 * np.abs(across))[None, :] * np.sin(np.pi * np.clip(s, 0.06, 0.94))[:, None]
+    underside = top.copy()
+    underside[..., 2] -= body + 0.0003
+    return _sheet(top, underside)
 
 
-def _sheet(top: Floats, low: Floats) -> Solid:
+def _sheet(top: Floats, underside: Floats) -> Solid:
     """A closed solid between two (N, M, 3) grids."""
     n, m = top.shape[:2]
-    points = np.concatenate([top.reshape(-1, 3), low.reshape(-1, 3)])
+    points = np.concatenate([top.reshape(-1, 3), underside.reshape(-1, 3)])
     faces = []
-    off = n * m
+    offset = n * m
     for i in range(n - 1):
         for j in range(m - 1):
             a, b, c, d = i * m + j, i * m + j + 1, (i + 1) * m + j + 1, (i + 1) * m + j
-            faces += [(a, b, c), (a, c, d), (off + a, off + c, off + b), (off + a, off + d, off + c)]
+            faces += [(a, b, c), (a, c, d), (offset + a, offset + c, offset + b), (offset + a, offset + d, offset + c)]
     rim = [(0, j) for j in range(m)] + [(i, m - 1) for i in range(1, n)]
     rim += [(n - 1, j) for j in range(m - 2, -1, -1)] + [(i, 0) for i in range(n - 2, 0, -1)]
     for (i, j), (k, q) in zip(rim, [*rim[1:], rim[0]], strict=True):
         a, b = i * m + j, k * m + q
-        faces += [(a, off + a, off + b), (a, off + b, b)]
+        faces += [(a, offset + a, offset + b), (a, offset + b, b)]
     return Solid(points, np.array(faces, dtype=np.int64), crease_deg=70.0).oriented_outwards()
 
 

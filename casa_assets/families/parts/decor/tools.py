@@ -71,9 +71,9 @@ def _wooden_end(kind: CrockTool, size: float) -> list[Solid]:
     return [_plate(neck, 0.005), *tines]
 
 
-def _plate(outline: list[tuple[float, float]], thick: float) -> Solid:
+def _plate(outline: list[tuple[float, float]], thickness: float) -> Solid:
     """An outline in x, z pulled through y."""
     points = np.array(outline)
-    front = np.column_stack([points[:, 0], np.full(len(points), thick / 2), points[:, 1]])
+    front = np.column_stack([points[:, 0], np.full(len(points), thickness / 2), points[:, 1]])
     back = front * np.array([1.0, -1.0, 1.0])
     return loft([front, back], 40.0)

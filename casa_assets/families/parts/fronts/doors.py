@@ -66,32 +66,32 @@ class CabinetDoor:
     y: float = 0.0
 
 
-def hang_door(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> None:
+def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> None:
     """Put a door on the cabinet. Its face lies in y = 0 where it is not turned."""
     kind = look.handle
-    if kind is HandleKind.FINGER_GROOVE and leaf.reach is HandleHeight.MIDDLE:
+    if kind is HandleKind.FINGER_GROOVE and door.reach is HandleHeight.MIDDLE:
         kind = HandleKind.EDGE_PULL
-    if kind is HandleKind.CUP or (kind not in handles.EDGE_HANDLES and leaf.height < MIN_UPRIGHT_BAR_DOOR):
+    if kind is HandleKind.CUP or (kind not in handles.EDGE_HANDLES and door.height < MIN_UPRIGHT_BAR_DOOR):
         kind = HandleKind.KNOB
-    free = FrontEdge.RIGHT if leaf.hinge is HingeSide.LEFT else FrontEdge.LEFT
-    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[leaf.reach]
-    w, h, x, z = leaf.width, leaf.height, 0.0, 0.0
+    free = FrontEdge.RIGHT if door.hinge is HingeSide.LEFT else FrontEdge.LEFT
+    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[door.reach]
+    w, h, x, z = door.width, door.height, 0.0, 0.0
     if kind is HandleKind.EDGE_PULL:
         w, h, x, z = _shortened(w, h, edge)
-    start = x if leaf.hinge is HingeSide.LEFT else x - leaf.width
-    along = axis_turn("z", leaf.turn)
-    axis = along.apply(np.array([[0.0 if leaf.hinge is HingeSide.LEFT else leaf.width, 0.0, 0.0]]))[0]
-    at = Pose(position=(leaf.x + float(axis[0]), leaf.y + float(axis[1]), leaf.z)) @ along
-    builder.link(leaf.link, at=at)
+    start = x if door.hinge is HingeSide.LEFT else x - door.width
+    along = axis_turn("z", door.turn)
+    axis = along.apply(np.array([[0.0 if door.hinge is HingeSide.LEFT else door.width, 0.0, 0.0]]))[0]
+    at = Pose(position=(door.x + float(axis[0]), door.y + float(axis[1]), door.z)) @ along
+    builder.link(door.link, at=at)
     groove = edge if kind is HandleKind.FINGER_GROOVE else None
     parts = fronts.front_parts(look.front, w, h, FRONT_THICKNESS, groove=groove)
-    grip = f"{leaf.link}_handle"
+    grip = f"{door.link}_handle"
     glass = fronts.glass_of(look.front)
-    main = f"{leaf.link}_main"
+    main = f"{door.link}_main"
     corner = (start, 0.0, z)
     fronts.add_front(
         builder,
-        leaf.link,
+        door.link,
         parts,
         (w, FRONT_THICKNESS, h),
         look.face,
@@ -102,15 +102,15 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, leaf: CabinetDoor) -> No
         grip=grip,
     )
     if kind is HandleKind.EDGE_PULL:
-        pull: handles.Handle | None = placed_edge_pull(edge, w, h, look.length, corner, leaf.hinge)
+        pull: handles.Handle | None = placed_edge_pull(edge, w, h, look.length, corner, door.hinge)
     else:
-        pull = None if groove else _handle(look, leaf, kind, parts, corner)
+        pull = None if groove else _handle(look, door, kind, parts, corner)
     if pull is not None:
-        handles.add_handle(builder, leaf.link, pull, look.metal, grip)
-    _cups(builder, leaf, corner, w, h)
-    wide = max_swing(pull) if pull is not None else DOOR_TRAVEL
-    span = (-wide, 0.0) if leaf.hinge is HingeSide.LEFT else (0.0, wide)
-    builder.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, grip)
+        handles.add_handle(builder, door.link, pull, look.metal, grip)
+    _cups(builder, door, corner, w, h)
+    travel = max_swing(pull) if pull is not None else DOOR_TRAVEL
+    span = (-travel, 0.0) if door.hinge is HingeSide.LEFT else (0.0, travel)
+    builder.hinge(door.joint, door.link, (0.0, 0.0, 1.0), span, grip)
 
 
 def max_swing(pull: handles.Handle) -> float:
@@ -128,19 +128,19 @@ def placed_edge_pull(
     edge: FrontEdge, w: float, h: float, length: float, corner: Vec3, hinge: HingeSide | None = None
 ) -> handles.Handle:
     """An edge pull on an edge of a front whose lower left front corner is given; of a door away from its hinge."""
-    flat = edge in (FrontEdge.TOP, FrontEdge.BOTTOM)
-    long = min(length, (w if flat else h) - 0.05)
-    if flat and hinge is not None:
-        long = min(long, 0.5 * w)
-    made = handles.edge_pull(long)
-    free = {None: w / 2, HingeSide.LEFT: w - 0.025 - long / 2, HingeSide.RIGHT: 0.025 + long / 2}
+    level = edge in (FrontEdge.TOP, FrontEdge.BOTTOM)
+    pull_length = min(length, (w if level else h) - 0.05)
+    if level and hinge is not None:
+        pull_length = min(pull_length, 0.5 * w)
+    pull = handles.edge_pull(pull_length)
+    free = {None: w / 2, HingeSide.LEFT: w - 0.025 - pull_length / 2, HingeSide.RIGHT: 0.025 + pull_length / 2}
     angle = {FrontEdge.TOP: 0.0, FrontEdge.BOTTOM: math.pi, FrontEdge.RIGHT: math.pi / 2, FrontEdge.LEFT: -math.pi / 2}[
         edge
     ]
     x = {FrontEdge.LEFT: 0.0, FrontEdge.RIGHT: w}.get(edge, free[hinge])
     # A tall door is taken at hand height whatever its own height.
     z = {FrontEdge.BOTTOM: 0.0, FrontEdge.TOP: h}.get(edge, h / 2)
-    return handles.placed_handle(made, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
+    return handles.placed_handle(pull, "y", angle, (corner[0] + x, corner[1], corner[2] + z))
 
 
 def _shortened(w: float, h: float, edge: FrontEdge) -> tuple[float, float, float, float]:
@@ -151,35 +151,35 @@ def _shortened(w: float, h: float, edge: FrontEdge) -> tuple[float, float, float
 
 
 def _handle(
-    look: CabinetLook, leaf: CabinetDoor, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3
+    look: CabinetLook, door: CabinetDoor, kind: HandleKind, parts: tuple[FrontPart, ...], corner: Vec3
 ) -> handles.Handle:
     """A handle on the stile of the free side."""
-    w, h = leaf.width, leaf.height
+    w, h = door.width, door.height
     stile, rail = fronts.frame_widths(look.front, w, h)
     inset = stile / 2 if fronts.has_frame(look.front) else min(0.045, 0.3 * w)
     upright = kind not in handles.LEVEL_HANDLES
     length = handles.handle_length(kind, min(look.length, 0.6 * h))
     if not upright:  # neighbours' handles keep clear of each other
         inset = max(inset, length / 2 + 0.005)
-    off = (length / 2 if upright else 0.02) + max(0.045, 0.5 * rail)
-    z = {HandleHeight.HIGH: h - off, HandleHeight.LOW: off}.get(
-        leaf.reach, min(max(HAND_HEIGHT - leaf.z, off), h - off)
+    offset = (length / 2 if upright else 0.02) + max(0.045, 0.5 * rail)
+    z = {HandleHeight.HIGH: h - offset, HandleHeight.LOW: offset}.get(
+        door.reach, min(max(HAND_HEIGHT - door.z, offset), h - offset)
     )
-    x = w - inset if leaf.hinge is HingeSide.LEFT else inset
+    x = w - inset if door.hinge is HingeSide.LEFT else inset
     half = max(0.0, length / 2 - 0.03) if upright else 0.0
     y = fronts.face_depth(parts, [(x, z - half), (x, z + half)])
-    made = handles.handle(kind, length)
+    pull = handles.handle(kind, length)
     angle = math.pi / 2 if upright else 0.0
-    there = (corner[0] + x, corner[1] + y, corner[2] + z)
-    return handles.placed_handle(made, "y", angle, there)
+    position = (corner[0] + x, corner[1] + y, corner[2] + z)
+    return handles.placed_handle(pull, "y", angle, position)
 
 
-def _cups(builder: AssetBuilder, leaf: CabinetDoor, corner: Vec3, w: float, h: float) -> None:
+def _cups(builder: AssetBuilder, door: CabinetDoor, corner: Vec3, w: float, h: float) -> None:
     """The cups of concealed hinges, let into the door's back."""
     count = 2 if h < 0.9 else 3 if h < 1.6 else 4
-    x = corner[0] + (0.032 if leaf.hinge is HingeSide.LEFT else w - 0.032)
+    x = corner[0] + (0.032 if door.hinge is HingeSide.LEFT else w - 0.032)
     rim = min(0.1, 0.25 * h)
     for k in range(count):
         z = corner[2] + rim + (h - 2 * rim) * k / (count - 1)
         cup = rod(0.0125, 0.003, 0.0006, "y").translated(x, FRONT_THICKNESS + 0.0003, z)
-        builder.add(leaf.link, cup, "nickel_satin", label="hinge", collider=False)
+        builder.add(door.link, cup, "nickel_satin", label="hinge", collider=False)

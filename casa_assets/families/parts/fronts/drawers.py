@@ -60,8 +60,8 @@ def add_drawer(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> No
     builder.link(d.link, at=(d.x, 0.0, d.z))
     grip = f"{d.link}_handle"
     _front(builder, look, d, grip)
-    long = _box(builder, look, d)
-    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(long - 0.06, 3)), 0.0), grip)
+    depth = _box(builder, look, d)
+    builder.slide(d.joint, d.link, (0.0, 1.0, 0.0), (-min(MAX_TRAVEL, round(depth - 0.06, 3)), 0.0), grip)
 
 
 def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str) -> None:
@@ -74,8 +74,8 @@ def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str
     main = f"{d.link}_main"
     fronts.add_front(builder, d.link, parts, size, look.face, "", label="drawer", name=main, groove=groove, grip=grip)
     if kind is HandleKind.EDGE_PULL:
-        made = placed_edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
-        handles.add_handle(builder, d.link, made, look.metal, grip)
+        pull = placed_edge_pull(FrontEdge.TOP, w, h, max(look.length, 0.3 * w), (0.0, 0.0, 0.0))
+        handles.add_handle(builder, d.link, pull, look.metal, grip)
     elif groove is None:
         kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
         length = handles.handle_length(kind, min(max(look.length, 0.22 * w), 0.6 * w))
@@ -84,27 +84,27 @@ def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str
         half = max(0.0, length / 2 - 0.03)
         y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
         lift = 0.02 if kind is HandleKind.RING else 0.0
-        made = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
-        handles.add_handle(builder, d.link, made, look.metal, grip)
+        pull = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
+        handles.add_handle(builder, d.link, pull, look.metal, grip)
 
 
 def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     """The box behind the front, in the link's frame; returns its depth."""
     x0, x1 = d.left + SIDE_CLEARANCE - d.x, d.right - SIDE_CLEARANCE - d.x
     y0, y1 = FRONT_THICKNESS, d.back - 0.03
-    low, high = d.floor + 0.008 - d.z, d.ceiling - 0.016 - d.z
-    high = min(high, low + 0.22)  # deep fronts hide boxes of the trade's greatest height
+    bottom, top = d.floor + 0.008 - d.z, d.ceiling - 0.016 - d.z
+    top = min(top, bottom + 0.22)  # deep fronts hide boxes of the trade's greatest height
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     for x in (x0, x1 - SIDE_THICKNESS):
-        side = board((x, y0 + SIDE_THICKNESS, low), (x + SIDE_THICKNESS, y1, high))
+        side = board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top))
         builder.add(d.link, side, look.tray, label="drawer", grain=along, density="board")
-    for y, top in ((y0, high - 0.0015), (y1 - SIDE_THICKNESS, high - 0.0015)):
+    for y, end_top in ((y0, top - 0.0015), (y1 - SIDE_THICKNESS, top - 0.0015)):
         inner = (x0 + SIDE_THICKNESS, x1 - SIDE_THICKNESS) if y > y0 else (x0, x1)
-        end = board((inner[0], y, low), (inner[1], y + SIDE_THICKNESS, top))
+        end = board((inner[0], y, bottom), (inner[1], y + SIDE_THICKNESS, end_top))
         builder.add(d.link, end, look.tray, label="drawer", grain=across, density="board")
-    base = low + BASE_RAISE + BASE_THICKNESS
+    base = bottom + BASE_RAISE + BASE_THICKNESS
     floor = board(
-        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, low + BASE_RAISE),
+        (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, bottom + BASE_RAISE),
         (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, base),
         0.0,
     )
@@ -112,11 +112,11 @@ def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     builder.region(
         d.region,
         (x0 + SIDE_THICKNESS, y0 + SIDE_THICKNESS, base),
-        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, high),
+        (x1 - SIDE_THICKNESS, y1 - SIDE_THICKNESS, top),
         link=d.link,
     )
     for x in (d.left, d.right - RUNNER_THICKNESS):
-        z = d.z + low + 0.02
+        z = d.z + bottom + 0.02
         runner = board((x, d.front + 0.004, z), (x + RUNNER_THICKNESS, y1 - 0.01, z + 0.035), 0.0008)
         builder.add(ROOT, runner, "steel_galvanised", label="runner", collider=False, density="drawer_runner")
     return y1 - y0

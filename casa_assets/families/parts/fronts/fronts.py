@@ -89,7 +89,7 @@ def front_parts(
     kind: FrontKind,
     width: float,
     height: float,
-    thick: float = FRONT_THICKNESS,
+    thickness: float = FRONT_THICKNESS,
     drawer: bool = False,
     groove: FrontEdge | None = None,
 ) -> tuple[FrontPart, ...]:
@@ -97,7 +97,7 @@ def front_parts(
 
     Args:
         kind: how it is made; small fronts that leave no room for a panel are slabs.
-        width, height, thick: metres.
+        width, height, thickness: metres.
         drawer: lies across: glass and louvres become panels, and the grain of a slab runs across.
         groove: the edge that is hollowed from behind, so that fingers can take hold of the lip.
     Returns:
@@ -105,12 +105,12 @@ def front_parts(
     """
     kind = DRAWER_KINDS.get(kind, kind) if drawer else kind
     stile, rail = frame_widths(kind, width, height, drawer)
-    least = min(width - 2 * stile, height - 2 * rail)
-    if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or least < 0.03:
-        parts = _plain(kind, width, height, thick, drawer)
+    opening_size = min(width - 2 * stile, height - 2 * rail)
+    if kind in (FrontKind.SLAB, FrontKind.V_GROOVE, FrontKind.FLUTED) or opening_size < 0.03:
+        parts = _plain(kind, width, height, thickness, drawer)
     else:
-        parts = _framed(kind, width, height, thick, stile, rail)
-    return parts if groove is None else tuple(_grooved(part, width, height, thick, groove) for part in parts)
+        parts = _framed(kind, width, height, thickness, stile, rail)
+    return parts if groove is None else tuple(_grooved(part, width, height, thickness, groove) for part in parts)
 
 
 def frame_widths(kind: FrontKind, width: float, height: float, drawer: bool = False) -> tuple[float, float]:
@@ -153,16 +153,16 @@ def add_front(
             builder.add(link, solid, glass, label="glass", collider=False, density="glass")
         else:
             builder.add(link, solid, finish, label, name, part.grain, collider=False, density="board")
-    low, high = [0.0, 0.0, 0.0], list(size)
+    lower, upper = [0.0, 0.0, 0.0], list(size)
     if groove in (FrontEdge.TOP, FrontEdge.RIGHT):
-        high[2 if groove is FrontEdge.TOP else 0] -= GROOVE_DEPTH
+        upper[2 if groove is FrontEdge.TOP else 0] -= GROOVE_DEPTH
     elif groove is not None:
-        low[2 if groove is FrontEdge.BOTTOM else 0] += GROOVE_DEPTH
-    whole = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.0)
-    builder.add_collider(link, whole.translated(*at), finish, label, name)
+        lower[2 if groove is FrontEdge.BOTTOM else 0] += GROOVE_DEPTH
+    full_box = board((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), 0.0)
+    builder.add_collider(link, full_box.translated(*at), finish, label, name)
     if groove is not None:
-        held = whole.with_shapes(lip(size[0], size[2], groove))
-        builder.add_collider(link, held.translated(*at), finish, "handle", grip)
+        lip_box = full_box.with_shapes(lip(size[0], size[2], groove))
+        builder.add_collider(link, lip_box.translated(*at), finish, "handle", grip)
 
 
 def glass_of(kind: FrontKind) -> str:
@@ -170,11 +170,11 @@ def glass_of(kind: FrontKind) -> str:
     return "glass_frosted" if kind is FrontKind.GLASS_FROSTED else "glass_clear"
 
 
-def face_depth(parts: tuple[FrontPart, ...], spots: Sequence[tuple[float, float]]) -> float:
+def face_depth(parts: tuple[FrontPart, ...], points: Sequence[tuple[float, float]]) -> float:
     """Largest depth of the wood behind the face at points x, z of a front, metres."""
     corners = np.concatenate([p.solid.points[p.solid.faces] for p in parts if not p.pane])
-    found = [_hit(corners, x, z) for x, z in spots]
-    return max([y for y in found if y is not None], default=0.0)
+    depths = [_hit(corners, x, z) for x, z in points]
+    return max([y for y in depths if y is not None], default=0.0)
 
 
 def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
@@ -197,15 +197,15 @@ def is_glazed(kind: FrontKind) -> bool:
 
 def lip(width: float, height: float, groove: FrontEdge) -> Placed:
     """The lip that a hand takes of a grooved front, as a collision box in the front's frame."""
-    low = {
+    lower = {
         FrontEdge.TOP: (0.0, 0.0, height - GROOVE_DEPTH),
         FrontEdge.BOTTOM: (0.0, 0.0, 0.0),
         FrontEdge.LEFT: (0.0, 0.0, 0.0),
         FrontEdge.RIGHT: (width - GROOVE_DEPTH, 0.0, 0.0),
     }[groove]
-    flat = groove in (FrontEdge.TOP, FrontEdge.BOTTOM)
-    across, up = (width, GROOVE_DEPTH) if flat else (GROOVE_DEPTH, height)
-    return box_shape(low, (low[0] + across, GROOVE_LIP, low[2] + up))
+    level = groove in (FrontEdge.TOP, FrontEdge.BOTTOM)
+    across, up = (width, GROOVE_DEPTH) if level else (GROOVE_DEPTH, height)
+    return box_shape(lower, (lower[0] + across, GROOVE_LIP, lower[2] + up))
 
 
 def _plain(kind: FrontKind, w: float, h: float, t: float, drawer: bool) -> tuple[FrontPart, ...]:
@@ -263,17 +263,17 @@ def _filled(kind: FrontKind, opening: FrameOpening, t: float) -> list[FrontPart]
 
 def _grooved(part: FrontPart, w: float, h: float, t: float, edge: FrontEdge) -> FrontPart:
     """The part without what the groove takes away behind the lip."""
-    far = 0.05
-    low, high = [-far, GROOVE_LIP, -far], [w + far, t + far, h + far]
+    margin = 0.05
+    lower, upper = [-margin, GROOVE_LIP, -margin], [w + margin, t + margin, h + margin]
     axis, at_end = (
         (2, edge is FrontEdge.TOP) if edge in (FrontEdge.TOP, FrontEdge.BOTTOM) else (0, edge is FrontEdge.RIGHT)
     )
     if at_end:
-        low[axis] = (h if axis == 2 else w) - GROOVE_DEPTH
+        lower[axis] = (h if axis == 2 else w) - GROOVE_DEPTH
     else:
-        high[axis] = GROOVE_DEPTH
+        upper[axis] = GROOVE_DEPTH
     bounds = part.solid.bounds
-    if (bounds[1] <= np.array(low)).any() or (bounds[0] >= np.array(high)).any() or part.pane:
+    if (bounds[1] <= np.array(lower)).any() or (bounds[0] >= np.array(upper)).any() or part.pane:
         return part
-    tool = board((low[0], low[1], low[2]), (high[0], high[1], high[2]), 0.004, 3)
+    tool = board((lower[0], lower[1], lower[2]), (upper[0], upper[1], upper[2]), 0.004, 3)
     return replace(part, solid=subtract(part.solid, tool))

@@ -145,18 +145,18 @@ def louvres(o: FrameOpening, t: float) -> list[Solid]:
     return [slat.translated(middle, t / 2, o.z0 + (k + 0.5) * pitch) for k in range(count)]
 
 
-def glass_pane(o: FrameOpening, y: float, thick: float = 0.004) -> Solid:
+def glass_pane(o: FrameOpening, y: float, thickness: float = 0.004) -> Solid:
     """A sheet of glass whose middle plane is at y."""
     e = PANEL_TONGUE
-    return board((o.x0 - e, y - thick / 2, o.z0 - e), (o.x1 + e, y + thick / 2, o.z1 + e), 0.0)
+    return board((o.x0 - e, y - thickness / 2, o.z0 - e), (o.x1 + e, y + thickness / 2, o.z1 + e), 0.0)
 
 
 def glazing_beads(o: FrameOpening, t: float) -> list[Solid]:
     """Thin beads that hold a pane from before it."""
-    y0, y1, wide = 0.0035, t / 2 - 0.0024, 0.005
-    out = [board((x, y0, o.z0), (x + wide, y1, o.z1), 0.0008) for x in (o.x0, o.x1 - wide)]
-    inner = (o.x0 + wide, o.x1 - wide)
-    return out + [board((inner[0], y0, z), (inner[1], y1, z + wide), 0.0008) for z in (o.z0, o.z1 - wide)]
+    y0, y1, width = 0.0035, t / 2 - 0.0024, 0.005
+    out = [board((x, y0, o.z0), (x + width, y1, o.z1), 0.0008) for x in (o.x0, o.x1 - width)]
+    inner = (o.x0 + width, o.x1 - width)
+    return out + [board((inner[0], y0, z), (inner[1], y1, z + width), 0.0008) for z in (o.z0, o.z1 - width)]
 
 
 def muntins(o: FrameOpening, t: float) -> list[tuple[Solid, Vec3]]:

@@ -18,9 +18,9 @@ def round_key(radius: float, height: float = 0.005) -> Solid:
     return rod(radius, height, min(0.0015, 0.3 * height)).translated(z=height / 2)
 
 
-def flat_key(wide: float, tall: float, height: float = 0.005) -> Solid:
+def flat_key(width: float, tall: float, height: float = 0.005) -> Solid:
     """A rectangular cap that stands on z = 0; wide along x, tall along y."""
-    return box((wide, tall, height), (0.0, 0.0, height / 2), 0.0015, 2)
+    return box((width, tall, height), (0.0, 0.0, height / 2), 0.0015, 2)
 
 
 def add_key(
@@ -41,18 +41,18 @@ def add_key(
         at: middle of its foot on the surface that it is set in, parent's frame, metres.
         cap: standing on z = 0. face: where it looks: `front` (-y), `up`, `left` (-x), `right` or `back`.
     """
-    turn, way = _FACES[face]
+    turn, direction = _FACES[face]
     lift = stroke + KEY_CLEARANCE
-    place = (at[0] - way[0] * lift, at[1] - way[1] * lift, at[2] - way[2] * lift)
+    place = (at[0] - direction[0] * lift, at[1] - direction[1] * lift, at[2] - direction[2] * lift)
     link = builder.link(f"{name}_key", at=place, parent=parent)
     builder.add(link, _turned(cap, turn), finish, label="button", name=name)
-    low, high = cap.bounds
-    wide, tall = float(high[0] - low[0]) - 0.003, float(high[1] - low[1]) - 0.003
-    stem = box((wide, tall, lift + 0.0015), (0.0, 0.0, -(lift + 0.0015) / 2 + 0.001), 0.0)
+    lower, upper = cap.bounds
+    width, height = float(upper[0] - lower[0]) - 0.003, float(upper[1] - lower[1]) - 0.003
+    stem = box((width, height, lift + 0.0015), (0.0, 0.0, -(lift + 0.0015) / 2 + 0.001), 0.0)
     # The stem goes into its hole when the key is pressed.
     builder.add(link, _turned(stem, turn), "plastic_black", label="button", collider=False, density=0.0)
     spring = hand_dynamics.press(stroke, hand_dynamics.KEY_FULL_N, hand_dynamics.KEY_PRELOAD_N)
-    builder.slide(joint, link, way, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
+    builder.slide(joint, link, direction, (0.0, stroke), name, spring=spring, feel=hand_dynamics.KEY)
 
 
 _FACES: dict[str, tuple[tuple[str, float] | None, Vec3]] = {

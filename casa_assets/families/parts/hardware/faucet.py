@@ -71,8 +71,8 @@ def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
         fall: z at which the water lands, metres.
     """
     x, y, z = at
-    wide = p.form in (SpoutForm.BRIDGE, SpoutForm.VICTORIAN)
-    body, swivel = _body(p, wide)
+    bridge = p.form in (SpoutForm.BRIDGE, SpoutForm.VICTORIAN)
+    body, swivel = _body(p, bridge)
     for solid in body:
         builder.add(ROOT, solid.translated(x, y, z), p.finish, label="faucet", density="tap_body")
     builder.link("spout", at=(x, y, z + swivel))
@@ -87,13 +87,13 @@ def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
     mx, my, mz = spout.mouth
     stream = z + swivel + mz - fall
     builder.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
-    _levers(builder, p, at, wide)
+    _levers(builder, p, at, bridge)
     builder.behavior = faucet_behavior()
 
 
-def _body(p: Faucet, wide: bool) -> tuple[list[Solid], float]:
+def _body(p: Faucet, bridge: bool) -> tuple[list[Solid], float]:
     """Make the fixed body about the foot; return its solids and the height of the swivel, metres."""
-    if wide:
+    if bridge:
         parts = []
         for side in (-0.1, 0.1):
             post = lathe(
@@ -108,26 +108,26 @@ def _body(p: Faucet, wide: bool) -> tuple[list[Solid], float]:
                 ]
             )
             parts.append(post.with_colliders_of(rod(0.016, 0.1).translated(z=0.05)).translated(side))
-        bridge = tube([(-0.1, 0.0, 0.075), (0.1, 0.0, 0.075)], 0.009)
+        pipe = tube([(-0.1, 0.0, 0.075), (0.1, 0.0, 0.075)], 0.009)
         hub = lathe([(0.0125, 0.06), (0.017, 0.064), (0.017, 0.092), (0.0125, 0.0945)]).with_colliders_of(
             rod(0.017, 0.035).translated(z=0.077)
         )
-        return [*parts, bridge, hub], 0.0955
+        return [*parts, pipe, hub], 0.0955
     if p.form is SpoutForm.SQUARE:
         foot = box((0.05, 0.05, 0.006), (0.0, 0.0, 0.003), 0.001)
         trunk = box((0.042, 0.042, 0.124), (0.0, 0.0, 0.068), 0.002)
         return [foot, trunk], 0.131
-    tall = 0.09 if p.form is SpoutForm.LOW_ARC else 0.13
+    height = 0.09 if p.form is SpoutForm.LOW_ARC else 0.13
     profile = [
         (0.029, 0.0),
         (0.029, 0.003),
         (0.024, 0.007),
         (0.0225, 0.012),
-        (0.021, tall - 0.01),
-        (0.0195, tall - 0.002),
-        (0.018, tall),
+        (0.021, height - 0.01),
+        (0.0195, height - 0.002),
+        (0.018, height),
     ]
-    return [lathe(profile).with_colliders_of(rod(0.024, tall).translated(z=tall / 2))], tall + 0.001
+    return [lathe(profile).with_colliders_of(rod(0.024, height).translated(z=height / 2))], height + 0.001
 
 
 def _spout(p: Faucet, rise: float) -> Spout:
@@ -208,38 +208,38 @@ def _coil(path: list[Vec3], radius: float, bend: float) -> Solid:
     points: list[Vec3] = []
     for k in range(count + 1):
         s = start + (end - start) * k / count
-        here = np.array([np.interp(s, run, line[:, i]) for i in range(3)])
-        ahead = np.array([np.interp(s + 1e-3, run, line[:, i]) for i in range(3)]) - here
+        point = np.array([np.interp(s, run, line[:, i]) for i in range(3)])
+        ahead = np.array([np.interp(s + 1e-3, run, line[:, i]) for i in range(3)]) - point
         ahead /= max(float(np.linalg.norm(ahead)), 1e-9)
         side = np.array([1.0, 0.0, 0.0])
         up = np.cross(side, ahead)
         turn = 2 * math.pi * (s - start) / pitch
-        x, y, z = here + radius * (math.cos(turn) * side + math.sin(turn) * up)
+        x, y, z = point + radius * (math.cos(turn) * side + math.sin(turn) * up)
         points.append((float(x), float(y), float(z)))
     return tube(points, 0.0019).without_colliders()
 
 
-def _levers(builder: AssetBuilder, p: Faucet, at: Vec3, wide: bool) -> None:
+def _levers(builder: AssetBuilder, p: Faucet, at: Vec3, bridge: bool) -> None:
     """The flow lever on the right tips towards the cook, the temperature lever on the left turns about its stem."""
     x, y, z = at
-    side, high = (0.1, 0.1005) if wide else (0.05, 0.075)
+    hub_x, hub_z = (0.1, 0.1005) if bridge else (0.05, 0.075)
     if p.form is SpoutForm.LOW_ARC:
-        high = 0.055
-    if not wide:
+        hub_z = 0.055
+    if not bridge:
         for sign in (-1, 1):
-            stem = rod(0.0125, 0.028, axis="x").translated(x + sign * 0.034, y, z + high)
+            stem = rod(0.0125, 0.028, axis="x").translated(x + sign * 0.034, y, z + hub_z)
             builder.add(ROOT, stem, p.finish, label="faucet", density="tap_body")
     # Flow: a hinge about x; at rest the lever stands up, and tips forward.
-    builder.link("handle", at=(x + side + (0.0 if wide else 0.0075), y, z + high + (0.014 if wide else 0.0)))
-    hub = ball(0.0125) if wide else rod(0.0135, 0.014, axis="x")
+    builder.link("handle", at=(x + hub_x + (0.0 if bridge else 0.0075), y, z + hub_z + (0.014 if bridge else 0.0)))
+    hub = ball(0.0125) if bridge else rod(0.0135, 0.014, axis="x")
     _lever(builder, "handle", p, "handle_main")
     builder.add("handle", hub, p.finish, label="handle", density="tap_body")
     flow = hand_dynamics.feel(2e-4, 0.07, FLOW_RANGE, 5.5)
     builder.hinge("handle_joint", "handle", (1.0, 0.0, 0.0), (0.0, FLOW_RANGE), "handle_main", feel=flow)
     # Temperature: a hinge about z; at rest the lever points to the left.
-    left = -side - (0.0 if wide else 0.0125)
-    builder.link("handle_temp", at=(x + left, y, z + high + (0.008 if wide else 0.0)))
-    cap = rod(0.0125, 0.012) if wide else rod(0.0135, 0.026)
+    temp_x = -hub_x - (0.0 if bridge else 0.0125)
+    builder.link("handle_temp", at=(x + temp_x, y, z + hub_z + (0.008 if bridge else 0.0)))
+    cap = rod(0.0125, 0.012) if bridge else rod(0.0135, 0.026)
     arm = tube([(-0.008, 0.0, 0.002), (-0.066, 0.0, 0.008)], 0.0058)
     builder.add("handle_temp", arm, p.finish, label="handle", name="handle_temp_main", density="tap_body")
     builder.add("handle_temp", cap, p.finish, label="handle", density="tap_body")

@@ -17,8 +17,8 @@ from casa_assets.model.asset.shape import Capsule
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-LEATHER = "leather_tan"
-EDGE_REACH = 0.024  # metres
+LEATHER = "leather_tan"  # finish of leather straps
+EDGE_REACH = 0.024  # metres that an edge pull stands out before the face
 
 
 class HandleKind(StrEnum):
@@ -37,9 +37,9 @@ class HandleKind(StrEnum):
     FINGER_GROOVE = "finger_groove"
 
 
-# Handles that are one with an edge of the front; `parts.doors` and `parts.drawers` lay them there.
+# Handles that are one with an edge of the front; `fronts.doors` and `fronts.drawers` put them there.
 EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
-# Handles that lie across whatever they are on.
+# Handles that are as wide as high, or always lie across.
 LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
 FIXED_LENGTHS = {
     HandleKind.CUP: 0.096,
@@ -51,17 +51,20 @@ FIXED_LENGTHS = {
 
 @dataclass(frozen=True)
 class Handle:
-    """A handle about the middle of its foot.
+    """A handle along x on the plane y = 0 of a front, standing out to -y; the middle of its foot is the origin.
 
     Attributes:
-        metal, hide: what is of metal and of leather, lying along x on the plane y = 0 and standing out to -y. The first
-            collision shape is the one that a hand takes.
-        shapes: its colliders.
+        metal, hide: solids of metal and of leather. shapes: colliders; the first is the one that a hand takes.
     """
 
     metal: tuple[Solid, ...]
     shapes: tuple[Placed, ...]
     hide: tuple[Solid, ...] = ()
+
+    @property
+    def reach(self) -> float:
+        """Distance that it stands out, metres."""
+        return -min(float(solid.bounds[0, 1]) for solid in (*self.metal, *self.hide))
 
     def transformed(self, pose: Pose) -> Handle:
         """Moved by `pose`."""
@@ -84,8 +87,7 @@ def handle_reach(kind: HandleKind) -> float:
     if kind is HandleKind.EDGE_PULL:
         return EDGE_REACH
     kind = HandleKind.KNOB if kind is HandleKind.CUP else kind
-    made = handle(kind, 0.16)
-    return -min(float(solid.bounds[0, 1]) for solid in (*made.metal, *made.hide))
+    return handle(kind, 0.16).reach
 
 
 def handle(kind: HandleKind, length: float) -> Handle:
@@ -93,27 +95,29 @@ def handle(kind: HandleKind, length: float) -> Handle:
     return _MAKERS[kind](length)
 
 
-def add_handle(builder: AssetBuilder, link: str, made: Handle, metal: str, name: str, label: str = "handle") -> None:
+def add_handle(builder: AssetBuilder, link: str, pull: Handle, metal: str, name: str, label: str = "handle") -> None:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
-    for solid in made.metal:
+    for solid in pull.metal:
         builder.add(link, solid, metal, label=label, name=name, collider=False, density="handle_casting")
-    for solid in made.hide:
+    for solid in pull.hide:
         builder.add(link, solid, LEATHER, label=label, name=f"{name}_hide", collider=False, density="leather")
-    builder.add_collider(link, made.metal[0].with_shapes(*made.shapes), metal, label, name)
+    builder.add_collider(link, pull.metal[0].with_shapes(*pull.shapes), metal, label, name)
 
 
-def _capsule(length: float, radius: float, y: float) -> Placed:
+def grip_capsule(length: float, radius: float, y: float) -> Placed:
+    """A capsule collider along x whose axis lies at y; length over its round ends, metres."""
     pose = Pose(position=(0.0, y, 0.0), quaternion=(math.sqrt(0.5), 0.0, math.sqrt(0.5), 0.0))
     return Capsule(radius=radius, height=length - 2 * radius), pose
 
 
-def _box(x: float, y0: float, y1: float, wide: float, high: float) -> Placed:
-    return box_shape((x - wide / 2, y0, -high / 2), (x + wide / 2, y1, high / 2))
+def collider_box(x: float, y0: float, y1: float, width: float, height: float) -> Placed:
+    """A box collider about x and z = 0, from y0 to y1; width along x, height along z, metres."""
+    return box_shape((x - width / 2, y0, -height / 2), (x + width / 2, y1, height / 2))
 
 
-def _post(x: float, reach: float, radius: float, foot: float) -> Solid:
+def _post(x: float, reach: float, radius: float, foot_radius: float) -> Solid:
     """A round post from the front to the middle of a grip, with a small foot."""
-    line = [(foot, 0.0), (foot, 0.0025), (foot - 0.0012, 0.004), (radius, 0.005), (radius, reach)]
+    line = [(foot_radius, 0.0), (foot_radius, 0.0025), (foot_radius - 0.0012, 0.004), (radius, 0.005), (radius, reach)]
     return lathe(line, segments=12).rotated("x", math.pi / 2).translated(x)
 
 
@@ -121,17 +125,17 @@ def _bar(length: float) -> Handle:
     radius, reach, at = 0.006, 0.038, max(0.02, length / 2 - 0.035)
     grip = rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     posts = tuple(_post(x, reach, 0.0042, 0.0065) for x in (-at, at))
-    feet = tuple(_box(x, -reach + radius, 0.0, 0.011, 0.011) for x in (-at, at))
-    return Handle((grip, *posts), (_capsule(length, radius, -reach), *feet))
+    feet = tuple(collider_box(x, -reach + radius, 0.0, 0.011, 0.011) for x in (-at, at))
+    return Handle((grip, *posts), (grip_capsule(length, radius, -reach), *feet))
 
 
 def _boxed(length: float) -> Handle:
-    thick, deep, reach = 0.012, 0.01, 0.04
-    h = length / 2 - thick / 2
-    path = [(-h, 0.0, 0.0), (-h, -reach + deep / 2, 0.0), (h, -reach + deep / 2, 0.0), (h, 0.0, 0.0)]
-    grip = tube(path, rectangle(thick, thick, 0.0015, 2))
-    legs = tuple(_box(x, -reach + deep, 0.0, thick, thick) for x in (-h, h))
-    return Handle((grip,), (_box(0.0, -reach - 0.001, -reach + deep + 0.001, length, thick), *legs))
+    thickness, depth, reach = 0.012, 0.01, 0.04
+    h = length / 2 - thickness / 2
+    path = [(-h, 0.0, 0.0), (-h, -reach + depth / 2, 0.0), (h, -reach + depth / 2, 0.0), (h, 0.0, 0.0)]
+    grip = tube(path, rectangle(thickness, thickness, 0.0015, 2))
+    legs = tuple(collider_box(x, -reach + depth, 0.0, thickness, thickness) for x in (-h, h))
+    return Handle((grip,), (collider_box(0.0, -reach - 0.001, -reach + depth + 0.001, length, thickness), *legs))
 
 
 def _bow(length: float) -> Handle:
@@ -140,8 +144,8 @@ def _bow(length: float) -> Handle:
     path = round_corners([(-h, 0.0, 0.0), (-0.72 * h, -reach, 0.0), (0.72 * h, -reach, 0.0), (h, 0.0, 0.0)], 0.05, 6)
     grip = tube([(float(x), float(y), float(z)) for x, y, z in path], radius)
     feet = tuple(rod(0.0095, 0.004, 0.0015, "y").translated(x, -0.002) for x in (-h, h))
-    ends = tuple(_box(s * 0.86 * h, -0.75 * reach, 0.0, 0.28 * h, 0.012) for s in (-1, 1))
-    return Handle((grip, *feet), (_capsule(1.3 * h, radius, -reach), *ends))
+    ends = tuple(collider_box(s * 0.86 * h, -0.75 * reach, 0.0, 0.28 * h, 0.012) for s in (-1, 1))
+    return Handle((grip, *feet), (grip_capsule(1.3 * h, radius, -reach), *ends))
 
 
 def _cup(length: float) -> Handle:
@@ -150,12 +154,12 @@ def _cup(length: float) -> Handle:
 
     def shell(thin: float) -> Solid:
         scale = np.array([w - thin, d - thin, h - thin])
-        whole = ball(1.0, 14)
-        return Solid(whole.points * scale, whole.faces, crease_deg=50.0)
+        sphere = ball(1.0, 14)
+        return Solid(sphere.points * scale, sphere.faces, crease_deg=50.0)
 
-    low = box((0.3, 0.3, 0.3), (0.0, 0.0, -0.15), 0.0)
+    below = box((0.3, 0.3, 0.3), (0.0, 0.0, -0.15), 0.0)
     behind = box((0.3, 0.3, 0.3), (0.0, 0.15, 0.0), 0.0)
-    cup = subtract(shell(0.0), shell(wall), low, behind).translated(0.0, 0.0, -h / 2)
+    cup = subtract(shell(0.0), shell(wall), below, behind).translated(0.0, 0.0, -h / 2)
     turns = np.linspace(0.0, math.pi, 17)
     rim = [((w + 0.005) * math.cos(a), (h + 0.005) * math.sin(a)) for a in turns]
     plate = prism(np.array([*rim, (-w - 0.005, -0.003), (w + 0.005, -0.003)]), 0.002, 0.0006)
@@ -174,8 +178,8 @@ def _knob(length: float) -> Handle:
     line = [(0.5 * r, 0.0), (0.5 * r, 0.002), (0.38 * r, 0.006), (0.36 * r, 0.013), (0.8 * r, 0.0175)]
     line += [(r, 0.021), (r, 0.0235), (0.92 * r, 0.0265), (0.7 * r, 0.029), (0.35 * r, reach)]
     head = lathe(line, segments=24, crease_deg=50.0).rotated("x", math.pi / 2)
-    grip = _box(0.0, -reach, -0.0165, 1.8 * r, 1.8 * r)
-    return Handle((head,), (grip, _box(0.0, -0.0165, 0.0, 0.013, 0.013)))
+    grip = collider_box(0.0, -reach, -0.0165, 1.8 * r, 1.8 * r)
+    return Handle((head,), (grip, collider_box(0.0, -0.0165, 0.0, 0.013, 0.013)))
 
 
 def _ring(length: float) -> Handle:
@@ -195,18 +199,18 @@ def _ring(length: float) -> Handle:
     return Handle((loop, rosette, post), shapes)
 
 
-def _flat(length: float, wide: float, thick: float, reach: float) -> tuple[Solid, tuple[Placed, ...]]:
+def _flat(length: float, width: float, thickness: float, reach: float) -> tuple[Solid, tuple[Placed, ...]]:
     """A strap that lies flat at both ends and stands out between them."""
-    h, foot, rise = length / 2, 0.022, 0.03
-    y = -thick / 2
-    corners = [(-h, y, 0.0), (-h + foot, y, 0.0), (-h + foot + rise, -reach, 0.0)]
+    h, end_length, rise = length / 2, 0.022, 0.03
+    y = -thickness / 2
+    corners = [(-h, y, 0.0), (-h + end_length, y, 0.0), (-h + end_length + rise, -reach, 0.0)]
     path = round_corners([*corners, *((-a, b, c) for a, b, c in corners[::-1])], 0.02, 5)
-    strap = tube([(float(a), float(b), float(c)) for a, b, c in path], rectangle(thick, wide, 0.3 * thick, 2))
-    inner = h - foot - rise
-    grip = box_shape((-inner, -reach - thick / 2, -wide / 2), (inner, -reach + thick / 2, wide / 2))
+    strap = tube([(float(a), float(b), float(c)) for a, b, c in path], rectangle(thickness, width, 0.3 * thickness, 2))
+    inner = h - end_length - rise
+    grip = box_shape((-inner, -reach - thickness / 2, -width / 2), (inner, -reach + thickness / 2, width / 2))
     ends = tuple(
-        box_shape((min(a, b), -0.8 * reach, -wide / 2), (max(a, b), 0.0, wide / 2))
-        for a, b in ((-h + foot, -inner), (inner, h - foot))
+        box_shape((min(a, b), -0.8 * reach, -width / 2), (max(a, b), 0.0, width / 2))
+        for a, b in ((-h + end_length, -inner), (inner, h - end_length))
     )
     return strap, (grip, *ends)
 
@@ -228,7 +232,9 @@ def _tee(length: float) -> Handle:
     radius, reach = 0.006, 0.034
     grip = rod(radius, length, 0.0015, "x").translated(0.0, -reach)
     post = _post(0.0, reach, 0.0055, 0.008)
-    return Handle((grip, post), (_capsule(length, radius, -reach), _box(0.0, -reach + radius, 0.0, 0.012, 0.012)))
+    return Handle(
+        (grip, post), (grip_capsule(length, radius, -reach), collider_box(0.0, -reach + radius, 0.0, 0.012, 0.012))
+    )
 
 
 _MAKERS = {
@@ -246,16 +252,16 @@ _MAKERS = {
 
 def edge_pull(length: float) -> Handle:
     """An angle of sheet metal screwed on an edge; along x, lying on the plane z = 0 (the edge), the face in y = 0."""
-    thick, reach, drop = 0.0022, EDGE_REACH, 0.014
-    plate = box((length, reach + 0.014, thick), (0.0, (0.014 - reach) / 2, thick / 2), 0.0006)
-    hook = box((length, thick, drop), (0.0, -reach + thick / 2, thick - drop / 2 - 0.0006), 0.0006)
+    thickness, reach, drop = 0.0022, EDGE_REACH, 0.014
+    plate = box((length, reach + 0.014, thickness), (0.0, (0.014 - reach) / 2, thickness / 2), 0.0006)
+    hook = box((length, thickness, drop), (0.0, -reach + thickness / 2, thickness - drop / 2 - 0.0006), 0.0006)
     shapes = (
-        box_shape((-length / 2, -reach, thick - drop), (length / 2, -reach + thick + 0.001, thick)),
-        box_shape((-length / 2, -reach, 0.0), (length / 2, 0.014, thick)),
+        box_shape((-length / 2, -reach, thickness - drop), (length / 2, -reach + thickness + 0.001, thickness)),
+        box_shape((-length / 2, -reach, 0.0), (length / 2, 0.014, thickness)),
     )
     return Handle((plate, hook), shapes)
 
 
-def placed_handle(made: Handle, axis: str, angle: float, at: Vec3) -> Handle:
-    """A handle turned about an axis through its foot by radians, and set at a point."""
-    return made.transformed(Pose(position=at) @ axis_turn(axis, angle))
+def placed_handle(pull: Handle, axis: str, angle: float, at: Vec3) -> Handle:
+    """A handle rotated about an axis through its foot by radians, its foot then moved to a point."""
+    return pull.transformed(Pose(position=at) @ axis_turn(axis, angle))

@@ -120,16 +120,16 @@ def _pointer(style: KnobStyle, r: float, d: float) -> Solid:
         return line.translated(y=r * math.cos(t), z=0.3 * d + 0.7 * d * math.sin(t))
     ends = {KnobStyle.SKIRT: (0.08, 0.6), KnobStyle.SLIM: (0.3, 0.88)}.get(style, (0.21, 0.83))
     top = 1.117 * d if style is KnobStyle.BAR else d
-    low, high = ends[0] * r, ends[1] * r
-    return box((0.0022, high - low, 0.0012), (0.0, (low + high) / 2, top + 0.0002), 0.0002)
+    start, end = ends[0] * r, ends[1] * r
+    return box((0.0022, end - start, 0.0012), (0.0, (start + end) / 2, top + 0.0002), 0.0002)
 
 
 def dial(radius: float, turn: float = KNOB_TRAVEL, up: bool = False, steps: int = 7) -> Solid:
     """Ticks printed round a knob, from off over its range; their back is the plane of its foot at the origin."""
     parts = []
     for k in range(steps):
-        long = 0.2 if k == 0 else 0.08 + 0.07 * k / (steps - 1)
-        tick = box((0.0014, long * radius, 0.0003), (0.0, (1.32 + long / 2) * radius, 0.00015), 0.0)
+        length = 0.2 if k == 0 else 0.08 + 0.07 * k / (steps - 1)
+        tick = box((0.0014, length * radius, 0.0003), (0.0, (1.32 + length / 2) * radius, 0.00015), 0.0)
         parts.append(tick.rotated("z", turn * k / (steps - 1)))
     ring = concatenate(parts).without_colliders()
     return ring if up else ring.rotated("x", math.pi / 2)

@@ -42,9 +42,9 @@ def tapered_leg(a: Vec3, b: Vec3, start: float, end: float, sides: int = 20) -> 
     axis = np.array(b) - np.array(a)
     length = float(np.linalg.norm(axis))
     ring = circle(1.0, sides)
-    low = np.column_stack([ring * start, np.zeros(sides)])
-    high = np.column_stack([ring * end, np.full(sides, length)])
-    points, faces = convex_hull(np.concatenate([low, high]))
+    start_ring = np.column_stack([ring * start, np.zeros(sides)])
+    end_ring = np.column_stack([ring * end, np.full(sides, length)])
+    points, faces = convex_hull(np.concatenate([start_ring, end_ring]))
     x, y, z = a
     pose = Pose(position=(x, y, z), quaternion=_onto(axis / length))
     shape = (Cylinder(radius=(start + end) / 2, height=length), Pose(position=(0.0, 0.0, length / 2)))
@@ -59,9 +59,9 @@ def bowed_slat(size: Vec3, at: Vec3, bow: float, steps: int = 8) -> Solid:
     front = np.column_stack([xs, ys - t / 2])
     back = np.column_stack([xs, ys + t / 2])[::-1]
     outline = np.concatenate([front, back])
-    low = np.column_stack([outline, np.full(len(outline), -h / 2)])
-    high = np.column_stack([outline, np.full(len(outline), h / 2)])
-    solid = loft([low, high], 40.0)
+    bottom = np.column_stack([outline, np.full(len(outline), -h / 2)])
+    top = np.column_stack([outline, np.full(len(outline), h / 2)])
+    solid = loft([bottom, top], 40.0)
     return solid.with_box_collider().translated(*at)
 
 

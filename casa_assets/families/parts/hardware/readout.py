@@ -53,8 +53,8 @@ def seven_segment_text(text: str, height: float) -> Solid:
         KeyError: a character that seven bars do not show.
     """
     t = 0.13 * height
-    long = sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)
-    x = -long * height / 2
+    length = sum(COLON_WIDTH if c == ":" else FIGURE_PITCH for c in text) - (FIGURE_PITCH - FIGURE_WIDTH)
+    x = -length * height / 2
     parts: list[Solid] = []
     for c in text:
         if c == ":":
@@ -69,16 +69,16 @@ def seven_segment_text(text: str, height: float) -> Solid:
 
 def _figure(bars: str, x: float, h: float, t: float) -> list[Solid]:
     w = FIGURE_WIDTH * h
-    flat, tall = w - 1.3 * t, h / 2 - 1.15 * t
-    low, high = -h / 4, h / 4
+    width, height = w - 1.3 * t, h / 2 - 1.15 * t
+    lower, upper = -h / 4, h / 4
     places = (
-        (flat, t, x + w / 2, h / 2 - t / 2),
-        (t, tall, x + t / 2, high),
-        (t, tall, x + w - t / 2, high),
-        (flat, t, x + w / 2, 0.0),
-        (t, tall, x + t / 2, low),
-        (t, tall, x + w - t / 2, low),
-        (flat, t, x + w / 2, -h / 2 + t / 2),
+        (width, t, x + w / 2, h / 2 - t / 2),
+        (t, height, x + t / 2, upper),
+        (t, height, x + w - t / 2, upper),
+        (width, t, x + w / 2, 0.0),
+        (t, height, x + t / 2, lower),
+        (t, height, x + w - t / 2, lower),
+        (width, t, x + w / 2, -h / 2 + t / 2),
     )
     return [_ink(*place) for on, place in zip(bars, places, strict=True) if on == "1"]
 
@@ -114,5 +114,5 @@ def _points(*corners: tuple[float, float]) -> Floats:
     return np.array(corners)
 
 
-def _ink(wide: float, tall: float, x: float, z: float) -> Solid:
-    return box((wide, INK_THICKNESS, tall), (x, -INK_THICKNESS / 2, z), 0.0).without_colliders()
+def _ink(width: float, height: float, x: float, z: float) -> Solid:
+    return box((width, INK_THICKNESS, height), (x, -INK_THICKNESS / 2, z), 0.0).without_colliders()

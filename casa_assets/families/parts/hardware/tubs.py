@@ -21,19 +21,19 @@ def open_tub(width: float, depth: float, height: float, wall: float, radius: flo
         floor: thickness of the bottom; 0 for that of the walls.
     """
     base = floor or wall
-    ease = min(0.004, 0.3 * height)
+    edge_radius = min(0.004, 0.3 * height)
     outline = rectangle(width, depth, radius, 5)
-    steps = [(ease, 0.0), (0.0, ease), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
+    steps = [(edge_radius, 0.0), (0.0, edge_radius), (0.0, height - 0.001), (0.3 * wall, height), (0.7 * wall, height)]
     body = loft(inset_rings(outline, [*steps, (wall, height - 0.001), (wall, base)]), 45.0)
     w, d = width / 2, depth / 2
-    touched = (
+    boards = (
         board((-w, -d, 0.0), (w, d, base), 0.0),
         board((-w, -d, base), (w, -d + wall, height), 0.0),
         board((-w, d - wall, base), (w, d, height), 0.0),
         board((-w, -d + wall, base), (-w + wall, d - wall, height), 0.0),
         board((w - wall, -d + wall, base), (w, d - wall, height), 0.0),
     )
-    return body.with_colliders_of(*touched)
+    return body.with_colliders_of(*boards)
 
 
 def wire_loop(width: float, depth: float, z: float, radius: float, corner: float) -> Solid:

@@ -7,22 +7,20 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import board, box, rod
+from casa_assets.families.kit.solids.blocks import board, box, liner_sheets, rod
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import Placed, box_shape
+from casa_assets.families.kit.solids.solid import Placed, box_shape, cavity_walls
 from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceKick, ApplianceLook
 from casa_assets.model.record import Vec3
 
-SIDE_THICKNESS, BACK_THICKNESS, FLOOR_THICKNESS, TOP_THICKNESS, DIVIDER_THICKNESS = (
-    0.046,
-    0.056,
-    0.06,
-    0.05,
-    0.056,
-)  # metres of foam
-DOOR_GAP = 0.004  # between a door and the case; the gasket fills it
-HINGE_COVER_HEIGHT = 0.014  # height of a hinge's cover above the case
-LINER_THICKNESS = 0.001  # of the liner
+# Foamed walls, metres.
+SIDE_THICKNESS = 0.046
+BACK_THICKNESS = DIVIDER_THICKNESS = 0.056
+FLOOR_THICKNESS = 0.06
+TOP_THICKNESS = 0.05
+DOOR_GAP = 0.004  # metres between a door and the case; the gasket fills it
+HINGE_COVER_HEIGHT = 0.014  # metres that the cover of a hinge stands above the case
+LINER_THICKNESS = 0.001  # metres
 LINER_FINISH = "plastic_white"
 
 
@@ -50,44 +48,44 @@ def add_case(
     width: float,
     depth: float,
     top: float,
-    foot: float,
-    rooms: Sequence[Compartment],
+    base_height: float,
+    compartments: Sequence[Compartment],
     look: ApplianceLook,
 ) -> None:
     """Walls with liners round the rooms, from z = foot to top, open to the front; a compressor behind the floor.
 
     The rooms lie above or beside each other; width and depth are those of the case, without doors, metres.
     """
-    ease, steps = {ApplianceFront.ROUND: (0.022, 4), ApplianceFront.SOFT: (0.006, 2)}.get(look.form, (0.0025, 1))
-    body = board((0.0, 0.0, foot), (width, depth, top), ease, steps)
-    holes = [board((r.low[0], -0.05, r.low[2]), r.high, 0.0) for r in rooms]
-    shapes = _walls(width, depth, top, foot, rooms)
+    edge_radius, steps = {ApplianceFront.ROUND: (0.022, 4), ApplianceFront.SOFT: (0.006, 2)}.get(look.form, (0.0025, 1))
+    body = board((0.0, 0.0, base_height), (width, depth, top), edge_radius, steps)
+    holes = [board((r.low[0], -0.05, r.low[2]), r.high, 0.0) for r in compartments]
+    shapes = _walls(width, depth, top, base_height, compartments)
     builder.add(ROOT, subtract(body, *holes, shapes=shapes), look.body, label="case", density="foamed_wall")
-    for r in rooms:
+    for r in compartments:
         _line(builder, r)
-    builder.ballast(ROOT, 9.0, (width / 2, depth - 0.12, foot + 0.09), (0.3, 0.16, 0.16))  # compressor and pan
+    builder.ballast(ROOT, 9.0, (width / 2, depth - 0.12, base_height + 0.09), (0.3, 0.16, 0.16))  # compressor and pan
     for k in range(2):
-        coil = board((0.06, depth, foot + 0.25 + 0.012 * k), (width - 0.06, depth + 0.004, foot + 0.256 + 0.012 * k))
+        coil = board(
+            (0.06, depth, base_height + 0.25 + 0.012 * k),
+            (width - 0.06, depth + 0.004, base_height + 0.256 + 0.012 * k),
+        )
         builder.add(ROOT, coil, "black_matt", label="case", collider=False, density="condenser")
 
 
-def _walls(width: float, depth: float, top: float, foot: float, rooms: Sequence[Compartment]) -> list[Placed]:
-    left, right = min(r.low[0] for r in rooms), max(r.high[0] for r in rooms)
-    low, high = min(r.low[2] for r in rooms), max(r.high[2] for r in rooms)
-    back = rooms[0].high[1]
-    shapes = [
-        box_shape((0, 0, foot), (left, depth, top)),
-        box_shape((right, 0, foot), (width, depth, top)),
-        box_shape((left, 0, foot), (right, depth, low)),
-        box_shape((left, 0, high), (right, depth, top)),
-        box_shape((left, back, low), (right, depth, high)),
-    ]
-    ordered = sorted(rooms, key=lambda r: (r.low[2], r.low[0]))
-    for one, other in pairwise(ordered):
-        if other.low[2] >= one.high[2]:
-            shapes.append(box_shape((left, 0, one.high[2]), (right, back, other.low[2])))
+def _walls(
+    width: float, depth: float, top: float, base_height: float, compartments: Sequence[Compartment]
+) -> list[Placed]:
+    left, right = min(r.low[0] for r in compartments), max(r.high[0] for r in compartments)
+    floor, ceiling = min(r.low[2] for r in compartments), max(r.high[2] for r in compartments)
+    back = compartments[0].high[1]
+    outer = ((0.0, 0.0, base_height), (width, depth, top))
+    shapes = [box_shape(*corners) for corners in cavity_walls(outer, ((left, 0.0, floor), (right, back, ceiling)))]
+    ordered = sorted(compartments, key=lambda r: (r.low[2], r.low[0]))
+    for first, second in pairwise(ordered):
+        if second.low[2] >= first.high[2]:
+            shapes.append(box_shape((left, 0, first.high[2]), (right, back, second.low[2])))
         else:
-            shapes.append(box_shape((one.high[0], 0, one.low[2]), (other.low[0], back, one.high[2])))
+            shapes.append(box_shape((first.high[0], 0, first.low[2]), (second.low[0], back, first.high[2])))
     return shapes
 
 
@@ -95,40 +93,39 @@ def _line(builder: AssetBuilder, r: Compartment) -> None:
     """Sheets of a liner, an air duct at the back and a lamp under the roof."""
     (x0, y0, z0), (x1, y1, z1) = r.low, r.high
     y0, e = y0 + 0.0012, LINER_THICKNESS
-    for sheet in (
-        board((x0, y0, z0), (x0 + e, y1, z1), 0.0),
-        board((x1 - e, y0, z0), (x1, y1, z1), 0.0),
-        board((x0 + e, y0, z0), (x1 - e, y1 - e, z0 + e), 0.0),
-        board((x0 + e, y0, z1 - e), (x1 - e, y1 - e, z1), 0.0),
-        board((x0 + e, y1 - e, z0 + e), (x1 - e, y1, z1 - e), 0.0),
-    ):
+    for sheet in liner_sheets((x0, y0, z0), r.high, e):
         builder.add(ROOT, sheet, LINER_FINISH, label="liner", collider=False, density="liner_sheet")
-    middle, tall = (x0 + x1) / 2, z1 - z0
-    wide = min(0.16, 0.4 * (x1 - x0))
-    duct = board((middle - wide / 2, y1 - 0.007, z0 + 0.04), (middle + wide / 2, y1 - e - 3e-4, z1 - 0.04), 0.002)
+    middle, height = (x0 + x1) / 2, z1 - z0
+    duct_width = min(0.16, 0.4 * (x1 - x0))
+    duct = board(
+        (middle - duct_width / 2, y1 - 0.007, z0 + 0.04), (middle + duct_width / 2, y1 - e - 3e-4, z1 - 0.04), 0.002
+    )
     builder.add(ROOT, duct, "plastic_grey_light", label="liner", collider=False)
-    for k in range(max(2, int(tall / 0.2))):
+    for k in range(max(2, int(height / 0.2))):
         z = z0 + 0.1 + k * 0.2
         if z < z1 - 0.06:
-            slot = box((0.6 * wide, 0.001, 0.006), (middle, y1 - 0.0073, z), 0.0)
+            slot = box((0.6 * duct_width, 0.001, 0.006), (middle, y1 - 0.0073, z), 0.0)
             builder.add(ROOT, slot, "plastic_grey_dark", label="vent", collider=False, density=0.0)
     lamp = board((middle - 0.09, 0.16, z1 - 0.009), (middle + 0.09, 0.2, z1 - e - 3e-4), 0.002)
     builder.add(ROOT, lamp, "glass_opal", label="lamp", name=f"{r.name}_light", collider=False)
 
 
-def add_base(builder: AssetBuilder, width: float, depth: float, foot: float, look: ApplianceLook) -> None:
+def add_base(builder: AssetBuilder, width: float, depth: float, base_height: float, look: ApplianceLook) -> None:
     """Add the base of the case: a grille or a plinth before feet, or four turned feet; z from 0 to foot."""
     if look.kick is ApplianceKick.FEET:
         for x in (0.075, width - 0.075):
             for y in (0.07, depth - 0.07):
                 builder.add(
-                    ROOT, rod(0.02, foot - 1e-3, 0.002).translated(x, y, foot / 2 + 3e-4), look.metal, label="foot"
+                    ROOT,
+                    rod(0.02, base_height - 1e-3, 0.002).translated(x, y, base_height / 2 + 3e-4),
+                    look.metal,
+                    label="foot",
                 )
                 pad = rod(0.026, 0.01, 0.002).translated(x, y, 0.0053)
                 builder.add(ROOT, pad, "rubber_black", label="foot", collider=False)
         return
     set_back = 0.004 if look.kick is ApplianceKick.GRILLE else 0.045
-    board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, foot - 3e-4), 0.002)
+    board_ = board((0.012, set_back, 0.003), (width - 0.012, depth - 0.05, base_height - 3e-4), 0.002)
     finish = "plastic_grey_dark" if look.kick is ApplianceKick.GRILLE else "black_matt"
     # Rollers, pan and air behind it.
     builder.add(ROOT, board_, finish, label="plinth", density="appliance_plinth")
@@ -139,15 +136,15 @@ def add_base(builder: AssetBuilder, width: float, depth: float, foot: float, loo
         count = int((width - 0.16) / 0.022)
         for k in range(count):
             x = width / 2 + (k - (count - 1) / 2) * 0.022
-            slot = box((0.013, 0.001, foot - 0.03), (x, set_back - 3e-4, foot / 2), 0.0)
+            slot = box((0.013, 0.001, base_height - 0.03), (x, set_back - 3e-4, base_height / 2), 0.0)
             builder.add(ROOT, slot, "rubber_black", label="vent", collider=False, density=0.0)
 
 
-def add_hinge_cover(builder: AssetBuilder, x: float, top: float, thick: float, look: ApplianceLook) -> None:
+def add_hinge_cover(builder: AssetBuilder, x: float, top: float, thickness: float, look: ApplianceLook) -> None:
     """The cover of a hinge on top of the case, reaching over the door; x is its middle."""
     if look.form is ApplianceFront.PANEL:
         return
-    length = 0.1 + thick
+    length = 0.1 + thickness
     lid = box(
         (0.055, length, HINGE_COVER_HEIGHT - 0.002),
         (x, 0.1 - length / 2 - 0.01, top + HINGE_COVER_HEIGHT / 2 + 3e-4),
@@ -170,13 +167,13 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
     for a, b in ((x0, x0 + 0.01), (x1 - 0.01, x1)):
         rail = board((a, front + 0.0145, z - 0.014), (b, y1 - 0.0125, z - 0.0004), 0.001)
         builder.add(ROOT, rail, look.trim, label="shelf", collider=False)
-    touch = board((x0, front, z - 0.012), (x1, y1, z), 0.0)
-    builder.add_collider(ROOT, touch, "glass_clear", "shelf", f"{name}_pane")
+    collider_box = board((x0, front, z - 0.012), (x1, y1, z), 0.0)
+    builder.add_collider(ROOT, collider_box, "glass_clear", "shelf", f"{name}_pane")
 
 
 def region_above_shelf(
     builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, ceiling: float
 ) -> None:
     """The region above a shelf: from z to the ceiling, from its front edge to the back, metres."""
-    low = (r.low[0] + 0.006, front + 0.004, z)
-    builder.region(name, low, (r.high[0] - 0.006, r.high[1] - 0.016, ceiling))
+    lower = (r.low[0] + 0.006, front + 0.004, z)
+    builder.region(name, lower, (r.high[0] - 0.006, r.high[1] - 0.016, ceiling))

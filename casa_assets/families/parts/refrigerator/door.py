@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
+from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape, cavity_walls
 from casa_assets.families.parts.appliance.handles import LATCH_LENGTH, AppliancePull, appliance_pull
 from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceLook
 from casa_assets.families.parts.fronts import fronts
@@ -85,12 +85,12 @@ class FridgeDoor:
         grain: Vec3 = (0.0, 0.0, 1.0),
     ) -> None:
         """Add a solid that is given with the hinge's axis on its left at the origin."""
-        made = solid.mirrored_x() if self.right else solid
-        builder.add(self.link, made, finish, label, name, grain, collider=collider, density=density, visible=visible)
+        pull = solid.mirrored_x() if self.right else solid
+        builder.add(self.link, pull, finish, label, name, grain, collider=collider, density=density, visible=visible)
 
 
 def hang_fridge_door(
-    builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, rows: int, above: float, niche: bool = False
+    builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, rows: int, above: float, niche: bool = False
 ) -> None:
     """A leaf with everything on it, and its hinge.
 
@@ -98,58 +98,58 @@ def hang_fridge_door(
         rows: bins on its inside. above: z below which there are none (crispers), asset frame, metres.
         niche: a dispenser of water and ice in its front.
     """
-    x = leaf.high[0] if leaf.right else leaf.low[0]
-    builder.link(leaf.link, at=(x, -DOOR_GAP - look.thick, leaf.low[1]))
-    t, w, h = look.thick, leaf.width, leaf.height
-    hole = _niche_hole(leaf, look) if niche else None
-    add_face(builder, leaf, look, hole)
+    x = door.high[0] if door.right else door.low[0]
+    builder.link(door.link, at=(x, -DOOR_GAP - look.thick, door.low[1]))
+    t, w, h = look.thick, door.width, door.height
+    hole = _niche_hole(door, look) if niche else None
+    add_face(builder, door, look, hole)
     if hole is not None:
-        _dispenser(builder, leaf, hole)
-    leaf.put(
+        _dispenser(builder, door, hole)
+    door.put(
         builder,
         gasket_frame((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4),
         "gasket_grey",
         "gasket",
         density="magnetic_gasket",
     )
-    r = leaf.room
-    a, b = sorted((leaf.inwards(r.low[0]), leaf.inwards(r.high[0])))
-    c, d = r.low[2] - leaf.low[1], r.high[2] - leaf.low[1]
+    r = door.room
+    a, b = sorted((door.inwards(r.low[0]), door.inwards(r.high[0])))
+    c, d = r.low[2] - door.low[1], r.high[2] - door.low[1]
     a, b = max(a, 0.03) + 0.01, min(b, w - 0.03) - 0.014
     plug = board((a, t - 0.0002, c + 0.012), (b, t + 0.012, d - 0.012), 0.004, 2)
-    leaf.put(builder, plug, LINER_FINISH, "liner", collider=f"{leaf.link}_liner", density="liner_plug")
+    door.put(builder, plug, LINER_FINISH, "liner", collider=f"{door.link}_liner", density="liner_plug")
     if rows:
-        _bins(builder, leaf, look, rows, max(above - leaf.low[1], c + 0.02), d - 0.015)
-    add_pull(builder, leaf, look)
-    span = (0.0, DOOR_TRAVEL) if leaf.right else (-DOOR_TRAVEL, 0.0)
-    builder.hinge(leaf.joint, leaf.link, (0.0, 0.0, 1.0), span, f"{leaf.link}_handle_main", start_n=10.0)
+        _bins(builder, door, look, rows, max(above - door.low[1], c + 0.02), d - 0.015)
+    add_pull(builder, door, look)
+    span = (0.0, DOOR_TRAVEL) if door.right else (-DOOR_TRAVEL, 0.0)
+    builder.hinge(door.joint, door.link, (0.0, 0.0, 1.0), span, f"{door.link}_handle_main", start_n=10.0)
 
 
 def add_face(
-    builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, hole: tuple[Vec2, Vec2] | None = None
+    builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, hole: tuple[Vec2, Vec2] | None = None
 ) -> None:
     """The slab of a leaf in its form; `<name>_door_main` is its collider."""
-    t, w, h = look.thick, leaf.width, leaf.height
-    name = f"{leaf.link}_main"
+    t, w, h = look.thick, door.width, door.height
+    name = f"{door.link}_main"
     if look.form is ApplianceFront.PANEL:
         parts = fronts.front_parts(look.front, w, h)
         for k, part in enumerate(parts):
-            finish = "glass_clear" if part.pane else leaf.face
-            leaf.put(builder, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
+            finish = "glass_clear" if part.pane else door.face
+            door.put(builder, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
         core = board((0.004, fronts.FRONT_THICKNESS + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)
-        leaf.put(builder, core, LINER_FINISH, "door", density="foamed_door_core")
-        whole = board((0.0, 0.0, 0.0), (w, t, h), 0.0)
-        leaf.put(builder, whole, LINER_FINISH, "door", collider=name, density=0.0, visible=False)
+        door.put(builder, core, LINER_FINISH, "door", density="foamed_door_core")
+        full_box = board((0.0, 0.0, 0.0), (w, t, h), 0.0)
+        door.put(builder, full_box, LINER_FINISH, "door", collider=name, density=0.0, visible=False)
         return
-    ease, steps = {ApplianceFront.ROUND: (0.03, 5), ApplianceFront.SOFT: (0.011, 3)}.get(look.form, (0.003, 2))
+    edge_radius, steps = {ApplianceFront.ROUND: (0.03, 5), ApplianceFront.SOFT: (0.011, 3)}.get(look.form, (0.003, 2))
     front = 0.0042 if look.form is ApplianceFront.GLASS else 0.0
-    slab = board((0.0, front, 0.0), (w, t, h), ease, steps)
+    slab = board((0.0, front, 0.0), (w, t, h), edge_radius, steps)
     shapes: tuple[Placed, ...] = (box_shape((0.0, 0.0, 0.0), (w, t, h)),)
     if hole is not None:
         slab = subtract(slab, _opening(hole))
         shapes = _around(hole, w, t, h)
-    body = look.body if look.form is ApplianceFront.GLASS else leaf.face
-    leaf.put(
+    body = look.body if look.form is ApplianceFront.GLASS else door.face
+    door.put(
         builder,
         slab.with_shapes(*shapes),
         body,
@@ -160,21 +160,21 @@ def add_face(
     )
     if look.form is ApplianceFront.GLASS:
         pane = board((0.001, 0.0, 0.001), (w - 0.001, 0.004, h - 0.001), 0.0012)
-        leaf.put(builder, subtract(pane, _opening(hole)) if hole else pane, leaf.face, "door", density="glass")
+        door.put(builder, subtract(pane, _opening(hole)) if hole else pane, door.face, "door", density="glass")
     if look.form is ApplianceFront.ROUND and h > 0.6:
         band = board((0.05, -0.0022, 0.0), (w - 0.05, 0.003, 0.012), 0.0018, 2)
-        leaf.put(builder, band.translated(z=0.09), look.metal, "trim")
+        door.put(builder, band.translated(z=0.09), look.metal, "trim")
 
 
 NICHE_DEPTH = 0.042
 
 
-def _niche_hole(leaf: FridgeDoor, look: ApplianceLook) -> tuple[Vec2, Vec2]:
+def _niche_hole(door: FridgeDoor, look: ApplianceLook) -> tuple[Vec2, Vec2]:
     """Corners of the dispenser's niche on the door, metres from the hinge's side and from its lower edge."""
-    wide, tall = min(0.2, leaf.width - 0.15), 0.32
-    z = min(max(1.0 - leaf.low[1], 0.1), leaf.height - tall - 0.2)
-    middle = leaf.width / 2 - (0.012 if look.pull is not AppliancePull.LATCH else 0.0)
-    return (middle - wide / 2, z), (middle + wide / 2, z + tall)
+    width, height = min(0.2, door.width - 0.15), 0.32
+    z = min(max(1.0 - door.low[1], 0.1), door.height - height - 0.2)
+    middle = door.width / 2 - (0.012 if look.pull is not AppliancePull.LATCH else 0.0)
+    return (middle - width / 2, z), (middle + width / 2, z + height)
 
 
 def _opening(hole: tuple[Vec2, Vec2]) -> Solid:
@@ -193,93 +193,88 @@ def _around(hole: tuple[Vec2, Vec2], w: float, t: float, h: float) -> tuple[Plac
     )
 
 
-def _dispenser(builder: AssetBuilder, leaf: FridgeDoor, hole: tuple[Vec2, Vec2]) -> None:
+def _dispenser(builder: AssetBuilder, door: FridgeDoor, hole: tuple[Vec2, Vec2]) -> None:
     """Lining of the niche, nozzle, paddle, drip grid, and the panel above it."""
     (x0, z0), (x1, z1) = hole
     e, back, middle = 0.0015, NICHE_DEPTH, (x0 + x1) / 2
     dark = "plastic_black_gloss"
-    for sheet in (
-        board((x0, 0.0003, z0), (x0 + e, back, z1), 0.0),
-        board((x1 - e, 0.0003, z0), (x1, back, z1), 0.0),
-        board((x0 + e, 0.0003, z0), (x1 - e, back, z0 + e), 0.0),
-        board((x0 + e, 0.0003, z1 - e), (x1 - e, back, z1), 0.0),
-        board((x0 + e, back - e, z0 + e), (x1 - e, back, z1 - e), 0.0),
-    ):
-        leaf.put(builder, sheet, dark, "dispenser", density="dispenser_lining")
+    outer, inner = ((x0, 0.0003, z0), (x1, back, z1)), ((x0 + e, 0.0003, z0 + e), (x1 - e, back - e, z1 - e))
+    for corners in cavity_walls(outer, inner):
+        door.put(builder, board(*corners, 0.0), dark, "dispenser", density="dispenser_lining")
     rim = 0.009
     ring = subtract(
         board((x0 - rim, -0.0018, z0 - rim), (x1 + rim, 0.0, z1 + rim + 0.062), 0.0006),
         board((x0, -0.1, z0), (x1, 0.1, z1), 0.0),
     )
-    leaf.put(builder, ring, dark, "dispenser", density="dispenser_lining")
+    door.put(builder, ring, dark, "dispenser", density="dispenser_lining")
     for k, x in enumerate((-0.055, -0.018, 0.018, 0.055)):
         key = box((0.014, 0.0006, 0.014), (middle + x, -0.00215, z1 + 0.034), 0.0)
-        leaf.put(builder, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)
+        door.put(builder, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)
     spout = box((0.05, 0.03, 0.03), (middle, back - 0.0165, z1 - e - 0.0155), 0.004, 2)
     paddle = box((0.04, 0.004, 0.09), (middle, back - 0.0125, z1 - 0.09), 0.0015).rotated(
         "x", -0.12, (middle, back - 0.0125, z1 - 0.05)
     )
-    leaf.put(builder, spout, "plastic_grey_dark", "dispenser")
-    leaf.put(builder, paddle, "plastic_grey_light", "dispenser")
+    door.put(builder, spout, "plastic_grey_dark", "dispenser")
+    door.put(builder, paddle, "plastic_grey_light", "dispenser")
     count = int((x1 - x0 - 0.03) / 0.012)
     for k in range(count):
         x = x0 + 0.015 + (x1 - x0 - 0.03) * (k + 0.5) / count
         slat = box((0.006, back - 0.012, 0.004), (x, (back - 0.004) / 2, z0 + e + 0.0023), 0.0008)
-        leaf.put(builder, slat, "stainless_brushed", "dispenser")
+        door.put(builder, slat, "stainless_brushed", "dispenser")
 
 
-def add_pull(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook) -> None:
+def add_pull(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> None:
     """The pull of a leaf, near its free side at the height of a hand, or across its top where it says so."""
-    w, h = leaf.width, leaf.height
-    name = f"{leaf.link}_handle_main"
+    w, h = door.width, door.height
+    name = f"{door.link}_handle_main"
     latch = look.pull is AppliancePull.LATCH
     inset = 0.05 if look.pull is not AppliancePull.LEDGE else 0.016
-    if leaf.across or latch:
+    if door.across or latch:
         length = LATCH_LENGTH if latch else min(w - 0.12, max(0.24, look.share * 1.2 * w))
-        middle = w / 2 if leaf.across else w - 0.03 - LATCH_LENGTH / 2
-        z = h - min(leaf.drop, 0.3 * h) if leaf.across else min(max(HAND_HEIGHT - leaf.low[1], 0.1), h - 0.1)
-        y = _depth(leaf, look, (middle - length / 2 + 0.05, z), (middle + length / 2 - 0.05, z))
-        made = handles.placed_handle(appliance_pull(look.pull, length), "z", 0.0, (middle, y, z))
+        middle = w / 2 if door.across else w - 0.03 - LATCH_LENGTH / 2
+        z = h - min(door.drop, 0.3 * h) if door.across else min(max(HAND_HEIGHT - door.low[1], 0.1), h - 0.1)
+        y = _depth(door, look, (middle - length / 2 + 0.05, z), (middle + length / 2 - 0.05, z))
+        pull = handles.placed_handle(appliance_pull(look.pull, length), "z", 0.0, (middle, y, z))
     else:
         length = min(h - 0.12, max(0.26, look.share * h, 0.34 if look.pull is AppliancePull.PRO else 0.0))
-        low, high = 0.06 + length / 2, h - 0.06 - length / 2
-        z = min(max(HAND_HEIGHT - leaf.low[1], low), high)
+        z_min, z_max = 0.06 + length / 2, h - 0.06 - length / 2
+        z = min(max(HAND_HEIGHT - door.low[1], z_min), z_max)
         inset = min(inset, 0.03) if look.form is ApplianceFront.PANEL and look.front in FRAMED_FRONTS else inset
-        y = _depth(leaf, look, (w - inset, z - length / 2 + 0.05), (w - inset, z + length / 2 - 0.05))
-        made = handles.placed_handle(appliance_pull(look.pull, length), "y", -DOOR_TRAVEL, (w - inset, y, z))
-    if leaf.right:
-        first, *rest = made.metal
-        mirrored = first.with_shapes(*made.shapes).mirrored_x()
+        y = _depth(door, look, (w - inset, z - length / 2 + 0.05), (w - inset, z + length / 2 - 0.05))
+        pull = handles.placed_handle(appliance_pull(look.pull, length), "y", -DOOR_TRAVEL, (w - inset, y, z))
+    if door.right:
+        first, *rest = pull.metal
+        mirrored = first.with_shapes(*pull.shapes).mirrored_x()
         metal = (mirrored, *(s.mirrored_x() for s in rest))
-        made = handles.Handle(metal, mirrored.shapes)
-    handles.add_handle(builder, leaf.link, made, look.metal, name)
+        pull = handles.Handle(metal, mirrored.shapes)
+    handles.add_handle(builder, door.link, pull, look.metal, name)
 
 
-def _depth(leaf: FridgeDoor, look: ApplianceLook, *points: Vec2) -> float:
+def _depth(door: FridgeDoor, look: ApplianceLook, *points: Vec2) -> float:
     """Distance of the feet of a pull behind the front plane, metres."""
     if look.form is not ApplianceFront.PANEL:
         return 0.0
-    return fronts.face_depth(fronts.front_parts(look.front, leaf.width, leaf.height), points)
+    return fronts.face_depth(fronts.front_parts(look.front, door.width, door.height), points)
 
 
-def _bins(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, rows: int, low: float, high: float) -> None:
+def _bins(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, rows: int, bottom: float, top: float) -> None:
     """Clear bins above each other; low and high are z on the door, metres."""
-    t, r = look.thick, leaf.room
-    a = min(leaf.inwards(r.low[0]), leaf.inwards(r.high[0])) + 0.012
-    far = leaf.inwards(leaf.far) - 0.006
+    t, r = look.thick, door.room
+    a = min(door.inwards(r.low[0]), door.inwards(r.high[0])) + 0.012
+    far = door.inwards(door.far) - 0.006
     # The far front corner swings round the hinge: by then it must have passed the wall beside it.
     b = math.sqrt(far * far - (t + DOOR_GAP + BIN_DEPTH) ** 2 + t * t)
-    rows = min(rows, max(1, int((high - low) / MIN_BIN_PITCH)))
-    pitch = (high - low) / rows
+    rows = min(rows, max(1, int((top - bottom) / MIN_BIN_PITCH)))
+    pitch = (top - bottom) / rows
     for k in range(rows):
-        _bin(builder, leaf, look, k, (max(a, t * 0.6), low + 0.012 + k * pitch), (b, low + (k + 1) * pitch))
+        _bin(builder, door, look, k, (max(a, t * 0.6), bottom + 0.012 + k * pitch), (b, bottom + (k + 1) * pitch))
 
 
-def _bin(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, k: int, low: Vec2, high: Vec2) -> None:
-    (x0, z), (x1, top) = low, high
+def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, lower: Vec2, upper: Vec2) -> None:
+    (x0, z), (x1, top) = lower, upper
     y0, y1, e = look.thick + 0.0124, look.thick + BIN_DEPTH, 0.004
     lip = min(0.085, 0.5 * (top - z))
-    name = f"{leaf.name}_bin{k}"
+    name = f"{door.name}_bin{k}"
     boards = (
         (board((x0, y0, z), (x1, y1, z + e), 0.001), f"{name}_bottom"),
         (board((x0, y1 - e, z + e), (x1, y1, z + lip), 0.001), f"{name}_front"),
@@ -287,10 +282,10 @@ def _bin(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, k: int, l
         (board((x1 - e, y0, z + e), (x1, y1 - e, z + lip), 0.001), f"{name}_side_b"),
     )
     for solid, collider in boards:
-        leaf.put(builder, solid, "plastic_clear", "bin", collider=collider)
+        door.put(builder, solid, "plastic_clear", "bin", collider=collider)
     rail = board((x0 - 0.001, y1 - 0.0055, z + lip), (x1 + 0.001, y1 + 0.0015, z + lip + 0.006), 0.001)
-    leaf.put(builder, rail, look.trim, "bin")
+    door.put(builder, rail, look.trim, "bin")
     corners = ((x0 + e, y0, z + e), (x1 - e, y1 - e, top - 0.012))
-    if leaf.right:
+    if door.right:
         corners = ((-x1 + e, y0, z + e), (-x0 - e, y1 - e, top - 0.012))
-    builder.region(name, *corners, link=leaf.link)
+    builder.region(name, *corners, link=door.link)

@@ -105,26 +105,30 @@ class FridgeCase:
         left, right, _, top = self.inside
         return left, right, split + DIVIDER_THICKNESS / 2, top, self.deep
 
-    def enclose(self, *rooms: Compartment) -> None:
+    def enclose(self, *compartments: Compartment) -> None:
         """Walls round the rooms, and what they stand on."""
         p = self.p
-        parts.add_case(self.builder, p.width, self.deep, self.top, p.foot, rooms, p.look)
+        parts.add_case(self.builder, p.width, self.deep, self.top, p.foot, compartments, p.look)
         parts.add_base(self.builder, p.width, self.deep, p.foot, p.look)
 
     def finish(
-        self, leaves: Sequence[FridgeDoor], others: Sequence[str], badge: FridgeDoor, fridge: Sequence[FridgeDoor]
+        self,
+        doors: Sequence[FridgeDoor],
+        other_joints: Sequence[str],
+        badge_door: FridgeDoor,
+        fridge_doors: Sequence[FridgeDoor],
     ) -> None:
         """Add covers over the hinges, the badge, states and the lamp.
 
         Args:
-            leaves: doors at the top, which turn on covered hinges. others: joints of further doors and drawers.
-            badge: the leaf that carries the badge. fridge: leaves whose opening lights the lamp.
+            doors: doors at the top, which turn on covered hinges. other_joints: joints of further doors and drawers.
+            badge_door: the leaf that carries the badge. fridge_doors: leaves whose opening lights the lamp.
         """
         p = self.p
-        for right in sorted({leaf.right for leaf in leaves}):
+        for right in sorted({door.right for door in doors}):
             at = p.width - HINGE_INSET if right else HINGE_INSET
             parts.add_hinge_cover(self.builder, at, self.top, p.look.thick, p.look)
-        add_badge(self.builder, badge, p.look)
-        joints = [leaf.joint for leaf in leaves]
-        finish_refrigerator(self.builder, (*joints, *others), [leaf.joint for leaf in fridge])
+        add_badge(self.builder, badge_door, p.look)
+        joints = [door.joint for door in doors]
+        finish_refrigerator(self.builder, (*joints, *other_joints), [door.joint for door in fridge_doors])
         self.builder.region("main", (0.0, -DOOR_GAP - p.look.thick, 0.0), (p.width, self.deep, p.height))

@@ -20,38 +20,38 @@ CLOSED_SHARE = 0.005
 CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
 
-def center_gap(width: float, thick: float) -> float:
+def center_gap(width: float, thickness: float) -> float:
     """Between two leaves of a width that part in the middle: the rear corner swings out by so much, metres."""
-    return math.hypot(width, thick) - width + 0.0014
+    return math.hypot(width, thickness) - width + 0.0014
 
 
 def furnish_compartment(
     builder: AssetBuilder,
     r: Compartment,
     look: ApplianceLook,
-    leaves: Sequence[FridgeDoor],
+    doors: Sequence[FridgeDoor],
     shelves: int,
     drawers: int,
-    tall: float,
+    height: float,
     stacked: bool,
 ) -> float:
     """Crispers at the bottom, panes above them; returns the z from which there may be bins in the door, metres.
 
     Args:
-        leaves: in front of it, one or two from left to right.
-        shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. tall: height of each.
+        doors: in front of it, one or two from left to right.
+        shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. height: height of each.
     """
-    floor, roof = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
+    floor, top = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
     level, first = r.low[2] + LINER_THICKNESS, BIN_DEPTH + 0.012
     if drawers:
-        level = _crispers(builder, r, look, leaves, drawers, tall, stacked, floor)
+        level = _crispers(builder, r, look, doors, drawers, height, stacked, floor)
         add_shelf(builder, f"{r.name}_shelf0", r, level, 0.022, look)
-    count = max(0, min(shelves, int((roof - level) / SHELF_PITCH) - 1))
-    levels = [level + (roof - level) * k / (count + 1) for k in range(count + 1)]
+    count = max(0, min(shelves, int((top - level) / SHELF_PITCH) - 1))
+    levels = [level + (top - level) * k / (count + 1) for k in range(count + 1)]
     for k, z in enumerate(levels):
         if k:
             add_shelf(builder, f"{r.name}_shelf{k}", r, z, first, look)
-        ceiling = levels[k + 1] - 0.018 if k < count else roof
+        ceiling = levels[k + 1] - 0.018 if k < count else top
         region_above_shelf(builder, f"{r.name}_shelf{k}", r, z, first, ceiling)
     return level + 0.012
 
@@ -60,41 +60,41 @@ def _crispers(
     builder: AssetBuilder,
     r: Compartment,
     look: ApplianceLook,
-    leaves: Sequence[FridgeDoor],
+    doors: Sequence[FridgeDoor],
     drawers: int,
-    tall: float,
+    height: float,
     stacked: bool,
     floor: float,
 ) -> float:
     """Crispers; returns the z of the pane that covers them, metres."""
     x0, x1 = r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE, r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE
     # An open leaf stands before the wall of its hinge: what slides out passes it.
-    for leaf in leaves:
+    for door in doors:
         open_leaf = look.thick + 0.012 + SIDE_CLEARANCE
-        x0 = max(x0, leaf.low[0] + open_leaf) if not leaf.right else x0
-        x1 = min(x1, leaf.high[0] - open_leaf) if leaf.right else x1
+        x0 = max(x0, door.low[0] + open_leaf) if not door.right else x0
+        x1 = min(x1, door.high[0] - open_leaf) if door.right else x1
     back = r.high[1] - 0.02
     for k in range(drawers):
         name = f"{r.name}_drawer{k}"
         if stacked:
-            z = floor + k * (tall + 0.012)
+            z = floor + k * (height + 0.012)
             add_crisper(
-                builder, name, leaves[0].joint, (x0, CRISPER_SETBACK, z), (x1, back, z + tall), look, "plastic_white"
+                builder, name, doors[0].joint, (x0, CRISPER_SETBACK, z), (x1, back, z + height), look, "plastic_white"
             )
         else:
             pitch = (x1 - x0) / drawers
             a = x0 + k * pitch + (0.0 if k == 0 else 0.004)
             b = x0 + (k + 1) * pitch - (0.0 if k == drawers - 1 else 0.004)
-            behind = leaves[min(k * len(leaves) // drawers, len(leaves) - 1)].joint
-            add_crisper(builder, name, behind, (a, CRISPER_SETBACK, floor), (b, back, floor + tall), look)
+            behind = doors[min(k * len(doors) // drawers, len(doors) - 1)].joint
+            add_crisper(builder, name, behind, (a, CRISPER_SETBACK, floor), (b, back, floor + height), look)
     rows = drawers if stacked else 1
-    return floor + rows * (tall + 0.012) + 0.02
+    return floor + rows * (height + 0.012) + 0.02
 
 
-def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook, leaf: FridgeDoor, count: int) -> None:
+def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook, door: FridgeDoor, count: int) -> None:
     """A room that is nothing but baskets above each other."""
-    floor, roof = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
-    _crispers(builder, r, look, (leaf,), count, (roof - floor) / count - 0.012, True, floor)
+    floor, ceiling = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
+    _crispers(builder, r, look, (door,), count, (ceiling - floor) / count - 0.012, True, floor)
 
 
 def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:

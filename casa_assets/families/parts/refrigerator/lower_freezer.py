@@ -44,10 +44,10 @@ def lower_compartments(
 def add_lower_fronts(
     builder: AssetBuilder,
     kind: FreezerFront,
-    rooms: list[Compartment],
+    compartments: list[Compartment],
     width: float,
-    low: float,
-    high: float,
+    bottom: float,
+    top: float,
     look: ApplianceLook,
     right: bool,
 ) -> list[str]:
@@ -55,25 +55,41 @@ def add_lower_fronts(
     face = look.lower or look.face
     if kind is FreezerFront.TWO_DOORS:
         middle, half = width / 2, center_gap(width / 2, look.thick) / 2
-        leaves = [
-            FridgeDoor("freezer_left", (0.0, low), (middle - half, high), False, rooms[0], rooms[0].high[0], face),
-            FridgeDoor("freezer_right", (middle + half, low), (width, high), True, rooms[1], rooms[1].low[0], face),
+        doors = [
+            FridgeDoor(
+                "freezer_left",
+                (0.0, bottom),
+                (middle - half, top),
+                False,
+                compartments[0],
+                compartments[0].high[0],
+                face,
+            ),
+            FridgeDoor(
+                "freezer_right",
+                (middle + half, bottom),
+                (width, top),
+                True,
+                compartments[1],
+                compartments[1].low[0],
+                face,
+            ),
         ]
-        for leaf in leaves:
-            hang_fridge_door(builder, leaf, look, 0, 0.0)
-            fill_with_baskets(builder, leaf.room, look, leaf, 2)
-        return [leaf.joint for leaf in leaves]
+        for door in doors:
+            hang_fridge_door(builder, door, look, 0, 0.0)
+            fill_with_baskets(builder, door.room, look, door, 2)
+        return [door.joint for door in doors]
     if kind is FreezerFront.DOOR:
-        r = rooms[0]
-        leaf = FridgeDoor("freezer", (0.0, low), (width, high), right, r, r.low[0] if right else r.high[0], face)
-        hang_fridge_door(builder, leaf, look, 0, 0.0)
-        fill_with_baskets(builder, r, look, leaf, 3 if high - low > 0.6 else 2)
-        return [leaf.joint]
+        r = compartments[0]
+        door = FridgeDoor("freezer", (0.0, bottom), (width, top), right, r, r.low[0] if right else r.high[0], face)
+        hang_fridge_door(builder, door, look, 0, 0.0)
+        fill_with_baskets(builder, r, look, door, 3 if top - bottom > 0.6 else 2)
+        return [door.joint]
     joints = []
-    planes = [low, *((a.high[2] + b.low[2]) / 2 for a, b in pairwise(rooms)), high]
-    for k, r in enumerate(rooms):
-        under, over = planes[k] + (0.003 if k else 0.0), planes[k + 1] - (0.003 if k + 1 < len(rooms) else 0.0)
-        leaf = FridgeDoor(r.name, (0.0, under), (width, over), False, r, 0.0, face, across=True)
-        add_pull_out(builder, leaf, look, f"freezer_drawer{k}")
-        joints.append(leaf.joint)
+    planes = [bottom, *((a.high[2] + b.low[2]) / 2 for a, b in pairwise(compartments)), top]
+    for k, r in enumerate(compartments):
+        under, over = planes[k] + (0.003 if k else 0.0), planes[k + 1] - (0.003 if k + 1 < len(compartments) else 0.0)
+        door = FridgeDoor(r.name, (0.0, under), (width, over), False, r, 0.0, face, across=True)
+        add_pull_out(builder, door, look, f"freezer_drawer{k}")
+        joints.append(door.joint)
     return joints

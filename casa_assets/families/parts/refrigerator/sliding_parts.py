@@ -19,19 +19,19 @@ def add_crisper(
     builder: AssetBuilder,
     name: str,
     behind: str,
-    low: Vec3,
-    high: Vec3,
+    lower: Vec3,
+    upper: Vec3,
     look: ApplianceLook,
     finish: str = "plastic_clear",
 ) -> None:
     """A drawer in a room, open on top; its link is `name`, its joint `<name>_joint`.
 
     Args:
-        behind: joint of the door in front of it. low, high: corners of the space it may take, metres; low[1] is where
-            its lip begins.
+        behind: joint of the door in front of it.
+        lower, upper: corners of the space it may take, metres; lower[1] is where its lip begins.
         finish: of its body.
     """
-    (x0, y0, z0), (x1, y1, z1) = low, high
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
     builder.link(name, at=((x0 + x1) / 2, y0 + LIP_DEPTH, z0))
     w, d, h, e = x1 - x0, y1 - y0 - LIP_DEPTH, z1 - z0, WALL_THICKNESS
     half, rim = w / 2, 0.012
@@ -49,34 +49,34 @@ def add_crisper(
         board((half - e - 0.002, e + 0.0032, h - rim), (half + 0.002, d, h), 0.001),
     ):
         builder.add(name, solid, look.trim, label="drawer", collider=False, density="ribbed_plastic")
-    wide = min(0.3, 0.7 * w)
-    lip = box((wide, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
-    hook = box((wide, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)
-    touch = board((-wide / 2, -LIP_DEPTH, h - 0.021), (wide / 2, -0.003, h - 0.003), 0.0)
+    width = min(0.3, 0.7 * w)
+    lip = box((width, LIP_DEPTH - 0.0034, 0.007), (0.0, -0.0032 - (LIP_DEPTH - 0.0034) / 2, h - 0.0065), 0.002, 2)
+    hook = box((width, 0.006, 0.014), (0.0, -LIP_DEPTH + 0.003, h - 0.014), 0.002)
+    collider_box = board((-width / 2, -LIP_DEPTH, h - 0.021), (width / 2, -0.003, h - 0.003), 0.0)
     for solid in (lip, hook):
         builder.add(name, solid, look.trim, label="handle", collider=False, density="ribbed_plastic")
-    builder.add_collider(name, touch, look.trim, "handle", f"{name}_handle_main")
-    way = round(0.72 * d, 3)
+    builder.add_collider(name, collider_box, look.trim, "handle", f"{name}_handle_main")
+    travel = round(0.72 * d, 3)
     builder.slide(
-        f"{name}_joint", name, (0.0, 1.0, 0.0), (-way, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
+        f"{name}_joint", name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
     )
     builder.region(name, (-half + e, e + 0.002, e), (half - e, d - e, h - 0.004), link=name)
 
 
-def add_pull_out(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, region: str) -> None:
+def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, region: str) -> None:
     """A front with a deep basket that is pulled out as one; its link and joint are the leaf's."""
-    t, w, h, r = look.thick, leaf.width, leaf.height, leaf.room
-    builder.link(leaf.link, at=(leaf.low[0], -DOOR_GAP - t, leaf.low[1]))
-    add_face(builder, leaf, look)
+    t, w, h, r = look.thick, door.width, door.height, door.room
+    builder.link(door.link, at=(door.low[0], -DOOR_GAP - t, door.low[1]))
+    add_face(builder, door, look)
     seal = gasket_frame((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4)
-    builder.add(leaf.link, seal, "gasket_grey", "gasket", collider=False, density="magnetic_gasket")
-    add_pull(builder, leaf, look)
+    builder.add(door.link, seal, "gasket_grey", "gasket", collider=False, density="magnetic_gasket")
+    add_pull(builder, door, look)
     x0, x1 = (
-        r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE + 0.012 - leaf.low[0],
-        r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE - 0.012 - leaf.low[0],
+        r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE + 0.012 - door.low[0],
+        r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE - 0.012 - door.low[0],
     )
-    z0 = max(r.low[2] + 0.012 - leaf.low[1], 0.03)
-    z1 = min(r.high[2] - 0.02 - leaf.low[1], h - 0.03)
+    z0 = max(r.low[2] + 0.012 - door.low[1], 0.03)
+    z1 = min(r.high[2] - 0.02 - door.low[1], h - 0.03)
     z1 = z0 + 0.8 * (z1 - z0)
     y0, y1, e = t + DOOR_GAP, t + DOOR_GAP + r.high[1] - 0.03, 0.004
     for solid, part in (
@@ -87,12 +87,12 @@ def add_pull_out(builder: AssetBuilder, leaf: FridgeDoor, look: ApplianceLook, r
         (board((x1 - e, y0 + 0.01, z0 + e), (x1, y1 - e, z1), 0.001), "right"),
     ):
         builder.add(
-            leaf.link, solid, "plastic_white", "drawer", collider=f"{leaf.name}_basket_{part}", density="ribbed_plastic"
+            door.link, solid, "plastic_white", "drawer", collider=f"{door.name}_basket_{part}", density="ribbed_plastic"
         )
     for x in (x0 - 0.0105, x1 + 0.0005):
         rail = board((x, y0 + 0.012, z0 + 0.03), (x + 0.01, y1 - 0.06, z0 + 0.05), 0.001)
-        builder.add(leaf.link, rail, "steel_galvanised", "rail", collider=False, density="drawer_runner")
-    way = round(0.82 * (y1 - y0), 3)
-    grip_name = f"{leaf.link}_handle_main"
-    builder.slide(leaf.joint, leaf.link, (0.0, 1.0, 0.0), (-way, 0.0), grip_name, start_n=11.0)
-    builder.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=leaf.link)
+        builder.add(door.link, rail, "steel_galvanised", "rail", collider=False, density="drawer_runner")
+    travel = round(0.82 * (y1 - y0), 3)
+    grip_name = f"{door.link}_handle_main"
+    builder.slide(door.joint, door.link, (0.0, 1.0, 0.0), (-travel, 0.0), grip_name, start_n=11.0)
+    builder.region(region, (x0 + e, y0 + 0.01, z0 + e), (x1 - e, y1 - e, z1), link=door.link)
