@@ -210,8 +210,8 @@ class TestOpenings:
         assert len(out.colliders) <= 24
         assert overlap >= 0.85
         assert found.normalized_error <= 1
-        assert found.kept is not None
-        assert found.kept >= 0.9
+        assert found.open_share is not None
+        assert found.open_share >= 0.9
         assert not is_touched(out, (0.052, 0.0, 0.05))  # the hole of the handle
         assert is_touched(out, (0.067, 0.0, 0.05))
 
@@ -233,8 +233,8 @@ class TestOpenings:
             _, found = numbers(out, mesh)
             assert len(out.colliders) <= PARAMS.hull_count
             assert found.normalized_error <= 1.1
-            assert found.kept is not None
-            assert found.kept >= 0.85
+            assert found.open_share is not None
+            assert found.open_share >= 0.85
 
     def test_a_square_dish_takes_few_hulls(self) -> None:
         dish = cut(
@@ -317,7 +317,7 @@ class TestMatter:
         egg = turned([(0.02 * np.sin(t), -0.03 * np.cos(t)) for t in np.linspace(0, np.pi, 30)], 32)
         found = solid_proxy(*welded(joined(egg, flipped(moved(egg, scale=0.9)))), is_full=False)
         assert found is not None
-        assert found.exact
+        assert found.is_exact
         assert found.solid.volume() == pytest.approx(volume(egg), rel=1e-6)
         assert "73% of it was sealed off" in found.message
 

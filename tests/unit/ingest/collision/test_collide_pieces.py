@@ -42,7 +42,7 @@ def test_a_wall_with_loose_ends_is_a_full_can() -> None:
     assert found is not None
     assert found.solid.volume() == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.05)
     assert covers_surface(found.solid, points, faces, grid)
-    assert "lids on 1" in found.done
+    assert "lids on 1" in found.steps
 
 
 def test_a_wall_without_ends_gets_no_lids() -> None:
@@ -50,7 +50,7 @@ def test_a_wall_without_ends_gets_no_lids() -> None:
     found = assemble_solid(points, faces, grid)
     assert found is not None
     assert found.solid.volume() == pytest.approx(2 * np.pi * 0.03 * 0.1 * 0.001, rel=0.1)
-    assert found.lone == pytest.approx(1.0)
+    assert found.sheet_share == pytest.approx(1.0)
 
 
 def test_a_sheet_with_two_faces_has_a_thickness_beside_a_box() -> None:
