@@ -37,7 +37,7 @@ def main() -> int:
         ):
             results.append(done)
             if not done.passed:
-                console.print(f"[red]failed[/] {done.wish.title} {done.message}", highlight=False)
+                console.print(f"[red]failed[/] {done.request.title} {done.message}", highlight=False)
                 for issue in done.problems:
                     console.print(f"  {issue.code} {issue.pointer}: {issue.message}", highlight=False, markup=False)
     table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")

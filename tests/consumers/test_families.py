@@ -20,7 +20,7 @@ def test_there_are_as_many_families_as_promised() -> None:
 def test_a_random_member_of_every_tenth_family_passes(tmp_path: Path) -> None:
     done = list(build_all(requests_for(sorted(MODELS)[::10], samples=1, seed=21, presets=False), tmp_path, drawn=False))
     assert len(done) == len(sorted(MODELS)[::10])
-    assert [(d.wish.title, d.message, d.problems) for d in done if not d.passed] == []
+    assert [(d.request.title, d.message, d.problems) for d in done if not d.passed] == []
 
 
 @pytest.mark.certify
@@ -28,7 +28,7 @@ def test_random_members_of_every_family_pass(tmp_path: Path) -> None:
     wanted = requests_for([], samples=2, seed=20, presets=False)
     done = list(build_all(wanted, tmp_path, drawn=False))
     failed = [
-        (d.wish.title, d.message or [f"{i.code} {i.pointer}: {i.message}" for i in d.problems])
+        (d.request.title, d.message or [f"{i.code} {i.pointer}: {i.message}" for i in d.problems])
         for d in done
         if not d.passed
     ]

@@ -75,16 +75,16 @@ def show(
     wanted = requests_for(names, samples, seed, presets=not samples)
     if preset:
         wanted = [FamilyRequest(name, preset=p) for name in names for p in preset]
-        for wish in wanted:
-            params_of(wish)  # raises UnknownId before anything is made
+        for request in wanted:
+            params_of(request)  # raises UnknownId before anything is made
     results: list[FamilyResult] = []
     with writing(out):
-        for wish in wanted:
-            done = build_one(wish, out, checked=check, drawn=False)
+        for request in wanted:
+            done = build_one(request, out, checked=check, drawn=False)
             results.append(done)
             _tell(done, console)
             if done.folder:
-                for path in pictures(Path(done.folder), out, wish.title.replace("/", "_").replace("#", "n"), size):
+                for path in pictures(Path(done.folder), out, request.title.replace("/", "_").replace("#", "n"), size):
                     console.print(f"  {path}", highlight=False, soft_wrap=True)
     _check_faults(results)
     if not all(r.passed for r in results):
@@ -158,14 +158,14 @@ def catalogue(
 
 def _check_faults(results: list[FamilyResult]) -> None:
     """Raises BatchFault where some were not built by a fault of the program."""
-    faults = [r.wish.title for r in results if r.is_fault]
+    faults = [r.request.title for r in results if r.is_fault]
     if faults:
         raise BatchFault(faults)
 
 
 def _row(done: FamilyResult) -> dict[str, object]:
     return {
-        "member": done.wish.title,
+        "member": done.request.title,
         "id": done.asset_id,
         "passed": done.passed,
         "message": done.message,
@@ -181,7 +181,7 @@ def _row(done: FamilyResult) -> dict[str, object]:
 def _tell(done: FamilyResult, console: Console) -> None:
     mark = "[green]passed[/]" if done.passed else "[red]failed[/]"
     seconds = f"build {done.build_s:.2f} s, write {done.write_s:.2f} s, check {done.check_s:.2f} s"
-    console.print(f"{mark} [bold]{done.wish.title}[/] {done.asset_id} ({seconds}, {done.size_bytes / 1e6:.2f} MB)")
+    console.print(f"{mark} [bold]{done.request.title}[/] {done.asset_id} ({seconds}, {done.size_bytes / 1e6:.2f} MB)")
     if done.message:
         console.print(escape(done.message), highlight=False)
     for issue in done.problems:

@@ -19,19 +19,19 @@ from casa_assets.pipeline.textures.recipes import finish_key, finish_of, recipe,
 
 def available_finishes() -> AvailableFinishes:
     """Ids of everything that a draw may choose."""
-    known = registry.load()
+    data = registry.load()
     surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(rows)) for s, rows in recipes().items()}
-    return AvailableFinishes(surfaces=surfaces, plain=tuple(sorted(known.materials)))
+    return AvailableFinishes(surfaces=surfaces, plain=tuple(sorted(data.materials)))
 
 
 @lru_cache(maxsize=1)
 def plain() -> Mapping[str, Finish]:
     """Every plain finish of the registry."""
-    known = registry.load()
-    return {name: plain_finish(row, known) for name, row in known.materials.items()}
+    data = registry.load()
+    return {name: plain_finish(row, data) for name, row in data.materials.items()}
 
 
-def plain_finish(row: Plain, known: registry.Registry) -> Finish:
+def plain_finish(row: Plain, data: registry.Registry) -> Finish:
     """A row of registry/materials.yaml as a finish."""
     material = Material(
         id=row.id,
@@ -41,7 +41,7 @@ def plain_finish(row: Plain, known: registry.Registry) -> Finish:
         glow=row.glow,
         substance=row.substance,
     )
-    return Finish(id=row.id, material=material, substance=known.substances[row.substance])
+    return Finish(id=row.id, material=material, substance=data.substances[row.substance])
 
 
 def linear(color: str, opacity: float = 1.0) -> Vec4:
@@ -75,12 +75,12 @@ def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
     Raises:
         UnknownId: neither a plain finish nor a recipe.
     """
-    found = dict(plain())
-    known = {name: row for rows in recipes().values() for name, row in rows.items()}
+    by_id = dict(plain())
+    pictured = {name: row for rows in recipes().values() for name, row in rows.items()}
     for name in names:
-        if name in found:
+        if name in by_id:
             continue
-        if name not in known:
-            raise UnknownId("finish", name, [*found, *known])
-        found[name] = finish_of(known[name], cache)
-    return found
+        if name not in pictured:
+            raise UnknownId("finish", name, [*by_id, *pictured])
+        by_id[name] = finish_of(pictured[name], cache)
+    return by_id

@@ -70,7 +70,7 @@ class FamilyResult:
         build_s, write_s, draw_s, check_s: wall seconds. size_bytes: of the folder.
     """
 
-    wish: FamilyRequest
+    request: FamilyRequest
     asset_id: str = ""
     folder: str = ""
     report: Report | None = None
@@ -98,42 +98,44 @@ class FamilyResult:
 
 def requests_for(names: Sequence[str], samples: int, seed: int, presets: bool) -> list[FamilyRequest]:
     """All presets and the first draws of each family. Raises UnknownId."""
-    out: list[FamilyRequest] = []
+    requests: list[FamilyRequest] = []
     for name in names or family_names():
-        found = family(name)
+        members = family(name)
         if presets:
-            out += [FamilyRequest(name, preset=p) for p in found.presets]
-        out += [FamilyRequest(name, seed=seed, index=i) for i in range(samples)]
-    return out
+            requests += [FamilyRequest(name, preset=p) for p in members.presets]
+        requests += [FamilyRequest(name, seed=seed, index=i) for i in range(samples)]
+    return requests
 
 
-def params_of(wish: FamilyRequest) -> Params:
-    """The numbers of a wish. Raises UnknownId."""
-    found = family(wish.family)
-    if wish.preset:
-        if wish.preset not in found.presets:
-            raise UnknownId(f"preset of {wish.family}", wish.preset, found.presets)
-        chosen: Params = found.presets[wish.preset]
+def params_of(request: FamilyRequest) -> Params:
+    """The numbers of a member: a preset, or one drawn by the family's rules. Raises UnknownId."""
+    member_family = family(request.family)
+    if request.preset:
+        if request.preset not in member_family.presets:
+            raise UnknownId(f"preset of {request.family}", request.preset, member_family.presets)
+        chosen: Params = member_family.presets[request.preset]
         return chosen
-    drawn: Params = found.sample(rng_for(wish.seed, f"families/{wish.family}/{wish.index}"), available_finishes())
+    drawn: Params = member_family.sample(
+        rng_for(request.seed, f"families/{request.family}/{request.index}"), available_finishes()
+    )
     return drawn
 
 
-def build_asset(found: Family[Any], params: Params, cache: Path) -> Asset:
+def build_asset(member_family: Family[Any], params: Params, cache: Path) -> Asset:
     """The asset of a family's numbers; pictures come from or go to the store at `cache`."""
-    supplies = Supplies(finishes(params.finishes, cache), labels_of(found), registry.load().densities)
-    return found.build(params, supplies)
+    supplies = Supplies(finishes(params.finishes, cache), labels_of(member_family), registry.load().densities)
+    return member_family.build(params, supplies)
 
 
-def asset_key(found: Family[Any], params: Params) -> str:
+def asset_key(member_family: Family[Any], params: Params) -> str:
     """Key of `build_asset`: the family's own code, its numbers, labels, densities and finishes.
 
     Another family, or a texture of a kind that the asset does not show, has no part in it.
     """
-    code = _code_key(found.name)
+    code = _code_key(member_family.name)
     densities = sorted(registry.load().densities.items())
-    values = [params.digest, labels_of(found).digest, densities, finishes_key(params.finishes)]
-    return digest_of("asset", found.name, code, *values)
+    values = [params.digest, labels_of(member_family).digest, densities, finishes_key(params.finishes)]
+    return digest_of("asset", member_family.name, code, *values)
 
 
 @cache
@@ -141,14 +143,14 @@ def _code_key(name: str) -> str:
     return key_of(*modules_holding(MODELS[name], FAMILIES_PACKAGE))
 
 
-def labels_of(found: Family[Any]) -> Labels:
+def labels_of(member_family: Family[Any]) -> Labels:
     """Category, classes and Wikidata item of a family's assets, from the registry."""
-    known = registry.load()
-    category = known.fixtures[found.category]
-    return Labels(category=category.id, classes=known.classes_of(category), qcode=category.qcode)
+    data = registry.load()
+    category = data.fixtures[member_family.category]
+    return Labels(category=category.id, classes=data.classes_of(category), qcode=category.qcode)
 
 
-def build_one(wish: FamilyRequest, library: Path, checked: bool = True, drawn: bool = True) -> FamilyResult:
+def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn: bool = True) -> FamilyResult:
     """Build, write and check one member; its folder is put in the library where it passes, or left out.
 
     A fault of a family is told in `message`, so that the others go on. Starts no process.
@@ -157,17 +159,17 @@ def build_one(wish: FamilyRequest, library: Path, checked: bool = True, drawn: b
         OutputError: the library cannot be written to. NoRenderer: this machine cannot draw.
     """
     return attempt(
-        lambda: _build_one(wish, disk.Library(library), checked, drawn),
-        lambda message, is_fault: FamilyResult(wish, message=message, is_fault=is_fault),
+        lambda: _build_one(request, disk.Library(library), checked, drawn),
+        lambda message, is_fault: FamilyResult(request, message=message, is_fault=is_fault),
         library,
     )
 
 
-def _build_one(wish: FamilyRequest, library: disk.Library, checked: bool, drawn: bool) -> FamilyResult:
-    found = family(wish.family)
-    params = params_of(wish)
+def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, drawn: bool) -> FamilyResult:
+    member_family = family(request.family)
+    params = params_of(request)
     begin = time.perf_counter()
-    asset = build_asset(found, params, library.cache)
+    asset = build_asset(member_family, params, library.cache)
     built = time.perf_counter()
     staged = library.stage(asset.id)
     drawn_s = write_package(asset, staged, PREVIEW if drawn else PREVIEW_VIEW)
@@ -175,15 +177,15 @@ def _build_one(wish: FamilyRequest, library: disk.Library, checked: bool, drawn:
     written = time.perf_counter()
     report = Report(subject=asset.id)
     if checked:
-        report = check_package(asset, staged, registry.load().fixtures[found.category])
+        report = check_package(asset, staged, registry.load().fixtures[member_family.category])
     checked_at = time.perf_counter()
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
-    target = library.folder(found.name, asset.id)
+    target = library.folder(member_family.name, asset.id)
     if report.passed:
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, _made_by(found, params)))
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, _made_by(member_family, params)))
         library.publish(staged, target)
     return FamilyResult(
-        wish,
+        request,
         asset.id,
         str(target if report.passed else staged),
         report,
@@ -195,23 +197,23 @@ def _build_one(wish: FamilyRequest, library: disk.Library, checked: bool, drawn:
     )
 
 
-def _made_by(found: Family[Any], params: Params) -> disk.MadeBy:
+def _made_by(member_family: Family[Any], params: Params) -> disk.MadeBy:
     """Producer, cache key and versions for the certificate of a member."""
-    modules = modules_holding(MODELS[found.name], FAMILIES_PACKAGE)
+    modules = modules_holding(MODELS[member_family.name], FAMILIES_PACKAGE)
     versions = versions_of({"family": modules, **WRITING})
     written = key_of(write_package, check_package, certificate)
-    return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(found, params), written), versions)
+    return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(member_family, params), written), versions)
 
 
 def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
     """Rows of text for a table: family, how many passed, of how many, median seconds and megabytes; the last is all."""
     rows = []
-    names = sorted({r.wish.family for r in results})
+    names = sorted({r.request.family for r in results})
     for name in [*names, ""]:
-        own = [r for r in results if not name or r.wish.family == name]
-        figures = [(r.build_s, r.write_s, r.draw_s, r.check_s, r.size_bytes / 1e6) for r in own if r.report]
+        members = [r for r in results if not name or r.request.family == name]
+        figures = [(r.build_s, r.write_s, r.draw_s, r.check_s, r.size_bytes / 1e6) for r in members if r.report]
         medians = [f"{median(column):.3f}" for column in zip(*figures, strict=True)]
-        rows.append((name or "all", str(sum(r.passed for r in own)), str(len(own)), *(medians or [""] * 5)))
+        rows.append((name or "all", str(sum(r.passed for r in members)), str(len(members)), *(medians or [""] * 5)))
     return rows
 
 

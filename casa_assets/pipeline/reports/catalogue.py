@@ -36,7 +36,7 @@ QUALITY = 82
 class MemberPictures:
     """A member of a family with its picture files, relative to the page: closed first, then each named pose."""
 
-    wish: FamilyRequest
+    request: FamilyRequest
     pictures: tuple[str, ...]
     mass: float
     size: tuple[float, float, float]
@@ -52,19 +52,19 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
         UnknownId: there is no such family.
         BatchFault: some could not be drawn by a fault of the program; the page has the others.
     """
-    wishes = [FamilyRequest(f.name, preset=p) for f in families().values() for p in f.presets]
-    wishes = [w for w in wishes if not names or w.family in names]
+    requests = [FamilyRequest(f.name, preset=p) for f in families().values() for p in f.presets]
+    requests = [r for r in requests if not names or r.family in names]
     for name in names:
         family(name)
     (out / "families").mkdir(parents=True, exist_ok=True)
     drawn: dict[int, MemberPictures] = {}
     faults: dict[str, str] = {}
-    for number, answer in run_batch(partial(_draw, out=out), wishes, out, jobs, WARM, WORKER_BYTES):
+    for number, answer in run_batch(partial(_draw, out=out), requests, out, jobs, WARM, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
-            faults[wishes[number].title] = answer.text
+            faults[requests[number].title] = answer.text
         else:
             drawn[number] = answer
-        yield wishes[number].title
+        yield requests[number].title
     found = [drawn[number] for number in sorted(drawn)]
     swatches: dict[Surface, list[str]] = {}
     if textures:
@@ -81,9 +81,9 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
         raise BatchFault(faults, "\n".join(faults.values()))
 
 
-def _draw(wish: FamilyRequest, out: Path) -> MemberPictures:
+def _draw(request: FamilyRequest, out: Path) -> MemberPictures:
     """One preset in all its poses."""
-    asset = build_asset(family(wish.family), params_of(wish), out / ".cache")
+    asset = build_asset(family(request.family), params_of(request), out / ".cache")
     folder = Path(tempfile.mkdtemp(prefix="catalogue"))
     try:
         write_files(folder, mjcf.write(asset))
@@ -91,14 +91,14 @@ def _draw(wish: FamilyRequest, out: Path) -> MemberPictures:
         named = [pose for pose in poses(model) if pose != "closed"]
         paths = []
         for pose in ("", *named[:2]):
-            path = f"families/{wish.family}_{wish.preset}{'_' + pose if pose else ''}.webp"
+            path = f"families/{request.family}_{request.preset}{'_' + pose if pose else ''}.webp"
             (out / path).write_bytes(_webp(render(model, View(size_px=PICTURE_PX, passes=14), False, pose)))
             paths.append(path)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     low, high = asset.bounds
     x, y, z = (float(v) for v in high - low)
-    return MemberPictures(wish, tuple(paths), asset.mass, (x, y, z))
+    return MemberPictures(request, tuple(paths), asset.mass, (x, y, z))
 
 
 def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) -> str:
@@ -107,7 +107,7 @@ def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) ->
     Args:
         found: members, in the order of their families. swatches: ids of the textures of each surface.
     """
-    names = dict.fromkeys(member.wish.family for member in found)
+    names = dict.fromkeys(member.request.family for member in found)
     shown = [
         {
             "name": name,
@@ -115,7 +115,7 @@ def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) ->
             "members": [
                 {"pictures": member.pictures, "caption": _caption(member)}
                 for member in found
-                if member.wish.family == name
+                if member.request.family == name
             ],
         }
         for name in names
@@ -134,7 +134,7 @@ def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) ->
 
 def _caption(member: MemberPictures) -> str:
     size = " x ".join(f"{v:.2f}" for v in member.size)
-    return f"{member.wish.preset}, {size}, {member.mass:.3g} kg"
+    return f"{member.request.preset}, {size}, {member.mass:.3g} kg"
 
 
 def _webp(png: bytes) -> bytes:

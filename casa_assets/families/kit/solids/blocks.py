@@ -48,18 +48,6 @@ def board(lower: Vec3, upper: Vec3, edge_radius: float = EDGE_RADIUS, steps: int
     return box(size, at.position, edge_radius, steps)
 
 
-def liner_sheets(lower: Vec3, upper: Vec3, thickness: float) -> list[Solid]:
-    """Five sheets that line a cavity open to the front (-y), metres: left, right, floor, roof, back."""
-    (x0, y0, z0), (x1, y1, z1), t = lower, upper, thickness
-    return [
-        board((x0, y0, z0), (x0 + t, y1, z1), 0.0),
-        board((x1 - t, y0, z0), (x1, y1, z1), 0.0),
-        board((x0 + t, y0, z0), (x1 - t, y1 - t, z0 + t), 0.0),
-        board((x0 + t, y0, z1 - t), (x1 - t, y1 - t, z1), 0.0),
-        board((x0 + t, y1 - t, z0 + t), (x1 - t, y1, z1 - t), 0.0),
-    ]
-
-
 _SIGNS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 

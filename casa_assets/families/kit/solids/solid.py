@@ -114,23 +114,6 @@ def box_shape(lower: Sequence[float] | Floats, upper: Sequence[float] | Floats) 
     return Box(size=(size[0], size[1], size[2])), Pose(position=(center[0], center[1], center[2]))
 
 
-def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tuple[Vec3, Vec3]]:
-    """Corners of five boards round a cavity that is open to the front (-y): left, right, floor, roof, back.
-
-    Args:
-        outer, inner: lower and upper corners of the outside and of the cavity, metres; all boards begin at the outer
-            front, and the side walls run over the whole height.
-    """
-    ((x0, y0, z0), (x1, y1, z1)), ((a0, _, c0), (a1, b1, c1)) = outer, inner
-    return [
-        ((x0, y0, z0), (a0, y1, z1)),
-        ((a1, y0, z0), (x1, y1, z1)),
-        ((a0, y0, z0), (a1, y1, c0)),
-        ((a0, y0, c1), (a1, y1, z1)),
-        ((a0, b1, c0), (a1, y1, c1)),
-    ]
-
-
 def concatenate(solids: Sequence[Solid]) -> Solid:
     """Concatenate surfaces and shapes of several solids, without welding them."""
     starts = np.cumsum([0, *(len(s.points) for s in solids)])

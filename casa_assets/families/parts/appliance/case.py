@@ -20,24 +20,41 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
 FLAT_BAND = 0.0015  # metres
-LINER_SHEET = 0.0006  # metres of sheet that lines the inside of an oven or a microwave
+LINER_THICKNESS = 0.0006  # metres of sheet that lines the inside of an oven or a microwave
 
 
-def open_front_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tuple[Placed, ...]:
-    """Five boxes between two boxes given by their lower and upper corners: left, right, bottom, top and back."""
-    ((x0, y0, z0), (x1, y1, z1)), (low, high) = outer, inner
-    return (
-        box_shape((x0, y0, z0), (low[0], y1, z1)),
-        box_shape((high[0], y0, z0), (x1, y1, z1)),
-        box_shape((low[0], y0, z0), (high[0], y1, low[2])),
-        box_shape((low[0], y0, high[2]), (high[0], y1, z1)),
-        box_shape((low[0], high[1], low[2]), (high[0], y1, high[2])),
-    )
+def cavity_walls(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> list[tuple[Vec3, Vec3]]:
+    """Corners of five boards round a cavity that is open to the front (-y): left, right, floor, roof, back.
+
+    Args:
+        outer, inner: lower and upper corners of the outside and of the cavity, metres; all boards begin at the outer
+            front, and the side walls run over the whole height.
+    """
+    ((x0, y0, z0), (x1, y1, z1)), ((a0, _, c0), (a1, b1, c1)) = outer, inner
+    return [
+        ((x0, y0, z0), (a0, y1, z1)),
+        ((a1, y0, z0), (x1, y1, z1)),
+        ((a0, y0, z0), (a1, y1, c0)),
+        ((a0, y0, c1), (a1, y1, z1)),
+        ((a0, b1, c0), (a1, y1, c1)),
+    ]
 
 
-def add_liner(builder: AssetBuilder, low: Vec3, high: Vec3, finish: str, density: str) -> None:
-    """Sheets on the left, right, bottom, top and back of the space between two corners; the front is open."""
-    (x0, y0, z0), (x1, y1, z1), t = low, high, LINER_SHEET
+def cavity_colliders(outer: tuple[Vec3, Vec3], inner: tuple[Vec3, Vec3]) -> tuple[Placed, ...]:
+    """The boards of `cavity_walls` as box colliders."""
+    return tuple(box_shape(*corners) for corners in cavity_walls(outer, inner))
+
+
+def add_liner(
+    builder: AssetBuilder,
+    lower: Vec3,
+    upper: Vec3,
+    finish: str,
+    density: str | None,
+    thickness: float = LINER_THICKNESS,
+) -> None:
+    """Add sheets without colliders on the left, right, floor, roof and back of a cavity between two corners, metres."""
+    (x0, y0, z0), (x1, y1, z1), t = lower, upper, thickness
     for a, b in (
         ((x0, y0, z0), (x0 + t, y1, z1)),
         ((x1 - t, y0, z0), (x1, y1, z1)),

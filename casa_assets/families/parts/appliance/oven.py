@@ -9,16 +9,16 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import board, box, lathe, liner_sheets
+from casa_assets.families.kit.solids.blocks import board, box, lathe
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import box_shape, cavity_walls, concatenate
+from casa_assets.families.kit.solids.solid import box_shape, concatenate
 from casa_assets.families.kit.solids.sweep import rectangle, tube
 from casa_assets.families.parts.appliance.balanced_hinge import oven_door_hinge
+from casa_assets.families.parts.appliance.case import add_liner, cavity_walls
 from casa_assets.families.parts.hardware.legs import round_bar
 from casa_assets.model.record import Vec3
 
 INSULATION_THICKNESS = 0.045  # metres of insulation between liner and shell
-LINER_THICKNESS = 0.0006
 DOOR_GAP = 0.003
 DOOR_THICKNESS = 0.045  # of a door: two panes and air
 RACK_TRAVEL = 0.26  # metres that a rack comes out
@@ -75,8 +75,7 @@ def add_cavity(
     for corners in cavity_walls((lower, upper), inner):
         builder.add(ROOT, board(*corners, 0.0), looks.shell, label="case", collider=collider, density="oven_wall")
     (a0, b0, c0), (a1, b1, c1) = inner
-    for sheet in liner_sheets((a0, b0 + 0.001, c0), (a1, b1, c1), LINER_THICKNESS):
-        builder.add(ROOT, sheet, looks.liner, label="liner", collider=False, density="steel")
+    add_liner(builder, (a0, b0 + 0.001, c0), (a1, b1, c1), looks.liner, "steel")
     seal = subtract(
         board((a0 - 0.014, y0 - 0.0013, c0 - 0.014), (a1 + 0.014, y0 - 0.0003, c1 + 0.014), 0.0),
         board((a0 - 0.004, y0 - 0.01, c0 - 0.004), (a1 + 0.004, y0 + 0.01, c1 + 0.004), 0.0),

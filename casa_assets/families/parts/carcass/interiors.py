@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
-from casa_assets.families.kit.solids.solid import cavity_walls
 from casa_assets.families.parts.appliance import dish_racks, oven
+from casa_assets.families.parts.appliance.case import cavity_walls
 from casa_assets.families.parts.appliance.look import ApplianceLook
 from casa_assets.families.parts.appliance.turntable import add_turntable
 from casa_assets.families.parts.refrigerator import case

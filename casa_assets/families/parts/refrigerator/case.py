@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.blocks import board, box, liner_sheets, rod
+from casa_assets.families.kit.solids.blocks import board, box, rod
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import Placed, box_shape, cavity_walls
+from casa_assets.families.kit.solids.solid import Placed, box_shape
+from casa_assets.families.parts.appliance.case import add_liner, cavity_colliders
 from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceKick, ApplianceLook
 from casa_assets.model.record import Vec3
 
@@ -79,7 +80,7 @@ def _walls(
     floor, ceiling = min(r.low[2] for r in compartments), max(r.high[2] for r in compartments)
     back = compartments[0].high[1]
     outer = ((0.0, 0.0, base_height), (width, depth, top))
-    shapes = [box_shape(*corners) for corners in cavity_walls(outer, ((left, 0.0, floor), (right, back, ceiling)))]
+    shapes = list(cavity_colliders(outer, ((left, 0.0, floor), (right, back, ceiling))))
     ordered = sorted(compartments, key=lambda r: (r.low[2], r.low[0]))
     for first, second in pairwise(ordered):
         if second.low[2] >= first.high[2]:
@@ -93,8 +94,7 @@ def _line(builder: AssetBuilder, r: Compartment) -> None:
     """Sheets of a liner, an air duct at the back and a lamp under the roof."""
     (x0, y0, z0), (x1, y1, z1) = r.low, r.high
     y0, e = y0 + 0.0012, LINER_THICKNESS
-    for sheet in liner_sheets((x0, y0, z0), r.high, e):
-        builder.add(ROOT, sheet, LINER_FINISH, label="liner", collider=False, density="liner_sheet")
+    add_liner(builder, (x0, y0, z0), r.high, LINER_FINISH, "liner_sheet", e)
     middle, height = (x0 + x1) / 2, z1 - z0
     duct_width = min(0.16, 0.4 * (x1 - x0))
     duct = board(

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, box
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape, cavity_walls
+from casa_assets.families.kit.solids.solid import Placed, Solid, box_shape
+from casa_assets.families.parts.appliance.case import cavity_walls
 from casa_assets.families.parts.appliance.handles import LATCH_LENGTH, AppliancePull, appliance_pull
 from casa_assets.families.parts.appliance.look import ApplianceFront, ApplianceLook
 from casa_assets.families.parts.fronts import fronts
