@@ -68,7 +68,8 @@ class _RuleReader:
         self.document = document
         self.params = params
         self.kinds = _kinds(field)
-        self.type: TypeAdapter[Any] = TypeAdapter(Annotated[field.annotation, field] if field else Any)
+        annotation: Any = Annotated[field.annotation, field] if field else Any
+        self.type: TypeAdapter[Any] = TypeAdapter(annotation)
         self.earlier = earlier
 
     def read(self, rule: Any, path: KeyPath) -> Draw:
@@ -120,7 +121,7 @@ class _RuleReader:
         draws = [reader.read(term, (*path, i)) for i, term in enumerate(terms)]
         return lambda values, rng, available: round(combine([draw(values, rng, available) for draw in draws]), 3)
 
-    def _cases(self, name: str, cases: Mapping[str, Any], path: KeyPath) -> Draw:
+    def _cases(self, name: str, cases: Mapping[Any, Any], path: KeyPath) -> Draw:
         """The rule beside an earlier value; `a or b` stands for two values, `else` for all others."""
         value_of = self._earlier(name, path)
         draws = {value: self.read(rule, (*path, key)) for key, rule in cases.items() for value in key.split(" or ")}

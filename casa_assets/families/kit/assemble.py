@@ -47,7 +47,7 @@ def assemble(builder: AssetBuilder, family: str, params: Params) -> Asset:
         regions=tuple(builder.regions),
         states=tuple(builder.states),
         keyframes=tuple(builder.keyframes),
-        behavior=builder.behavior,
+        behavior=builder.behavior.build(),
         contract=builder.contract,
         materials=tuple(finishes[name].material for name in sorted({v.material for k in links for v in k.visuals})),
         substances=tuple(substances[name] for name in sorted({c.substance for k in links for c in k.colliders})),

@@ -8,10 +8,10 @@ import numpy as np
 
 from casa_assets.core import hand_dynamics
 from casa_assets.families.family import Supplies
+from casa_assets.families.kit.behavior_builder import BehaviorBuilder
 from casa_assets.families.kit.mass_properties import RigidMass, solid_mass
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.asset.asset import Base, Collider, JointKind, JointValue, Keyframe, Region, Site, State
-from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
@@ -76,7 +76,7 @@ class AssetBuilder:
         self.regions: list[Region] = []
         self.states: list[State] = []
         self.keyframes: list[Keyframe] = []
-        self.behavior: Behavior | None = None
+        self.behavior = BehaviorBuilder()
         self.contract: str | None = None
 
     # Links and parts ------------------------------------------------------------------------------------------------

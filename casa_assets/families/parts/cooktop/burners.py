@@ -8,11 +8,12 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.behavior_builder import BehaviorBuilder
 from casa_assets.families.kit.solids.blocks import box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.parts.cooktop.grates import BurnerSpot, GrateStyle, add_grates, burner_cells
-from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.asset.behavior import EffectKind
 
 # Ref: RoboCasa v1.0, class Stove: STOVE_LOW_MIN 0.35 rad, STOVE_HIGH_MIN 80 degrees.
 KNOB_ON_ANGLE, KNOB_HIGH_ANGLE = 0.35, math.radians(80)
@@ -178,23 +179,17 @@ def _ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str
             )
 
 
-def burner_behavior(places: list[BurnerSpot], fuel: Fuel, turn: float) -> Behavior:
+def add_burner_behavior(behavior: BehaviorBuilder, places: list[BurnerSpot], fuel: Fuel, turn: float) -> None:
     """Each knob sets its burner to off, low or high."""
-    variables, rules, effects = [], [], []
     color = (*(FLAME_COLOR if fuel is Fuel.GAS else GLOW_COLOR)[:3], 0.6)
+    intervals = {
+        "off": (-0.1, KNOB_ON_ANGLE),
+        "low": (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE),
+        "high": (KNOB_HIGH_ANGLE, turn + 0.1),
+    }
     for s in places:
-        name, joint = f"burner_{s.loc}", f"knob_{s.loc}_joint"
-        variables.append(Variable(name=name, values=("off", "low", "high"), initial="off"))
-        for value, span in (
-            ("off", (-0.1, KNOB_ON_ANGLE)),
-            ("low", (KNOB_ON_ANGLE, KNOB_HIGH_ANGLE)),
-            ("high", (KNOB_HIGH_ANGLE, turn + 0.1)),
-        ):
-            rules.append(Rule(variable=name, to=value, when=(Condition(joint=joint, interval=span),)))
+        name, site = f"burner_{s.loc}", f"burner_on_{s.loc}"
+        behavior.follow_joint(name, f"knob_{s.loc}_joint", intervals)
         for value, strength in (("low", 0.5), ("high", 1.0)):
-            site = f"burner_on_{s.loc}"
-            effects.append(
-                Effect(variable=name, value=value, kind=EffectKind.SHOW, target=site, color=color, strength=strength)
-            )
-            effects.append(Effect(variable=name, value=value, kind=EffectKind.HEAT, target=site, strength=strength))
-    return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects))
+            behavior.effect(EffectKind.SHOW, name, site, value=value, color=color, strength=strength)
+            behavior.effect(EffectKind.HEAT, name, site, value=value, strength=strength)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from casa_assets.core import hand_dynamics
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.behavior_builder import BehaviorBuilder
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.model.asset.behavior import Condition, Rule, Variable
+from casa_assets.model.asset.behavior import Condition
 from casa_assets.model.record import Vec3
 
 KEY_TRAVEL = 0.0025  # metres
@@ -68,24 +69,17 @@ def _turned(solid: Solid, turn: tuple[str, float] | None) -> Solid:
     return solid if turn is None else solid.rotated(*turn)
 
 
-def toggle_variable(variable: str, collider: str) -> tuple[tuple[Variable, ...], tuple[Rule, ...]]:
-    """A variable that one key switches on and off: on a press, once for each press.
+def add_toggle(behavior: BehaviorBuilder, variable: str, collider: str) -> None:
+    """Add a variable that one key switches on and off: on a press, once for each press.
 
     A second variable, `<variable>_latch`, follows when the key is let go, so that one press counts once.
     """
     latch = f"{variable}_latch"
     press = Condition(contact=collider, begins=True)
     free = Condition(contact=collider, negated=True)
-    was_on, was_off = Condition(variable=latch, equals="on"), Condition(variable=latch, equals="off")
-    now_on, now_off = Condition(variable=variable, equals="on"), Condition(variable=variable, equals="off")
-    variables = (
-        Variable(name=variable, values=("off", "on"), initial="off"),
-        Variable(name=latch, values=("off", "on"), initial="off"),
-    )
-    rules = (
-        Rule(variable=variable, from_values=("on",), to="off", when=(press, was_on)),
-        Rule(variable=variable, from_values=("off",), to="on", when=(press, was_off)),
-        Rule(variable=latch, from_values=("off",), to="on", when=(free, now_on)),
-        Rule(variable=latch, from_values=("on",), to="off", when=(free, now_off)),
-    )
-    return variables, rules
+    behavior.variable(variable)
+    behavior.variable(latch)
+    behavior.rule(variable, "off", press, Condition(variable=latch, equals="on"), before="on")
+    behavior.rule(variable, "on", press, Condition(variable=latch, equals="off"), before="off")
+    behavior.rule(latch, "on", free, Condition(variable=variable, equals="on"), before="off")
+    behavior.rule(latch, "off", free, Condition(variable=variable, equals="off"), before="on")

@@ -14,10 +14,11 @@ from casa_assets.core.hand_dynamics import TAP_START_N
 from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.behavior_builder import BehaviorBuilder
 from casa_assets.families.kit.solids.blocks import ball, box, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import rectangle, round_corners, tube
-from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.asset.behavior import EffectKind
 from casa_assets.model.record import Vec3
 
 # Ref: RoboCasa v0.2 and v1.0, class Sink: water runs where 0.40 < handle_joint < pi; high from half of the range on.
@@ -88,7 +89,7 @@ def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
     stream = z + swivel + mz - fall
     builder.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
     _levers(builder, p, at, bridge)
-    builder.behavior = faucet_behavior()
+    add_faucet_behavior(builder.behavior)
 
 
 def _body(p: Faucet, bridge: bool) -> tuple[list[Solid], float]:
@@ -262,29 +263,17 @@ def _lever(builder: AssetBuilder, link: str, p: Faucet, name: str) -> None:
         builder.add(link, blade.with_box_collider(), p.finish, "handle", name, density="tap_body")
 
 
-def faucet_behavior() -> Behavior:
+def add_faucet_behavior(behavior: BehaviorBuilder) -> None:
     """Water by the flow lever, hot or cold by the other."""
     half = FLOW_RANGE / 2
     levels = {"off": (0.0, FLOW_START), "low": (FLOW_START, half), "high": (half, FLOW_RANGE + 0.01)}
+    behavior.follow_joint("water", "handle_joint", levels)
     sides = {"cold": (-TEMPERATURE_RANGE - 0.01, 0.0), "hot": (0.0, TEMPERATURE_RANGE + 0.01)}
-    rules = tuple(
-        Rule(variable="water", to=v, when=(Condition(joint="handle_joint", interval=i),)) for v, i in levels.items()
-    )
-    rules += tuple(
-        Rule(variable="temperature", to=v, when=(Condition(joint="handle_temp_joint", interval=i),))
-        for v, i in sides.items()
-    )
-    wet = (0.45, 0.62, 0.75, 0.6)
-    return Behavior(
-        variables=(
-            Variable(name="water", values=("off", "low", "high"), initial="off"),
-            Variable(name="temperature", values=("cold", "hot"), initial="cold"),
-        ),
-        rules=rules,
-        effects=(
-            Effect(variable="water", value="low", kind=EffectKind.SHOW, target="water", color=wet, strength=0.5),
-            Effect(variable="water", value="high", kind=EffectKind.SHOW, target="water", color=wet),
-            Effect(variable="water", value="low", kind=EffectKind.FLOW, target="water", strength=0.5),
-            Effect(variable="water", value="high", kind=EffectKind.FLOW, target="water"),
-        ),
-    )
+    behavior.follow_joint("temperature", "handle_temp_joint", sides)
+    strengths = {"low": 0.5, "high": 1.0}
+    for value, strength in strengths.items():
+        behavior.effect(
+            EffectKind.SHOW, "water", "water", value=value, color=(0.45, 0.62, 0.75, 0.6), strength=strength
+        )
+    for value, strength in strengths.items():
+        behavior.effect(EffectKind.FLOW, "water", "water", value=value, strength=strength)

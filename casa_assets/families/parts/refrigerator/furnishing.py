@@ -6,11 +6,12 @@ import math
 from collections.abc import Sequence
 
 from casa_assets.families.kit.asset_builder import AssetBuilder
+from casa_assets.families.kit.behavior_builder import negated
 from casa_assets.families.parts.appliance.look import ApplianceLook
 from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, add_shelf, region_above_shelf
 from casa_assets.families.parts.refrigerator.door import BIN_DEPTH, FridgeDoor
 from casa_assets.families.parts.refrigerator.sliding_parts import SIDE_CLEARANCE, add_crisper
-from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable
+from casa_assets.model.asset.behavior import Condition
 
 # Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
 SHELF_PITCH = 0.214
@@ -106,10 +107,10 @@ def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Seq
     builder.door_states(*doors)
     builder.keyframe("closed")
     builder.keyframe("open", **{m.name: builder.joint_position(m.name) for m in builder.joints})
-    builder.behavior = lamp_behavior(builder, fridge)
+    add_lamp_behavior(builder, fridge)
 
 
-def lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> Behavior:
+def add_lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> None:
     """The lamp burns while a door of the fridge is not shut."""
     shut = []
     for joint in fridge:
@@ -117,11 +118,8 @@ def lamp_behavior(builder: AssetBuilder, fridge: Sequence[str]) -> Behavior:
         # A door may stand a little beyond its stop.
         low, high = (ends[0], 0.01) if builder.joint_position(joint) < 0 else (-0.01, ends[1])
         shut.append(Condition(joint=joint, interval=(low, high)))
-    on = tuple(Rule(variable="light", to="on", when=(s.replace(negated=True),)) for s in shut)
-    return Behavior(
-        variables=(Variable(name="light", values=("off", "on"), initial="off"),),
-        rules=(Rule(variable="light", to="off", when=tuple(shut)), *on),
-        effects=(
-            Effect(variable="light", value="on", kind=EffectKind.LIGHT, target="fridge_light_visual", color=LAMP_COLOR),
-        ),
-    )
+    builder.behavior.variable("light")
+    builder.behavior.rule("light", "off", *shut)
+    for condition in shut:
+        builder.behavior.rule("light", "on", negated(condition))
+    builder.behavior.light("light", "fridge_light_visual", LAMP_COLOR)
