@@ -96,6 +96,10 @@ class Supplies:
             raise UnknownId("density", name, self.densities)
         return self.densities[name]
 
+    def hollow_density(self, name: str, finish: str) -> float:
+        """kg/m^3 of a part that is drawn solid and is not: the density of that name, at most that of its finish."""
+        return min(self.density(name), self.finish(finish).substance.density)
+
 
 @dataclass(frozen=True)
 class Family(Generic[P]):
