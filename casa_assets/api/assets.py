@@ -100,7 +100,7 @@ def check(subject: Asset | Kitchen | str | Path) -> Report:
 
     Args:
         subject: an asset or a kitchen, which is written to a temporary folder for it; or the folder of an asset or of a
-            scene. Into the folder of a scene a picture of its floor is put (`floor_map.png`).
+            scene, which is only read.
     Raises:
         OutputError: the folder holds neither an asset nor a scene, or is damaged.
     """

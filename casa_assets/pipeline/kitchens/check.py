@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import time
 from collections.abc import Iterator, Sequence
@@ -97,8 +96,8 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path) -> SceneBuil
 
 def check_and_report(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
     """Run every check on a scene in its folder, and leave report, page and pictures there."""
-    report, measured = run_checks_on_scene(kitchen, scene, folder)
-    _write(folder, report, {"key": verdict_key(recipe), **measured})
+    report, measured, design = run_checks_on_scene(kitchen, scene, folder)
+    _write(folder, report, {"key": verdict_key(recipe), **measured}, floor_picture(design))
     return report
 
 
@@ -107,10 +106,14 @@ def verdict_key(recipe: SceneRecipe) -> str:
     return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, _write))
 
 
-def run_checks_on_scene(kitchen: KitchenRequest, scene: Scene, folder: Path) -> tuple[Report, dict[str, Any]]:
-    """The report of a scene in its folder, and what was measured besides: grade, tasks, places to park, budgets, speed.
+def run_checks_on_scene(
+    kitchen: KitchenRequest, scene: Scene, folder: Path
+) -> tuple[Report, dict[str, Any], DesignSubject]:
+    """Run every check on a scene in its folder, which is only read.
 
-    A picture of the floor is put into the folder.
+    Returns:
+        The report; what was measured besides, for report.json (grade, tasks, parking places, budgets, speed); and the
+        subject of the design checks, from which a map of the floor can be drawn.
     """
     begin, known = time.perf_counter(), registry.load()
     limits, waived = known.limits, known.waived(scene.id)
@@ -118,9 +121,6 @@ def run_checks_on_scene(kitchen: KitchenRequest, scene: Scene, folder: Path) -> 
     report = run_scene(subject, limits, waived)
     for other in (SceneFiles(subject), design):
         report += run(other, scene.id, limits, waived)
-    picture = io.BytesIO()
-    floor_picture(design).save(picture, format="PNG")
-    (folder / MAP).write_bytes(picture.getvalue())
     measured: dict[str, Any] = {
         "grade": grade(design).model_dump(mode="json"),
         "tasks": [t.model_dump(mode="json") for t in design.tasks],
@@ -136,7 +136,7 @@ def run_checks_on_scene(kitchen: KitchenRequest, scene: Scene, folder: Path) -> 
     else:
         report += report_not_run((MeasuredSpeed, PreviewImages), scene.id, limits, UNLOADED, waived)
     ordered = sorted(report.results, key=lambda r: r.code)
-    return report.replace(results=tuple(ordered)), measured
+    return report.replace(results=tuple(ordered)), measured, design
 
 
 def _views(model: Any, folder: Path) -> PreviewImages:
@@ -160,11 +160,13 @@ def _rounded(speed: MeasuredSpeed) -> dict[str, float]:
     }
 
 
-def _write(folder: Path, report: Report, measured: dict[str, Any]) -> None:
+def _write(folder: Path, report: Report, measured: dict[str, Any], floor_map: Image.Image) -> None:
+    """Write report.json, and report.html with the map of the floor that it shows."""
     tallied = asdict(report.tally) | {"applying": report.tally.applying}
     data = {**report.model_dump(mode="json"), "passed": report.passed, "tally": tallied, **measured}
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")
+    floor_map.save(folder / MAP, format="PNG")
     facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
     (folder / PAGE).write_text(page(facts, data, explained(registry.load().limits)), encoding="utf-8")
 

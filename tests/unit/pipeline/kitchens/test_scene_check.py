@@ -96,6 +96,19 @@ class TestVerdict:
         assert 'class="advice">not followed' in text
         assert (folder / "floor_map.png").read_bytes().startswith(b"\x89PNG")
 
+    def test_checks_alone_write_nothing(
+        self, copy: Path, composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        folder = copy / RECIPE.scene_id
+        for name in (check.REPORT, check.PAGE, check.MAP):
+            (folder / name).unlink()
+        before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
+        monkeypatch.setattr(check, "run_scene", lambda subject, *_: Report(subject=subject.scene.id))
+        monkeypatch.setattr(check, "run", lambda subject, name, *_: Report(subject=name))
+        monkeypatch.setattr(check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
+        check.run_checks_on_scene(*composed, folder)
+        assert {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]} == before
+
     def test_it_is_kept_while_nothing_changes(self, checked_kitchen: Checked) -> None:
         out, done = checked_kitchen
         before = (out / RECIPE.scene_id / "report.json").stat().st_mtime_ns
