@@ -9,7 +9,7 @@ from casa_assets.model.issue import Severity, Status
 
 
 @dataclass(frozen=True)
-class Measured:
+class Measurement:
     """Result of a check function: a number with its problems, or the reason why there is none.
 
     Attributes:
@@ -34,35 +34,35 @@ class Measured:
             assert not self.problems, "problems belong to what was measured"
 
 
-def no_fault() -> Measured:
+def no_fault() -> Measurement:
     """Result of a subject that was looked at and has no fault, where there is no number to tell."""
-    return Measured(status=Status.PASSED)
+    return Measurement(status=Status.PASSED)
 
 
-def not_applicable(reason: str) -> Measured:
+def not_applicable(reason: str) -> Measurement:
     """The subject has nothing of the kind that the check is about; `reason` is a part of a sentence."""
-    return Measured(status=Status.NOT_APPLICABLE, reason=reason)
+    return Measurement(status=Status.NOT_APPLICABLE, reason=reason)
 
 
-def not_run(reason: str) -> Measured:
+def not_run(reason: str) -> Measurement:
     """The check applies, but could not look; `reason` is a part of a sentence that says why."""
-    return Measured(status=Status.NOT_RUN, reason=reason)
+    return Measurement(status=Status.NOT_RUN, reason=reason)
 
 
-def largest(numbers: Iterable[float], problems: tuple[tuple[str, str], ...], otherwise: str) -> Measured:
+def largest(numbers: Iterable[float], problems: tuple[tuple[str, str], ...], otherwise: str) -> Measurement:
     """The largest number with its problems; not applicable, for the reason `otherwise`, where there is none."""
     found = list(numbers)
-    return Measured(max(found), problems) if found else not_applicable(otherwise)
+    return Measurement(max(found), problems) if found else not_applicable(otherwise)
 
 
-def least(numbers: Iterable[float], problems: tuple[tuple[str, str], ...], otherwise: str) -> Measured:
+def least(numbers: Iterable[float], problems: tuple[tuple[str, str], ...], otherwise: str) -> Measurement:
     """The least number with its problems; not applicable, for the reason `otherwise`, where there is none."""
     found = list(numbers)
-    return Measured(min(found), problems) if found else not_applicable(otherwise)
+    return Measurement(min(found), problems) if found else not_applicable(otherwise)
 
 
 # (subject, limit, others...): the limits are those of registry/limits.yaml; None for a check that has none.
-CheckFunction = Callable[..., Measured]
+CheckFunction = Callable[..., Measurement]
 
 
 @dataclass(frozen=True)

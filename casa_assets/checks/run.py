@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from casa_assets.checks.check import Check, Measured, not_run
+from casa_assets.checks.check import Check, Measurement, not_run
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.table import TABLE
 from casa_assets.core.rounding import significant
@@ -75,7 +75,7 @@ def report_not_run(
     return Report(subject=name, results=results)
 
 
-def _result(check: Check, found: Measured, limit: float | None, waived: bool = False) -> CheckResult:
+def _result(check: Check, found: Measurement, limit: float | None, waived: bool = False) -> CheckResult:
     return CheckResult(
         code=check.code,
         status=found.status or (Status.FAILED if found.problems else Status.PASSED),

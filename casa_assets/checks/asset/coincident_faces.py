@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.checks.asset.built import NOT_BUILT, UNSEEN, is_from_family
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.model.asset.asset import Asset
@@ -22,7 +22,7 @@ LEAST_FACE_M2 = 2e-7
 BIN, SHIFTS = 4, (0.137, 0.637)
 
 
-def shows_one_face(asset: Asset, limit: float | None) -> Measured:
+def coplanar_faces_do_not_overlap(asset: Asset, limit: float | None) -> Measurement:
     """VIS010: m^2 of the largest coplanar overlap of two meshes with different looks."""
     assert limit is not None
     if not is_from_family(asset):
@@ -41,7 +41,7 @@ def shows_one_face(asset: Asset, limit: float | None) -> Measured:
         for (i, j), area in sorted(found.items())
         if area > limit
     )
-    return Measured(max(found.values(), default=0.0), problems)
+    return Measurement(max(found.values(), default=0.0), problems)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.check import Measured, largest
+from casa_assets.checks.check import Measurement, largest
 from casa_assets.geometry.solid.coverage import distances_outside_hulls, surface_samples
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Link
@@ -16,7 +16,7 @@ REACH_M = 0.008
 REACH_RATIO = 0.04
 
 
-def is_covered(asset: Asset, limit: float | None) -> Measured:
+def visible_surface_is_covered(asset: Asset, limit: float | None) -> Measurement:
     """AST016: largest share of a link's visible surface that is away from every collision shape, 0..1."""
     assert limit is not None, "the row names a limit"
     found = {k.name: _bare(k) for k in asset.links if k.visuals and k.colliders}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COLLIDERS, NO_JOINTS, NOT_BUILT, is_fixture_like
-from casa_assets.checks.check import Measured, largest, not_applicable
+from casa_assets.checks.check import Measurement, largest, not_applicable
 from casa_assets.checks.motion.motion_model import carried
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.bounds import link_bounds, shape_bounds
@@ -45,7 +45,7 @@ def _spread(count: int) -> Floats:
 DIRECTIONS = _spread(256)
 
 
-def has_a_handle(asset: Asset, limit: float | None) -> Measured:
+def grips_fit_a_gripper(asset: Asset, limit: float | None) -> Measurement:
     """KIN007: each joint has a labelled grip that is free and fits a gripper; metres of the widest."""
     assert limit is not None
     if not is_fixture_like(asset) or not asset.joints:
@@ -69,10 +69,10 @@ def has_a_handle(asset: Asset, limit: float | None) -> Measured:
                 problems.append((pointer, message))
             elif _free_share(asset, joint, link, grip) < FREE_SHARE:
                 problems.append((pointer, f"its grip {grip.name!r} is buried in other parts; bring it out"))
-    return Measured(widest, tuple(problems))
+    return Measurement(widest, tuple(problems))
 
 
-def is_upright(asset: Asset, limit: float | None) -> Measured:
+def joint_axes_are_aligned(asset: Asset, limit: float | None) -> Measurement:
     """KIN008: joint axes of built things lie along x, y or z; largest deviation, rad."""
     assert limit is not None
     if not is_fixture_like(asset) or not asset.joints:
@@ -86,10 +86,10 @@ def is_upright(asset: Asset, limit: float | None) -> Measured:
         worst = max(worst, off)
         if off > limit:
             problems.append((f"joints/{joint.name}", f"its axis is {off:.3g} rad off x, y or z; turn it straight"))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
-def is_spread_like_matter(asset: Asset, limit: float | None) -> Measured:
+def inertia_matches_colliders(asset: Asset, limit: float | None) -> Measurement:
     """AST017: largest radius of gyration of a link over half the diagonal of its shapes."""
     assert limit is not None
     if not is_fixture_like(asset):

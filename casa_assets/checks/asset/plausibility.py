@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COLLIDERS, NO_JOINTS, UNSEEN, is_from_family
-from casa_assets.checks.check import Measured, largest, least, no_fault, not_applicable, not_run, required_limit
+from casa_assets.checks.check import Measurement, largest, least, no_fault, not_applicable, not_run, required_limit
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import face_normals, signed_volume
@@ -26,7 +26,7 @@ FLAT = "its collision shapes enclose no volume"
 WATER = 1000.0  # kg/m^3. Ref: CRC Handbook of Chemistry and Physics, water at 4 degrees Celsius.
 
 
-def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
+def size_is_bounded(asset: Asset, limit: float | None) -> Measurement:
     """AST001: longest side of the box around all that is seen, metres; parts of a room may be longer."""
     if asset.contract == "room":
         return not_applicable("it is a part of a room, which may be longer than a thing in it")
@@ -34,10 +34,10 @@ def fits_in_a_kitchen(asset: Asset, limit: float | None) -> Measured:
         return not_applicable(UNSEEN)
     longest = float(_seen(asset).max())
     message = f"is {longest:.3g} m long, more than {required_limit(limit):g} m; look for a wrong unit of length"
-    return Measured(longest, (("", message),) if longest > required_limit(limit) else ())
+    return Measurement(longest, (("", message),) if longest > required_limit(limit) else ())
 
 
-def is_thick_enough(asset: Asset, limit: float | None) -> Measured:
+def colliders_are_thick_enough(asset: Asset, limit: float | None) -> Measurement:
     """AST002: least thickness of the collision shapes of a link, metres."""
     found = {k.name: _thickness(np.concatenate(_clouds(k))) for k in _touchable(asset)}
     message = "has collision shapes of {:.2g} m thickness; thicken the sheet or mend the scale"
@@ -45,37 +45,37 @@ def is_thick_enough(asset: Asset, limit: float | None) -> Measured:
     return least(found.values(), problems, NO_COLLIDERS)
 
 
-def is_not_too_dense(asset: Asset, limit: float | None) -> Measured:
+def density_is_not_too_high(asset: Asset, limit: float | None) -> Measurement:
     """AST003: highest density of a link over that of water, mass over the union of its shapes."""
     found = _densities(asset)
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
     message = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass, or fill the shapes"
     problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d > required_limit(limit))
-    return Measured(max(found.values()), problems)
+    return Measurement(max(found.values()), problems)
 
 
-def is_not_too_light(asset: Asset, limit: float | None) -> Measured:
+def density_is_not_too_low(asset: Asset, limit: float | None) -> Measurement:
     """AST004: lowest density of a link over that of water, mass over the union of its shapes."""
     found = _densities(asset)
     if not found:
         return not_run(FLAT) if _touchable(asset) else not_applicable(NO_COLLIDERS)
     message = "weighs {:.3g} times water for the volume of its collision shapes; mend the mass unless it is hollow"
     problems = tuple((f"links/{k}/inertial", message.format(d)) for k, d in found.items() if d < required_limit(limit))
-    return Measured(min(found.values()), problems)
+    return Measurement(min(found.values()), problems)
 
 
-def has_few_shapes(asset: Asset, limit: float | None) -> Measured:
+def collider_count_is_bounded(asset: Asset, limit: float | None) -> Measurement:
     """AST005: largest number of collision shapes of a link."""
     counts = {k.name: len(k.colliders) for k in asset.links}
     message = "has {} collision shapes; merge some"
     problems = tuple(
         (f"links/{k}/colliders", message.format(n)) for k, n in counts.items() if n > required_limit(limit)
     )
-    return Measured(float(max(counts.values())), problems)
+    return Measurement(float(max(counts.values())), problems)
 
 
-def has_small_hulls(asset: Asset, limit: float | None) -> Measured:
+def hull_vertex_count_is_bounded(asset: Asset, limit: float | None) -> Measurement:
     """AST006: largest number of vertices of a convex hull."""
     counts = {pointer: len(hull.mesh.vertices) for pointer, hull in _hulls(asset)}
     message = "has {} vertices; take a hull of fewer"
@@ -83,7 +83,7 @@ def has_small_hulls(asset: Asset, limit: float | None) -> Measured:
     return largest(map(float, counts.values()), problems, NO_HULLS)
 
 
-def has_convex_hulls(asset: Asset, limit: float | None) -> Measured:
+def hulls_are_convex(asset: Asset, limit: float | None) -> Measurement:
     """AST007: farthest that a vertex of a hull lies outside one of its faces, metres."""
     dents, problems = [], []
     for pointer, hull in _hulls(asset):
@@ -96,7 +96,7 @@ def has_convex_hulls(asset: Asset, limit: float | None) -> Measured:
     return largest(dents, tuple(problems), NO_HULLS)
 
 
-def has_mass_inside(asset: Asset, limit: float | None) -> Measured:
+def mass_lies_inside_colliders(asset: Asset, limit: float | None) -> Measurement:
     """AST008: farthest that the centre or spread of mass lies outside the collision shapes, metres."""
     found, problems = [], []
     for link in _touchable(asset):
@@ -110,7 +110,7 @@ def has_mass_inside(asset: Asset, limit: float | None) -> Measured:
     return largest(found, tuple(problems), NO_COLLIDERS)
 
 
-def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m: float) -> Measured:
+def colliders_match_visual_bounds(asset: Asset, limit: float | None, ratio: float, built_m: float) -> Measurement:
     """AST009: widest gap between the boxes around what is seen and what collides of a link, metres.
 
     Args:
@@ -134,7 +134,7 @@ def is_touched_as_seen(asset: Asset, limit: float | None, ratio: float, built_m:
     return largest(found, tuple(problems), BOTH)
 
 
-def stands_on_its_origin(asset: Asset, limit: float | None) -> Measured:
+def origin_is_at_base_center(asset: Asset, limit: float | None) -> Measurement:
     """AST010: distance of a free asset's footprint centre from its origin, metres."""
     if asset.base is not Base.FREE:
         return not_applicable(FIXED)
@@ -145,44 +145,44 @@ def stands_on_its_origin(asset: Asset, limit: float | None) -> Measured:
     off = {"middle in x": float(x), "middle in y": float(y), "lowest point": float(low[2])}
     message = "{} is at {:.3g} m, not at 0; move the origin to the middle of the footprint"
     problems = tuple(("", message.format(what, at)) for what, at in off.items() if abs(at) > required_limit(limit))
-    return Measured(max(abs(at) for at in off.values()), problems)
+    return Measurement(max(abs(at) for at in off.values()), problems)
 
 
-def has_a_licence(asset: Asset, limit: float | None) -> Measured:
+def licence_is_stated(asset: Asset, limit: float | None) -> Measurement:
     """AST011: the source states a licence."""
     known = asset.provenance.licence not in ("", "unknown")
     message = "is unknown; ask the author before the asset is passed on"
-    return no_fault() if known else Measured(None, (("provenance/licence", message),))
+    return no_fault() if known else Measurement(None, (("provenance/licence", message),))
 
 
-def can_be_touched(asset: Asset, limit: float | None) -> Measured:
+def visible_links_have_colliders(asset: Asset, limit: float | None) -> Measurement:
     """AST012: number of visible links without a collision shape."""
     if not any(k.visuals for k in asset.links):
         return not_applicable(UNSEEN)
     ghosts = [k.name for k in asset.links if k.visuals and not k.colliders]
     problems = tuple((f"links/{k}", "is seen, but has no collision shape; give it one") for k in ghosts)
-    return Measured(float(len(ghosts)), problems)
+    return Measurement(float(len(ghosts)), problems)
 
 
-def has_usual_mass(package: Package, limit: float | None) -> Measured:
+def mass_fits_category(package: Package, limit: float | None) -> Measurement:
     """AST013: factor between the mass and the nearer end of its category's range, below 1 inside."""
     span, mass = package.category.mass_kg, package.asset.mass
     factor = max(span.low / mass, mass / span.high)
     message = f"is {mass:.3g} kg; a {package.category.id} weighs {span.low:g} to {span.high:g} kg"
-    return Measured(factor, (("mass", message),) if factor > required_limit(limit) else ())
+    return Measurement(factor, (("mass", message),) if factor > required_limit(limit) else ())
 
 
-def has_usual_size(package: Package, limit: float | None) -> Measured:
+def size_fits_category(package: Package, limit: float | None) -> Measurement:
     """AST014: factor between the longest side and the nearer end of its category's range, below 1 inside."""
     span, longest = package.category.longest_m, float(_seen(package.asset).max())
     if longest <= 0:
         return not_applicable(UNSEEN)
     factor = max(span.low / longest, longest / span.high)
     message = f"is {longest:.3g} m long; a {package.category.id} has {span.low:g} to {span.high:g} m"
-    return Measured(factor, (("bounds", message),) if factor > required_limit(limit) else ())
+    return Measurement(factor, (("bounds", message),) if factor > required_limit(limit) else ())
 
 
-def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
+def joints_are_closed_at_zero(asset: Asset, limit: float | None) -> Measurement:
     """AST015: distance of zero from the range of a joint, or from its ends where states name it, rad or m."""
     stated = {s.joint for s in asset.states}
     found, problems = [], []
@@ -198,7 +198,7 @@ def closes_at_zero(asset: Asset, limit: float | None) -> Measured:
 
 
 def _touchable(asset: Asset) -> list[Link]:
-    """Links with collision shapes; that the others have none is said by `can_be_touched` alone."""
+    """Links with collision shapes; that the others have none is said by `visible_links_have_colliders` alone."""
     return [k for k in asset.links if k.colliders]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.record import Vec2
 
@@ -15,7 +15,7 @@ LEAST_AREA_M2 = 1e-9
 TORN, TORN_AREA_M2 = 0.5, 1e-6
 
 
-def is_true_to_size(asset: Asset, limit: float | None) -> Measured:
+def texture_scale_is_true(asset: Asset, limit: float | None) -> Measurement:
     """VIS009: worst deviation of the texture's scale from 1, over 99 % of a mesh's area."""
     assert limit is not None
     tiles = {m.id: m.tile_m for m in asset.materials}
@@ -37,7 +37,7 @@ def is_true_to_size(asset: Asset, limit: float | None) -> Measured:
                 )
     if worst is None and not problems:
         return not_applicable("nothing of it shows a picture that repeats")
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 def _stretch(visual: Visual, tile: Vec2) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from casa_assets.checks.asset.built import UNSEEN
-from casa_assets.checks.check import Measured, largest, least, not_applicable, required_limit
+from casa_assets.checks.check import Measurement, largest, least, not_applicable, required_limit
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
@@ -21,16 +21,16 @@ UNIT_SLACK = 0.00674  # Ref: glTF-Validator, how far a normal's length may be fr
 SAME_M = 1e-6  # what float32 storage may move a vertex by
 
 
-def has_whole_triangles(asset: Asset, limit: float | None) -> Measured:
+def triangles_have_area(asset: Asset, limit: float | None) -> Measurement:
     """VIS001: number of triangles without area."""
     counts = {p: int((_sides(v)[1] <= 0).sum()) for p, v in _visuals(asset)}
     if not counts:
         return not_applicable(UNSEEN)
     problems = tuple((p, f"{n} triangles have no area; leave them out") for p, n in counts.items() if n)
-    return Measured(float(sum(counts.values())), problems)
+    return Measurement(float(sum(counts.values())), problems)
 
 
-def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
+def normals_face_outwards(asset: Asset, limit: float | None) -> Measurement:
     """VIS002: share of a mesh's area whose normals point against its front."""
     shares, problems = [], []
     for pointer, visual in _visuals(asset):
@@ -50,7 +50,7 @@ def is_lit_from_outside(asset: Asset, limit: float | None) -> Measured:
     return largest(shares, tuple(problems), "none of its meshes carries normals")
 
 
-def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
+def closed_parts_wind_outwards(asset: Asset, limit: float | None) -> Measurement:
     """VIS003: share of a link's surface on closed parts that wind inwards."""
     shares, problems = [], []
     for link in asset.links:
@@ -64,16 +64,16 @@ def is_not_inside_out(asset: Asset, limit: float | None) -> Measured:
     return largest(shares, tuple(problems), UNSEEN)
 
 
-def has_few_faces(asset: Asset, limit: float | None) -> Measured:
+def triangle_count_is_bounded(asset: Asset, limit: float | None) -> Measurement:
     """VIS004: number of visible triangles."""
     count = sum(len(v.mesh.faces) for _, v in _visuals(asset))
     if not count:
         return not_applicable(UNSEEN)
     problems = (("", f"has {count} triangles; simplify it further"),) if count > required_limit(limit) else ()
-    return Measured(float(count), problems)
+    return Measurement(float(count), problems)
 
 
-def has_room_for_textures(asset: Asset, limit: float | None) -> Measured:
+def textured_meshes_are_unwrapped(asset: Asset, limit: float | None) -> Measurement:
     """VIS005: number of meshes with a picture but without usable texture coordinates."""
     textured = {m.id for m in asset.materials if m.textures}
     shown = [(p, v) for p, v in _visuals(asset) if v.material in textured]
@@ -81,10 +81,10 @@ def has_room_for_textures(asset: Asset, limit: float | None) -> Measured:
         return not_applicable(NO_PICTURES)
     bare = [p for p, v in shown if not _is_unwrapped(v)]
     message = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
-    return Measured(float(len(bare)), tuple((p, message) for p in bare))
+    return Measurement(float(len(bare)), tuple((p, message) for p in bare))
 
 
-def has_small_textures(asset: Asset, limit: float | None) -> Measured:
+def texture_size_is_bounded(asset: Asset, limit: float | None) -> Measurement:
     """VIS006: longest side of a picture according to its file, pixels."""
     sides, problems = [], []
     for material in asset.materials:
@@ -99,7 +99,7 @@ def has_small_textures(asset: Asset, limit: float | None) -> Measured:
     return largest(sides, tuple(problems), NO_PICTURES)
 
 
-def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
+def meshes_have_enough_vertices(asset: Asset, limit: float | None) -> Measurement:
     """VIS007: least number of vertices of a mesh."""
     counts = {p: len(v.mesh.vertices) for p, v in _visuals(asset)}
     message = "has {} vertices, MuJoCo asks for 4; join it to another mesh"
@@ -107,7 +107,7 @@ def has_enough_vertices(asset: Asset, limit: float | None) -> Measured:
     return least(map(float, counts.values()), problems, UNSEEN)
 
 
-def is_seen_once(asset: Asset, limit: float | None) -> Measured:
+def meshes_are_unique(asset: Asset, limit: float | None) -> Measurement:
     """VIS008: number of meshes that lie exactly on another one."""
     if not any(link.visuals for link in asset.links):
         return not_applicable(UNSEEN)
@@ -120,7 +120,7 @@ def is_seen_once(asset: Asset, limit: float | None) -> Measured:
             twin = first.setdefault(_triangles(visual, pose), pointer)
             if twin != pointer:
                 problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
-    return Measured(float(len(problems)), tuple(problems))
+    return Measurement(float(len(problems)), tuple(problems))
 
 
 def _visuals(asset: Asset) -> Iterator[tuple[str, Visual]]:

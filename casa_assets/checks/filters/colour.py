@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from PIL import Image
 
-from casa_assets.checks.check import Measured, not_applicable, required_limit
+from casa_assets.checks.check import Measurement, not_applicable, required_limit
 from casa_assets.checks.filters.welded_surface import welded_surface, why_no_surface
 from casa_assets.core.color import linear_from_srgb_array, srgb_from_linear_array
 from casa_assets.core.typing import Floats, Ints
@@ -52,17 +52,17 @@ class ColorSamples:
     sharp: Floats
 
 
-def is_lit(asset: Asset, limit: float | None) -> Measured:
+def is_not_too_dark(asset: Asset, limit: float | None) -> Measurement:
     """FLT010: mean luminance of what is seen in white light, 0..1; coal has 0.04."""
     look = _look(asset)
     if look is None or _is_metal(asset):
         return why_no_surface(asset) if look is None else not_applicable(METAL)
     bright = float((look.linear @ LUMINANCE).mean())
     message = f"is black, it gives back {bright:.2%} of the light; set the colours of its materials"
-    return Measured(bright, (("materials", message),) if bright < required_limit(limit) else ())
+    return Measurement(bright, (("materials", message),) if bright < required_limit(limit) else ())
 
 
-def is_coloured(asset: Asset, limit: float | None) -> Measured:
+def is_not_plain_grey(asset: Asset, limit: float | None) -> Measurement:
     """FLT011: largest distance of what is seen from one plain grey, as displayed, 0..1."""
     look = _look(asset)
     if look is None or _is_metal(asset):
@@ -70,10 +70,10 @@ def is_coloured(asset: Asset, limit: float | None) -> Measured:
     shown = srgb_from_linear_array(look.linear)
     off = float(np.percentile(np.abs(shown - shown.mean()).max(axis=1), 99))
     message = "has one plain grey all over; bring its materials, or a picture"
-    return Measured(off, (("materials", message),) if off < required_limit(limit) else ())
+    return Measurement(off, (("materials", message),) if off < required_limit(limit) else ())
 
 
-def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
+def textures_are_sharp(asset: Asset, limit: float | None) -> Measurement:
     """FLT012: points of the pictures that can be told apart along the longest side; the median."""
     look, found = _look(asset), welded_surface(asset)
     if look is None or found is None:
@@ -87,7 +87,7 @@ def has_sharp_pictures(asset: Asset, limit: float | None) -> Measured:
     texels = float(np.median(look.texels[shows])) * found.longest
     kind = "is blurred" if texels > 2 * points else "is small"
     message = f"its picture {kind}: {points:.0f} points along the longest side can be told apart; bring a sharper one"
-    return Measured(points, (("materials", message),) if points < required_limit(limit) else ())
+    return Measurement(points, (("materials", message),) if points < required_limit(limit) else ())
 
 
 def _is_metal(asset: Asset) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COLLIDERS, is_loose_mesh
-from casa_assets.checks.check import Measured, not_applicable, not_run, required_limit
+from casa_assets.checks.check import Measurement, not_applicable, not_run, required_limit
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE
 from casa_assets.geometry.mesh.measure import signed_volume, solid_moments
 from casa_assets.geometry.solid.hull import convex_hull
@@ -20,7 +20,7 @@ FACES_MS, PIXELS_MS = 5.0, 25.0
 SLIGHT = 0.05
 
 
-def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
+def inertia_is_plausible(asset: Asset, limit: float | None) -> Measurement:
     """FLT014: factor between the inertia and that of the evenly filled shapes, on the worst axis."""
     if not is_loose_mesh(asset) or not asset.root.colliders:
         return not_applicable(NO_COLLIDERS if is_loose_mesh(asset) else NOT_LOOSE)
@@ -38,10 +38,10 @@ def turns_like_its_shapes(asset: Asset, limit: float | None) -> Measured:
     ratio = (found + slight) / (expected + slight)
     factor = float(np.maximum(ratio, 1 / ratio).max())
     message = f"turns {factor:.1f} times harder or easier than its shapes filled evenly; measure the inertia again"
-    return Measured(factor, (("links/object/inertial", message),) if factor > required_limit(limit) else ())
+    return Measurement(factor, (("links/object/inertial", message),) if factor > required_limit(limit) else ())
 
 
-def loads_fast(asset: Asset, limit: float | None) -> Measured:
+def load_time_is_bounded(asset: Asset, limit: float | None) -> Measurement:
     """FLT013: estimated loading time in a simulator, from triangles and pixels, milliseconds."""
     if not is_loose_mesh(asset):
         return not_applicable(NOT_LOOSE)
@@ -50,4 +50,4 @@ def loads_fast(asset: Asset, limit: float | None) -> Measured:
     images = {t.file_name: t.width_px * t.height_px for m in asset.materials for t in m.textures}
     took = FACES_MS * faces / 1e3 + PIXELS_MS * sum(images.values()) / 1e6
     message = f"takes about {took:.0f} ms to load ({faces} triangles, {sum(images.values()) / 1e6:.1f} million pixels)"
-    return Measured(took, (("", f"{message}; scale its pictures down"),) if took > required_limit(limit) else ())
+    return Measurement(took, (("", f"{message}; scale its pictures down"),) if took > required_limit(limit) else ())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.asset.built import is_loose_mesh
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE
 from casa_assets.checks.package.package import Package
 from casa_assets.model.asset.asset import Base
@@ -15,7 +15,7 @@ from casa_assets.model.registry.category import Affordance
 GRASP = "grasp_"
 
 
-def can_be_taken(package: Package, limit: float | None) -> Measured:
+def fits_a_gripper(package: Package, limit: float | None) -> Measurement:
     """FLT018: width of the narrowest grasp of a graspable object, metres; its least side where it has none."""
     assert limit is not None, "the row of this check names a limit"
     asset, category = package.asset, package.category
@@ -27,10 +27,10 @@ def can_be_taken(package: Package, limit: float | None) -> Measured:
     if not found:
         least = float(np.ptp(asset.bounds, axis=0).min())
         message = f"has no body, rim or handle that a gripper of {limit:g} m takes (its least side is {least:.3f} m)"
-        return Measured(least, (("sites", f"{message}; look at its size, or do not call it graspable"),))
+        return Measurement(least, (("sites", f"{message}; look at its size, or do not call it graspable"),))
     problems = tuple(
         (f"sites/{name}", f"is {wide:.3f} m wide; a gripper opens to {limit:g} m")
         for name, wide in found.items()
         if wide > limit
     )
-    return Measured(min(found.values()), problems)
+    return Measurement(min(found.values()), problems)

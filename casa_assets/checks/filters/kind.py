@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.checks.asset.built import is_loose_mesh
-from casa_assets.checks.check import Measured, no_fault, not_applicable, required_limit
+from casa_assets.checks.check import Measurement, no_fault, not_applicable, required_limit
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE, welded_surface, why_no_surface
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats
@@ -20,17 +20,17 @@ UNKNOWN = "object"
 CELLS = 64
 
 
-def is_of_known_kind(package: Package, limit: float | None) -> Measured:
+def category_is_known(package: Package, limit: float | None) -> Measurement:
     """FLT007: the category is known, so that a size and a mass can be expected."""
     if not is_loose_mesh(package.asset):
         return not_applicable(NOT_LOOSE)
     if package.category.id != UNKNOWN:
         return no_fault()
     message = "nobody says what it is, so that no size, pose or mass could be expected; name its category"
-    return Measured(None, (("labels/category", message),))
+    return Measurement(None, (("labels/category", message),))
 
 
-def has_usual_proportions(package: Package, limit: float | None) -> Measured:
+def proportions_fit_category(package: Package, limit: float | None) -> Measurement:
     """FLT008: least factor by which a side leaves the range of its category, at the best scale."""
     found = welded_surface(package.asset)
     if found is None:
@@ -41,10 +41,10 @@ def has_usual_proportions(package: Package, limit: float | None) -> Measured:
     number = misfit(size, package.category)
     have = " x ".join(f"{v / size.max():.2g}" for v in size)
     message = f"is {have} in proportion; none of the sizes of a {package.category.id} is like that: look at what it is"
-    return Measured(number, (("labels/category", message),) if number > required_limit(limit) else ())
+    return Measurement(number, (("labels/category", message),) if number > required_limit(limit) else ())
 
 
-def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
+def vessel_is_open(package: Package, limit: float | None) -> Measurement:
     """FLT009: share of its hull in which a vessel, as it stands, holds water."""
     found, category = welded_surface(package.asset), package.category
     if found is None:
@@ -56,7 +56,7 @@ def opens_as_its_kind(package: Package, limit: float | None) -> Measured:
     share = held / hull_volume(found.points)
     message = f"holds nothing as it stands ({share:.1%} of its hull), though a {category.id} is open"
     problem = (("links/object/visuals", f"{message}; look at its pose, and for a lid"),)
-    return Measured(share, problem if share < required_limit(limit) else ())
+    return Measurement(share, problem if share < required_limit(limit) else ())
 
 
 def misfit(size: Floats, category: Category) -> float:

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COMPILE, is_loose_mesh
-from casa_assets.checks.check import Measured, not_applicable, not_run, required_limit
+from casa_assets.checks.check import Measurement, not_applicable, not_run, required_limit
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE
 from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.package.package import Package
@@ -51,17 +51,17 @@ class RestResult:
     wander_m: float
 
 
-def stays_put(package: Package, limit: float | None) -> Measured:
+def lies_still(package: Package, limit: float | None) -> Measurement:
     """FLT015: farthest that a corner still moves after the object was put down and has settled, metres."""
     rest = _rest_of(package)
     if rest is None:
         return _unrested(package)
     message = f"{WATCH_S:g} s after it was put down a corner of it still goes {1000 * rest.wander_m:.1f} mm by itself"
     problem = (("scene.xml", f"{message}; mend its collision shapes"),)
-    return Measured(rest.wander_m, problem if not rest.wander_m <= required_limit(limit) else ())
+    return Measurement(rest.wander_m, problem if not rest.wander_m <= required_limit(limit) else ())
 
 
-def stands(package: Package, limit: float | None) -> Measured:
+def does_not_fall_over(package: Package, limit: float | None) -> Measurement:
     """FLT016: tilt of the object after it was put down as it stands, degrees."""
     if package.category.upright is not RestingPose.STANDS:
         return not_applicable(f"a {package.category.id} does not stand by itself")
@@ -70,10 +70,10 @@ def stands(package: Package, limit: float | None) -> Measured:
         return _unrested(package)
     message = f"tips over by {rest.tilt_deg:.0f} degrees when it is put down, though a {package.category.id} stands"
     problem = (("scene.xml", f"{message}; look at its pose and its foot"),)
-    return Measured(rest.tilt_deg, problem if not rest.tilt_deg <= required_limit(limit) else ())
+    return Measurement(rest.tilt_deg, problem if not rest.tilt_deg <= required_limit(limit) else ())
 
 
-def stacks(package: Package, limit: float | None) -> Measured:
+def stacks_on_another(package: Package, limit: float | None) -> Measurement:
     """FLT017: offset of a second object let down on the first, in parts of its width."""
     asset = package.asset
     if not is_loose_mesh(asset) or asset.base is not Base.FREE:
@@ -85,7 +85,7 @@ def stacks(package: Package, limit: float | None) -> Measured:
     off, tilt = _stacked(package.mjcf, tuple(float(v) for v in np.ptp(asset.bounds, axis=0)))
     message = f"another one put on it ends {off:.2f} widths off its middle, tilted by {tilt:.0f} degrees"
     problem = (("model.xml", f"{message}; look at its pose, its foot and its rim"),)
-    return Measured(off, problem if not (off <= required_limit(limit) and tilt <= TILTED_DEG) else ())
+    return Measurement(off, problem if not (off <= required_limit(limit) and tilt <= TILTED_DEG) else ())
 
 
 def _rest_of(package: Package) -> RestResult | None:
@@ -97,7 +97,7 @@ def _rest_of(package: Package) -> RestResult | None:
     return None if model is None else _left_alone(model, (*map(float, low), *map(float, high)))
 
 
-def _unrested(package: Package) -> Measured:
+def _unrested(package: Package) -> Measurement:
     """Result where there is no rest to look at, with the reason."""
     if not is_loose_mesh(package.asset) or package.asset.base is not Base.FREE:
         return not_applicable(FIXED if is_loose_mesh(package.asset) else NOT_LOOSE)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from casa_assets.checks.check import Measured, not_applicable, required_limit
+from casa_assets.checks.check import Measurement, not_applicable, required_limit
 from casa_assets.checks.filters.welded_surface import WeldedSurface, welded_surface, why_no_surface
 from casa_assets.checks.package.package import Package
 from casa_assets.core.typing import Floats, Mask
@@ -27,17 +27,17 @@ GROUND, ABOVE = 0.04, 0.12
 BROADER = 1.5
 
 
-def is_opaque(asset: Asset, limit: float | None) -> Measured:
+def surface_is_opaque(asset: Asset, limit: float | None) -> Measurement:
     """FLT001: share of what is seen from all around that shows backs of faces."""
     found = welded_surface(asset)
     if found is None:
         return why_no_surface(asset)
     share = float(found.seen.behind.mean())
     message = f"{share:.1%} of what is seen are backs of faces; close the holes, or give the walls a thickness"
-    return Measured(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
+    return Measurement(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
 
 
-def has_all_sides(package: Package, limit: float | None) -> Measured:
+def no_side_is_missing(package: Package, limit: float | None) -> Measurement:
     """FLT002: share of the outline of a solid object that shows backs of faces, from the worst side."""
     found = welded_surface(package.asset)
     if found is None:
@@ -48,10 +48,10 @@ def has_all_sides(package: Package, limit: float | None) -> Measured:
     share, sight = float(found.seen.behind[worst]), found.seen.away[worst]
     message = f"seen from {_side(-sight)} {share:.0%} of it is an open hollow, and a {package.category.id} is full"
     problem = (("links/object/visuals", f"{message}; close that side"),)
-    return Measured(share, problem if share > required_limit(limit) else ())
+    return Measurement(share, problem if share > required_limit(limit) else ())
 
 
-def winds_one_way(asset: Asset, limit: float | None) -> Measured:
+def winding_is_consistent(asset: Asset, limit: float | None) -> Measurement:
     """FLT003: share of the length of inner edges whose two faces wind against each other."""
     found = welded_surface(asset)
     if found is None:
@@ -63,10 +63,10 @@ def winds_one_way(asset: Asset, limit: float | None) -> Measured:
         return not_applicable("no two of its faces share an edge")
     share = float(length[(uses == 2) & (balance != 0)].sum() / inner)
     message = f"neighbours face opposite ways along {share:.1%} of the edges; make the winding consistent"
-    return Measured(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
+    return Measurement(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
 
 
-def is_no_card(asset: Asset, limit: float | None) -> Measured:
+def no_flat_cards(asset: Asset, limit: float | None) -> Measurement:
     """FLT004: share of what is seen that lies on flat sheets seen from both sides."""
     found = welded_surface(asset)
     if found is None:
@@ -76,10 +76,10 @@ def is_no_card(asset: Asset, limit: float | None) -> Measured:
     cards = [k for k in np.flatnonzero(_flat(found)) if _is_card(found, piece == k)]
     share = float(np.isin(piece[seen], cards).mean()) if seen.any() else 0.0
     message = f"{share:.0%} of what is seen are flat cards, which vanish from the side; model it in the round"
-    return Measured(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
+    return Measurement(share, (("links/object/visuals", message),) if share > required_limit(limit) else ())
 
 
-def hangs_together(asset: Asset, limit: float | None) -> Measured:
+def mesh_is_connected(asset: Asset, limit: float | None) -> Measurement:
     """FLT005: number of large parts that stand apart from each other; a rigid object is one."""
     found = welded_surface(asset)
     if found is None:
@@ -88,10 +88,10 @@ def hangs_together(asset: Asset, limit: float | None) -> Measured:
     message = (
         f"{count} large parts stand apart, though they move as one; give each object a file of its own, or join them"
     )
-    return Measured(float(count), (("links/object/visuals", message),) if count > required_limit(limit) else ())
+    return Measurement(float(count), (("links/object/visuals", message),) if count > required_limit(limit) else ())
 
 
-def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
+def no_ground_plane(package: Package, limit: float | None) -> Measurement:
     """FLT006: factor by which the lowest layer is wider than all above it, where that is unusual."""
     found = welded_surface(package.asset)
     if found is None:
@@ -109,7 +109,7 @@ def stands_on_no_ground(package: Package, limit: float | None) -> Measured:
     wide = np.ptp(low[:, :2], axis=0) / np.maximum(np.ptp(above[:, :2], axis=0), 1e-9)
     number = float(wide.min())
     message = f"stands on a ground that is {number:.1f} times wider than itself; export it without"
-    return Measured(number, (("links/object/visuals", message),) if number > required_limit(limit) else ())
+    return Measurement(number, (("links/object/visuals", message),) if number > required_limit(limit) else ())
 
 
 def _side(toward: Floats) -> str:

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from casa_assets.checks.asset.built import is_loose_mesh
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import face_components, weld
@@ -47,7 +47,7 @@ def welded_surface(asset: Asset) -> WeldedSurface | None:
     return _skin(asset.root.visuals)
 
 
-def why_no_surface(asset: Asset) -> Measured:
+def why_no_surface(asset: Asset) -> Measurement:
     """Reason why an asset has no welded surface."""
     return not_applicable("nothing of it is seen" if is_loose_mesh(asset) else NOT_LOOSE)
 

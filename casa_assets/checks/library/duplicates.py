@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.checks.check import Measured, largest, no_fault, not_applicable, not_run, required_limit
+from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run, required_limit
 
 # Copies of one thing lie this near to each other with nearly all of their surface, in parts of their radius.
 EVERY_SHARE = 4.0
@@ -83,7 +83,7 @@ class LibraryView:
     unseen: str = ""
 
 
-def has_no_form_twice(view: LibraryView, limit: float | None) -> Measured:
+def shapes_are_unique(view: LibraryView, limit: float | None) -> Measurement:
     """LIB001: distance of the two most alike surfaces, as a part of their radius."""
     bound = required_limit(limit)
     problems = []
@@ -94,10 +94,10 @@ def has_no_form_twice(view: LibraryView, limit: float | None) -> Measured:
     if view.count < 2:
         return not_applicable(ALONE)
     # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
-    return Measured(min(pair.most for pair in view.alike), tuple(problems)) if view.alike else no_fault()
+    return Measurement(min(pair.most for pair in view.alike), tuple(problems)) if view.alike else no_fault()
 
 
-def has_no_look_twice(view: LibraryView, limit: float | None) -> Measured:
+def looks_are_unique(view: LibraryView, limit: float | None) -> Measurement:
     """LIB002: largest cosine between the picture embeddings of two assets."""
     if view.unseen:
         return not_run(view.unseen)
@@ -109,10 +109,10 @@ def has_no_look_twice(view: LibraryView, limit: float | None) -> Measured:
     ]
     if view.count < 2:
         return not_applicable(ALONE)
-    return Measured(max(near for _, _, near in view.looks), tuple(problems)) if view.looks else no_fault()
+    return Measurement(max(near for _, _, near in view.looks), tuple(problems)) if view.looks else no_fault()
 
 
-def looks_like_its_kind(view: LibraryView, limit: float | None) -> Measured:
+def looks_match_categories(view: LibraryView, limit: float | None) -> Measurement:
     """LIB003: rank of an asset's own category among all that CLIP sees in it; the worst."""
     if view.unseen:
         return not_run(view.unseen)

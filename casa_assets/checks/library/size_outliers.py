@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.check import Measured, largest
+from casa_assets.checks.check import Measurement, largest
 
 # With fewer of a kind there is no telling which one is odd.
 FEWEST = 5
@@ -27,7 +27,7 @@ class LibrarySizes:
     rows: tuple[tuple[str, str, float], ...]
 
 
-def are_like_the_others(sizes: LibrarySizes, limit: float | None) -> Measured:
+def sizes_fit_their_category(sizes: LibrarySizes, limit: float | None) -> Measurement:
     """Robust deviations of the oddest longest side from the median of its category.
 
     Ref: Iglewicz and Hoaglin 1993, the modified z score, here of logarithms; they call outliers what is beyond 3.5.

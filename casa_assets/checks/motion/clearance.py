@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measurement
 from casa_assets.checks.motion.motion_model import (
     MotionModel,
     motion_model_of,
@@ -24,7 +24,7 @@ from casa_assets.model.asset.asset import Asset, Joint
 PAIR_STEP_M = 0.025
 
 
-def keeps_clear(package: Package, limit: float | None) -> Measured:
+def moving_parts_keep_clear(package: Package, limit: float | None) -> Measurement:
     """KIN005: deepest contact of a part over any joint's range, alone and beside each open joint; metres."""
     assert limit is not None
     ready, asset = motion_model_of(package), package.asset
@@ -39,7 +39,7 @@ def keeps_clear(package: Package, limit: float | None) -> Measured:
             while_ = f" while {beside} stands open" if beside else ""
             message = f"{meeting.one} sinks {meeting.depth:.4f} m into {meeting.other}{while_}; make room between them"
             problems.append((f"joints/{joint.name}", message))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 def _deepest(ready: MotionModel, asset: Asset, joint: Joint) -> tuple[Penetration, str]:

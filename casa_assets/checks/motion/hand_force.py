@@ -7,7 +7,7 @@ import math
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.motion.motion_model import (
     STEP_S,
     MotionModel,
@@ -34,20 +34,20 @@ KNOBS = frozenset({"knob", "seat", "roll"})
 SPRUNG = frozenset({"button", "lever", "key", "knob"})
 
 
-def opens_under_a_hand(package: Package, limit: float | None) -> Measured:
+def joints_open_by_hand(package: Package, limit: float | None) -> Measurement:
     """KIN001: least share of a joint's range covered under 20 N in 2 s, both ways, with contacts.
 
-    A joint that does not go so far when nothing touches is the business of `opens_by_itself_alone`.
+    A joint that does not go so far when nothing touches is the business of `joints_open_by_hand_without_contacts`.
     """
     return _reached(package, limit, contact=True)
 
 
-def opens_by_itself_alone(package: Package, limit: float | None) -> Measured:
+def joints_open_by_hand_without_contacts(package: Package, limit: float | None) -> Measurement:
     """KIN002: least share of a joint's range covered under 20 N in 2 s, both ways, without contacts."""
     return _reached(package, limit, contact=False)
 
 
-def starts_gently(package: Package, limit: float | None, least_n: float) -> Measured:
+def starting_force_is_moderate(package: Package, limit: float | None, least_n: float) -> Measurement:
     """KIN003: force at the grip that starts each closed joint, `least_n` to `limit`; the largest, N.
 
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
@@ -67,10 +67,10 @@ def starts_gently(package: Package, limit: float | None, least_n: float) -> Meas
             problems.append((f"joints/{joint.name}", f"opens by itself: {-force:.1f} N would hold it shut"))
         elif force < least_n:
             problems.append((f"joints/{joint.name}", f"starts at {force:.2g} N; give it friction or a spring"))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
-def springs_back(package: Package, limit: float | None) -> Measured:
+def keys_spring_back(package: Package, limit: float | None) -> Measurement:
     """KIN004: worst share of its stroke that a pressed key is away from rest 2 s after release."""
     assert limit is not None
     ready, asset = motion_model_of(package), package.asset
@@ -90,10 +90,10 @@ def springs_back(package: Package, limit: float | None) -> Measured:
         worst = left if worst is None else max(worst, left)
         if left > limit:
             problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
-    return not_applicable("it has no key that springs back") if worst is None else Measured(worst, tuple(problems))
+    return not_applicable("it has no key that springs back") if worst is None else Measurement(worst, tuple(problems))
 
 
-def stays_put(package: Package, limit: float | None) -> Measured:
+def joints_stay_put(package: Package, limit: float | None) -> Measurement:
     """KIN006: worst share of its range that a joint drifts in 5 s, closed and in each named pose.
 
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
@@ -121,7 +121,7 @@ def stays_put(package: Package, limit: float | None) -> Measured:
             worst = max(worst, share)
             if share > limit:
                 problems.append((f"joints/{joint.name}", f"drifts by {share:.1%} of its range in 5 s ({name})"))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 def hand_effort(asset: Asset, joint: Joint) -> float:
@@ -137,7 +137,7 @@ def hand_effort(asset: Asset, joint: Joint) -> float:
     return min(PULL_N * max(arm, LEAST_LEVER_M), MOST_NM)
 
 
-def _reached(package: Package, limit: float | None, contact: bool) -> Measured:
+def _reached(package: Package, limit: float | None, contact: bool) -> Measurement:
     assert limit is not None
     ready, asset = motion_model_of(package), package.asset
     if ready is None:
@@ -158,7 +158,7 @@ def _reached(package: Package, limit: float | None, contact: bool) -> Measured:
                 why = "make room for it" if contact else "ease its friction, damping or spring"
                 message = f"goes {share:.0%} of its way {way} under {PULL_N:g} N in {LONGEST_S:g} s; {why}"
                 problems.append((f"joints/{joint.name}", message))
-    return Measured(least, tuple(problems))
+    return Measurement(least, tuple(problems))
 
 
 def _is_stiff(ready: MotionModel, asset: Asset, joint: Joint, opening: bool, limit: float) -> bool:

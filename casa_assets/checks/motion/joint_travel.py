@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS, is_from_family
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.motion.hand_force import CHUNK, LONGEST_S, hand_effort
 from casa_assets.checks.motion.motion_model import STEP_S, open_before, open_end
@@ -51,7 +51,7 @@ class JointTravel:
         return self.free >= 1.0 and self.reached >= ALL
 
 
-def goes_all_its_way(package: Package, limit: float | None) -> Measured:
+def joints_reach_full_range(package: Package, limit: float | None) -> Measurement:
     """KIN009: share of the joints that go all their range under 20 N without collision.
 
     For what came as a mesh. What families build is held to more, by the rows for reach and clearance.
@@ -65,7 +65,7 @@ def goes_all_its_way(package: Package, limit: float | None) -> Measured:
     found = travels(asset, package.mjcf)
     share = sum(t.whole for t in found) / len(found)
     short = [t for t in found if not t.whole] if share < limit else []
-    return Measured(share, tuple((f"joints/{t.joint}", _says(t)) for t in short))
+    return Measurement(share, tuple((f"joints/{t.joint}", _says(t)) for t in short))
 
 
 def _says(travel: JointTravel) -> str:

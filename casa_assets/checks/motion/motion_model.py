@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS, NOT_BUILT, is_fixture_like
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.motion.sweep import with_margins
 from casa_assets.checks.package.package import Package
@@ -53,7 +53,7 @@ def motion_model_of(package: Package) -> MotionModel | None:
     return _movable(package.mjcf, package.asset.digest)
 
 
-def why_no_motion_model(package: Package) -> Measured:
+def why_no_motion_model(package: Package) -> Measurement:
     """Reason why a package has no motion model: no joints to check, or it does not compile."""
     if not is_fixture_like(package.asset):
         return not_applicable(NOT_BUILT)

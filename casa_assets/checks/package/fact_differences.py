@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measurement
 from casa_assets.checks.package.facts import (
     AssetFacts,
     BodyFacts,
@@ -33,12 +33,12 @@ class Difference(NamedTuple):
     message: str
 
 
-def agree(expected: AssetFacts, found: AssetFacts, tolerance: float) -> Measured:
+def agree(expected: AssetFacts, found: AssetFacts, tolerance: float) -> Measurement:
     """The largest difference, and a problem for each that exceeds the tolerance."""
     rows = list(differences(expected, found))
     worst = max((r.size for r in rows if r.size is not None), default=0.0)
     faults = [(r.pointer, r.message) for r in rows if r.size is None or not r.size <= tolerance]
-    return Measured(worst, tuple(faults))
+    return Measurement(worst, tuple(faults))
 
 
 def differences(expected: AssetFacts, found: AssetFacts) -> Iterator[Difference]:

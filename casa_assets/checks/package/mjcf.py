@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from casa_assets.checks.asset.built import NO_COMPILE, NO_JOINTS
-from casa_assets.checks.check import Measured, not_applicable, not_run, required_limit
+from casa_assets.checks.check import Measurement, not_applicable, not_run, required_limit
 from casa_assets.checks.motion import drop, sweep
 from casa_assets.checks.package import fact_differences, robosuite_conventions
 from casa_assets.checks.package.package import Package
@@ -18,38 +18,38 @@ FIXED = "it is fixed in its place and cannot fall"
 NEITHER = "neither file compiles"
 
 
-def compiles(package: Package, limit: float | None) -> Measured:
+def mjcf_compiles(package: Package, limit: float | None) -> Measurement:
     """MJC001: number of files that do not compile."""
     errors = [(path.name, mujoco_load.load_mjcf(path).error) for path in _files(package)]
     problems = tuple((name, f"does not compile: {error}") for name, error in errors if error)
-    return Measured(float(len(problems)), problems)
+    return Measurement(float(len(problems)), problems)
 
 
-def loads_in_silence(package: Package, limit: float | None) -> Measured:
+def mjcf_compiles_without_warnings(package: Package, limit: float | None) -> Measurement:
     """MJC002: number of warnings of MuJoCo."""
     if not _compiled(package):
         return not_run(NEITHER)
     problems = tuple((path.name, said) for path in _compiled(package) for said in mujoco_load.load_mjcf(path).warnings)
-    return Measured(float(len(problems)), problems)
+    return Measurement(float(len(problems)), problems)
 
 
-def keeps_the_rules(package: Package, limit: float | None) -> Measured:
+def mjcf_follows_conventions(package: Package, limit: float | None) -> Measurement:
     """MJC003: number of names, groups, sizes and files against robosuite's and robocasa's conventions."""
     if package.mjcf not in _compiled(package):
         return not_run(NO_COMPILE)
     problems = tuple(robosuite_conventions.faults(package.mjcf))
-    return Measured(float(len(problems)), problems)
+    return Measurement(float(len(problems)), problems)
 
 
-def visuals_weigh_nothing(package: Package, limit: float | None) -> Measured:
+def visuals_are_massless(package: Package, limit: float | None) -> Measurement:
     """MJC004: number of visuals that have mass or collide."""
     if not _compiled(package):
         return not_run(NEITHER)
     problems = tuple(fault for path in _compiled(package) for fault in robosuite_conventions.visual_faults(path))
-    return Measured(float(len(problems)), problems)
+    return Measurement(float(len(problems)), problems)
 
 
-def agrees_with_asset(package: Package, limit: float | None) -> Measured:
+def mjcf_equals_record(package: Package, limit: float | None) -> Measurement:
     """MJC005: largest difference between the compiled files and the facts of the asset."""
     if not _compiled(package):
         return not_run(NEITHER)
@@ -64,10 +64,10 @@ def agrees_with_asset(package: Package, limit: float | None) -> Measured:
         measured = fact_differences.agree(expected, found, required_limit(limit))
         worst = max(worst, measured.number or 0.0)
         problems += [(f"{path.name}/{pointer}", message) for pointer, message in measured.problems]
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
-def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measured:
+def comes_to_rest_after_drop(package: Package, limit: float | None, *how: float) -> Measurement:
     """MJC006: seconds until rest after a drop from twice the height, without falling through the floor."""
     protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
@@ -78,10 +78,10 @@ def comes_to_rest(package: Package, limit: float | None, *how: float) -> Measure
         problems.append(("scene.xml", f"is not at rest {required_limit(limit):g} s after it was dropped"))
     if fall.deepest_m > drop.TUNNEL_M:
         problems.append(("scene.xml", f"sank {fall.deepest_m:.3f} m into the floor"))
-    return Measured(fall.rest_s, tuple(problems))
+    return Measurement(fall.rest_s, tuple(problems))
 
 
-def stays_upright(package: Package, limit: float | None, *how: float) -> Measured:
+def stays_upright_after_drop(package: Package, limit: float | None, *how: float) -> Measurement:
     """MJC007: tilt after the drop, degrees."""
     protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
@@ -92,10 +92,10 @@ def stays_upright(package: Package, limit: float | None, *how: float) -> Measure
     problems = (
         (("scene.xml", f"tipped by {fall.tilt_deg:.1f} degrees"),) if fall.tilt_deg > required_limit(limit) else ()
     )
-    return Measured(fall.tilt_deg, problems)
+    return Measurement(fall.tilt_deg, problems)
 
 
-def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Measured:
+def rests_on_floor_after_drop(package: Package, limit: float | None, *how: float) -> Measurement:
     """MJC008: deepest penetration of the floor at rest, metres."""
     protocol = drop.DropProtocol(*how)
     fall = _fall(package, protocol)
@@ -104,10 +104,10 @@ def rests_on_the_floor(package: Package, limit: float | None, *how: float) -> Me
     problems = (
         (("scene.xml", f"rests {fall.rest_m:.4f} m inside the floor"),) if fall.rest_m > required_limit(limit) else ()
     )
-    return Measured(fall.rest_m, problems)
+    return Measurement(fall.rest_m, problems)
 
 
-def joints_move_freely(package: Package, limit: float | None) -> Measured:
+def joints_move_without_collision(package: Package, limit: float | None) -> Measurement:
     """MJC009: deepest contact between parts while each joint moves through its range, metres."""
     if not package.asset.joints:
         return not_applicable(NO_JOINTS)
@@ -117,7 +117,7 @@ def joints_move_freely(package: Package, limit: float | None) -> Measured:
         for name, depth in depths.items()
         if depth > required_limit(limit)
     )
-    return Measured(max(depths.values()), problems) if depths else not_run("scene.xml does not compile")
+    return Measurement(max(depths.values()), problems) if depths else not_run("scene.xml does not compile")
 
 
 def _files(package: Package) -> tuple[Path, Path]:
@@ -132,7 +132,7 @@ def _fall(package: Package, protocol: drop.DropProtocol) -> drop.DropResult | No
     return drop.drop_on_floor(package.scene, protocol) if package.asset.base is Base.FREE else None
 
 
-def _unfallen(package: Package, fall: drop.DropResult | None) -> Measured:
+def _unfallen(package: Package, fall: drop.DropResult | None) -> Measurement:
     """Result where there is no rest after a fall to look at, with the reason."""
     if package.asset.base is not Base.FREE:
         return not_applicable(FIXED)

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Tf
 
-from casa_assets.checks.check import Measured, not_run
+from casa_assets.checks.check import Measurement, not_run
 from casa_assets.checks.package.fact_differences import Difference, differences, ratio
 from casa_assets.checks.package.facts import AssetFacts
 from casa_assets.checks.package.package import Package
@@ -49,19 +49,19 @@ def compare(left: AssetFacts, right: AssetFacts, relative: float, length: float)
     return [(r.difference.pointer, r.difference.message) for r in rows if _exceeds(r, length if r.length else relative)]
 
 
-def agrees_in_mujoco(package: Package, limit: float | None) -> Measured:
+def mujoco_reads_both_alike(package: Package, limit: float | None) -> Measurement:
     """PAR001: largest difference, other than of lengths, between MuJoCo's readings of MJCF and USD."""
     rows = _between(package, usd_facts.mujoco_facts)
     return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
 
 
-def agrees_in_usd(package: Package, limit: float | None) -> Measured:
+def openusd_reads_as_mujoco(package: Package, limit: float | None) -> Measurement:
     """PAR002: largest difference, other than of lengths, between UsdPhysics' reading of the USD and the MJCF."""
     rows = _between(package, usd_facts.pxr_facts)
     return not_run(UNREAD) if rows is None else _measured([r for r in rows if not r.length], limit)
 
 
-def lengths_agree(package: Package, limit: float | None) -> Measured:
+def lengths_agree(package: Package, limit: float | None) -> Measurement:
     """PAR004: largest difference of positions, sizes and travels between both readers, metres."""
     one, other = _between(package, usd_facts.mujoco_facts), _between(package, usd_facts.pxr_facts)
     if one is None or other is None:
@@ -69,7 +69,7 @@ def lengths_agree(package: Package, limit: float | None) -> Measured:
     return _measured([r for r in (*one, *other) if r.length], limit)
 
 
-def contacts_and_joints_agree(package: Package, limit: float | None) -> Measured:
+def contact_parameters_agree(package: Package, limit: float | None) -> Measurement:
     """PAR003: largest relative difference of contact and joint parameters."""
     mjcf = mujoco_load.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
     usd = _quietly(lambda path: usd_facts.imported(path).model, package.usd)
@@ -115,11 +115,11 @@ def _exceeds(row: FactDifference, tolerance: float) -> bool:
     return size is None or not size <= tolerance
 
 
-def _measured(rows: list[FactDifference], limit: float | None) -> Measured:
+def _measured(rows: list[FactDifference], limit: float | None) -> Measurement:
     assert limit is not None, "the row of this check names a limit"
     worst = max((r.difference.size for r in rows if r.difference.size is not None), default=0.0)
     faults = dict.fromkeys((r.difference.pointer, r.difference.message) for r in rows if _exceeds(r, limit))
-    return Measured(worst, tuple(faults))
+    return Measurement(worst, tuple(faults))
 
 
 def _parameters(model: mujoco.MjModel) -> dict[str, Values]:

@@ -1,6 +1,6 @@
 """Find faults of the USD package by independent validators: OpenUSD, SimReady, MuJoCo's importer.
 
-What does not open at all is reported once, by `opens`; the other checks have nothing to add to that and stay silent.
+What does not open at all is reported once, by `usd_opens`; the other checks have nothing to add to that and stay silent.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from PIL import Image
 from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 from simready.validate.api import features_summary_passed
 
-from casa_assets.checks.check import Measured, not_run
+from casa_assets.checks.check import Measurement, not_run
 from casa_assets.checks.package import coincident_meshes
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers.quiet import quiet
@@ -28,7 +28,7 @@ THUMBNAIL_PX = (256, 256)
 UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
 
 
-def opens(package: Package, _: float | None) -> Measured:
+def usd_opens(package: Package, _: float | None) -> Measurement:
     """USD001: the layer parses and composes, without complaint, to a stage with a default prim."""
     if not package.usd.is_file():
         return _measured([("usd", f"{package.usd.name} does not exist")])
@@ -44,7 +44,7 @@ def opens(package: Package, _: float | None) -> Measured:
     return _measured(problems)
 
 
-def is_simready(package: Package, _: float | None) -> Measured:
+def usd_meets_simready_profile(package: Package, _: float | None) -> Measurement:
     """USD002: failed requirements of SimReady Robotics-Prop 4.0.0, as its command line finds them."""
     with quiet():
         if _stage(package.usd) is None:
@@ -66,7 +66,7 @@ def is_simready(package: Package, _: float | None) -> Measured:
     return _measured(sorted(failed.items()) or [("simready", f"{PROFILE} {PROFILE_VERSION} does not apply")])
 
 
-def is_valid(package: Package, _: float | None) -> Measured:
+def usd_passes_openusd_validators(package: Package, _: float | None) -> Measurement:
     """USD003: findings of OpenUSD's own validators."""
     with quiet():
         stage = _stage(package.usd)
@@ -77,7 +77,7 @@ def is_valid(package: Package, _: float | None) -> Measured:
     return _measured(sorted(problems))
 
 
-def imports_into_mujoco(package: Package, _: float | None) -> Measured:
+def usd_imports_into_mujoco(package: Package, _: float | None) -> Measurement:
     """USD004: errors and warnings of MuJoCo's USD reader."""
     with quiet():
         if _stage(package.usd) is None:
@@ -88,7 +88,7 @@ def imports_into_mujoco(package: Package, _: float | None) -> Measured:
     return _measured([("usd", f"MuJoCo warns: {warning}") for warning in loaded.warnings])
 
 
-def pictures_are_png(package: Package, _: float | None) -> Measured:
+def usd_pictures_are_png(package: Package, _: float | None) -> Measurement:
     """USD005: every picture of a material lies in the package and is a PNG; the thumbnail is one of 256 x 256."""
     with quiet():
         stage = _stage(package.usd)
@@ -164,5 +164,5 @@ def _not_png(folder: Path, path: str) -> str:
         return f"{path} cannot be read: {fault}"
 
 
-def _measured(problems: list[tuple[str, str]]) -> Measured:
-    return Measured(number=float(len(problems)), problems=tuple(problems))
+def _measured(problems: list[tuple[str, str]]) -> Measurement:
+    return Measurement(number=float(len(problems)), problems=tuple(problems))

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 
 from casa_assets.checks.asset.built import NO_COMPILE
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.checks.motion import operate
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract_names, reachable_values
@@ -35,26 +35,26 @@ ACTS_ON = {
 }
 
 
-def can_take_every_value(asset: Asset, limit: float | None) -> Measured:
+def values_are_reachable(asset: Asset, limit: float | None) -> Measurement:
     """BEH001: number of values that moving joints and touching colliders cannot bring about."""
     if asset.behavior is None:
         return not_applicable(INERT)
     missing = reachable_values.unreached(asset.behavior, {j.name: j.range for j in asset.joints})
     problems = tuple((f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing)
-    return Measured(float(len(problems)), problems)
+    return Measurement(float(len(problems)), problems)
 
 
-def is_seen_to_change(asset: Asset, limit: float | None) -> Measured:
+def effects_are_visible(asset: Asset, limit: float | None) -> Measurement:
     """BEH002: number of effects without a target that can show them."""
     if asset.behavior is None:
         return not_applicable(INERT)
     faults = [
         (f"behavior/effects/{i}", message) for i, e in enumerate(asset.behavior.effects) for message in _form(asset, e)
     ]
-    return Measured(float(len(faults)), tuple(faults))
+    return Measurement(float(len(faults)), tuple(faults))
 
 
-def does_as_asked(package: Package, limit: float | None) -> Measured:
+def behavior_meets_contract(package: Package, limit: float | None) -> Measurement:
     """BEH003: number of contract values and thresholds that the asset misses when operated in MuJoCo."""
     asset, contract = package.asset, package.contract
     if asset.contract is None:
@@ -67,13 +67,13 @@ def does_as_asked(package: Package, limit: float | None) -> Measured:
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
         model = operate.fingertip_model(package) if wanted else None
         if wanted and model is None:
-            return Measured(float(len(faults)), tuple(faults)) if faults else not_run(NO_COMPILE)
+            return Measurement(float(len(faults)), tuple(faults)) if faults else not_run(NO_COMPILE)
         if model is not None:
             for key in contract.keyframes:
                 faults += _pose(model, asset, asset.behavior, key)
             for trial in contract.trials:
                 faults += _trial(model, asset, asset.behavior, trial)
-    return Measured(float(len(faults)), tuple(faults))
+    return Measurement(float(len(faults)), tuple(faults))
 
 
 def _form(asset: Asset, effect: Effect) -> Iterator[str]:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract_names as names
 from casa_assets.checks.runtime import contract_paths
@@ -23,14 +23,14 @@ SLACK_M = 1e-4
 MARGIN = 1e-3
 
 
-def has_links_and_joints(package: Package, limit: float | None) -> Measured:
+def links_and_joints_meet_contract(package: Package, limit: float | None) -> Measurement:
     """CON001: number of links and joints that are missing or of wrong kind, axis, sign, range or depth."""
     if package.asset.contract is None:
         return not_applicable(UNNAMED)
     contract = package.contract
     if contract is None or contract.id != package.asset.contract:
         message = f"there is no contract {package.asset.contract!r} in registry/contracts"
-        return Measured(1.0, (("contract", message),))
+        return Measurement(1.0, (("contract", message),))
     faults = names.missing_requirements(package.asset, contract, names.links_and_joints)
     for each in contract.for_each:
         used = names.in_use(package.asset, contract, each.key)
@@ -44,13 +44,13 @@ def has_links_and_joints(package: Package, limit: float | None) -> Measured:
     return _counted(faults)
 
 
-def has_sites(package: Package, limit: float | None) -> Measured:
+def sites_meet_contract(package: Package, limit: float | None) -> Measurement:
     """CON002: number of sites that are missing or on another link than the runtime expects."""
     contract = _contract(package)
     return _counted(names.missing_requirements(package.asset, contract, names.sites)) if contract else _without(package)
 
 
-def has_shapes(package: Package, limit: float | None) -> Measured:
+def colliders_and_visuals_meet_contract(package: Package, limit: float | None) -> Measurement:
     """CON003: number of colliders, visuals and labels that are missing or would be mistaken."""
     contract, asset = _contract(package), package.asset
     if contract is None:
@@ -68,7 +68,7 @@ def has_shapes(package: Package, limit: float | None) -> Measured:
     return _counted(faults)
 
 
-def has_regions(package: Package, limit: float | None) -> Measured:
+def regions_meet_contract(package: Package, limit: float | None) -> Measurement:
     """CON004: largest distance that a region is off: `main` encloses what is seen, interiors lie in it; metres."""
     contract, asset = _contract(package), package.asset
     if contract is None:
@@ -76,7 +76,7 @@ def has_regions(package: Package, limit: float | None) -> Measured:
     faults = names.missing_requirements(asset, contract, names.regions)
     main = next((r for r in asset.regions if r.name == "main"), None)
     if main is None:
-        return Measured(0.0, tuple(faults))
+        return Measurement(0.0, tuple(faults))
     worst = 0.0
     low, high = _box(asset, main)
     seen = seen_bounds(asset, contract)
@@ -100,10 +100,10 @@ def has_regions(package: Package, limit: float | None) -> Measured:
         if gap > SLACK_M:
             worst = max(worst, gap)
             faults.append((f"regions/{region.name}", f"reaches {gap:.4f} m out of the region main"))
-    return Measured(worst, tuple(faults))
+    return Measurement(worst, tuple(faults))
 
 
-def is_found_in_the_file(package: Package, limit: float | None) -> Measured:
+def xml_paths_meet_contract(package: Package, limit: float | None) -> Measurement:
     """CON005: number of elements that are not at the literal paths of model.xml where the runtime looks."""
     contract = _contract(package)
     if contract is None:
@@ -113,7 +113,7 @@ def is_found_in_the_file(package: Package, limit: float | None) -> Measured:
     return _counted(list(contract_paths.faults(package.mjcf, package.asset, contract)))
 
 
-def reaches_thresholds(package: Package, limit: float | None) -> Measured:
+def thresholds_meet_contract(package: Package, limit: float | None) -> Measurement:
     """CON006: number of thresholds outside their joints' ranges, and of named poses that stand wrong."""
     contract, asset = _contract(package), package.asset
     if contract is None:
@@ -134,7 +134,7 @@ def reaches_thresholds(package: Package, limit: float | None) -> Measured:
     return _counted(faults)
 
 
-def is_spelled_as_read(package: Package, limit: float | None) -> Measured:
+def spelling_meets_contract(package: Package, limit: float | None) -> Measurement:
     """CON007: number of names that are not spelled as the runtime spells them, capitals included."""
     contract = _contract(package)
     if contract is None:
@@ -166,14 +166,14 @@ def _contract(package: Package) -> Contract | None:
     return contract if contract is not None and contract.id == package.asset.contract else None
 
 
-def _without(package: Package) -> Measured:
+def _without(package: Package) -> Measurement:
     """Result where there is no contract to look at, with the reason."""
     named = package.asset.contract
     return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
 
 
-def _counted(faults: list[names.Fault]) -> Measured:
-    return Measured(float(len(faults)), tuple(faults))
+def _counted(faults: list[names.Fault]) -> Measurement:
+    return Measurement(float(len(faults)), tuple(faults))
 
 
 def _box(asset: Asset, region: Region) -> Bounds:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.asset.built import NO_COMPILE, NOT_BUILT, is_fixture_like
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.checks.motion.collision_only import remove_visuals
 from casa_assets.checks.motion.motion_model import STEP_S
 from casa_assets.checks.package.package import Package
@@ -22,7 +22,7 @@ SLOW_M_S = 0.05
 SUNK_M = 1e-3
 
 
-def holds_a_ball(package: Package, limit: float | None) -> Measured:
+def interiors_hold_a_ball(package: Package, limit: float | None) -> Measurement:
     """HOL001: farthest that a ball laid into a region comes to rest outside of it, metres."""
     assert limit is not None
     asset = package.asset
@@ -55,7 +55,7 @@ def holds_a_ball(package: Package, limit: float | None) -> Measured:
             problems.append((pointer, f"a ball laid into it comes to lie {off:.3f} m off its floor or sides"))
         elif speed > SLOW_M_S:
             problems.append((pointer, f"a ball laid into it still moves at {speed:.2f} m/s"))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 def _radius(region: Region) -> float:

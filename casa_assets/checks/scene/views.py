@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.check import Measured, least, not_run
+from casa_assets.checks.check import Measurement, least, not_run
 from casa_assets.checks.scene.placement.support import WALL
 from casa_assets.checks.scene.subject import SceneSubject, reset
 from casa_assets.core.typing import Floats
@@ -38,19 +38,19 @@ class PreviewImages:
     shots: dict[str, Pixels]
 
 
-def are_lit(pictures: PreviewImages, limit: float | None) -> Measured:
+def previews_are_not_black(pictures: PreviewImages, limit: float | None) -> Measurement:
     """SCN024: largest share of black pixels of a preview. There is at least one preview."""
     shares = {name: float((shot.max(axis=2) < BLACK).mean()) for name, shot in pictures.shots.items()}
     return _held(shares, limit, "is black: put a light there, or move the camera out of what it stands in")
 
 
-def are_not_burnt_out(pictures: PreviewImages, limit: float | None) -> Measured:
+def previews_are_not_burnt_out(pictures: PreviewImages, limit: float | None) -> Measurement:
     """SCN025: largest share of wholly white pixels of a preview."""
     shares = {name: float((shot.min(axis=2) >= WHITE).mean()) for name, shot in pictures.shots.items()}
     return _held(shares, limit, "is wholly white: less light, or a darker finish")
 
 
-def show_every_wall(subject: SceneSubject, limit: float | None) -> Measured:
+def cameras_see_every_wall(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN023: least share of a picture that any wall fills in the camera that sees it best.
 
     Walls between a camera and the room are looked through, as previews do.
@@ -136,11 +136,11 @@ def _looked_through(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, wal
         model.geom_group[:] = before
 
 
-def _held(shares: dict[str, float], limit: float | None, what: str) -> Measured:
+def _held(shares: dict[str, float], limit: float | None, what: str) -> Measurement:
     assert limit is not None
     if not shares:
         return not_run("there is no picture of it")
     problems = tuple(
         (f"previews/{name}", f"{share:.1%} of it {what}") for name, share in shares.items() if share > limit
     )
-    return Measured(max(shares.values()), problems)
+    return Measurement(max(shares.values()), problems)

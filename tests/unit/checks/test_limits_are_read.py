@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.check import Check, Measured
+from casa_assets.checks.check import Check, Measurement
 from casa_assets.checks.run import run
 from casa_assets.checks.table import TABLE
 from casa_assets.textures.check import SET_CHECKS
@@ -49,10 +49,10 @@ def handed_over() -> set[str]:
     noted = Noted()
     for row in TABLE:
 
-        def got(_: object, limit: float | None, *others: float, row: Check = row) -> Measured:
+        def got(_: object, limit: float | None, *others: float, row: Check = row) -> Measurement:
             assert limit == (LIMITS[row.limit] if row.limit else None)
             assert others == tuple(LIMITS[key] for key in row.others)
-            return Measured(0.0)
+            return Measurement(0.0)
 
         assert len(run(object(), "any", noted, table=[replace(row, subject=object, function=got)]).results) == 1
     return noted.read

@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from casa_assets import registry
-from casa_assets.checks.check import Check, Measured, no_fault, not_applicable, not_run
+from casa_assets.checks.check import Check, Measurement, no_fault, not_applicable, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import report_not_run, run
 from casa_assets.checks.scene.views import PreviewImages
@@ -21,11 +21,11 @@ LIMITS = registry.load().limits
 SILENT = ("AST", "VIS", "KIN", "HOL", "CON", "BEH", "MJC", "FLT")
 
 
-def row(found: Measured, severity: Severity = Severity.ERROR) -> Check:
+def row(found: Measurement, severity: Severity = Severity.ERROR) -> Check:
     return Check("AST001", "Any title", severity, object, lambda *_: found, None, "", "A; b.")
 
 
-def report(*found: Measured, severity: Severity = Severity.ERROR) -> Report:
+def report(*found: Measurement, severity: Severity = Severity.ERROR) -> Report:
     return run(object(), "one", LIMITS, table=[row(one, severity) for one in found])
 
 
@@ -38,11 +38,11 @@ def statuses(package: Package) -> dict[str, Status]:
 class TestMeasured:
     def test_silence_is_no_pass(self) -> None:
         with pytest.raises(AssertionError, match="clean, not_applicable or not_run"):
-            Measured()
+            Measurement()
 
     def test_what_was_not_measured_has_no_number(self) -> None:
         with pytest.raises(AssertionError):
-            Measured(1.0, status=Status.NOT_RUN, reason="a tool is missing")
+            Measurement(1.0, status=Status.NOT_RUN, reason="a tool is missing")
 
     @pytest.mark.parametrize("status", [Status.NOT_APPLICABLE, Status.NOT_RUN])
     def test_a_result_says_why_it_is_none(self, status: Status) -> None:
@@ -75,11 +75,11 @@ class TestReport:
         assert report(not_run("no weights were given"), severity=Severity.WARNING).passed
 
     def test_what_was_found_stands_for_what_it_kept_from_running(self) -> None:
-        found = report(Measured(1.0, (("model.xml", "does not compile"),)), not_run("model.xml does not compile"))
+        found = report(Measurement(1.0, (("model.xml", "does not compile"),)), not_run("model.xml does not compile"))
         assert [i.message for i in found.errors] == ["does not compile"]
 
     def test_a_waiver_is_told_and_keeps_nothing_out(self) -> None:
-        broken = row(Measured(2.0, (("", "is broken"),)))
+        broken = row(Measurement(2.0, (("", "is broken"),)))
         found = run(object(), "one", LIMITS, {"AST001": "known and accepted"}, [broken])
         assert found.passed
         (result,) = found.results
@@ -91,7 +91,7 @@ class TestReport:
         assert not found.passed
 
     def test_advice_is_counted_apart(self) -> None:
-        found = report(Measured(1.0, (("", "is a little off"),)), severity=Severity.WARNING)
+        found = report(Measurement(1.0, (("", "is a little off"),)), severity=Severity.WARNING)
         assert (found.tally.failed, found.tally.advice) == (1, 1)
 
     def test_reports_of_older_libraries_are_read(self) -> None:

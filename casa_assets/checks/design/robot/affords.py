@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.check import Measured, least
+from casa_assets.checks.check import Measurement, least
 from casa_assets.checks.design.subject import DesignSubject
 
 
-def affords_every_task(subject: DesignSubject, limit: float | None) -> Measured:
+def tasks_are_supported(subject: DesignSubject, limit: float | None) -> Measurement:
     """TSK001: number of the 25 tasks that lack fixtures, joints or sites that a base gets to."""
     assert limit is not None
     lacking = [t for t in subject.tasks if t.wants]
     problems = tuple((f"tasks/{t.task}", f"it wants {t.wants}") for t in lacking)
-    return Measured(float(len(lacking)), problems if len(lacking) > limit else ())
+    return Measurement(float(len(lacking)), problems if len(lacking) > limit else ())
 
 
-def has_room_for_things(subject: DesignSubject, limit: float | None) -> Measured:
+def task_objects_find_room(subject: DesignSubject, limit: float | None) -> Measurement:
     """TSK002: least share, over the tasks, of sampled objects that can be placed.
 
-    Tasks that lack something else are the business of `affords_every_task`.
+    Tasks that lack something else are the business of `tasks_are_supported`.
     """
     assert limit is not None
     tried = [(t.task, t.rate, t.tightest) for t in subject.tasks if t.rate is not None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.check import Measured, least, not_applicable
+from casa_assets.checks.check import Measurement, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.kitchen.floor import AisleKind
 
@@ -12,7 +12,7 @@ NO_AISLE = {
 }
 
 
-def is_roomy(subject: DesignSubject, limit: float | None) -> Measured:
+def work_aisles_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB004: narrowest work aisle of a kitchen that is not declared compact, metres."""
     # Ref: NKBA planning guideline 6: 42 inches for one cook.
     if subject.facts.compact:
@@ -20,20 +20,20 @@ def is_roomy(subject: DesignSubject, limit: float | None) -> Measured:
     return _narrowest(subject, limit, AisleKind.WORK)
 
 
-def is_roomy_enough(subject: DesignSubject, limit: float | None) -> Measured:
+def compact_work_aisles_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB005: narrowest work aisle of a kitchen that is declared compact, metres."""
     if not subject.facts.compact:
         return not_applicable("its plan does not say that it is compact (NKB004)")
     return _narrowest(subject, limit, AisleKind.WORK)
 
 
-def lets_pass(subject: DesignSubject, limit: float | None) -> Measured:
+def walkways_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB006: narrowest walkway between what stands in a kitchen and along walls, metres."""
     # Ref: NKBA planning guideline 7: 36 inches.
     return _narrowest(subject, limit, AisleKind.WALK)
 
 
-def _narrowest(subject: DesignSubject, limit: float | None, kind: AisleKind) -> Measured:
+def _narrowest(subject: DesignSubject, limit: float | None, kind: AisleKind) -> Measurement:
     assert limit is not None
     aisles = [a for a in subject.facts.aisles if a.kind is kind]
     problems = tuple(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from casa_assets.checks.check import Measured, least, not_applicable
+from casa_assets.checks.check import Measurement, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.planar import penetration_depth
 from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, PlacedRun, Role, RoomWall, RunEnd
@@ -20,7 +20,7 @@ BEHIND = 0.8  # metres from a wall within which a cooktop stands at it
 OVER = 0.02  # metres by which something has to reach over a cooktop to be above it
 
 
-def has_standing_room(subject: DesignSubject, limit: float | None) -> Measured:
+def dishwashers_have_standing_room(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB007: least distance of a dishwasher from what stands at a right angle to it, metres."""
     # Ref: NKBA planning guideline 13: 21 inches.
     assert limit is not None
@@ -57,19 +57,19 @@ def _box_in(row: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
     return (min(us), max(us)), (min(vs), max(vs))
 
 
-def is_below_a_hood(subject: DesignSubject, limit: float | None) -> Measured:
+def hoods_hang_high_enough(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB008: height of the lowest hood over its cooktop, metres."""
     # Ref: NKBA planning guideline 18: 24 inches to a protected surface.
     return _clearance(subject, limit, hoods=True)
 
 
-def is_below_nothing_else(subject: DesignSubject, limit: float | None) -> Measured:
+def cabinets_hang_high_enough_over_cooktops(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB009: height of the lowest cabinet or shelf over a cooktop without a hood between, metres."""
     # Ref: NKBA planning guideline 18: 30 inches to a surface that can burn.
     return _clearance(subject, limit, hoods=False)
 
 
-def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Measured:
+def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Measurement:
     assert limit is not None
     found = []
     for cooktop in subject.facts.with_role(*COOKTOPS):
@@ -106,7 +106,7 @@ def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
     ]
 
 
-def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measured:
+def no_openable_window_over_cooktops(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB010: width of openable window over a cooktop, metres."""
     # Ref: NKBA planning guideline 20.
     assert limit is not None
@@ -122,7 +122,7 @@ def is_not_below_a_window(subject: DesignSubject, limit: float | None) -> Measur
             if shared > limit:
                 message = f"it stands under {way.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
                 problems.append((f"fixtures/{cooktop.name}", message))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
@@ -143,7 +143,7 @@ def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
     return max(0.0, min(max(us), high) - max(min(us), low))
 
 
-def keeps_off_corners(subject: DesignSubject, limit: float | None) -> Measured:
+def appliances_keep_off_corners(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB011: least distance of an appliance from an inside corner of the worktops, metres."""
     # Ref: Louisiana State University AgCenter, kitchen guidelines: 15 inches, so that handles clear drawers.
     assert limit is not None

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from casa_assets.checks.check import Measured, least, not_applicable
+from casa_assets.checks.check import Measurement, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.geometry.planar import penetration_depth
 from casa_assets.model.kitchen.floor import APPLIANCES, Corners, KitchenFacts, SweptArea
 from casa_assets.model.kitchen.plan import OpeningKind
 
 
-def is_entered(subject: DesignSubject, limit: float | None) -> Measured:
+def doorways_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB001: clear width of the narrowest door or passage, metres."""
     # Ref: NKBA planning guideline 1: 32 inches clear.
     assert limit is not None
@@ -27,7 +27,7 @@ def is_entered(subject: DesignSubject, limit: float | None) -> Measured:
     return least((w.clear_width for w in ways), problems, "it has no door and no passage")
 
 
-def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
+def entry_doors_swing_freely(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB002: deepest overlap of an entry door's swing with an appliance or its door, metres."""
     # Ref: NKBA planning guideline 2.
     assert limit is not None
@@ -43,10 +43,10 @@ def enters_freely(subject: DesignSubject, limit: float | None) -> Measured:
                 worst = max(worst, deep)
                 if deep > limit:
                     problems.append((f"openings/{way.id}", f"its leaf swings {deep:.3f} m into {name}"))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
-def opens_apart(subject: DesignSubject, limit: float | None) -> Measured:
+def appliance_doors_swing_apart(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB003: deepest overlap of the swings of two appliances' doors, seen from above; metres."""
     # Ref: NKBA planning guideline 2.
     assert limit is not None
@@ -62,7 +62,7 @@ def opens_apart(subject: DesignSubject, limit: float | None) -> Measured:
             worst = max(worst, deep)
             if deep > limit:
                 problems.append((f"fixtures/{one}", f"its way crosses that of {other} by {deep:.3f} m"))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 Solid = tuple[str, Corners, float, float]

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.design.rules import frontage, seating, wheelchair_access, work_triangle
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.core.rounding import decimals
@@ -146,16 +146,16 @@ def _score(findings: tuple[Finding, ...]) -> float:
     return round(100.0 * sum(counted) / len(counted), 1) if counted else 100.0
 
 
-def is_well_designed(subject: DesignSubject, limit: float | None) -> Measured:
+def design_score_is_high_enough(subject: DesignSubject, limit: float | None) -> Measurement:
     """NKB012: share of applicable advisory design rules that are kept, of 100."""
     assert limit is not None
     found = grade(subject)
     if all(f.passed is None or f.waived for f in found.design):
         return not_applicable("none of the advisory rules applies to it")
     if found.score >= limit:
-        return Measured(found.score)
+        return Measurement(found.score)
     missed = [f for f in found.design if f.passed is False and not f.waived]
-    return Measured(
+    return Measurement(
         found.score,
         tuple(
             (f"rules/{f.rule}", f"{f.title}: {f.number:g} {f.unit}, {_word(f)} {f.limit:g} advised".replace(" ,", ","))

@@ -9,7 +9,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured, not_applicable, not_run
+from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.motion.rest import FAST, MM, REST_S, SETTLED_S
 from casa_assets.checks.scene.subject import reset
@@ -24,7 +24,7 @@ LISTED = 20
 UNLOADED = "MuJoCo cannot read scene_light.xml"
 
 
-def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
+def mechanism_is_the_same(files: SceneFiles, limit: float | None) -> Measurement:
     """SCN021: differences in joints, bodies and poses between the light form and the full one."""
     assert limit is None
     full, light = files.kitchen.loaded.model, files.lightened
@@ -32,7 +32,7 @@ def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
     if full is None:
         return not_run("MuJoCo cannot read scene.xml, which the light form is held against")
     if light.model is None:
-        return Measured(1.0, ((name, light.error),))
+        return Measurement(1.0, ((name, light.error),))
     problems = [(name, f"MuJoCo warns: {warning}") for warning in light.warnings]
     meshes, pictures = int(light.model.nmesh), int((light.model.mat_texid >= 0).sum())
     if meshes:
@@ -40,10 +40,10 @@ def is_the_same_machine(files: SceneFiles, limit: float | None) -> Measured:
     if pictures:
         problems.append((name, f"has {pictures} materials with pictures; use plain colours"))
     problems += _differences(full, light.model)
-    return Measured(float(len(problems)), tuple(problems[:LISTED]))
+    return Measurement(float(len(problems)), tuple(problems[:LISTED]))
 
 
-def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
+def no_penetration_after_settling(files: SceneFiles, limit: float | None) -> Measurement:
     """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
     assert limit is not None
     stood = settled_scene(files)
@@ -55,10 +55,10 @@ def settles_apart(files: SceneFiles, limit: float | None) -> Measured:
         for (one, other), depth in sorted(stood.depths.items())
         if depth > limit
     ]
-    return Measured(max(stood.depths.values(), default=0.0), tuple(problems[:LISTED]))
+    return Measurement(max(stood.depths.values(), default=0.0), tuple(problems[:LISTED]))
 
 
-def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
+def loose_things_stay_put(files: SceneFiles, limit: float | None) -> Measurement:
     """SCN028: farthest that something that stands by its weight moves in 5 s in the light form, metres."""
     assert limit is not None
     stood = settled_scene(files)
@@ -70,7 +70,7 @@ def keeps_things(files: SceneFiles, limit: float | None) -> Measured:
     problems = [
         (f"placements/{name}", message.format(way * MM, REST_S)) for name, way in stood.moved.items() if way > limit
     ]
-    return Measured(max(stood.moved.values()), tuple(problems[:LISTED]))
+    return Measurement(max(stood.moved.values()), tuple(problems[:LISTED]))
 
 
 @dataclass(frozen=True)

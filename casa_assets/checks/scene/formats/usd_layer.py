@@ -1,6 +1,6 @@
 """Find faults of a scene's USD by independent validators: OpenUSD, SimReady, MuJoCo's importer.
 
-What does not open at all is said once, by `opens_in_silence`; the others have nothing to add to that.
+What does not open at all is said once, by `usd_scene_loads_without_warnings`; the others have nothing to add to that.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import simready.validate
 from pxr import UsdValidation
 
-from casa_assets.checks.check import Measured, not_run
+from casa_assets.checks.check import Measurement, not_run
 from casa_assets.checks.package.usd import PROFILE, PROFILE_VERSION, load_rules, sites, validators
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene.formats.files import SceneFiles
@@ -24,7 +24,7 @@ LISTED = 20
 CLOSED = "scene.usda does not open"
 
 
-def opens_in_silence(files: SceneFiles, limit: float | None) -> Measured:
+def usd_scene_loads_without_warnings(files: SceneFiles, limit: float | None) -> Measurement:
     """SCN018: errors, warnings and complaints while the layer composes and MuJoCo reads it."""
     assert limit is None
     stage, said = files.composed
@@ -40,7 +40,7 @@ def opens_in_silence(files: SceneFiles, limit: float | None) -> Measured:
     return _measured(problems + [(name, f"MuJoCo warns: {warning}") for warning in loaded.warnings])
 
 
-def is_valid(files: SceneFiles, limit: float | None) -> Measured:
+def usd_scene_passes_openusd_validators(files: SceneFiles, limit: float | None) -> Measurement:
     """SCN019: findings of OpenUSD's own validators."""
     assert limit is None
     stage = files.composed[0]
@@ -52,7 +52,7 @@ def is_valid(files: SceneFiles, limit: float | None) -> Measured:
     return _measured(problems)
 
 
-def keeps_simready_rules(files: SceneFiles, limit: float | None) -> Measured:
+def usd_scene_meets_simready_rules(files: SceneFiles, limit: float | None) -> Measurement:
     """SCN020: failed requirements of SimReady Robotics-Prop 4.0.0, without those on a prop's package."""
     assert limit is None
     if files.composed[0] is None:
@@ -74,5 +74,5 @@ def keeps_simready_rules(files: SceneFiles, limit: float | None) -> Measured:
     return _measured(sorted(failed.items()))
 
 
-def _measured(problems: list[tuple[str, str]]) -> Measured:
-    return Measured(float(len(problems)), tuple(problems[:LISTED]))
+def _measured(problems: list[tuple[str, str]]) -> Measurement:
+    return Measurement(float(len(problems)), tuple(problems[:LISTED]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured, not_run
+from casa_assets.checks.check import Measurement, not_run
 from casa_assets.checks.scene.motion.rest import idle_run
 from casa_assets.checks.scene.subject import SceneSubject
 
@@ -34,29 +34,29 @@ class MeasuredSpeed:
         return self.steps_per_s * self.timestep_s
 
 
-def has_few_bodies(subject: SceneSubject, limit: float | None) -> Measured:
+def body_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN010: number of bodies of the model."""
     return _held(subject.model.nbody, limit, "bodies; merge links that never move against each other")
 
 
-def has_few_shapes(subject: SceneSubject, limit: float | None) -> Measured:
+def collider_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN012: number of collision shapes."""
     return _held(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
 
 
-def has_few_freedoms(subject: SceneSubject, limit: float | None) -> Measured:
+def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN013: degrees of freedom."""
     return _held(subject.model.nv, limit, "degrees of freedom; fix what nobody has to move")
 
 
-def has_few_vertices(subject: SceneSubject, limit: float | None) -> Measured:
+def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN014: vertices of all collision hulls, each as often as it stands in the scene."""
     model = subject.model
     hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
     return _held(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
 
 
-def has_small_pictures(subject: SceneSubject, limit: float | None) -> Measured:
+def texture_memory_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN015: megabytes of all pictures, decoded, without mipmaps."""
     model = subject.loaded.model
     if model is None:
@@ -64,7 +64,7 @@ def has_small_pictures(subject: SceneSubject, limit: float | None) -> Measured:
     return _held(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
 
 
-def touches_little(subject: SceneSubject, limit: float | None) -> Measured:
+def contact_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN016: pairs of shapes in contact at the start and after 1 s, the larger number."""
     stood = idle_run(subject)
     return _held(
@@ -72,16 +72,16 @@ def touches_little(subject: SceneSubject, limit: float | None) -> Measured:
     )
 
 
-def loads_soon(speed: MeasuredSpeed, limit: float | None) -> Measured:
+def load_time_is_bounded(speed: MeasuredSpeed, limit: float | None) -> Measurement:
     """SCN026: milliseconds to compile the whole scene with its pictures."""
     return _held(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
 
 
-def keeps_pace(speed: MeasuredSpeed, limit: float | None) -> Measured:
+def simulation_is_fast_enough(speed: MeasuredSpeed, limit: float | None) -> Measurement:
     """SCN027: simulated seconds per second on one core, at rest."""
     assert limit is not None
     message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
-    return Measured(speed.pace, () if speed.pace >= limit else (("scene", message),))
+    return Measurement(speed.pace, () if speed.pace >= limit else (("scene", message),))
 
 
 def scene_sizes(subject: SceneSubject) -> dict[str, float]:
@@ -102,7 +102,7 @@ def scene_sizes(subject: SceneSubject) -> dict[str, float]:
     }
 
 
-def _held(count: float, limit: float | None, what: str) -> Measured:
+def _held(count: float, limit: float | None, what: str) -> Measurement:
     assert limit is not None
     problems = (("scene", f"has {count:,.0f} {what}"),) if count > limit else ()
-    return Measured(float(count), problems)
+    return Measurement(float(count), problems)

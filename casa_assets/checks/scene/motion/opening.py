@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.scene.subject import (
     AllPairs,
     ScenePart,
@@ -61,7 +61,7 @@ class Clash:
     beside: str = ""
 
 
-def opens_wide(subject: SceneSubject, limit: float | None) -> Measured:
+def joints_open_without_collision(subject: SceneSubject, limit: float | None) -> Measurement:
     """No part runs into anything by more than `limit` over its joint's range, alone and beside each open neighbour.
 
     Metres of the worst, beyond what is there while all is shut.
@@ -77,7 +77,7 @@ def opens_wide(subject: SceneSubject, limit: float | None) -> Measured:
             worst = max(worst, clash.depth)
             if clash.depth > limit:
                 problems.append((f"joints/{part.name}", _says(subject, clash)))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 def _says(subject: SceneSubject, clash: Clash) -> str:

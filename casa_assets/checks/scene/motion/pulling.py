@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.motion.hand_force import CHUNK, LONGEST_S, hand_effort
 from casa_assets.checks.scene.motion.opening import JointSweep, SweepTester
 from casa_assets.checks.scene.subject import AllPairs, ScenePart, SceneSubject, around, boxes, meet, reset
@@ -31,7 +31,7 @@ class Pull:
     room: Floats
 
 
-def opens_in_place(subject: SceneSubject, limit: float | None) -> Measured:
+def joints_open_by_hand(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN006: least share of its range that a joint covers within 2 s under 20 N at its grip.
 
     Parts whose ways lie apart are pulled at the same time.
@@ -48,7 +48,7 @@ def opens_in_place(subject: SceneSubject, limit: float | None) -> Measured:
             why = f"it meets {met}" if met else "ease its friction, damping or spring"
             message = f"goes {share:.0%} of its way under {PULL_N:g} N in {LONGEST_S:g} s; {why}"
             problems.append((f"joints/{part.name}", message))
-    return Measured(least, tuple(problems))
+    return Measurement(least, tuple(problems))
 
 
 def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str]]:

@@ -9,7 +9,7 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.scene.subject import AllPairs, SceneSubject, reset
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import JointKind
@@ -52,26 +52,26 @@ class IdleRun:
     troubles: tuple[str, ...]
 
 
-def loads_in_silence(subject: SceneSubject, limit: float | None) -> Measured:
+def scene_loads_without_warnings(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN001: number of errors and warnings while MuJoCo reads the file and simulates 5 s."""
     assert limit is None
     said = [subject.loaded.error] if subject.loaded.error else list(subject.loaded.warnings)
     if not subject.loaded.error:
         said += idle_run(subject).troubles
-    return Measured(float(len(said)), tuple((subject.mjcf.name, text) for text in said))
+    return Measurement(float(len(said)), tuple((subject.mjcf.name, text) for text in said))
 
 
-def begins_apart(subject: SceneSubject, limit: float | None) -> Measured:
+def no_penetration_at_start(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN002: deepest penetration as the scene begins, metres."""
     return _deep(idle_run(subject).begins, limit, "as the scene begins; move one of them, or shrink its shape")
 
 
-def settles_apart(subject: SceneSubject, limit: float | None) -> Measured:
+def no_penetration_after_settling(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN003: deepest penetration after 1 s, metres."""
     return _deep(idle_run(subject).settled, limit, f"after {SETTLED_S:g} s; it is pressed there by weight or a spring")
 
 
-def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
+def joints_stay_put(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN004: largest share of its range that a joint moves in 5 s."""
     assert limit is not None
     if not subject.parts:
@@ -86,10 +86,10 @@ def keeps_joints(subject: SceneSubject, limit: float | None) -> Measured:
                 f"drifts by {share:.1%} of its range in {REST_S:g} s; see what touches it, or its friction and spring"
             )
             problems.append((_pointer(part.name), message))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
-def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
+def loose_things_stay_put(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN011: farthest that something that stands by its weight moves in 5 s, metres."""
     assert limit is not None
     moved = idle_run(subject).moved
@@ -100,7 +100,7 @@ def keeps_things(subject: SceneSubject, limit: float | None) -> Measured:
         for name, far in moved.items()
         if far > limit
     ]
-    return Measured(max(moved.values()), tuple(problems))
+    return Measurement(max(moved.values()), tuple(problems))
 
 
 @lru_cache(maxsize=1)
@@ -136,11 +136,11 @@ def penetrations(subject: SceneSubject, data: mujoco.MjData) -> Iterator[Penetra
         yield Penetration(subject.message(one), subject.message(other), depth)
 
 
-def _deep(found: tuple[Penetration, ...], limit: float | None, when: str) -> Measured:
+def _deep(found: tuple[Penetration, ...], limit: float | None, when: str) -> Measurement:
     assert limit is not None
     deep = [t for t in found if t.depth > limit]
     problems = [(f"geoms/{t.one}", f"is {t.depth * MM:.2f} mm in {t.other} {when}") for t in deep[:LISTED]]
-    return Measured(max((t.depth for t in found), default=0.0), tuple(problems))
+    return Measurement(max((t.depth for t in found), default=0.0), tuple(problems))
 
 
 def _pointer(joint: str) -> str:

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from casa_assets.checks.check import Measured, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.scene.placement.support import CEILING, FLOOR, ROOM, WALL
 from casa_assets.checks.scene.subject import SceneSubject, boxes, corners
 from casa_assets.core.typing import Floats
@@ -16,7 +16,7 @@ DOOR, WINDOW = "door", "window"
 HANDLES_M = 0.08  # how far handles and sills stand out of the outer face
 
 
-def stays_inside(subject: SceneSubject, limit: float | None) -> Measured:
+def things_are_inside_room(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN009: farthest that a shape lies outside floor, walls and ceiling, metres.
 
     A scene without a floor has no room to leave. What fills a hole in a wall is handled from both sides.
@@ -49,7 +49,7 @@ def stays_inside(subject: SceneSubject, limit: float | None) -> Measured:
             worst = max(worst, float(far))
             if far > limit:
                 problems.append((f"placements/{name}", f"reaches {far * MM:.0f} mm {where}; move it in"))
-    return Measured(worst, tuple(problems))
+    return Measurement(worst, tuple(problems))
 
 
 def points_of(subject: SceneSubject, geom: int) -> Floats:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measurement
 from casa_assets.checks.scene.subject import SceneSubject, boxes, meet
 
 MM = 1000.0
@@ -15,7 +15,7 @@ MM = 1000.0
 ALLOWED: dict[tuple[str, str], tuple[float, str]] = {}
 
 
-def nothing_overlaps(subject: SceneSubject, limit: float | None) -> Measured:
+def fixed_things_do_not_overlap(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN007: deepest overlap of fixed shapes of two things, metres; allowed ones are left out.
 
     What moves is the business of the contacts at the start.
@@ -35,7 +35,7 @@ def nothing_overlaps(subject: SceneSubject, limit: float | None) -> Measured:
             f"{subject.message(one)} is {depth * MM:.1f} mm in {subject.message(other)}; move one, or make it smaller"
         )
         problems.append((f"placements/{names[0]}", message))
-    return Measured(deepest, tuple(problems))
+    return Measurement(deepest, tuple(problems))
 
 
 def allowance(subject: SceneSubject, one: str, other: str) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measured
+from casa_assets.checks.check import Measurement
 from casa_assets.checks.scene.subject import SceneSubject, around, boxes, meet
 from casa_assets.core.typing import Floats, Ints
 
@@ -27,7 +27,7 @@ HIGHER_M = 0.004  # as the limit collider_bounds_m of single assets grants
 MM = 1000.0
 
 
-def nothing_floats(subject: SceneSubject, limit: float | None) -> Measured:
+def fixed_things_are_supported(subject: SceneSubject, limit: float | None) -> Measurement:
     """SCN008: number of fixed things that nothing holds.
 
     What stands by its weight is let go in the checks of rest.
@@ -43,7 +43,7 @@ def nothing_floats(subject: SceneSubject, limit: float | None) -> Measured:
         waiting = [name for name in waiting if name not in caught]
         fresh = caught
     problems = [(f"placements/{name}", _says(tester, name)) for name in waiting]
-    return Measured(float(len(waiting)), tuple(problems) if len(waiting) > limit else ())
+    return Measurement(float(len(waiting)), tuple(problems) if len(waiting) > limit else ())
 
 
 def _says(tester: SupportTester, name: str) -> str:

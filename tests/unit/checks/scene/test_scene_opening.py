@@ -26,7 +26,7 @@ Fault = tuple[str, str]
 
 
 def clashes(scene: Scene, folder: Path) -> list[Fault]:
-    return list(opening.opens_wide(subject(scene, folder), LIMIT).problems)
+    return list(opening.joints_open_without_collision(subject(scene, folder), LIMIT).problems)
 
 
 def post(size: Vec3 = (0.05, 0.05, 0.7), kind: str = "wall_cabinet", base: Base = Base.FIXED) -> Asset:
@@ -75,7 +75,7 @@ class TestOpening:
         found = subject(scene, tmp_path)
         desk = opening.SweepTester(found, LIMIT)
         assert max(desk.at_rest.values()) == pytest.approx(0.0015, abs=1e-4)
-        assert [p for p, _ in opening.opens_wide(found, LIMIT).problems if p.endswith("drawer_slide")] == []
+        assert [p for p, _ in opening.joints_open_without_collision(found, LIMIT).problems if p.endswith("drawer_slide")] == []
 
     def test_what_stands_behind_a_door_has_it_open(self, tmp_path: Path) -> None:
         inner = joint_changed("drawer_slide", behind="door_hinge")
@@ -87,7 +87,7 @@ class TestOpening:
         fields = ("geom_contype", "body_conaffinity", "exclude_signature")
         before = [getattr(found.model, field).copy() for field in fields]
         assert len(before[2]) > 0
-        opening.opens_wide(found, LIMIT)
+        opening.joints_open_without_collision(found, LIMIT)
         for field, kept in zip(fields, before, strict=True):
             assert (getattr(found.model, field) == kept).all()
 
@@ -102,12 +102,12 @@ class TestPairsThatTheFileLeavesOut:
         left_out = mujoco.MjData(found.model)
         mujoco.mj_forward(found.model, left_out)
         assert left_out.ncon == 0
-        for check in (rest.begins_apart, rest.settles_apart):
+        for check in (rest.no_penetration_at_start, rest.no_penetration_after_settling):
             measured = check(found, LIMIT)
             assert measured.number == pytest.approx(0.005, abs=1e-4)
             assert "mm in thing_0__" in measured.problems[0][1]
         sane = subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path / "sane")
-        assert rest.begins_apart(sane, LIMIT).problems == ()
+        assert rest.no_penetration_at_start(sane, LIMIT).problems == ()
 
     def test_a_post_right_before_the_door(self, tmp_path: Path) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post(), at(0.1, -0.257 - 0.06, 0.0)))
@@ -115,11 +115,11 @@ class TestPairsThatTheFileLeavesOut:
         assert {("thing_0", "door"), ("thing_0", "drawer")} <= {
             (m.placement, m.link) for m, f in adjacent_links(scene) if f.placement == "thing_1"
         }
-        assert {p for p, _ in opening.opens_wide(found, LIMIT).problems} == {
+        assert {p for p, _ in opening.joints_open_without_collision(found, LIMIT).problems} == {
             "joints/thing_0__door_hinge",
             "joints/thing_0__drawer_slide",
         }
-        pulled = dict(pulling.opens_in_place(found, 0.95).problems)
+        pulled = dict(pulling.joints_open_by_hand(found, 0.95).problems)
         assert "it meets thing_1__shape_0" in pulled["joints/thing_0__door_hinge"]
 
 
@@ -152,14 +152,14 @@ class TestPulling:
 
     def test_names_what_is_in_the_way(self, tmp_path: Path) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post((0.6, 0.05, 0.7)), at(0.0, -0.4, 0.0)))
-        problems = dict(pulling.opens_in_place(subject(scene, tmp_path), 0.95).problems)
+        problems = dict(pulling.joints_open_by_hand(subject(scene, tmp_path), 0.95).problems)
         assert "it meets thing_1__shape_0" in problems["joints/thing_0__drawer_slide"]
 
 
 class TestOverlap:
     def test_the_deepest_of_each_pair_is_told_once(self, tmp_path: Path) -> None:
         box = cupboard()
-        found = overlap.nothing_overlaps(
+        found = overlap.fixed_things_do_not_overlap(
             subject(room((box, at(0.0, 0.0, 0.0)), (box, at(0.59, 0.0, 0.0))), tmp_path), LIMIT
         )
         assert found.number == pytest.approx(0.01)
@@ -168,7 +168,7 @@ class TestOverlap:
     def test_loose_things_are_left_to_contacts(self, tmp_path: Path) -> None:
         loose = post(base=Base.FREE)
         found = subject(room((post(), at(0.0, 0.0, 0.0)), (loose, at(0.01, 0.0, 0.0))), tmp_path)
-        assert overlap.nothing_overlaps(found, LIMIT).problems == ()
+        assert overlap.fixed_things_do_not_overlap(found, LIMIT).problems == ()
 
     def test_allowances_have_a_depth_and_a_reason(self) -> None:
         assert all(0 < depth < 0.05 and why.endswith(".") for depth, why in overlap.ALLOWED.values())
@@ -180,7 +180,7 @@ class TestSupport:
 
     def floating(self, things: tuple[tuple[Asset, Vec3], ...], folder: Path) -> list[str]:
         scene = room(*((asset, at(*place)) for asset, place in things))
-        return [p for p, _ in support.nothing_floats(subject(scene, folder), 0.0).problems]
+        return [p for p, _ in support.fixed_things_are_supported(subject(scene, folder), 0.0).problems]
 
     @pytest.mark.parametrize(("gap", "held"), [(0.0, True), (0.011, True), (0.013, False)])
     def test_a_shelf_hangs_on_a_wall(self, gap: float, held: bool, tmp_path: Path) -> None:
