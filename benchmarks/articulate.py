@@ -36,7 +36,7 @@ from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, Frame
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.checks.motion.joint_travel import travels
+from casa_assets.checks.motion.joint_travel import joint_travels
 from casa_assets.errors import Rejected
 from casa_assets.export import mjcf
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
@@ -264,8 +264,8 @@ def travel(mesh: Path) -> tuple[list[tuple[str, bool]], str]:
         if built.asset.contract
         else ": ".join(built.unmet_checks[:2]) or "none aimed at"
     )
-    found = {t.joint: t for t in travels(built.asset, mjcf.write(built.asset))}
-    whole = [(p.kind.value, found[built.joints[p.name]].whole) for p in built.articulation.parts]
+    found = {t.joint: t for t in joint_travels(built.asset, mjcf.write(built.asset))}
+    whole = [(p.kind.value, found[built.joints[p.name]].is_full) for p in built.articulation.parts]
     return whole, f"{built.category.id} ({built.confidence[0]:.0%}): {holds}"
 
 

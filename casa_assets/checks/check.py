@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from casa_assets.model.issue import Severity, Status
 
+# Where a fault is, as a path such as `links/door/colliders`, and what is wrong there.
+Problem = tuple[str, str]
+
 
 @dataclass(frozen=True)
 class Measurement:
@@ -14,28 +17,28 @@ class Measurement:
 
     Attributes:
         number: the measured value, the worst where there are several.
-        problems: (pointer, message) for each fault; empty where the subject passes.
-        status: NOT_APPLICABLE or NOT_RUN where nothing was measured, PASSED where all was well and there is no number
-            to tell; None where the problems decide.
+        problems: one for each fault; empty where the subject passes.
+        status: NOT_APPLICABLE or NOT_RUN where nothing was measured, PASSED where there is no fault and no number to
+            report; None where the problems decide.
         reason: why it does not apply or was not run.
     """
 
     number: float | None = None
-    problems: tuple[tuple[str, str], ...] = ()
+    problems: tuple[Problem, ...] = ()
     status: Status | None = None
     reason: str = ""
 
     def __post_init__(self) -> None:
-        """A check that measured nothing and found nothing has to say what that means: it is no pass by silence."""
+        """A check that measured nothing and found nothing has to say why: it does not pass by silence."""
         if self.status is None:
-            assert self.number is not None or self.problems, "say clean, not_applicable or not_run"
+            assert self.number is not None or self.problems, "say no_fault, not_applicable or not_run"
         else:
             assert self.number is None, "a number belongs to what was measured"
             assert not self.problems, "problems belong to what was measured"
 
 
 def no_fault() -> Measurement:
-    """Result of a subject that was looked at and has no fault, where there is no number to tell."""
+    """Result of a subject that was looked at and has no fault, where there is no number to report."""
     return Measurement(status=Status.PASSED)
 
 
@@ -49,19 +52,54 @@ def not_run(reason: str) -> Measurement:
     return Measurement(status=Status.NOT_RUN, reason=reason)
 
 
-def largest(numbers: Iterable[float], problems: tuple[tuple[str, str], ...], otherwise: str) -> Measurement:
-    """The largest number with its problems; not applicable, for the reason `otherwise`, where there is none."""
-    found = list(numbers)
-    return Measurement(max(found), problems) if found else not_applicable(otherwise)
+def at_most(number: float, limit: float, pointer: str, message: str) -> Measurement:
+    """A number, with a problem where it exceeds the limit or is not a number."""
+    return Measurement(number, () if number <= limit else ((pointer, message),))
 
 
-def least(numbers: Iterable[float], problems: tuple[tuple[str, str], ...], otherwise: str) -> Measurement:
-    """The least number with its problems; not applicable, for the reason `otherwise`, where there is none."""
-    found = list(numbers)
-    return Measurement(min(found), problems) if found else not_applicable(otherwise)
+def at_least(number: float, limit: float, pointer: str, message: str) -> Measurement:
+    """A number, with a problem where it is below the limit or not a number."""
+    return Measurement(number, () if number >= limit else ((pointer, message),))
 
 
-# (subject, limit, others...): the limits are those of registry/limits.yaml; None for a check that has none.
+def all_at_most(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
+    """The largest of several numbers, with a problem for each that exceeds the limit.
+
+    Args:
+        numbers: pointer -> number.
+        message: a format with one field for the number.
+        otherwise: reason why the check does not apply where there is no number.
+    """
+    problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number > limit)
+    return largest(numbers.values(), problems, otherwise)
+
+
+def all_at_least(numbers: Mapping[str, float], limit: float, message: str, otherwise: str) -> Measurement:
+    """The least of several numbers, with a problem for each below the limit. Arguments are as for `all_at_most`."""
+    problems = tuple((pointer, message.format(number)) for pointer, number in numbers.items() if number < limit)
+    return least(numbers.values(), problems, otherwise)
+
+
+def largest(numbers: Iterable[float], problems: Iterable[Problem], otherwise: str) -> Measurement:
+    """The largest number with these problems; not applicable, for the reason `otherwise`, where there is none."""
+    values = list(numbers)
+    return Measurement(float(max(values)), tuple(problems)) if values else not_applicable(otherwise)
+
+
+def least(numbers: Iterable[float], problems: Iterable[Problem], otherwise: str) -> Measurement:
+    """The least number with these problems; not applicable, for the reason `otherwise`, where there is none."""
+    values = list(numbers)
+    return Measurement(float(min(values)), tuple(problems)) if values else not_applicable(otherwise)
+
+
+def count(problems: Iterable[Problem], allowed: float = 0) -> Measurement:
+    """The number of problems, which are reported where there are more than `allowed`."""
+    found = tuple(problems)
+    return Measurement(float(len(found)), found if len(found) > allowed else ())
+
+
+# Takes the subject and the row's limits (`Check.limit` where it names one, then `Check.others`), measures, and changes
+# nothing.
 CheckFunction = Callable[..., Measurement]
 
 
@@ -71,15 +109,15 @@ class Check:
 
     Attributes:
         code: such as `AST002`; never reused.
-        title: two to five words that name what is tested.
+        title: two to six words that name what is tested.
         severity: an error keeps the asset out of the library; a warning is advice.
         subject: type that the function takes.
-        function: pure; looks, never changes.
+        function: measures a subject.
         limit: key in registry/limits.yaml of what the number is held against, or None.
         unit: of the number and the limit.
         description: one sentence: what is measured, against which limit, and what to do where it fails. `{limit}` and
             `{mm}` (a thousand times the limit) stand for the number, the keys of `others` for theirs.
-        others: keys of further limits, which the function takes after the first one, in this order.
+        others: keys of further limits.
     """
 
     code: str
@@ -92,16 +130,15 @@ class Check:
     description: str
     others: tuple[str, ...] = ()
 
+    def run(self, subject: object, limits: Mapping[str, float]) -> Measurement:
+        """Call the function with its limits. Raises KeyError where `limits` lacks one."""
+        keys = self.others if self.limit is None else (self.limit, *self.others)
+        return self.function(subject, *(limits[key] for key in keys))
+
     def describe(self, limits: Mapping[str, float]) -> str:
         """The description with its numbers. Raises KeyError where `limits` lacks one."""
-        told = {key: limits[key] for key in self.others}
+        values = {key: limits[key] for key in self.others}
         if self.limit is not None:
             value = limits[self.limit]
-            told |= {"limit": value, "mm": 1e3 * value, "mm2": 1e6 * value}
-        return self.description.format(**told)
-
-
-def required_limit(limit: float | None) -> float:
-    """The limit of a check whose row in the table names one."""
-    assert limit is not None, "the row of this check names a limit"
-    return limit
+            values |= {"limit": value, "mm": 1e3 * value, "mm2": 1e6 * value}
+        return self.description.format(**values)

@@ -10,15 +10,15 @@ from casa_assets.checks.table import TABLE
 from casa_assets.core.rounding import significant
 from casa_assets.model.issue import CheckResult, Issue, Report, Status
 
-# Shared and never written to: what is waived where nothing is.
-NOTHING: Mapping[str, str] = {}
+# What is waived where nothing is; shared and never written to.
+NO_WAIVERS: Mapping[str, str] = {}
 
 
 def run(
     subject: object,
     name: str,
     limits: Mapping[str, float],
-    waived: Mapping[str, str] = NOTHING,
+    waived: Mapping[str, str] = NO_WAIVERS,
     table: Iterable[Check] = TABLE,
 ) -> Report:
     """Report of every check whose subject type is that of `subject`.
@@ -41,11 +41,11 @@ def run(
         if check.code in waived:
             results.append(_result(check, not_run(waived[check.code]), limit, waived=True))
             continue
-        # Whatever else MuJoCo warns of, while it simulates or reads a file once more, leaves no log behind.
+        # MuJoCo's warnings while it simulates or reads a file again would else be written to a log.
         with native_warnings():
-            found = check.function(subject, limit, *(limits[key] for key in check.others))
-        results.append(_result(check, found, limit))
-        issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in found.problems]
+            measured = check.run(subject, limits)
+        results.append(_result(check, measured, limit))
+        issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in measured.problems]
     return Report(subject=name, results=tuple(results), issues=tuple(issues))
 
 
@@ -54,7 +54,7 @@ def report_not_run(
     name: str,
     limits: Mapping[str, float],
     reason: str,
-    waived: Mapping[str, str] = NOTHING,
+    waived: Mapping[str, str] = NO_WAIVERS,
     table: Iterable[Check] = TABLE,
 ) -> Report:
     """Report of checks that could not be run, all for one reason.
@@ -75,19 +75,15 @@ def report_not_run(
     return Report(subject=name, results=results)
 
 
-def _result(check: Check, found: Measurement, limit: float | None, waived: bool = False) -> CheckResult:
+def _result(check: Check, measured: Measurement, limit: float | None, waived: bool = False) -> CheckResult:
     return CheckResult(
         code=check.code,
-        status=found.status or (Status.FAILED if found.problems else Status.PASSED),
+        status=measured.status or (Status.FAILED if measured.problems else Status.PASSED),
         severity=check.severity,
-        reason=found.reason,
+        reason=measured.reason,
         waived=waived,
-        number=_rounded(found.number),
+        # More than six digits would carry the noise of the machine's arithmetic into the library.
+        number=None if measured.number is None else significant(measured.number, 6),
         limit=limit,
         unit=check.unit,
     )
-
-
-def _rounded(number: float | None) -> float | None:
-    """Six digits: more would carry the noise of the machine's arithmetic into the library."""
-    return None if number is None else significant(number, 6)

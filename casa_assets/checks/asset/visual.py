@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from casa_assets.checks.asset.built import UNSEEN
-from casa_assets.checks.check import Measurement, largest, least, not_applicable, required_limit
+from casa_assets.checks.asset.applicability import NO_VISUALS, merged_mesh, visuals_of
+from casa_assets.checks.check import Measurement, all_at_least, all_at_most, at_most, count, largest, not_applicable
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
@@ -16,75 +14,64 @@ from casa_assets.model.asset.material import Texture
 from casa_assets.model.pose import Pose
 
 NO_PICTURES = "it shows no picture"
-LEAST_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
-UNIT_SLACK = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
-SAME_M = 1e-6  # what float32 storage may move a vertex by
+MIN_VERTICES = 4  # Ref: MuJoCo refuses to compile a mesh of fewer.
+NORMAL_LENGTH_TOLERANCE = 0.00674  # Ref: glTF-Validator, how far a normal's length may be from 1.
+SAME_VERTEX_M = 1e-6  # what float32 storage may move a vertex by, metres
 
 
-def triangles_have_area(asset: Asset, limit: float | None) -> Measurement:
+def triangles_have_area(asset: Asset) -> Measurement:
     """VIS001: number of triangles without area."""
-    counts = {p: int((_sides(v)[1] <= 0).sum()) for p, v in _visuals(asset)}
+    counts = {pointer: int((_normals_and_areas(v)[1] <= 0).sum()) for pointer, _, v in visuals_of(asset)}
     if not counts:
-        return not_applicable(UNSEEN)
+        return not_applicable(NO_VISUALS)
     problems = tuple((p, f"{n} triangles have no area; leave them out") for p, n in counts.items() if n)
     return Measurement(float(sum(counts.values())), problems)
 
 
-def normals_face_outwards(asset: Asset, limit: float | None) -> Measurement:
+def normals_face_outwards(asset: Asset, limit: float) -> Measurement:
     """VIS002: share of a mesh's area whose normals point against its front."""
     shares, problems = [], []
-    for pointer, visual in _visuals(asset):
+    for pointer, _, visual in visuals_of(asset):
         normals = visual.mesh.normals
         if normals is None:
             continue
-        if np.abs(np.linalg.norm(normals, axis=1) - 1).max(initial=0.0) > UNIT_SLACK:
+        if np.abs(np.linalg.norm(normals, axis=1) - 1).max(initial=0.0) > NORMAL_LENGTH_TOLERANCE:
             problems.append((pointer, "normals are not of length one; normalise them"))
-        fronts, areas = _sides(visual)
+        fronts, areas = _normals_and_areas(visual)
         behind = np.einsum("fkj,fj->fk", normals[visual.mesh.faces], fronts) < 0
         share = float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))
         shares.append(share)
-        if share > required_limit(limit):
-            problems.append(
-                (pointer, f"{share:.1%} of it has normals that look inwards; compute them from the triangles")
-            )
-    return largest(shares, tuple(problems), "none of its meshes carries normals")
+        if share > limit:
+            message = f"{share:.1%} of it has normals that look inwards; compute them from the triangles"
+            problems.append((pointer, message))
+    return largest(shares, problems, "none of its meshes carries normals")
 
 
-def closed_parts_wind_outwards(asset: Asset, limit: float | None) -> Measurement:
+def closed_parts_wind_outwards(asset: Asset, limit: float) -> Measurement:
     """VIS003: share of a link's surface on closed parts that wind inwards."""
-    shares, problems = [], []
-    for link in asset.links:
-        if not link.visuals:
-            continue
-        share = _inverted_share(link)
-        shares.append(share)
-        if share > required_limit(limit):
-            message = f"{share:.1%} of the surface is inside out; turn those triangles"
-            problems.append((f"links/{link.name}/visuals", message))
-    return largest(shares, tuple(problems), UNSEEN)
+    shares = {f"links/{link.name}/visuals": _inverted_share(link) for link in asset.links if link.visuals}
+    return all_at_most(shares, limit, "{:.1%} of the surface is inside out; turn those triangles", NO_VISUALS)
 
 
-def triangle_count_is_bounded(asset: Asset, limit: float | None) -> Measurement:
+def triangle_count_is_bounded(asset: Asset, limit: float) -> Measurement:
     """VIS004: number of visible triangles."""
-    count = sum(len(v.mesh.faces) for _, v in _visuals(asset))
-    if not count:
-        return not_applicable(UNSEEN)
-    problems = (("", f"has {count} triangles; simplify it further"),) if count > required_limit(limit) else ()
-    return Measurement(float(count), problems)
+    triangles = sum(len(v.mesh.faces) for _, _, v in visuals_of(asset))
+    if not triangles:
+        return not_applicable(NO_VISUALS)
+    return at_most(float(triangles), limit, "", f"has {triangles} triangles; simplify it further")
 
 
-def textured_meshes_are_unwrapped(asset: Asset, limit: float | None) -> Measurement:
+def textured_meshes_are_unwrapped(asset: Asset) -> Measurement:
     """VIS005: number of meshes with a picture but without usable texture coordinates."""
     textured = {m.id for m in asset.materials if m.textures}
-    shown = [(p, v) for p, v in _visuals(asset) if v.material in textured]
-    if not shown:
+    visuals = [(pointer, v) for pointer, _, v in visuals_of(asset) if v.material in textured]
+    if not visuals:
         return not_applicable(NO_PICTURES)
-    bare = [p for p, v in shown if not _is_unwrapped(v)]
     message = "shows a picture, but all its texture coordinates are missing or one point; unwrap it or drop the picture"
-    return Measurement(float(len(bare)), tuple((p, message) for p in bare))
+    return count((pointer, message) for pointer, v in visuals if not _is_unwrapped(v))
 
 
-def texture_size_is_bounded(asset: Asset, limit: float | None) -> Measurement:
+def texture_size_is_bounded(asset: Asset, limit: float) -> Measurement:
     """VIS006: longest side of a picture according to its file, pixels."""
     sides, problems = [], []
     for material in asset.materials:
@@ -94,44 +81,33 @@ def texture_size_is_bounded(asset: Asset, limit: float | None) -> Measurement:
             pointer = f"materials/{material.id}/{texture.name}"
             if size != (texture.width_px, texture.height_px):
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels, not as stated; read its size again"))
-            if max(size) > required_limit(limit):
+            if max(size) > limit:
                 problems.append((pointer, f"is {size[0]} x {size[1]} pixels; scale it down"))
-    return largest(sides, tuple(problems), NO_PICTURES)
+    return largest(sides, problems, NO_PICTURES)
 
 
-def meshes_have_enough_vertices(asset: Asset, limit: float | None) -> Measurement:
+def meshes_have_enough_vertices(asset: Asset) -> Measurement:
     """VIS007: least number of vertices of a mesh."""
-    counts = {p: len(v.mesh.vertices) for p, v in _visuals(asset)}
-    message = "has {} vertices, MuJoCo asks for 4; join it to another mesh"
-    problems = tuple((p, message.format(n)) for p, n in counts.items() if n < LEAST_VERTICES)
-    return least(map(float, counts.values()), problems, UNSEEN)
+    counts = {pointer: len(v.mesh.vertices) for pointer, _, v in visuals_of(asset)}
+    message = f"has {{}} vertices, MuJoCo asks for {MIN_VERTICES}; join it to another mesh"
+    return all_at_least(counts, MIN_VERTICES, message, NO_VISUALS)
 
 
-def meshes_are_unique(asset: Asset, limit: float | None) -> Measurement:
+def meshes_are_unique(asset: Asset) -> Measurement:
     """VIS008: number of meshes that lie exactly on another one."""
     if not any(link.visuals for link in asset.links):
-        return not_applicable(UNSEEN)
+        return not_applicable(NO_VISUALS)
     first: dict[bytes, str] = {}
     problems = []
-    for link in asset.links:
-        pose = asset.asset_from_link(link.name)
-        for visual in link.visuals:
-            pointer = f"links/{link.name}/visuals/{visual.name}"
-            twin = first.setdefault(_triangles(visual, pose), pointer)
-            if twin != pointer:
-                problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
-    return Measurement(float(len(problems)), tuple(problems))
+    for pointer, link, visual in visuals_of(asset):
+        twin = first.setdefault(_triangle_key(visual, asset.asset_from_link(link.name)), pointer)
+        if twin != pointer:
+            problems.append((pointer, f"is the same mesh in the same place as {twin}; leave one out"))
+    return count(problems)
 
 
-def _visuals(asset: Asset) -> Iterator[tuple[str, Visual]]:
-    """(pointer, visual) of all that is seen."""
-    for link in asset.links:
-        for visual in link.visuals:
-            yield f"links/{link.name}/visuals/{visual.name}", visual
-
-
-def _sides(visual: Visual) -> tuple[Floats, Floats]:
-    """(F, 3) unit vectors out of the front of each triangle and (F,) areas in square metres."""
+def _normals_and_areas(visual: Visual) -> tuple[Floats, Floats]:
+    """(F, 3) unit normals of the triangles and (F,) areas in square metres."""
     return face_normals(visual.mesh.vertices, visual.mesh.faces.astype(np.int64))
 
 
@@ -145,57 +121,56 @@ def _png_size(texture: Texture) -> tuple[int, int]:
     return int.from_bytes(texture.png[16:20], "big"), int.from_bytes(texture.png[20:24], "big")
 
 
-def _triangles(visual: Visual, pose: Pose) -> bytes:
+def _triangle_key(visual: Visual, pose: Pose) -> bytes:
     """Key that is equal for meshes with the same triangles, however their vertices are shared or ordered."""
-    cells = np.round(pose.apply(visual.mesh.vertices) / SAME_M).astype(np.int64)
+    cells = np.round(pose.apply(visual.mesh.vertices) / SAME_VERTEX_M).astype(np.int64)
     corners = cells[visual.mesh.faces]
-    # Each triangle starts at its least corner, which keeps its winding; then they are sorted.
+    # Each triangle is turned to start at its least corner, which keeps its winding; then they are sorted.
     rank = np.lexsort((corners[..., 2], corners[..., 1], corners[..., 0]), axis=1)[:, :1]
     turned = np.take_along_axis(corners, ((rank + np.arange(3)) % 3)[..., None], axis=1).reshape(-1, 9)
     return np.unique(turned, axis=0).tobytes()
 
 
 def _inverted_share(link: Link) -> float:
-    """Share of the area of a link that lies on closed pieces of negative volume which are no lining."""
-    starts = np.cumsum([0, *(len(v.mesh.vertices) for v in link.visuals)])
-    faces = np.concatenate([v.mesh.faces + s for v, s in zip(link.visuals, starts, strict=False)]).astype(np.int64)
-    points, place = weld(np.concatenate([v.mesh.vertices for v in link.visuals]))
-    ids = place[faces]
-    label = face_components(ids, len(points))
-    _, areas = face_normals(points, ids)
+    """Share of the area of a link on closed components of negative volume that are not the lining of another one."""
+    vertices, faces = merged_mesh(link.visuals)
+    points, welded = weld(vertices)
+    faces = welded[faces]
+    component = face_components(faces, len(points))
+    _, areas = face_normals(points, faces)
     if areas.sum() <= 0:
         return 0.0
-    low, high, volume = _pieces(points, ids, label)
-    least = -1e-9 * (high - low).max(axis=1) ** 3  # a closed piece may be flat: then it has no inside
-    inverted = np.flatnonzero(_closed(ids, label, len(points)) & (volume < least))
-    bad = [k for k in inverted if not _lines_another(low, high, int(k))]
-    return float(areas[np.isin(label, bad)].sum() / areas.sum())
+    lower, upper, volume = _bounds_and_volumes(points, faces, component)
+    least = -1e-9 * (upper - lower).max(axis=1) ** 3  # a closed component may be flat: then it has no inside
+    inverted = np.flatnonzero(_is_closed(faces, component, len(points)) & (volume < least))
+    faulty = [k for k in inverted if not _lines_another(lower, upper, int(k))]
+    return float(areas[np.isin(component, faulty)].sum() / areas.sum())
 
 
-def _pieces(points: Floats, ids: Ints, label: Ints) -> tuple[Floats, Floats, Floats]:
-    """(C, 3) lower and (C, 3) upper corner and (C,) signed volume of each piece; the last holds for closed ones."""
-    count = int(label.max()) + 1
-    corners = points[ids] - points.mean(axis=0)
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, label, corners.min(axis=1))
-    np.maximum.at(high, label, corners.max(axis=1))
-    cones = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    volume = np.bincount(label, weights=cones, minlength=count).astype(np.float64)
-    return low, high, volume
+def _bounds_and_volumes(points: Floats, faces: Ints, component: Ints) -> tuple[Floats, Floats, Floats]:
+    """(C, 3) lower and (C, 3) upper corner and (C,) signed volume of each component; volumes hold for closed ones."""
+    components = int(component.max()) + 1
+    corners = points[faces] - points.mean(axis=0)
+    lower, upper = np.full((components, 3), np.inf), np.full((components, 3), -np.inf)
+    np.minimum.at(lower, component, corners.min(axis=1))
+    np.maximum.at(upper, component, corners.max(axis=1))
+    tetrahedra = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
+    volume = np.bincount(component, weights=tetrahedra, minlength=components).astype(np.float64)
+    return lower, upper, volume
 
 
-def _closed(ids: Ints, label: Ints, count: int) -> Mask:
-    """(C,) whether each edge of a piece is used by two faces, once each way."""
-    of_point = np.zeros(count, dtype=np.int64)
-    of_point[ids] = label[:, None]
-    ends, uses, balance = edge_counts(ids)
-    closed = np.ones(int(label.max()) + 1, dtype=bool)
+def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
+    """(C,) whether each edge of a component is used by two faces, once each way."""
+    of_point = np.zeros(points, dtype=np.int64)
+    of_point[faces] = component[:, None]
+    ends, uses, balance = edge_counts(faces)
+    closed = np.ones(int(component.max()) + 1, dtype=bool)
     closed[of_point[ends[(uses != 2) | (balance != 0), 0]]] = False
     return closed
 
 
-def _lines_another(low: Floats, high: Floats, piece: int) -> bool:
-    """True if a piece lies within the bounds of a larger one: the inner wall of a hollow thing winds inwards."""
-    within = (low <= low[piece]).all(axis=1) & (high >= high[piece]).all(axis=1)
-    larger = (high - low).prod(axis=1) > (high - low)[piece].prod()
+def _lines_another(lower: Floats, upper: Floats, component: int) -> bool:
+    """True if a component lies in the bounds of a larger one: the inner wall of a hollow thing winds inwards."""
+    within = (lower <= lower[component]).all(axis=1) & (upper >= upper[component]).all(axis=1)
+    larger = (upper - lower).prod(axis=1) > (upper - lower)[component].prod()
     return bool((within & larger).any())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.asset.built import is_loose_mesh
+from casa_assets.checks.asset.applicability import is_loose_mesh
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.filters.welded_surface import NOT_LOOSE
 from casa_assets.checks.package.package import Package
@@ -15,22 +15,21 @@ from casa_assets.model.registry.category import Affordance
 GRASP = "grasp_"
 
 
-def fits_a_gripper(package: Package, limit: float | None) -> Measurement:
+def fits_a_gripper(package: Package, limit: float) -> Measurement:
     """FLT018: width of the narrowest grasp of a graspable object, metres; its least side where it has none."""
-    assert limit is not None, "the row of this check names a limit"
     asset, category = package.asset, package.category
     if not is_loose_mesh(asset):
         return not_applicable(NOT_LOOSE)
     if asset.base is not Base.FREE or not category.can(Affordance.GRASPABLE):
         return not_applicable(f"a {category.id} is not said to be graspable")
-    found = {s.name: s.size[0] for s in asset.sites if s.name.startswith(GRASP) and s.size is not None}
-    if not found:
+    widths = {s.name: s.size[0] for s in asset.sites if s.name.startswith(GRASP) and s.size is not None}
+    if not widths:
         least = float(np.ptp(asset.bounds, axis=0).min())
         message = f"has no body, rim or handle that a gripper of {limit:g} m takes (its least side is {least:.3f} m)"
         return Measurement(least, (("sites", f"{message}; look at its size, or do not call it graspable"),))
     problems = tuple(
-        (f"sites/{name}", f"is {wide:.3f} m wide; a gripper opens to {limit:g} m")
-        for name, wide in found.items()
-        if wide > limit
+        (f"sites/{name}", f"is {width:.3f} m wide; a gripper opens to {limit:g} m")
+        for name, width in widths.items()
+        if width > limit
     )
-    return Measurement(min(found.values()), problems)
+    return Measurement(min(widths.values()), problems)

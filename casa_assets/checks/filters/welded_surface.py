@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from casa_assets.checks.asset.built import is_loose_mesh
+from casa_assets.checks.asset.applicability import NO_VISUALS, is_loose_mesh, merged_mesh
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
@@ -24,41 +24,37 @@ class WeldedSurface:
 
     Attributes:
         points, faces: (P, 3) welded, metres, and (F, 3); faces in the order of the visuals.
-        piece: (F,) connected piece of each face. areas: (F,) square metres.
-        seen: what pictures from all around show of it.
+        component: (F,) connected component of each face. areas: (F,) square metres.
+        visibility: what pictures from all around show of it.
     """
 
     points: Floats
     faces: Ints
-    piece: Ints
+    component: Ints
     areas: Floats
-    seen: Visibility
+    visibility: Visibility
 
     @property
     def longest(self) -> float:
         """Longest side of the box around it, metres."""
-        return float(np.ptp(self.seen.samples, axis=0).max())
+        return float(np.ptp(self.visibility.samples, axis=0).max())
 
 
-def welded_surface(asset: Asset) -> WeldedSurface | None:
-    """The surface of a loose mesh; None where an asset is something else, or shows nothing."""
-    if not is_loose_mesh(asset) or not asset.root.visuals:
-        return None
-    return _skin(asset.root.visuals)
-
-
-def why_no_surface(asset: Asset) -> Measurement:
-    """Reason why an asset has no welded surface."""
-    return not_applicable("nothing of it is seen" if is_loose_mesh(asset) else NOT_LOOSE)
+def welded_surface(asset: Asset) -> WeldedSurface | Measurement:
+    """The surface of a loose mesh, or the result of a filter that has none to look at."""
+    if not is_loose_mesh(asset):
+        return not_applicable(NOT_LOOSE)
+    surface = _weld_visuals(asset.root.visuals) if asset.root.visuals else None
+    return not_applicable(NO_VISUALS) if surface is None else surface
 
 
 @lru_cache(maxsize=4)
-def _skin(visuals: tuple[Visual, ...]) -> WeldedSurface | None:
-    starts = np.cumsum([0, *(len(v.mesh.vertices) for v in visuals)])
-    faces = np.concatenate([v.mesh.faces + s for v, s in zip(visuals, starts, strict=False)]).astype(np.int64)
-    points, place = weld(np.concatenate([v.mesh.vertices for v in visuals]))
-    ids = place[faces]
-    _, areas = face_normals(points, ids)
+def _weld_visuals(visuals: tuple[Visual, ...]) -> WeldedSurface | None:
+    vertices, faces = merged_mesh(visuals)
+    points, welded = weld(vertices)
+    faces = welded[faces]
+    _, areas = face_normals(points, faces)
     if areas.sum() <= 0:
         return None
-    return WeldedSurface(points, ids, face_components(ids, len(points)), areas, measure_visibility(points, ids))
+    component = face_components(faces, len(points))
+    return WeldedSurface(points, faces, component, areas, measure_visibility(points, faces))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run, required_limit
+from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run
 
 # Copies of one thing lie this near to each other with nearly all of their surface, in parts of their radius.
 EVERY_SHARE = 4.0
@@ -83,9 +83,9 @@ class LibraryView:
     unseen: str = ""
 
 
-def shapes_are_unique(view: LibraryView, limit: float | None) -> Measurement:
+def shapes_are_unique(view: LibraryView, limit: float) -> Measurement:
     """LIB001: distance of the two most alike surfaces, as a part of their radius."""
-    bound = required_limit(limit)
+    bound = limit
     problems = []
     for pair in view.alike:
         if pair.same_form(bound):
@@ -97,11 +97,11 @@ def shapes_are_unique(view: LibraryView, limit: float | None) -> Measurement:
     return Measurement(min(pair.most for pair in view.alike), tuple(problems)) if view.alike else no_fault()
 
 
-def looks_are_unique(view: LibraryView, limit: float | None) -> Measurement:
+def looks_are_unique(view: LibraryView, limit: float) -> Measurement:
     """LIB002: largest cosine between the picture embeddings of two assets."""
     if view.unseen:
         return not_run(view.unseen)
-    bound = required_limit(limit)
+    bound = limit
     problems = [
         (other, f"looks like {one} to a model (cosine {near:.3f}); keep one of them, or both if that is meant")
         for one, other, near in view.looks
@@ -112,12 +112,12 @@ def looks_are_unique(view: LibraryView, limit: float | None) -> Measurement:
     return Measurement(max(near for _, _, near in view.looks), tuple(problems)) if view.looks else no_fault()
 
 
-def looks_match_categories(view: LibraryView, limit: float | None) -> Measurement:
+def looks_match_categories(view: LibraryView, limit: float) -> Measurement:
     """LIB003: rank of an asset's own category among all that CLIP sees in it; the worst."""
     if view.unseen:
         return not_run(view.unseen)
     compared = [one for one in view.seen if one.rank]
-    wrong = [one for one in compared if one.rank > required_limit(limit)]
+    wrong = [one for one in compared if one.rank > limit]
     problems = [
         (one.asset, f"{in_words(one)}; look at the picture, and mend the category or leave it out") for one in wrong
     ]

@@ -27,12 +27,11 @@ class LibrarySizes:
     rows: tuple[tuple[str, str, float], ...]
 
 
-def sizes_fit_their_category(sizes: LibrarySizes, limit: float | None) -> Measurement:
+def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
     """Robust deviations of the oddest longest side from the median of its category.
 
     Ref: Iglewicz and Hoaglin 1993, the modified z score, here of logarithms; they call outliers what is beyond 3.5.
     """
-    assert limit is not None, "the row of this check names a limit"
     of: dict[str, list[tuple[str, float]]] = {}
     for name, category, longest in sizes.rows:
         of.setdefault(category, []).append((name, longest))

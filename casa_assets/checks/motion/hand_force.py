@@ -7,117 +7,112 @@ import math
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, not_applicable
+from casa_assets.checks.check import Measurement, largest
 from casa_assets.checks.motion.motion_model import (
     STEP_S,
     MotionModel,
-    lever,
+    lever_arm,
     motion_model_of,
     open_before,
     open_end,
-    why_no_motion_model,
 )
+from casa_assets.checks.motion.simulation import set_joints
 from casa_assets.checks.package.package import Package
 from casa_assets.core.hand_dynamics import PULL_N
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 
 # Nobody turns harder than this: the cap of 20 N*m on what 20 N do at a long lever.
-MOST_NM = 20.0
-LEAST_LEVER_M = 0.005  # fingers are no finer
-LONGEST_S = 2.0
-CHUNK = 20  # steps between two looks
-REST_S = 5.0
+MAX_TORQUE_NM = 20.0
+MIN_LEVER_M = 0.005  # fingers are no finer
+PUSH_S = 2.0
+CHUNK_STEPS = 20  # steps between two looks at the position
+DRIFT_S = 5.0
+# Drift that is granted to a short range, by kind of joint.
 STILL_M, STILL_RAD = 0.001, math.radians(0.5)
-# Turned at their rim: the lever is the radius, wherever the middle of the grip is.
-KNOBS = frozenset({"knob", "seat", "roll"})
-SPRUNG = frozenset({"button", "lever", "key", "knob"})
+# Labels of grips that are turned at their rim: the lever is the radius, wherever the middle of the grip is.
+KNOB_LABELS = frozenset({"knob", "seat", "roll"})
+SPRUNG_LABELS = frozenset({"button", "lever", "key", "knob"})
 
 
-def joints_open_by_hand(package: Package, limit: float | None) -> Measurement:
+def joints_open_by_hand(package: Package, limit: float) -> Measurement:
     """KIN001: least share of a joint's range covered under 20 N in 2 s, both ways, with contacts.
 
-    A joint that does not go so far when nothing touches is the business of `joints_open_by_hand_without_contacts`.
+    A joint that does not go so far without contacts either is reported by `joints_open_by_hand_without_contacts`.
     """
-    return _reached(package, limit, contact=True)
+    return _least_reach(package, limit, contact=True)
 
 
-def joints_open_by_hand_without_contacts(package: Package, limit: float | None) -> Measurement:
+def joints_open_by_hand_without_contacts(package: Package, limit: float) -> Measurement:
     """KIN002: least share of a joint's range covered under 20 N in 2 s, both ways, without contacts."""
-    return _reached(package, limit, contact=False)
+    return _least_reach(package, limit, contact=False)
 
 
-def starting_force_is_moderate(package: Package, limit: float | None, least_n: float) -> Measurement:
-    """KIN003: force at the grip that starts each closed joint, `least_n` to `limit`; the largest, N.
+def starting_force_is_moderate(package: Package, limit: float, min_force_n: float) -> Measurement:
+    """KIN003: force at the grip that starts each closed joint, `min_force_n` to `limit`; the largest, N.
 
     Doors and drawers are meant to take 5 N and more, so that they stay shut; a key or a roll may be lighter.
     """
-    assert limit is not None
-    ready, asset = motion_model_of(package), package.asset
-    if ready is None:
-        return why_no_motion_model(package)
+    motion = motion_model_of(package)
+    if isinstance(motion, Measurement):
+        return motion
     problems, worst = [], 0.0
-    data = mujoco.MjData(ready.free)
-    for joint in asset.joints:
-        force = starting_force(ready, data, asset, joint)
+    data = mujoco.MjData(motion.contactless)
+    for joint in package.asset.joints:
+        force = starting_force(motion, data, package.asset, joint)
         worst = max(worst, force)
         if force > limit:
             problems.append((f"joints/{joint.name}", f"needs {force:.1f} N at its grip to start; ease its friction"))
         elif force <= 0:
             problems.append((f"joints/{joint.name}", f"opens by itself: {-force:.1f} N would hold it shut"))
-        elif force < least_n:
+        elif force < min_force_n:
             problems.append((f"joints/{joint.name}", f"starts at {force:.2g} N; give it friction or a spring"))
     return Measurement(worst, tuple(problems))
 
 
-def keys_spring_back(package: Package, limit: float | None) -> Measurement:
+def keys_spring_back(package: Package, limit: float) -> Measurement:
     """KIN004: worst share of its stroke that a pressed key is away from rest 2 s after release."""
-    assert limit is not None
-    ready, asset = motion_model_of(package), package.asset
-    if ready is None:
-        return why_no_motion_model(package)
-    problems, worst = [], None
-    data = mujoco.MjData(ready.model)
+    motion, asset = motion_model_of(package), package.asset
+    if isinstance(motion, Measurement):
+        return motion
+    problems, shares = [], []
+    data = mujoco.MjData(motion.model)
     for joint in asset.joints:
         if not _is_sprung(asset, joint):
             continue
-        _stand(ready, ready.model, data, {**open_before(asset, joint), joint.name: open_end(joint)})
-        mujoco.mj_step(ready.model, data, nstep=int(LONGEST_S / STEP_S))
-        # A light key that is held against its stop stands a little beyond it: what counts is what it keeps.
-        left = (
-            max(0.0, float(data.qpos[ready.address[joint.name]]) / open_end(joint)) * abs(open_end(joint)) / _way(joint)
-        )
-        worst = left if worst is None else max(worst, left)
+        end = open_end(joint)
+        set_joints(motion.model, data, {**open_before(asset, joint), joint.name: end})
+        mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
+        # A light key that is held against its stop stands a little beyond it, which does not count as away from rest.
+        left = max(0.0, float(data.qpos[motion.address[joint.name]]) / end) * abs(end) / _travel(joint)
+        shares.append(left)
         if left > limit:
             problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
-    return not_applicable("it has no key that springs back") if worst is None else Measurement(worst, tuple(problems))
+    return largest(shares, problems, "it has no key that springs back")
 
 
-def joints_stay_put(package: Package, limit: float | None) -> Measurement:
+def joints_stay_put(package: Package, limit: float) -> Measurement:
     """KIN006: worst share of its range that a joint drifts in 5 s, closed and in each named pose.
 
     A short range counts as one of which `limit` is 1 mm or half a degree: stops are soft, and a light key yields.
     """
-    assert limit is not None
-    ready, asset = motion_model_of(package), package.asset
-    if ready is None:
-        return why_no_motion_model(package)
+    motion, asset = motion_model_of(package), package.asset
+    if isinstance(motion, Measurement):
+        return motion
     problems, worst = [], 0.0
-    data = mujoco.MjData(ready.model)
+    data = mujoco.MjData(motion.model)
     poses: dict[str, dict[str, float]] = {"rest": {}}
-    poses |= {k.name: {at.joint: at.value for at in k.joints} for k in asset.keyframes}
+    poses |= {key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes if key.joints}
     for name, pose in poses.items():
-        if name != "rest" and not pose:
-            continue
-        _stand(ready, ready.model, data, pose)
+        set_joints(motion.model, data, pose)
         start = data.qpos.copy()
-        mujoco.mj_step(ready.model, data, nstep=int(REST_S / STEP_S))
+        mujoco.mj_step(motion.model, data, nstep=int(DRIFT_S / STEP_S))
         for joint in asset.joints:
             if pose.get(joint.name) and _is_sprung(asset, joint):
                 continue  # it is meant to go back
-            at = ready.address[joint.name]
+            address = motion.address[joint.name]
             still = STILL_RAD if joint.kind is JointKind.HINGE else STILL_M
-            share = abs(float(data.qpos[at] - start[at])) / max(_way(joint), still / limit)
+            share = abs(float(data.qpos[address] - start[address])) / max(_travel(joint), still / limit)
             worst = max(worst, share)
             if share > limit:
                 problems.append((f"joints/{joint.name}", f"drifts by {share:.1%} of its range in 5 s ({name})"))
@@ -129,100 +124,94 @@ def hand_effort(asset: Asset, joint: Joint) -> float:
 
     A knob is turned by two fingers that share the 20 N, each at the rim: 20 N at its radius.
     """
-    arm = lever(asset, joint)
     if joint.kind is JointKind.SLIDE:
         return PULL_N
-    if _label(asset, joint) in KNOBS:
+    arm = lever_arm(asset, joint)
+    if _grip_label(asset, joint) in KNOB_LABELS:
         arm = max(arm, _radius(asset, joint))
-    return min(PULL_N * max(arm, LEAST_LEVER_M), MOST_NM)
+    return min(PULL_N * max(arm, MIN_LEVER_M), MAX_TORQUE_NM)
 
 
-def _reached(package: Package, limit: float | None, contact: bool) -> Measurement:
-    assert limit is not None
-    ready, asset = motion_model_of(package), package.asset
-    if ready is None:
-        return why_no_motion_model(package)
+def _least_reach(package: Package, limit: float, contact: bool) -> Measurement:
+    motion, asset = motion_model_of(package), package.asset
+    if isinstance(motion, Measurement):
+        return motion
     problems, least = [], 1.0
-    model = ready.model if contact else ready.free
-    data = mujoco.MjData(model)
+    data = mujoco.MjData(motion.model if contact else motion.contactless)
     for joint in asset.joints:
         for opening in (True, False):
             if not opening and _is_sprung(asset, joint):
                 continue
-            share = _push(ready, model, data, asset, joint, opening, limit)
-            if contact and share < limit and _is_stiff(ready, asset, joint, opening, limit):
-                continue
+            share = _reach(motion, data, asset, joint, opening, limit)
+            if contact and share < limit:
+                without_contacts = mujoco.MjData(motion.contactless)
+                if _reach(motion, without_contacts, asset, joint, opening, limit) < limit:
+                    continue
             least = min(least, share)
             if share < limit:
                 way = "open" if opening else "shut"
-                why = "make room for it" if contact else "ease its friction, damping or spring"
-                message = f"goes {share:.0%} of its way {way} under {PULL_N:g} N in {LONGEST_S:g} s; {why}"
+                advice = "make room for it" if contact else "ease its friction, damping or spring"
+                message = f"goes {share:.0%} of its way {way} under {PULL_N:g} N in {PUSH_S:g} s; {advice}"
                 problems.append((f"joints/{joint.name}", message))
     return Measurement(least, tuple(problems))
 
 
-def _is_stiff(ready: MotionModel, asset: Asset, joint: Joint, opening: bool, limit: float) -> bool:
-    """True if a joint stops short even when nothing touches."""
-    data = mujoco.MjData(ready.free)
-    return _push(ready, ready.free, data, asset, joint, opening, limit) < limit
+def _reach(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint, opening: bool, enough: float) -> float:
+    """Share of its range that a joint covers under a steady push from one end, all others left alone.
 
-
-def _push(
-    ready: MotionModel,
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    asset: Asset,
-    joint: Joint,
-    opening: bool,
-    enough: float,
-) -> float:
-    """Share of its range that a joint covers under a steady push from one end, all others left alone."""
+    Args:
+        data: of `motion.model` or of `motion.contactless`.
+        opening: pushed towards its open end, else from there.
+        enough: share at which pushing ends.
+    """
     low, high = joint.range
     end = open_end(joint)
-    other = low if end == high else high
-    start, goal = (other, end) if opening else (end, other)
-    _stand(ready, model, data, {**open_before(asset, joint), joint.name: start})
-    data.qfrc_applied[ready.dof[joint.name]] = math.copysign(hand_effort(asset, joint), goal - start)
-    at = ready.address[joint.name]
+    closed = low if end == high else high
+    start, goal = (closed, end) if opening else (end, closed)
+    set_joints(data.model, data, {**open_before(asset, joint), joint.name: start})
+    data.qfrc_applied[motion.dof[joint.name]] = math.copysign(hand_effort(asset, joint), goal - start)
+    return push(data, motion.address[joint.name], start, goal, enough)
+
+
+def push(data: mujoco.MjData, address: int, start: float, goal: float, enough: float) -> float:
+    """Simulate for 2 s, or until a joint has covered `enough` of its way; the share that it covered.
+
+    Args:
+        data: with the force applied. address: of the joint in qpos. start, goal: positions, rad or m.
+    """
     best = 0.0
-    for _ in range(int(LONGEST_S / STEP_S / CHUNK)):
-        mujoco.mj_step(model, data, nstep=CHUNK)
-        best = max(best, (float(data.qpos[at]) - start) / (goal - start))
+    for _ in range(int(PUSH_S / STEP_S / CHUNK_STEPS)):
+        mujoco.mj_step(data.model, data, nstep=CHUNK_STEPS)
+        best = max(best, (float(data.qpos[address]) - start) / (goal - start))
         if best >= enough:
             break
     return best
 
 
-def starting_force(ready: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
+def starting_force(motion: MotionModel, data: mujoco.MjData, asset: Asset, joint: Joint) -> float:
     """Force at the grip that just starts a closed joint to open, N; negative where it opens by itself."""
-    _stand(ready, ready.free, data, open_before(asset, joint))
-    mujoco.mj_forward(ready.free, data)
-    dof = ready.dof[joint.name]
+    set_joints(motion.contactless, data, open_before(asset, joint))
+    mujoco.mj_forward(motion.contactless, data)
+    dof = motion.dof[joint.name]
     sign = math.copysign(1.0, open_end(joint))
-    helps = sign * float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
-    effort = joint.frictionloss - helps
+    opening_force = sign * float(data.qfrc_passive[dof] - data.qfrc_bias[dof])
     arm = 1.0 if joint.kind is JointKind.SLIDE else hand_effort(asset, joint) / PULL_N
-    return effort / arm
+    return (joint.frictionloss - opening_force) / arm
 
 
-def _stand(ready: MotionModel, model: mujoco.MjModel, data: mujoco.MjData, pose: dict[str, float]) -> None:
-    mujoco.mj_resetData(model, data)
-    for name, value in pose.items():
-        data.qpos[ready.address[name]] = value
-
-
-def _way(joint: Joint) -> float:
+def _travel(joint: Joint) -> float:
+    """Length of a joint's range, rad or m."""
     return joint.range[1] - joint.range[0]
 
 
-def _label(asset: Asset, joint: Joint) -> str:
-    found = [c.label or "" for k in asset.links for c in k.colliders if c.name == joint.grip]
-    return found[0] if found else ""
+def _grip_label(asset: Asset, joint: Joint) -> str:
+    """Label of the collider that a hand takes of a joint; empty where it has none."""
+    return next((c.label or "" for k in asset.links for c in k.colliders if c.name == joint.grip), "")
 
 
 def _is_sprung(asset: Asset, joint: Joint) -> bool:
-    """A key that goes back by itself: a spring, under a finger."""
-    return joint.drive is not None and _label(asset, joint) in SPRUNG
+    """True if a joint is a key that goes back by itself when a finger lets it go."""
+    return joint.drive is not None and _grip_label(asset, joint) in SPRUNG_LABELS
 
 
 def _radius(asset: Asset, joint: Joint) -> float:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,149 +18,150 @@ from casa_assets.checks.package.facts import (
     VisualFacts,
 )
 
-# Where these differ there is no number to say by how much.
-WORDS = ("parent", "colliders")
-# Metres, ratios and unit vectors are compared as they are, masses and moments relative to those of the body.
-LENGTHS = ("position", "center_of_mass", "lower", "upper")
-TOLD = ("classes", "labels", "grips", "behind", "contract", "behavior")
+# Cells of a body that are no numbers.
+TEXT_CELLS = ("parent", "colliders")
+# Cells of a body in metres.
+LENGTH_CELLS = ("position", "center_of_mass", "lower", "upper")
+PROGRAM_TEXT_CELLS = ("classes", "labels", "grips", "behind", "contract", "behavior")
+Row = TypeVar("Row", BodyFacts, PlaceFacts, VisualFacts, PoseFacts)
 
 
 class Difference(NamedTuple):
-    """One cell that differs: where, by how much (None where it is no number), and both values."""
+    """One cell of two tables: its pointer, by how much it differs (None where it is no number), and both values."""
 
     pointer: str
     size: float | None
     message: str
 
 
-def agree(expected: AssetFacts, found: AssetFacts, tolerance: float) -> Measurement:
+def agree(expected: AssetFacts, actual: AssetFacts, tolerance: float) -> Measurement:
     """The largest difference, and a problem for each that exceeds the tolerance."""
-    rows = list(differences(expected, found))
+    rows = list(differences(expected, actual))
     worst = max((r.size for r in rows if r.size is not None), default=0.0)
-    faults = [(r.pointer, r.message) for r in rows if r.size is None or not r.size <= tolerance]
-    return Measurement(worst, tuple(faults))
+    problems = [(r.pointer, r.message) for r in rows if r.size is None or not r.size <= tolerance]
+    return Measurement(worst, tuple(problems))
 
 
-def differences(expected: AssetFacts, found: AssetFacts) -> Iterator[Difference]:
-    """Every cell, row by row; cells of words only where they differ."""
+def differences(expected: AssetFacts, actual: AssetFacts) -> Iterator[Difference]:
+    """Every cell, row by row; cells of text only where they differ."""
     for name in ("base", "exclusions"):
-        yield from word(name, getattr(expected, name), getattr(found, name))
-    yield from words(expected.words, found.words)
-    bodies = {body.name: body for body in found.bodies}
-    yield from word("bodies", sorted(b.name for b in expected.bodies), sorted(bodies))
-    for body in sorted(expected.bodies, key=lambda b: b.name):
-        if body.name in bodies:
-            yield from _body(body, bodies[body.name])
-    places = {place.name: place for place in found.places}
-    yield from word("places", sorted(p.name for p in expected.places), sorted(places))
-    for place in expected.places:
-        if place.name in places:
-            yield from _place(place, places[place.name])
-    looks = {look.name: look for look in found.looks}
-    yield from word("looks", sorted(look.name for look in expected.looks), sorted(looks))
-    for look in expected.looks:
-        if look.name in looks:
-            yield from _look(look, looks[look.name])
-    poses = {pose.name: pose for pose in found.poses}
-    yield from word("poses", sorted(p.name for p in expected.poses), sorted(poses))
-    for pose in expected.poses:
-        if pose.name in poses:
-            yield from _pose(pose, poses[pose.name])
+        yield from text(name, getattr(expected, name), getattr(actual, name))
+    yield from texts(expected.words, actual.words)
+    yield from _rows("bodies", expected.bodies, actual.bodies, _body)
+    yield from _rows("places", expected.places, actual.places, _place)
+    yield from _rows("looks", expected.looks, actual.looks, _look)
+    yield from _rows("poses", expected.poses, actual.poses, _pose)
 
 
-def ratio(ours: np.ndarray, theirs: np.ndarray) -> float:
+def _rows(
+    table: str,
+    expected: Sequence[Row],
+    actual: Sequence[Row],
+    compare: Callable[[str, Row, Row], Iterator[Difference]],
+) -> Iterator[Difference]:
+    """The names of the rows of a table, then the cells of those that both have."""
+    by_name = {row.name: row for row in actual}
+    yield from text(table, sorted(row.name for row in expected), sorted(by_name))
+    for row in expected:
+        if row.name in by_name:
+            yield from compare(f"{table}/{row.name}", row, by_name[row.name])
+
+
+def relative_difference(expected: np.ndarray, actual: np.ndarray) -> float:
     """The largest difference of two arrays of one shape, each relative to the larger of its two numbers."""
-    scale = np.maximum(np.maximum(np.abs(ours), np.abs(theirs)), 1e-12)
-    return float((np.abs(ours - theirs) / scale).max(initial=0.0))
+    scale = np.maximum(np.maximum(np.abs(expected), np.abs(actual)), 1e-12)
+    return float((np.abs(expected - actual) / scale).max(initial=0.0))
 
 
-def _body(ours: BodyFacts, theirs: BodyFacts) -> Iterator[Difference]:
-    at = f"bodies/{ours.name}"
-    for name in WORDS:
-        yield from word(f"{at}/{name}", getattr(ours, name), getattr(theirs, name))
-    for name in LENGTHS:
-        yield number(f"{at}/{name}", getattr(ours, name), getattr(theirs, name))
-    yield turned(f"{at}/quaternion", ours.quaternion, theirs.quaternion)
-    yield number(f"{at}/mass", (ours.mass,), (theirs.mass,), ours.mass)
-    yield number(f"{at}/inertia", ours.inertia, theirs.inertia, sum(ours.inertia[:3]))
-    if len(ours.frictions) == len(theirs.frictions):
-        yield number(f"{at}/frictions", np.ravel(ours.frictions), np.ravel(theirs.frictions))
+def _body(at: str, expected: BodyFacts, actual: BodyFacts) -> Iterator[Difference]:
+    for name in TEXT_CELLS:
+        yield from text(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
+    for name in LENGTH_CELLS:
+        yield numbers(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
+    yield quaternion(f"{at}/quaternion", expected.quaternion, actual.quaternion)
+    yield numbers(f"{at}/mass", (expected.mass,), (actual.mass,), expected.mass)
+    yield numbers(f"{at}/inertia", expected.inertia, actual.inertia, sum(expected.inertia[:3]))
+    if len(expected.frictions) == len(actual.frictions):
+        yield numbers(f"{at}/frictions", np.ravel(expected.frictions), np.ravel(actual.frictions))
     else:
-        yield from word(f"{at}/frictions", ours.frictions, theirs.frictions)
-    yield from _joint(f"{at}/joint", ours.joint, theirs.joint)
+        yield from text(f"{at}/frictions", expected.frictions, actual.frictions)
+    yield from _joint(f"{at}/joint", expected.joint, actual.joint)
 
 
-def _joint(at: str, a: JointFacts | None, b: JointFacts | None) -> Iterator[Difference]:
-    if a is None or b is None:
-        yield from word(at, a and a.name, b and b.name)
+def _joint(at: str, expected: JointFacts | None, actual: JointFacts | None) -> Iterator[Difference]:
+    if expected is None or actual is None:
+        yield from text(at, expected and expected.name, actual and actual.name)
         return
-    yield from word(f"{at}/name", a.name, b.name)
-    yield from word(f"{at}/kind", a.kind, b.kind)
+    for name in ("name", "kind"):
+        yield from text(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
     for name in ("axis", "anchor", "range"):
-        yield number(f"{at}/{name}", getattr(a, name), getattr(b, name))
-    ours, theirs = np.array(a.resistance), np.array(b.resistance)
-    yield Difference(f"{at}/resistance", ratio(ours, theirs), f"is {_text(theirs)}, should be {_text(ours)}")
+        yield numbers(f"{at}/{name}", getattr(expected, name), getattr(actual, name))
+    yield relative(f"{at}/resistance", np.array(expected.resistance), np.array(actual.resistance))
 
 
-def _place(ours: PlaceFacts, theirs: PlaceFacts) -> Iterator[Difference]:
-    at = f"places/{ours.name}"
-    yield from word(f"{at}/body", ours.body, theirs.body)
-    yield from word(f"{at}/kind", ours.kind, theirs.kind)
-    yield number(f"{at}/position", ours.position, theirs.position)
-    yield turned(f"{at}/quaternion", ours.quaternion, theirs.quaternion)
-    yield number(f"{at}/size", ours.size, theirs.size)
-    if ours.color is None or theirs.color is None:
-        yield from word(f"{at}/color", ours.color, theirs.color)
+def _place(at: str, expected: PlaceFacts, actual: PlaceFacts) -> Iterator[Difference]:
+    yield from text(f"{at}/body", expected.body, actual.body)
+    yield from text(f"{at}/kind", expected.kind, actual.kind)
+    yield numbers(f"{at}/position", expected.position, actual.position)
+    yield quaternion(f"{at}/quaternion", expected.quaternion, actual.quaternion)
+    yield numbers(f"{at}/size", expected.size, actual.size)
+    if expected.color is None or actual.color is None:
+        yield from text(f"{at}/color", expected.color, actual.color)
     else:
-        yield number(f"{at}/color", ours.color, theirs.color)
+        yield numbers(f"{at}/color", expected.color, actual.color)
 
 
-def _look(ours: VisualFacts, theirs: VisualFacts) -> Iterator[Difference]:
-    at = f"looks/{ours.name}"
-    yield number(f"{at}/color", ours.color, theirs.color)
-    yield number(f"{at}/light", ours.light, theirs.light)
-    yield from word(f"{at}/picture", ours.picture, theirs.picture)
+def _look(at: str, expected: VisualFacts, actual: VisualFacts) -> Iterator[Difference]:
+    yield numbers(f"{at}/color", expected.color, actual.color)
+    yield numbers(f"{at}/light", expected.light, actual.light)
+    yield from text(f"{at}/picture", expected.picture, actual.picture)
 
 
-def _pose(ours: PoseFacts, theirs: PoseFacts) -> Iterator[Difference]:
-    at = f"poses/{ours.name}"
-    if ours.bodies != theirs.bodies:
-        yield from word(f"{at}/bodies", ours.bodies, theirs.bodies)
+def _pose(at: str, expected: PoseFacts, actual: PoseFacts) -> Iterator[Difference]:
+    if expected.bodies != actual.bodies:
+        yield from text(f"{at}/bodies", expected.bodies, actual.bodies)
         return
-    for i, body in enumerate(ours.bodies):
-        yield number(f"{at}/{body}/position", ours.positions[i], theirs.positions[i])
-        yield turned(f"{at}/{body}/quaternion", ours.quaternions[i], theirs.quaternions[i])
+    for i, body in enumerate(expected.bodies):
+        yield numbers(f"{at}/{body}/position", expected.positions[i], actual.positions[i])
+        yield quaternion(f"{at}/{body}/quaternion", expected.quaternions[i], actual.quaternions[i])
 
 
-def words(ours: ProgramTexts, theirs: ProgramTexts) -> Iterator[Difference]:
+def texts(expected: ProgramTexts, actual: ProgramTexts) -> Iterator[Difference]:
     """Differences of the texts that programs read."""
-    for name in TOLD:
-        yield from word(name, getattr(ours, name), getattr(theirs, name))
-    a, b = ([(s.name, s.joint, s.value) for s in words.states] for words in (ours, theirs))
-    yield from word("states", a, b)
+    for name in PROGRAM_TEXT_CELLS:
+        yield from text(name, getattr(expected, name), getattr(actual, name))
+    a, b = ([(s.name, s.joint, s.value) for s in table.states] for table in (expected, actual))
+    yield from text("states", a, b)
     if a == b:
-        for one, other in zip(ours.states, theirs.states, strict=True):
-            yield number(f"states/{one.name}/interval", one.interval, other.interval)
+        for first, second in zip(expected.states, actual.states, strict=True):
+            yield numbers(f"states/{first.name}/interval", first.interval, second.interval)
 
 
-def word(at: str, ours: object, theirs: object) -> Iterator[Difference]:
+def text(at: str, expected: object, actual: object) -> Iterator[Difference]:
     """A cell that is no number, where it differs."""
-    if ours != theirs:
-        yield Difference(at, None, f"is {theirs!s}, should be {ours!s}")
+    if expected != actual:
+        yield Difference(at, None, f"is {actual!s}, should be {expected!s}")
 
 
-def turned(at: str, ours: object, theirs: object) -> Difference:
-    """q and -q are one rotation; which sign is canonical can flip where w is near zero."""
-    a, b = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
-    return number(at, a, -b if float(a @ b) < 0 else b)
+def quaternion(at: str, expected: object, actual: object) -> Difference:
+    """A rotation. q and -q are one; which of them is canonical can flip where w is near zero."""
+    a, b = np.asarray(expected, dtype=np.float64), np.asarray(actual, dtype=np.float64)
+    return numbers(at, a, -b if float(a @ b) < 0 else b)
 
 
-def number(at: str, ours: object, theirs: object, scale: float = 1.0) -> Difference:
+def numbers(at: str, expected: object, actual: object, scale: float = 1.0) -> Difference:
     """A cell of numbers: the largest difference, over `scale`."""
-    a, b = np.asarray(ours, dtype=np.float64), np.asarray(theirs, dtype=np.float64)
+    a, b = np.asarray(expected, dtype=np.float64), np.asarray(actual, dtype=np.float64)
     size = float(np.abs(a - b).max(initial=0.0)) / scale
-    return Difference(at, size, f"is {_text(b)}, should be {_text(a)}")
+    return Difference(at, size, f"is {_formatted(b)}, should be {_formatted(a)}")
 
 
-def _text(values: np.ndarray) -> str:
-    return " ".join(f"{v:.6g}" for v in values.ravel())
+def relative(at: str, expected: np.ndarray, actual: np.ndarray) -> Difference:
+    """A cell of numbers: the largest difference, each relative to the larger of its two numbers."""
+    size = relative_difference(expected, actual) if expected.shape == actual.shape else None
+    return Difference(at, size, f"is {_formatted(actual)}, should be {_formatted(expected)}")
+
+
+def _formatted(values: np.ndarray) -> str:
+    """The numbers of a cell; rows of a table of numbers are parted by semicolons."""
+    return "; ".join(" ".join(f"{v:.6g}" for v in row) for row in np.atleast_2d(values))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from casa_assets.checks.asset.built import NO_COMPILE
+from casa_assets.checks.asset.applicability import NO_COMPILE
 from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.checks.motion import operate
 from casa_assets.checks.package.package import Package
@@ -35,7 +35,7 @@ ACTS_ON = {
 }
 
 
-def values_are_reachable(asset: Asset, limit: float | None) -> Measurement:
+def values_are_reachable(asset: Asset) -> Measurement:
     """BEH001: number of values that moving joints and touching colliders cannot bring about."""
     if asset.behavior is None:
         return not_applicable(INERT)
@@ -44,7 +44,7 @@ def values_are_reachable(asset: Asset, limit: float | None) -> Measurement:
     return Measurement(float(len(problems)), problems)
 
 
-def effects_are_visible(asset: Asset, limit: float | None) -> Measurement:
+def effects_are_visible(asset: Asset) -> Measurement:
     """BEH002: number of effects without a target that can show them."""
     if asset.behavior is None:
         return not_applicable(INERT)
@@ -54,7 +54,7 @@ def effects_are_visible(asset: Asset, limit: float | None) -> Measurement:
     return Measurement(float(len(faults)), tuple(faults))
 
 
-def behavior_meets_contract(package: Package, limit: float | None) -> Measurement:
+def behavior_meets_contract(package: Package) -> Measurement:
     """BEH003: number of contract values and thresholds that the asset misses when operated in MuJoCo."""
     asset, contract = package.asset, package.contract
     if asset.contract is None:

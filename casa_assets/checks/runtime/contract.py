@@ -23,7 +23,7 @@ SLACK_M = 1e-4
 MARGIN = 1e-3
 
 
-def links_and_joints_meet_contract(package: Package, limit: float | None) -> Measurement:
+def links_and_joints_meet_contract(package: Package) -> Measurement:
     """CON001: number of links and joints that are missing or of wrong kind, axis, sign, range or depth."""
     if package.asset.contract is None:
         return not_applicable(UNNAMED)
@@ -44,13 +44,13 @@ def links_and_joints_meet_contract(package: Package, limit: float | None) -> Mea
     return _counted(faults)
 
 
-def sites_meet_contract(package: Package, limit: float | None) -> Measurement:
+def sites_meet_contract(package: Package) -> Measurement:
     """CON002: number of sites that are missing or on another link than the runtime expects."""
     contract = _contract(package)
     return _counted(names.missing_requirements(package.asset, contract, names.sites)) if contract else _without(package)
 
 
-def colliders_and_visuals_meet_contract(package: Package, limit: float | None) -> Measurement:
+def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
     """CON003: number of colliders, visuals and labels that are missing or would be mistaken."""
     contract, asset = _contract(package), package.asset
     if contract is None:
@@ -68,7 +68,7 @@ def colliders_and_visuals_meet_contract(package: Package, limit: float | None) -
     return _counted(faults)
 
 
-def regions_meet_contract(package: Package, limit: float | None) -> Measurement:
+def regions_meet_contract(package: Package, limit: float) -> Measurement:
     """CON004: largest distance that a region is off: `main` encloses what is seen, interiors lie in it; metres."""
     contract, asset = _contract(package), package.asset
     if contract is None:
@@ -85,7 +85,6 @@ def regions_meet_contract(package: Package, limit: float | None) -> Measurement:
         whole = asset.bounds
         spare = float(max((whole[0] - low).max(), (high - whole[1]).max()))
         worst = max(gap, 0.0)
-        assert limit is not None, "the row of this check names a limit"
         if gap > limit:
             faults.append(("regions/main", f"leaves out {gap:.4f} m of what is seen"))
         if spare > contract.main_margin_m:
@@ -103,7 +102,7 @@ def regions_meet_contract(package: Package, limit: float | None) -> Measurement:
     return Measurement(worst, tuple(faults))
 
 
-def xml_paths_meet_contract(package: Package, limit: float | None) -> Measurement:
+def xml_paths_meet_contract(package: Package) -> Measurement:
     """CON005: number of elements that are not at the literal paths of model.xml where the runtime looks."""
     contract = _contract(package)
     if contract is None:
@@ -113,7 +112,7 @@ def xml_paths_meet_contract(package: Package, limit: float | None) -> Measuremen
     return _counted(list(contract_paths.faults(package.mjcf, package.asset, contract)))
 
 
-def thresholds_meet_contract(package: Package, limit: float | None) -> Measurement:
+def thresholds_meet_contract(package: Package) -> Measurement:
     """CON006: number of thresholds outside their joints' ranges, and of named poses that stand wrong."""
     contract, asset = _contract(package), package.asset
     if contract is None:
@@ -134,7 +133,7 @@ def thresholds_meet_contract(package: Package, limit: float | None) -> Measureme
     return _counted(faults)
 
 
-def spelling_meets_contract(package: Package, limit: float | None) -> Measurement:
+def spelling_meets_contract(package: Package) -> Measurement:
     """CON007: number of names that are not spelled as the runtime spells them, capitals included."""
     contract = _contract(package)
     if contract is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from casa_assets.checks.run import NOTHING, report_not_run, run
+from casa_assets.checks.run import NO_WAIVERS, report_not_run, run
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.table import TABLE
 from casa_assets.model.issue import Report
@@ -13,7 +13,7 @@ LOADS = "SCN001"
 UNLOADED = "MuJoCo cannot read scene.xml (SCN001)"
 
 
-def run_scene(subject: SceneSubject, limits: Mapping[str, float], waived: Mapping[str, str] = NOTHING) -> Report:
+def run_scene(subject: SceneSubject, limits: Mapping[str, float], waived: Mapping[str, str] = NO_WAIVERS) -> Report:
     """Report of every check of a scene and its file; where MuJoCo cannot read the file all but the first are not run.
 
     Args:

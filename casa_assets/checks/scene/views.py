@@ -11,20 +11,25 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.check import Measurement, least, not_run
+from casa_assets.checks.check import Measurement, all_at_least, all_at_most, not_run
+from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.scene.placement.support import WALL
-from casa_assets.checks.scene.subject import SceneSubject, reset
+from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.core.typing import Floats
 from casa_assets.model.kitchen.scene import Camera
 
 Pixels = npt.NDArray[np.uint8]
 
-# Of 255: darker in every channel is black, as bright in every channel is white.
+# Of 255. A pixel is black where every channel is darker than this, and white where every channel is as bright as this.
 BLACK, WHITE = 5, 254
 RAYS_WIDE, RAYS_HIGH = 48, 36
-SEEN, HIDDEN = 1, 5  # groups of geoms
-# Metres: an eye so far behind the middle of a wall looks from outside; what hangs on the wall is so near.
-BEHIND_M, HANGS_OUT_M, HANGS_IN_M = 0.3, 0.3, 0.12
+# Geom groups that rays see, and the one into which looked-through walls are put meanwhile.
+VISIBLE_GROUPS = np.array([0, 1, 0, 0, 0, 0], dtype=np.uint8)
+HIDDEN_GROUP = 5
+# A camera this far behind the middle of a wall looks at the room from outside.
+BEHIND_WALL_M = 0.3
+# What lies within these distances of the middle of a wall, on its outer and its room side, hangs on it.
+HANGS_OUTSIDE_M, HANGS_INSIDE_M = 0.3, 0.12
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,76 +37,65 @@ class PreviewImages:
     """Previews of a scene.
 
     Attributes:
-        shots: name of a picture -> (height, width, 3) pixels.
+        images: name of a preview -> (height, width, 3) pixels.
     """
 
-    shots: dict[str, Pixels]
+    images: dict[str, Pixels]
 
 
-def previews_are_not_black(pictures: PreviewImages, limit: float | None) -> Measurement:
-    """SCN024: largest share of black pixels of a preview. There is at least one preview."""
-    shares = {name: float((shot.max(axis=2) < BLACK).mean()) for name, shot in pictures.shots.items()}
-    return _held(shares, limit, "is black: put a light there, or move the camera out of what it stands in")
+def previews_are_not_black(previews: PreviewImages, limit: float) -> Measurement:
+    """SCN024: largest share of black pixels of a preview."""
+    black = {name: float((image.max(axis=2) < BLACK).mean()) for name, image in previews.images.items()}
+    return _shares(black, limit, "is black: put a light there, or move the camera out of what it stands in")
 
 
-def previews_are_not_burnt_out(pictures: PreviewImages, limit: float | None) -> Measurement:
+def previews_are_not_burnt_out(previews: PreviewImages, limit: float) -> Measurement:
     """SCN025: largest share of wholly white pixels of a preview."""
-    shares = {name: float((shot.min(axis=2) >= WHITE).mean()) for name, shot in pictures.shots.items()}
-    return _held(shares, limit, "is wholly white: less light, or a darker finish")
+    white = {name: float((image.min(axis=2) >= WHITE).mean()) for name, image in previews.images.items()}
+    return _shares(white, limit, "is wholly white: less light, or a darker finish")
 
 
-def cameras_see_every_wall(subject: SceneSubject, limit: float | None) -> Measurement:
+def _shares(shares: dict[str, float], limit: float, fault: str) -> Measurement:
+    if not shares:
+        return not_run("there is no picture of it")
+    by_pointer = {f"previews/{name}": share for name, share in shares.items()}
+    return all_at_most(by_pointer, limit, f"{{:.1%}} of it {fault}", "")
+
+
+def cameras_see_every_wall(subject: SceneSubject, limit: float) -> Measurement:
     """SCN023: least share of a picture that any wall fills in the camera that sees it best.
 
     Walls between a camera and the room are looked through, as previews do.
     """
-    assert limit is not None
-    best = walls_seen(subject)
-    problems = tuple(
-        (f"placements/{name}", f"no camera shows it: at best it fills {share:.2%} of a picture; turn a camera to it")
-        for name, share in best.items()
-        if share < limit
-    )
-    return least(best.values(), problems, "it has no walls")
+    shares = {f"placements/{name}": share for name, share in visible_wall_shares(subject).items()}
+    message = "no camera shows it: at best it fills {:.2%} of a picture; turn a camera to it"
+    return all_at_least(shares, limit, message, "it has no walls")
 
 
-def walls_seen(subject: SceneSubject) -> dict[str, float]:
+def visible_wall_shares(subject: SceneSubject) -> dict[str, float]:
     """Name of each wall -> the largest share of a camera's picture that it fills."""
     model = subject.loaded.model
     assert model is not None, "only scenes that load are looked at"
     data = mujoco.MjData(model)
-    reset(model, data)
+    reset_to_start(model, data)
     mujoco.mj_forward(model, data)
     walls = {p.name: int(model.body(p.name).id) for p in subject.scene.placements if subject.category(p.name) == WALL}
     best = dict.fromkeys(walls, 0.0)
     for camera in subject.scene.cameras:
-        with _looked_through(model, data, np.array(camera.pose.position), list(walls.values())):
-            hit = _bodies_hit(model, data, camera)
+        with _walls_looked_through(model, data, np.array(camera.pose.position), list(walls.values())):
+            bodies = _bodies_hit(model, data, camera)
         for name, body in walls.items():
-            best[name] = max(best[name], float((hit == body).mean()))
+            best[name] = max(best[name], float((bodies == body).mean()))
     return best
 
 
 def _bodies_hit(model: mujoco.MjModel, data: mujoco.MjData, camera: Camera) -> npt.NDArray[np.int32]:
     """(rays,) number of the body that each pixel of a coarse picture shows, -1 where it shows none."""
     rays = _rays(camera)
-    geoms, far = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
-    groups = np.array([0, 1, 0, 0, 0, 0], dtype=np.uint8)
-    eye = np.array(camera.pose.position)
-    mujoco.mj_multiRay(
-        model,
-        data,
-        eye,
-        np.ascontiguousarray(rays.ravel()),
-        groups,
-        True,
-        -1,
-        geoms,
-        far,
-        None,
-        len(rays),
-        mujoco.mjMAXVAL,
-    )
+    geoms, distances = np.full(len(rays), -1, dtype=np.int32), np.zeros(len(rays))
+    eye, flat = np.array(camera.pose.position), np.ascontiguousarray(rays.ravel())
+    cutoff = mujoco.mjMAXVAL
+    mujoco.mj_multiRay(model, data, eye, flat, VISIBLE_GROUPS, True, -1, geoms, distances, None, len(rays), cutoff)
     return np.where(geoms >= 0, model.geom_bodyid[geoms], -1).astype(np.int32)
 
 
@@ -112,35 +106,24 @@ def _rays(camera: Camera) -> Floats:
     up = 1 - (np.arange(RAYS_HIGH) + 0.5) / RAYS_HIGH * 2
     x, y = np.meshgrid(across * half * RAYS_WIDE / RAYS_HIGH, up * half)
     rays = np.stack([x.ravel(), y.ravel(), np.full(x.size, -1.0)], axis=1) @ camera.pose.rotation.T
-    found: Floats = rays / np.linalg.norm(rays, axis=1, keepdims=True)
-    return found
+    unit: Floats = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+    return unit
 
 
 @contextmanager
-def _looked_through(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, walls: list[int]) -> Iterator[None]:
-    """While it lasts, walls that the eye is behind are not seen, nor what hangs on them."""
-    before = model.geom_group.copy()
+def _walls_looked_through(model: mujoco.MjModel, data: mujoco.MjData, eye: Floats, walls: list[int]) -> Iterator[None]:
+    """While it is entered, walls that the eye is behind are hidden, and what hangs on them."""
+    saved = model.geom_group.copy()
     for wall in walls:
-        turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
+        rotation, position = data.xmat[wall].reshape(3, 3), data.xpos[wall]
         # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
-        if float((eye - at) @ turn[:, 1]) < BEHIND_M:
+        if float((eye - position) @ rotation[:, 1]) < BEHIND_WALL_M:
             continue
         boxes = model.geom_aabb[model.geom_bodyid == wall]
         reach = (np.abs(boxes[:, 0]) + boxes[:, 3]).max() + 0.1
-        offset = (data.geom_xpos - at) @ turn
-        on_it = (np.abs(offset[:, 0]) < reach) & (offset[:, 1] > -HANGS_IN_M) & (offset[:, 1] < HANGS_OUT_M)
-        model.geom_group[on_it] = HIDDEN
+        x, y, _ = ((data.geom_xpos - position) @ rotation).T
+        model.geom_group[(np.abs(x) < reach) & (y > -HANGS_INSIDE_M) & (y < HANGS_OUTSIDE_M)] = HIDDEN_GROUP
     try:
         yield
     finally:
-        model.geom_group[:] = before
-
-
-def _held(shares: dict[str, float], limit: float | None, what: str) -> Measurement:
-    assert limit is not None
-    if not shares:
-        return not_run("there is no picture of it")
-    problems = tuple(
-        (f"previews/{name}", f"{share:.1%} of it {what}") for name, share in shares.items() if share > limit
-    )
-    return Measurement(max(shares.values()), problems)
+        model.geom_group[:] = saved

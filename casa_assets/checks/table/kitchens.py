@@ -5,61 +5,65 @@ from __future__ import annotations
 from casa_assets.checks.check import Check
 from casa_assets.checks.design.robot import affords, reach
 from casa_assets.checks.design.rules import aisles, appliances, doorways, grade
-from casa_assets.checks.design.subject import DesignSubject as Plan
+from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.issue import Severity
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 # fmt: off
 ROWS: tuple[Check, ...] = (
-    Check("NKB001", "Doorway width", ERROR, Plan, doorways.doorways_are_wide_enough, "doorway_m", "m",
-          "Doors and passages leave at least {limit:g} m clear with the leaf open (NKBA 1); make the opening "
-          "wider."),
-    Check("NKB002", "Entry door swing", ERROR, Plan, doorways.entry_doors_swing_freely, "swing_m", "m",
-          "The leaf of an entry door overlaps no appliance and no appliance door by more than {mm:g} mm seen "
-          "from above (NKBA 2); turn the swing, or move the appliance."),
-    Check("NKB003", "Appliance doors apart", ERROR, Plan, doorways.appliance_doors_swing_apart, "swing_m", "m",
-          "The ways of the doors of two appliances overlap by at most {mm:g} mm seen from above (NKBA 2); move "
-          "one of the appliances."),
-    Check("NKB004", "Work aisle", ERROR, Plan, aisles.work_aisles_are_wide_enough, "work_aisle_m", "m",
-          "Fronts that face each other are at least {limit:g} m apart, unless the plan is declared compact "
-          "(NKBA 6); move the rows apart."),
-    Check("NKB005", "Work aisle, compact", ERROR, Plan, aisles.compact_work_aisles_are_wide_enough, "compact_aisle_m", "m",
-          "In a plan that is declared compact, fronts that face each other are at least {limit:g} m apart; move"
-          " the rows apart."),
-    Check("NKB006", "Walkway width", ERROR, Plan, aisles.walkways_are_wide_enough, "walkway_m", "m",
-          "Ways between things, and along walls, are at least {limit:g} m wide (NKBA 7); move or narrow what "
-          "stands beside them."),
-    Check("NKB007", "Room at the dishwasher", ERROR, Plan, appliances.dishwashers_have_standing_room, "dishwasher_m", "m",
-          "A dishwasher is at least {limit:g} m from what stands at a right angle to it (NKBA 13); move it "
-          "along its row."),
-    Check("NKB008", "Hood height", ERROR, Plan, appliances.hoods_hang_high_enough, "hood_m", "m",
+    Check("NKB001", "Doorway width", ERROR, DesignSubject, doorways.doorways_are_wide_enough, "doorway_m", "m",
+          "Doors and passages leave at least {limit:g} m clear with the leaf open (NKBA 1); make the opening wider."),
+    Check("NKB002", "Entry door swing", ERROR, DesignSubject, doorways.entry_doors_swing_freely, "swing_m", "m",
+          "The leaf of an entry door overlaps no appliance and no appliance door by more than {mm:g} mm seen from "
+          "above (NKBA 2); turn the swing, or move the appliance."),
+    Check("NKB003", "Appliance doors apart", ERROR, DesignSubject, doorways.appliance_doors_swing_apart, "swing_m", "m",
+          "The areas that the doors of two appliances sweep overlap by at most {mm:g} mm seen from above (NKBA 2); "
+          "move one of the appliances."),
+    Check("NKB004", "Work aisle", ERROR, DesignSubject, aisles.work_aisles_are_wide_enough, "work_aisle_m", "m",
+          "Fronts that face each other are at least {limit:g} m apart, unless the plan is declared compact (NKBA 6); "
+          "move the rows apart."),
+    Check("NKB005", "Work aisle, compact", ERROR, DesignSubject, aisles.compact_work_aisles_are_wide_enough,
+          "compact_aisle_m", "m",
+          "In a plan that is declared compact, fronts that face each other are at least {limit:g} m apart; move the "
+          "rows apart."),
+    Check("NKB006", "Walkway width", ERROR, DesignSubject, aisles.walkways_are_wide_enough, "walkway_m", "m",
+          "Ways between things, and along walls, are at least {limit:g} m wide (NKBA 7); move or narrow what stands "
+          "beside them."),
+    Check("NKB007", "Room at the dishwasher", ERROR, DesignSubject, appliances.dishwashers_have_standing_room,
+          "dishwasher_m", "m",
+          "A dishwasher is at least {limit:g} m from what stands at a right angle to it (NKBA 13); move it along its "
+          "row."),
+    Check("NKB008", "Hood height", ERROR, DesignSubject, appliances.hoods_clear_cooktops, "hood_m", "m",
           "A hood hangs at least {limit:g} m over the cooktop (NKBA 18); hang it higher."),
-    Check("NKB009", "Clearance over cooktops", ERROR, Plan, appliances.cabinets_hang_high_enough_over_cooktops, "over_cooktop_m", "m",
-          "Cabinets and shelves hang at least {limit:g} m over a cooktop that has no hood (NKBA 18); remove or "
-          "raise them, or add a hood."),
-    Check("NKB010", "No window over cooktops", ERROR, Plan, appliances.no_openable_window_over_cooktops, "window_m", "m",
-          "At most {limit:g} m of a window that opens lies over a cooktop (NKBA 20); move the cooktop, or fix "
-          "the sash."),
-    Check("NKB011", "Distance from corners", ERROR, Plan, appliances.appliances_keep_off_corners, "corner_m", "m",
-          "Appliances are at least {limit:g} m from an inside corner of the worktops (LSU AgCenter); move them "
-          "along the row."),
-    Check("NKB012", "Design score", WARNING, Plan, grade.design_score_is_high_enough, "design_score", "",
-          "At least {limit:g} of 100 advisory design rules that apply are followed (NKBA, LSU, trade sizes); "
-          "see the section Design for those that are not."),
-    Check("NAV001", "Reachable fixtures", ERROR, Plan, reach.fixtures_are_reachable, "unreached", "",
-          "A base of 0.30 m radius can drive from an entry to a place before all fixtures but {limit:g}; leave "
-          "floor free there, and a way to it."),
-    Check("NAV002", "Reachable when open", ERROR, Plan, reach.opened_fixtures_are_reachable, "unreached", "",
-          "A base of 0.30 m radius can stand at each fixture with each of its doors or drawers open, but for "
-          "{limit:g}; leave floor free beside the open part."),
-    Check("NAV003", "Entries lead in", ERROR, Plan, reach.entries_lead_in, "unreached", "",
-          "From all doors and passages but {limit:g}, a base of 0.30 m radius gets on to the floor of the "
-          "kitchen; clear what stands before them."),
-    Check("TSK001", "Tasks supported", ERROR, Plan, affords.tasks_are_supported, "tasks_lacking", "",
-          "All but {limit:g} of the 25 atomic tasks of RoboCasa find the fixtures, joints and sites that they "
-          "need, within reach; add what the task lacks."),
-    Check("TSK002", "Room for task objects", ERROR, Plan, affords.task_objects_find_room, "task_rate", "",
+    Check("NKB009", "Clearance over cooktops", ERROR, DesignSubject, appliances.cabinets_clear_cooktops,
+          "over_cooktop_m", "m",
+          "Cabinets and shelves hang at least {limit:g} m over a cooktop that has no hood (NKBA 18); remove or raise "
+          "them, or add a hood."),
+    Check("NKB010", "No window over cooktops", ERROR, DesignSubject, appliances.no_openable_window_over_cooktops,
+          "window_m", "m",
+          "At most {limit:g} m of a window that opens lies over a cooktop (NKBA 20); move the cooktop, or fix the "
+          "sash."),
+    Check("NKB011", "Distance from corners", ERROR, DesignSubject, appliances.appliances_keep_off_corners,
+          "corner_m", "m",
+          "Appliances are at least {limit:g} m from an inside corner of the worktops (LSU AgCenter); move them along "
+          "the row."),
+    Check("NKB012", "Design score", WARNING, DesignSubject, grade.design_score_is_high_enough, "design_score", "",
+          "At least {limit:g} of 100 advisory design rules that apply are followed (NKBA, LSU, trade sizes); see the "
+          "section Design for those that are not."),
+    Check("NAV001", "Reachable fixtures", ERROR, DesignSubject, reach.fixtures_are_reachable, "unreached", "",
+          "At most {limit:g} fixtures have no place before them to which a base of 0.30 m radius can drive from an "
+          "entry; leave floor free there, and a way to it."),
+    Check("NAV002", "Reachable when open", ERROR, DesignSubject, reach.opened_fixtures_are_reachable, "unreached", "",
+          "At most {limit:g} fixtures have a door or drawer that, once open, leaves a base of 0.30 m radius no place "
+          "to stand; leave floor free beside the open part."),
+    Check("NAV003", "Entries lead in", ERROR, DesignSubject, reach.entries_lead_in, "unreached", "",
+          "At most {limit:g} doors and passages do not let a base of 0.30 m radius on to the floor of the kitchen; "
+          "clear what stands before them."),
+    Check("TSK001", "Tasks supported", ERROR, DesignSubject, affords.tasks_are_supported, "tasks_lacking", "",
+          "At most {limit:g} of the 25 atomic tasks of RoboCasa lack fixtures, joints or sites within reach; add what "
+          "the task lacks."),
+    Check("TSK002", "Room for task objects", ERROR, DesignSubject, affords.task_objects_find_room, "task_rate", "",
           "At least {limit:.0%} of 200 drawn objects find a free place within reach, for each task; clear the "
           "surface, or make it larger."),
 )

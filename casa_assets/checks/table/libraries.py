@@ -13,16 +13,17 @@ ERROR, WARNING = Severity.ERROR, Severity.WARNING
 # fmt: off
 ROWS: tuple[Check, ...] = (
     Check("LIB001", "No duplicate shapes", WARNING, LibraryView, duplicates.shapes_are_unique, "alike_form", "",
-          "No two assets have one shape: 95 % of their surfaces within {limit:g} of the radius of each other; "
-          "keep one of them, or both if that is meant."),
+          "No two assets have one shape, that is, no 95 % of two surfaces lie within {limit:g} of the radius of each "
+          "other; keep one of the two, or both if that is meant."),
     Check("LIB002", "No duplicate looks", WARNING, LibraryView, duplicates.looks_are_unique, "alike_look", "",
-          "No two assets look alike to CLIP: the cosine of their pictures is below {limit:g}; keep one of them,"
-          " or both if that is meant."),
+          "No two assets look alike to CLIP: the cosine of their pictures is below {limit:g}; keep one of them, or "
+          "both if that is meant."),
     Check("LIB003", "Looks like its category", WARNING, LibraryView, duplicates.looks_match_categories, "look_rank", "",
-          "CLIP ranks an asset's category among its first {limit:g} names for the picture; correct the "
-          "category, or leave the asset out."),
-    Check("LIB004", "Size among its category", WARNING, LibrarySizes, size_outliers.sizes_fit_their_category, "size_off", "",
-          "The longest side is within {limit:g} robust deviations of the median of its category in the library;"
-          " check its unit and its category."),
+          "CLIP ranks an asset's category among its first {limit:g} names for the picture; correct the category, or "
+          "leave the asset out."),
+    Check("LIB004", "Size among its category", WARNING, LibrarySizes, size_outliers.sizes_fit_their_category,
+          "size_off", "",
+          "The longest side is within {limit:g} robust deviations of the median of its category in the library; check "
+          "its unit and its category."),
 )
 # fmt: on

@@ -15,64 +15,65 @@ ERROR, WARNING = Severity.ERROR, Severity.WARNING
 # fmt: off
 ROWS: tuple[Check, ...] = (
     Check("KIN001", "Opens by hand", ERROR, Package, hand_force.joints_open_by_hand, "reach_share", "",
-          "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, "
-          "with contacts on; ease friction, or clear what the part meets."),
-    Check("KIN002", "Joint resistance", ERROR, Package, hand_force.joints_open_by_hand_without_contacts, "reach_share", "",
-          "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, "
-          "with contacts off; lower its friction, damping or spring."),
+          "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, with "
+          "contacts on; ease friction, or clear what the part meets."),
+    Check("KIN002", "Joint resistance", ERROR, Package, hand_force.joints_open_by_hand_without_contacts,
+          "reach_share", "",
+          "Each joint covers {limit:.0%} of its range in both directions within 2 s under 20 N at its grip, with "
+          "contacts off; lower its friction, damping or spring."),
     Check("KIN003", "Starting force", ERROR, Package, hand_force.starting_force_is_moderate, "hand_force_n", "N",
-          "The force at the grip that starts each closed joint is between {hand_force_least_n:g} N and "
-          "{limit:g} N (ADA 309.4); adjust its friction or spring.", ("hand_force_least_n",)),
+          "The force at the grip that starts each closed joint is between {hand_force_least_n:g} N and {limit:g} N "
+          "(ADA 309.4); adjust its friction or spring.", ("hand_force_least_n",)),
     Check("KIN004", "Keys spring back", ERROR, Package, hand_force.keys_spring_back, "spring_back_share", "",
-          "A sprung key that was pressed and let go is back to {limit:.0%} of its stroke within 2 s; stiffen "
-          "the spring, or lower friction."),
+          "A sprung key that was pressed and let go is back to {limit:.0%} of its stroke within 2 s; stiffen the "
+          "spring, or lower friction."),
     Check("KIN005", "Clearance of moving parts", ERROR, Package, clearance.moving_parts_keep_clear, "clearance_m", "m",
-          "No part goes deeper than {mm:g} mm into another over the whole range of a joint, alone and beside "
-          "each other open joint; make room between them."),
+          "No part goes deeper than {mm:g} mm into another over the whole range of a joint, alone and beside each "
+          "other open joint; make room between them."),
     Check("KIN006", "Joints stay put", ERROR, Package, hand_force.joints_stay_put, "drift_share", "",
-          "Left alone for 5 s, closed and in each named pose, no joint drifts by more than {limit:.0%} of its "
-          "range; raise friction, or balance the part."),
+          "Left alone for 5 s, closed and in each named pose, no joint drifts by more than {limit:.0%} of its range; "
+          "raise friction, or balance the part."),
     Check("KIN007", "Grips fit a gripper", ERROR, Asset, grip.grips_fit_a_gripper, "gripper_m", "m",
-          "Each joint names a labelled grip that moves with it, is free to be reached, and is at most {limit:g}"
-          " m thick; name, shrink or uncover the grip."),
+          "Each joint names a labelled grip that moves with it, is free to be reached, and is at most {limit:g} m "
+          "thick; name, shrink or uncover the grip."),
     Check("KIN008", "Axis-aligned joints", ERROR, Asset, grip.joint_axes_are_aligned, "axis_off_rad", "rad",
-          "Joint axes of built things lie along x, y or z to {limit:g} rad, as loaders that scale fixtures "
-          "expect; turn the part straight."),
-    Check("KIN009", "Travel of found joints", WARNING, Package, joint_travel.joints_reach_full_range, "travel_share", "",
-          "A share of {limit:g} of the joints of an articulated mesh goes through its whole range under 20 N "
-          "without collision; shorten ranges, or clear what the parts meet."),
+          "Joint axes of built things lie along x, y or z to {limit:g} rad, as loaders that scale fixtures expect; "
+          "turn the part straight."),
+    Check("KIN009", "Travel of found joints", WARNING, Package, joint_travel.joints_reach_full_range,
+          "travel_share", "",
+          "At least {limit:.0%} of the joints of an articulated mesh go through their whole range under 20 N without "
+          "collision; shorten ranges, or clear what the parts meet."),
     Check("HOL001", "Usable interiors", ERROR, Package, hollow_regions.interiors_hold_a_ball, "hollow_m", "m",
-          "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within "
-          "{mm:g} mm of its floor and sides; clear the region, or correct its box."),
+          "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within {mm:g} mm "
+          "of its floor and sides; clear the region, or correct its box."),
     Check("CON001", "Contract: links and joints", ERROR, Package, contract.links_and_joints_meet_contract, None, "",
-          "The links and joints that the runtime looks up by name exist, with the kind, axis, sign, range and "
-          "depth that it expects; rename or correct them."),
+          "The links and joints that the runtime looks up by name exist, with the kind, axis, sign, range and depth "
+          "that it expects; rename or correct them."),
     Check("CON002", "Contract: sites", ERROR, Package, contract.sites_meet_contract, None, "",
-          "The sites that the runtime looks up by name, such as a flame or a stream of water, exist on the "
-          "links where it looks; add or move them."),
+          "The sites that the runtime looks up by name, such as a flame or a stream of water, exist on the links "
+          "where it looks; add or move them."),
     Check("CON003", "Contract: colliders", ERROR, Package, contract.colliders_and_visuals_meet_contract, None, "",
-          "The colliders and visuals that the runtime looks up by name exist with the labels it expects, and "
-          "none has a name that it would mistake; rename them."),
+          "The colliders and visuals that the runtime looks up by name exist with the labels it expects, and none has "
+          "a name that it would mistake; rename them."),
     Check("CON004", "Contract: regions", ERROR, Package, contract.regions_meet_contract, "main_gap_m", "m",
-          "The regions that the runtime looks up exist, `main` encloses what is seen to {mm:g} mm, and "
-          "interiors lie within it; correct the boxes of the regions."),
+          "The regions that the runtime looks up exist, `main` encloses what is seen to {mm:g} mm, and interiors lie "
+          "within it; correct the boxes of the regions."),
     Check("CON005", "Contract: XML paths", ERROR, Package, contract.xml_paths_meet_contract, None, "",
-          "Everything that the runtime finds by literal paths in model.xml is at those paths; move the elements"
-          " to where it looks."),
+          "Everything that the runtime finds by literal paths in model.xml is at those paths; move the elements to "
+          "where it looks."),
     Check("CON006", "Contract: thresholds", ERROR, Package, contract.thresholds_meet_contract, None, "",
-          "The runtime's thresholds lie within the ranges of their joints, and named poses stand as the "
-          "contract says; widen the range, or correct the pose."),
+          "The runtime's thresholds lie within the ranges of their joints, and named poses stand as the contract "
+          "says; widen the range, or correct the pose."),
     Check("CON007", "Contract: spelling", WARNING, Package, contract.spelling_meets_contract, None, "",
-          "Names in model.xml are spelled as the runtime spells them, capitals included; rename those that "
-          "differ."),
+          "Names in model.xml are spelled as the runtime spells them, capitals included; rename those that differ."),
     Check("BEH001", "Reachable values", ERROR, Asset, behavior.values_are_reachable, None, "",
           "Every value of every variable of the behaviour can be brought about by moving joints and touching "
           "colliders; add a rule, or drop the value."),
     Check("BEH002", "Visible effects", ERROR, Asset, behavior.effects_are_visible, None, "",
-          "Every effect of the behaviour acts on a site, visual or region that can show it; correct its target,"
-          " colour or size."),
+          "Every effect of the behaviour acts on a site, visual or region that can show it; correct its target, "
+          "colour or size."),
     Check("BEH003", "Behaviour as specified", ERROR, Package, behavior.behavior_meets_contract, None, "",
-          "Operated in MuJoCo step by step, the thing takes the values that its contract names at the "
-          "contract's thresholds; correct the rule that differs."),
+          "Operated in MuJoCo step by step, the thing takes the values that its contract names at the contract's "
+          "thresholds; correct the rule that differs."),
 )
 # fmt: on

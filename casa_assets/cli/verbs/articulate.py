@@ -114,7 +114,7 @@ def _tell(done: ArticulateOutcome, console: Console) -> None:
         console.print(f"[red]{done.code}[/] {escape(terminal_safe(done.message))}", highlight=False)
         return
     count = sum(not p.added for p in done.articulation.parts)
-    whole = sum(t.whole for t in done.travels.values())
+    whole = sum(t.is_full for t in done.travels.values())
     cavities = sum(r.built for r in done.articulation.cavities)
     added = f", {pluralize(cavities, 'interior')} added" if cavities else ""
     way = "goes all its way" if len(done.travels) == 1 else "go all their way"
@@ -159,7 +159,13 @@ def _table(done: ArticulateOutcome) -> Table:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         way = done.travels.get(part.name)
-        goes = "" if way is None else "all" if way.whole else f"{min(way.free, way.reached):.0%} {way.against}"
+        goes = (
+            ""
+            if way is None
+            else "all"
+            if way.is_full
+            else f"{min(way.free_share, way.pushed_share):.0%} {way.blocked_by}"
+        )
         table.add_row(
             part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", part.full_reason, joint.runner_up
         )

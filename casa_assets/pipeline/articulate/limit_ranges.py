@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from casa_assets.articulate.decisions import hinge_at_face
 from casa_assets.articulate.plan import JointPlan
-from casa_assets.checks.motion.joint_travel import JointTravel, travels
+from casa_assets.checks.motion.joint_travel import JointTravel, joint_travels
 from casa_assets.export import mjcf
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.articulate.build import ArticulateResult
@@ -28,12 +28,12 @@ def limit_ranges(built: ArticulateResult) -> ArticulateResult:
     stuck = {
         part.name: hinge_at_face(part, built.placed)
         for part in built.articulation.parts
-        if travel[part.name].free < MIN_FREE_TRAVEL and part.joint.edge
+        if travel[part.name].free_share < MIN_FREE_TRAVEL and part.joint.edge
     }
     if stuck:
         moved = built.with_joints(stuck)
         freed = _free_travel(moved)
-        helped = {n: j for n, j in stuck.items() if freed[n].free > travel[n].free + MIN_TRAVEL_GAIN}
+        helped = {n: j for n, j in stuck.items() if freed[n].free_share > travel[n].free_share + MIN_TRAVEL_GAIN}
         if len(helped) == len(stuck):
             built, travel = moved, freed
         elif helped:
@@ -42,17 +42,17 @@ def limit_ranges(built: ArticulateResult) -> ArticulateResult:
     metres = built.articulation.frame.metres or 1.0
     limited = {}
     for part in built.articulation.parts:
-        free, joint = travel[part.name].free, part.joint
+        free, joint = travel[part.name].free_share, part.joint
         if MIN_FREE_TRAVEL <= free < 1.0 and not joint.endless:
             end = _round_down(joint.range[1] * free, joint, metres)
-            reason = f"{joint.reason}; then it runs into {travel[part.name].against}"
+            reason = f"{joint.reason}; then it runs into {travel[part.name].blocked_by}"
             limited[part.name] = joint.replace(range=(0.0, end), reason=reason)
     return built.with_joints(limited)
 
 
 def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:
     """Return how far each part moves before it meets something, by its name."""
-    found = travels(built.asset, mjcf.write(built.asset), pushed=False)
+    found = joint_travels(built.asset, mjcf.write(built.asset), pushed=False)
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
 
 

@@ -53,7 +53,9 @@ def _row(done: ArticulateOutcome, out: Path) -> dict[str, Any]:
     for part in done.articulation.parts:
         joint, way = part.joint, done.travels.get(part.name)
         confidence = min(part.confidence, joint.confidence)
-        goes = "" if way is None or way.whole else f"goes {min(way.free, way.reached):.0%} {way.against}"
+        goes = (
+            "" if way is None or way.is_full else f"goes {min(way.free_share, way.pushed_share):.0%} {way.blocked_by}"
+        )
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         cells = (part.name, part.parent or "body", how, f"{confidence:.0%}", part.full_reason, joint.runner_up, goes)
         parts.append({"cells": cells, "is_doubtful": confidence < _LOW})

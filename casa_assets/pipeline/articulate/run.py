@@ -12,7 +12,7 @@ from casa_assets.articulate.assemble import assemble
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind
-from casa_assets.checks.motion.joint_travel import JointTravel, travels
+from casa_assets.checks.motion.joint_travel import JointTravel, joint_travels
 from casa_assets.errors import CasaError, OutputError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.ingest.load import load
@@ -294,7 +294,7 @@ def _written(
     asset = built.asset
     write_package(asset, staged)
     (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
-    by_joint = {t.joint: t for t in travels(asset, staged / "model.xml")}
+    by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in built.joints.items()}
     if request.preview:
         (staged / STRIP).write_bytes(joint_strip(staged / "model.xml", _moving(built, travel), _heading(built, asset)))
@@ -309,7 +309,7 @@ def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[Mo
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         other = f", else {joint.runner_up}" if joint.runner_up else ""
         message = f"{how}, {part.confidence:.0%} sure{other}" + (
-            "" if way.free >= 1.0 else f"; runs into {way.against}"
+            "" if way.free_share >= 1.0 else f"; runs into {way.blocked_by}"
         )
         out.append(MovingJoint(built.joints[part.name], part.name, message, alone=part.kind not in _SMALL))
     return out

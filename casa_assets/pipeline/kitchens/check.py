@@ -129,8 +129,8 @@ def run_checks_on_scene(
     if subject.loaded.model is not None:
         load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)
         speed = MeasuredSpeed(load_s * 1000.0, steps_per_s, timestep_s)
-        for shown in (speed, _views(subject.loaded.model, folder)):
-            report += run(shown, scene.id, limits, waived)
+        for measurable in (speed, _views(subject.loaded.model, folder)):
+            report += run(measurable, scene.id, limits, waived)
         took = {"check_s": round(time.perf_counter() - begin, 1)}
         measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | took}
     else:
@@ -142,14 +142,14 @@ def run_checks_on_scene(
 def _views(model: Any, folder: Path) -> PreviewImages:
     """A picture of each camera of an MjModel: the preview where there is one, else one drawn small, not kept."""
     stage = room.scene_from_model(copy(model), str(folder / FILE), frame=CHECK_FRAME)
-    shots: dict[str, Pixels] = {}
+    images: dict[str, Pixels] = {}
     for name in stage.cameras:
         path = folder / f"{name}.png"
         if path.is_file():
             with Image.open(path) as opened:
-                shots[name] = np.asarray(opened.convert("RGB"))
-    rest = [name for name in stage.cameras if name not in shots]
-    return PreviewImages({**shots, **dict(room.render_cameras(stage, rest, CHECK_FRAME))})
+                images[name] = np.asarray(opened.convert("RGB"))
+    rest = [name for name in stage.cameras if name not in images]
+    return PreviewImages({**images, **dict(room.render_cameras(stage, rest, CHECK_FRAME))})
 
 
 def _rounded(speed: MeasuredSpeed) -> dict[str, float]:

@@ -49,9 +49,8 @@ def handed_over() -> set[str]:
     noted = Noted()
     for row in TABLE:
 
-        def got(_: object, limit: float | None, *others: float, row: Check = row) -> Measurement:
-            assert limit == (LIMITS[row.limit] if row.limit else None)
-            assert others == tuple(LIMITS[key] for key in row.others)
+        def got(_: object, *limits: float, row: Check = row) -> Measurement:
+            assert limits == tuple(LIMITS[key] for key in (row.limit, *row.others) if key)
             return Measurement(0.0)
 
         assert len(run(object(), "any", noted, table=[replace(row, subject=object, function=got)]).results) == 1
@@ -83,9 +82,7 @@ def test_no_limit_is_asked_for_that_is_not_there() -> None:
 def test_a_check_uses_every_number_that_it_is_given(check: Check) -> None:
     parameters = list(inspect.signature(check.function).parameters.values())[1:]
     spread = any(p.kind is p.VAR_POSITIONAL for p in parameters)
-    assert spread or len(parameters) == 1 + len(check.others)
-    if check.limit is None:
-        parameters = parameters[1:]
+    assert spread or len(parameters) == (check.limit is not None) + len(check.others)
     tree = ast.parse(textwrap.dedent(inspect.getsource(check.function)))
     asserted = {id(node) for a in ast.walk(tree) if isinstance(a, ast.Assert) for node in ast.walk(a)}
     used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in asserted}

@@ -35,9 +35,9 @@ def statuses(package: Package) -> dict[str, Status]:
     return {r.code: r.status for one in told for r in one.results}
 
 
-class TestMeasured:
+class TestMeasurement:
     def test_silence_is_no_pass(self) -> None:
-        with pytest.raises(AssertionError, match="clean, not_applicable or not_run"):
+        with pytest.raises(AssertionError, match="no_fault, not_applicable or not_run"):
             Measurement()
 
     def test_what_was_not_measured_has_no_number(self) -> None:

@@ -9,9 +9,8 @@ from casa_assets.model.kitchen.plan import OpeningKind
 BARE = "it has no fixture to park before"
 
 
-def fixtures_are_reachable(subject: DesignSubject, limit: float | None) -> Measurement:
+def fixtures_are_reachable(subject: DesignSubject, limit: float) -> Measurement:
     """NAV001: number of fixtures that a base cannot park before, coming from a doorway or an open side."""
-    assert limit is not None
     if not subject.lots.shut:
         return not_applicable(BARE)
     lost = [name for name, place in subject.lots.shut.items() if place is None]
@@ -19,12 +18,11 @@ def fixtures_are_reachable(subject: DesignSubject, limit: float | None) -> Measu
     return Measurement(float(len(lost)), tuple((f"fixtures/{n}", message) for n in lost) if len(lost) > limit else ())
 
 
-def opened_fixtures_are_reachable(subject: DesignSubject, limit: float | None) -> Measurement:
+def opened_fixtures_are_reachable(subject: DesignSubject, limit: float) -> Measurement:
     """NAV002: number of fixtures that a base cannot park before while one of their doors or drawers is open.
 
     Fixtures that are not reached with all shut are the business of `fixtures_are_reachable`.
     """
-    assert limit is not None
     lots = subject.lots
     if not lots.open:
         return not_applicable("nothing in it opens")
@@ -34,9 +32,8 @@ def opened_fixtures_are_reachable(subject: DesignSubject, limit: float | None) -
     return Measurement(float(len(lost)), problems if len(lost) > limit else ())
 
 
-def entries_lead_in(subject: DesignSubject, limit: float | None) -> Measurement:
+def entries_lead_in(subject: DesignSubject, limit: float) -> Measurement:
     """NAV003: number of doors and passages from which a base does not get on to the kitchen's floor."""
-    assert limit is not None
     ways = [w for w in subject.facts.openings if w.kind is not OpeningKind.WINDOW]
     if not ways:
         return not_applicable("it has no door and no passage")

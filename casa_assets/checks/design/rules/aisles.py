@@ -12,7 +12,7 @@ NO_AISLE = {
 }
 
 
-def work_aisles_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
+def work_aisles_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB004: narrowest work aisle of a kitchen that is not declared compact, metres."""
     # Ref: NKBA planning guideline 6: 42 inches for one cook.
     if subject.facts.compact:
@@ -20,21 +20,20 @@ def work_aisles_are_wide_enough(subject: DesignSubject, limit: float | None) -> 
     return _narrowest(subject, limit, AisleKind.WORK)
 
 
-def compact_work_aisles_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
+def compact_work_aisles_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB005: narrowest work aisle of a kitchen that is declared compact, metres."""
     if not subject.facts.compact:
         return not_applicable("its plan does not say that it is compact (NKB004)")
     return _narrowest(subject, limit, AisleKind.WORK)
 
 
-def walkways_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
+def walkways_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB006: narrowest walkway between what stands in a kitchen and along walls, metres."""
     # Ref: NKBA planning guideline 7: 36 inches.
     return _narrowest(subject, limit, AisleKind.WALK)
 
 
-def _narrowest(subject: DesignSubject, limit: float | None, kind: AisleKind) -> Measurement:
-    assert limit is not None
+def _narrowest(subject: DesignSubject, limit: float, kind: AisleKind) -> Measurement:
     aisles = [a for a in subject.facts.aisles if a.kind is kind]
     problems = tuple(
         (f"aisles/{a.first}", f"{a.width:.3f} m between {a.first} and {a.second}, {limit:g} wanted")

@@ -20,10 +20,9 @@ BEHIND = 0.8  # metres from a wall within which a cooktop stands at it
 OVER = 0.02  # metres by which something has to reach over a cooktop to be above it
 
 
-def dishwashers_have_standing_room(subject: DesignSubject, limit: float | None) -> Measurement:
+def dishwashers_have_standing_room(subject: DesignSubject, limit: float) -> Measurement:
     """NKB007: least distance of a dishwasher from what stands at a right angle to it, metres."""
     # Ref: NKBA planning guideline 13: 21 inches.
-    assert limit is not None
     facts, found = subject.facts, []
     for row in facts.runs:
         for unit in (u for u in row.units if u.kind == "dishwasher"):
@@ -57,20 +56,19 @@ def _box_in(row: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
     return (min(us), max(us)), (min(vs), max(vs))
 
 
-def hoods_hang_high_enough(subject: DesignSubject, limit: float | None) -> Measurement:
+def hoods_clear_cooktops(subject: DesignSubject, limit: float) -> Measurement:
     """NKB008: height of the lowest hood over its cooktop, metres."""
     # Ref: NKBA planning guideline 18: 24 inches to a protected surface.
     return _clearance(subject, limit, hoods=True)
 
 
-def cabinets_hang_high_enough_over_cooktops(subject: DesignSubject, limit: float | None) -> Measurement:
+def cabinets_clear_cooktops(subject: DesignSubject, limit: float) -> Measurement:
     """NKB009: height of the lowest cabinet or shelf over a cooktop without a hood between, metres."""
     # Ref: NKBA planning guideline 18: 30 inches to a surface that can burn.
     return _clearance(subject, limit, hoods=False)
 
 
-def _clearance(subject: DesignSubject, limit: float | None, hoods: bool) -> Measurement:
-    assert limit is not None
+def _clearance(subject: DesignSubject, limit: float, hoods: bool) -> Measurement:
     found = []
     for cooktop in subject.facts.with_role(*COOKTOPS):
         above = sorted(over(subject.facts, cooktop), key=lambda f: f.bottom)
@@ -106,10 +104,9 @@ def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
     ]
 
 
-def no_openable_window_over_cooktops(subject: DesignSubject, limit: float | None) -> Measurement:
+def no_openable_window_over_cooktops(subject: DesignSubject, limit: float) -> Measurement:
     """NKB010: width of openable window over a cooktop, metres."""
     # Ref: NKBA planning guideline 20.
-    assert limit is not None
     windows = [w for w in subject.facts.openings if w.kind is OpeningKind.WINDOW and w.can_open]
     if not windows or not subject.facts.with_role(*COOKTOPS):
         return not_applicable("it has no cooktop" if windows else "none of its windows opens")
@@ -143,10 +140,9 @@ def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
     return max(0.0, min(max(us), high) - max(min(us), low))
 
 
-def appliances_keep_off_corners(subject: DesignSubject, limit: float | None) -> Measurement:
+def appliances_keep_off_corners(subject: DesignSubject, limit: float) -> Measurement:
     """NKB011: least distance of an appliance from an inside corner of the worktops, metres."""
     # Ref: Louisiana State University AgCenter, kitchen guidelines: 15 inches, so that handles clear drawers.
-    assert limit is not None
     found = [gap for row in subject.facts.runs for gap in _from_corners(subject.facts, row)]
     problems = tuple(
         (f"units/{name}", f"{gap:.3f} m to the inside corner, {limit:g} wanted") for name, gap in found if gap < limit

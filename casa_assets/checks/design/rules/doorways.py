@@ -11,10 +11,9 @@ from casa_assets.model.kitchen.floor import APPLIANCES, Corners, KitchenFacts, S
 from casa_assets.model.kitchen.plan import OpeningKind
 
 
-def doorways_are_wide_enough(subject: DesignSubject, limit: float | None) -> Measurement:
+def doorways_are_wide_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB001: clear width of the narrowest door or passage, metres."""
     # Ref: NKBA planning guideline 1: 32 inches clear.
-    assert limit is not None
     ways = [w for w in subject.facts.openings if w.kind is not OpeningKind.WINDOW]
     problems = tuple(
         (
@@ -27,10 +26,9 @@ def doorways_are_wide_enough(subject: DesignSubject, limit: float | None) -> Mea
     return least((w.clear_width for w in ways), problems, "it has no door and no passage")
 
 
-def entry_doors_swing_freely(subject: DesignSubject, limit: float | None) -> Measurement:
+def entry_doors_swing_freely(subject: DesignSubject, limit: float) -> Measurement:
     """NKB002: deepest overlap of an entry door's swing with an appliance or its door, metres."""
     # Ref: NKBA planning guideline 2.
-    assert limit is not None
     worst, problems = 0.0, []
     if not any(way.swept_area for way in subject.facts.openings):
         return not_applicable("it has no door with a leaf")
@@ -46,10 +44,9 @@ def entry_doors_swing_freely(subject: DesignSubject, limit: float | None) -> Mea
     return Measurement(worst, tuple(problems))
 
 
-def appliance_doors_swing_apart(subject: DesignSubject, limit: float | None) -> Measurement:
+def appliance_doors_swing_apart(subject: DesignSubject, limit: float) -> Measurement:
     """NKB003: deepest overlap of the swings of two appliances' doors, seen from above; metres."""
     # Ref: NKBA planning guideline 2.
-    assert limit is not None
     worst, problems = 0.0, []
     leaves = list(_leaves(subject.facts))
     if len({name.split("/")[0] for name, *_ in leaves}) < 2:

@@ -146,9 +146,8 @@ def _score(findings: tuple[Finding, ...]) -> float:
     return round(100.0 * sum(counted) / len(counted), 1) if counted else 100.0
 
 
-def design_score_is_high_enough(subject: DesignSubject, limit: float | None) -> Measurement:
+def design_score_is_high_enough(subject: DesignSubject, limit: float) -> Measurement:
     """NKB012: share of applicable advisory design rules that are kept, of 100."""
-    assert limit is not None
     found = grade(subject)
     if all(f.passed is None or f.waived for f in found.design):
         return not_applicable("none of the advisory rules applies to it")

@@ -1,4 +1,4 @@
-"""The files of a written scene in their other forms: USD, and MJCF of light weight; each read once."""
+"""The files of a scene beside its `scene.xml`: USD, and the light form; each read once."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pxr import Tf, Usd
 
-from casa_assets.checks.package.usd import Complaints
+from casa_assets.checks.package.usd import Diagnostics
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
@@ -22,31 +22,31 @@ class SceneFiles:
     """Files beside `scene.xml`, each read once; a subject is equal to itself alone.
 
     Attributes:
-        kitchen: the scene and its `scene.xml`, which the others are held against.
+        scene_subject: the scene and its `scene.xml`, which the others are held against.
     """
 
-    kitchen: SceneSubject
+    scene_subject: SceneSubject
 
     @property
     def usd(self) -> Path:
         """The root layer."""
-        return self.kitchen.root / USD_FILE
+        return self.scene_subject.root / USD_FILE
 
     @property
     def light(self) -> Path:
-        """The scene of primitive shapes, without pictures."""
-        return self.kitchen.root / LIGHT_FILE
+        """The light form: primitive shapes, without pictures."""
+        return self.scene_subject.root / LIGHT_FILE
 
     @cached_property
     def composed(self) -> tuple[Usd.Stage | None, tuple[str, ...]]:
-        """The stage, or None where there is none, and what USD complains of while it composes."""
+        """The stage, or None where there is none, and the errors and warnings of USD while it composes."""
         with quiet():
-            delegate = Complaints()
+            diagnostics = Diagnostics()
             try:
                 stage = Usd.Stage.Open(str(self.usd)) if self.usd.is_file() else None
             except Tf.ErrorException as error:
                 return None, (" ".join(str(error).split()),)
-            return stage, tuple(delegate.take())
+            return stage, tuple(diagnostics.take())
 
     @cached_property
     def imported(self) -> Loaded:
@@ -55,6 +55,6 @@ class SceneFiles:
             return imported(self.usd)
 
     @cached_property
-    def lightened(self) -> Loaded:
-        """The scene of light weight, and what MuJoCo says of it."""
+    def light_form(self) -> Loaded:
+        """The light form compiled, with MuJoCo's warnings."""
         return load_asset_file(self.light)

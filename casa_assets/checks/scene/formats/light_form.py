@@ -9,25 +9,22 @@ from functools import lru_cache
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, not_applicable, not_run
+from casa_assets.checks.check import Measurement, Problem, not_applicable, not_run
+from casa_assets.checks.motion.simulation import free_bodies, reset_to_start
 from casa_assets.checks.scene.formats.files import SceneFiles
-from casa_assets.checks.scene.motion.rest import FAST, MM, REST_S, SETTLED_S
-from casa_assets.checks.scene.subject import reset
-from casa_assets.core.typing import Mask
+from casa_assets.checks.scene.motion.rest import MM_PER_M, NO_FREE_THINGS, SETTLED_S, SIMULATED_S
 
-Fault = tuple[str, str]
-# What of a joint, and of a body that moves, is the same in both; each is an array with a row per joint, dof or body.
-OF_JOINTS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
-OF_DOFS = ("dof_damping", "dof_frictionloss", "dof_armature")
-OF_BODIES = ("body_mass", "body_inertia", "body_ipos")
-LISTED = 20
-UNLOADED = "MuJoCo cannot read scene_light.xml"
+# Fields of MjModel with a row per joint, dof or body that are the same in both forms.
+JOINT_FIELDS = ("jnt_type", "jnt_range", "jnt_axis", "jnt_pos", "jnt_stiffness")
+DOF_FIELDS = ("dof_damping", "dof_frictionloss", "dof_armature")
+BODY_FIELDS = ("body_mass", "body_inertia", "body_ipos")
+MAX_LISTED = 20
+UNREADABLE = "MuJoCo cannot read scene_light.xml"
 
 
-def mechanism_is_the_same(files: SceneFiles, limit: float | None) -> Measurement:
+def mechanism_is_the_same(files: SceneFiles) -> Measurement:
     """SCN021: differences in joints, bodies and poses between the light form and the full one."""
-    assert limit is None
-    full, light = files.kitchen.loaded.model, files.lightened
+    full, light = files.scene_subject.loaded.model, files.light_form
     name = files.light.name
     if full is None:
         return not_run("MuJoCo cannot read scene.xml, which the light form is held against")
@@ -40,37 +37,37 @@ def mechanism_is_the_same(files: SceneFiles, limit: float | None) -> Measurement
     if pictures:
         problems.append((name, f"has {pictures} materials with pictures; use plain colours"))
     problems += _differences(full, light.model)
-    return Measurement(float(len(problems)), tuple(problems[:LISTED]))
+    return Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))
 
 
-def no_penetration_after_settling(files: SceneFiles, limit: float | None) -> Measurement:
+def no_penetration_after_settling(files: SceneFiles, limit: float) -> Measurement:
     """SCN022: deepest penetration in the light form at the start and after 1 s, metres."""
-    assert limit is not None
-    stood = settled_scene(files)
-    if stood is None:
-        return not_run(UNLOADED)
+    settled = settled_scene(files)
+    if settled is None:
+        return not_run(UNREADABLE)
     message = "is {:.2f} mm in {} in the light form; see the shapes that stand for it there"
     problems = [
-        (f"geoms/{one}", message.format(depth * MM, other))
-        for (one, other), depth in sorted(stood.depths.items())
+        (f"geoms/{geom1}", message.format(depth * MM_PER_M, geom2))
+        for (geom1, geom2), depth in sorted(settled.depths.items())
         if depth > limit
     ]
-    return Measurement(max(stood.depths.values(), default=0.0), tuple(problems[:LISTED]))
+    return Measurement(max(settled.depths.values(), default=0.0), tuple(problems[:MAX_LISTED]))
 
 
-def loose_things_stay_put(files: SceneFiles, limit: float | None) -> Measurement:
+def loose_things_stay_put(files: SceneFiles, limit: float) -> Measurement:
     """SCN028: farthest that something that stands by its weight moves in 5 s in the light form, metres."""
-    assert limit is not None
-    stood = settled_scene(files)
-    if stood is None:
-        return not_run(UNLOADED)
-    if not stood.moved:
-        return not_applicable(FAST)
+    settled = settled_scene(files)
+    if settled is None:
+        return not_run(UNREADABLE)
+    if not settled.drift:
+        return not_applicable(NO_FREE_THINGS)
     message = "moves {:.1f} mm in {:g} s in the light form; the shapes that stand for it there do not stand"
     problems = [
-        (f"placements/{name}", message.format(way * MM, REST_S)) for name, way in stood.moved.items() if way > limit
+        (f"placements/{name}", message.format(drift * MM_PER_M, SIMULATED_S))
+        for name, drift in settled.drift.items()
+        if drift > limit
     ]
-    return Measurement(max(stood.moved.values()), tuple(problems[:LISTED]))
+    return Measurement(max(settled.drift.values()), tuple(problems[:MAX_LISTED]))
 
 
 @dataclass(frozen=True)
@@ -79,67 +76,57 @@ class SettledScene:
 
     Attributes:
         depths: names of two geoms -> how deep they are in each other at the start or after 1 s, metres.
-        moved: name of a body that stands by its weight -> how far any of its shapes has gone in 5 s, metres.
+        drift: name of a body that stands by its weight -> how far any of its shapes has gone in 5 s, metres.
     """
 
     depths: dict[tuple[str, str], float]
-    moved: dict[str, float]
+    drift: dict[str, float]
 
 
 @lru_cache(maxsize=1)
 def settled_scene(files: SceneFiles) -> SettledScene | None:
     """Simulate the light form for 5 s, once; None where it does not load."""
-    model = files.lightened.model
+    model = files.light_form.model
     if model is None:
         return None
     data = mujoco.MjData(model)
-    reset(model, data)
+    reset_to_start(model, data)
     mujoco.mj_forward(model, data)
-    free = [int(model.jnt_bodyid[j]) for j in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)]
-    before, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
-    for seconds in (SETTLED_S, REST_S - SETTLED_S):
-        for (one, other), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
-            pair = (str(model.geom(one).name), str(model.geom(other).name))
+    start, depths = data.geom_xpos.copy(), dict[tuple[str, str], float]()
+    for seconds in (SETTLED_S, SIMULATED_S - SETTLED_S):
+        for (geom1, geom2), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+            pair = (str(model.geom(geom1).name), str(model.geom(geom2).name))
             depths[pair] = max(depths.get(pair, 0.0), -distance)
         mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
-    ways = np.linalg.norm(data.geom_xpos - before, axis=1)
+    distances = np.linalg.norm(data.geom_xpos - start, axis=1)
     roots = model.body_rootid[model.geom_bodyid]
-    return SettledScene(depths, {str(model.body(b).name): float(ways[roots == b].max(initial=0.0)) for b in free})
+    drift = {str(model.body(b).name): float(distances[roots == b].max(initial=0.0)) for b in free_bodies(model)}
+    return SettledScene(depths, drift)
 
 
-def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Fault]:
+def _differences(full: mujoco.MjModel, light: mujoco.MjModel) -> Iterator[Problem]:
     """Names of joints, bodies that move and poses that only one has, and numbers of them that differ."""
-    kinds = (
-        (mujoco.mjtObj.mjOBJ_JOINT, "joints", full.njnt, light.njnt),
-        (mujoco.mjtObj.mjOBJ_KEY, "keys", full.nkey, light.nkey),
-    )
-    for kind, word, ours, theirs in kinds:
-        one, other = _names(full, kind, ours), _names(light, kind, theirs)
-        if one != other:
-            odd = [n for n in [*one, *other] if (n in one) != (n in other)]
-            yield word, f"are others, or in another order, than in the full form: {', '.join(odd[:5])}"
+    for kind, word, field in ((mujoco.mjtObj.mjOBJ_JOINT, "joints", "njnt"), (mujoco.mjtObj.mjOBJ_KEY, "keys", "nkey")):
+        full_names, light_names = (_names(model, kind, getattr(model, field)) for model in (full, light))
+        if full_names != light_names:
+            only_one = [n for n in [*full_names, *light_names] if (n in full_names) != (n in light_names)]
+            yield word, f"are others, or in another order, than in the full form: {', '.join(only_one[:5])}"
             return
-    bodies = [[int(b) for b in np.flatnonzero(_moves(m))] for m in (full, light)]
-    named = [[m.body(b).name for b in found] for m, found in zip((full, light), bodies, strict=True)]
-    if named[0] != named[1]:
-        yield "bodies", f"{len(named[0])} move in the full form, {len(named[1])} in the light one"
+    full_bodies, light_bodies = (np.flatnonzero(model.body_weldid != 0) for model in (full, light))
+    if [full.body(b).name for b in full_bodies] != [light.body(b).name for b in light_bodies]:
+        yield "bodies", f"{len(full_bodies)} move in the full form, {len(light_bodies)} in the light one"
         return
-    for field in (*OF_JOINTS, *OF_DOFS, "key_qpos"):
-        yield from _differs(field, getattr(full, field), getattr(light, field))
-    for field in OF_BODIES:
-        yield from _differs(field, getattr(full, field)[bodies[0]], getattr(light, field)[bodies[1]])
+    for field in (*JOINT_FIELDS, *DOF_FIELDS, "key_qpos"):
+        yield from _number_differences(field, getattr(full, field), getattr(light, field))
+    for field in BODY_FIELDS:
+        yield from _number_differences(field, getattr(full, field)[full_bodies], getattr(light, field)[light_bodies])
 
 
-def _differs(field: str, ours: np.ndarray, theirs: np.ndarray) -> Iterator[Fault]:
-    off = ~np.isclose(ours, theirs, rtol=1e-6, atol=1e-9)
+def _number_differences(field: str, full: np.ndarray, light: np.ndarray) -> Iterator[Problem]:
+    off = ~np.isclose(full, light, rtol=1e-6, atol=1e-9)
     if off.any():
-        yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(ours - theirs)[off].max():.3g}"
+        yield field, f"differs in {int(off.sum())} numbers, by at most {np.abs(full - light)[off].max():.3g}"
 
 
-def _moves(model: mujoco.MjModel) -> Mask:
-    moves: Mask = model.body_weldid != 0
-    return moves
-
-
-def _names(model: mujoco.MjModel, kind: mujoco.mjtObj, count: int) -> list[str]:
-    return [str(mujoco.mj_id2name(model, kind, i)) for i in range(count)]
+def _names(model: mujoco.MjModel, kind: mujoco.mjtObj, number: int) -> list[str]:
+    return [str(mujoco.mj_id2name(model, kind, i)) for i in range(number)]

@@ -1,4 +1,4 @@
-"""Compare the MJCF and the USD of a scene by three readings."""
+"""Find cells that differ between the MJCF and the USD of a scene, by two readers of the USD."""
 
 from __future__ import annotations
 
@@ -9,125 +9,142 @@ from typing import TypeVar
 import mujoco
 from pxr import Tf
 
+from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package import parity
-from casa_assets.checks.package.fact_differences import Difference, number, turned, word, words
+from casa_assets.checks.package.fact_differences import Difference, numbers, quaternion, text, texts
 from casa_assets.checks.readers import mujoco_load, scene_mjcf, scene_usd, usd_facts
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
+from casa_assets.checks.scene.formats.files import SceneFiles
 
-# Where a fault is, and what it is.
-Fault = tuple[str, str]
-Standing = PlacementFacts | CameraFacts
-Read = TypeVar("Read")
+Posed = PlacementFacts | CameraFacts
+Facts = TypeVar("Facts")
 Row = TypeVar("Row", PlacementFacts, CameraFacts, LightFacts)
 
-# Ratios, unit vectors, radians, masses relative to those of the body: USD holds them as float32.
-RELATIVE = 1e-5
-# Metres: a float32 six metres from the origin is right to 2.4e-7.
-LENGTH_M = 2e-6
-DEGREES = 1e-4
+# Of ratios, unit vectors, radians, and masses relative to those of the body, which USD holds as float32.
+TOLERANCE = 1e-5
+LENGTH_TOLERANCE_M = 2e-6  # a float32 six metres from the origin is right to 2.4e-7
+ANGLE_TOLERANCE_DEG = 1e-4
 
 
-def scene_parity(mjcf: Path, usd: Path, relative: float = RELATIVE, length: float = LENGTH_M) -> list[Fault]:
-    """(pointer, message) for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
+def formats_agree(files: SceneFiles, limit: float) -> Measurement:
+    """SCN017: number of differing cells: bodies, poses, joints, masses, shapes, filters, labels, places.
+
+    SCN001 and SCN018 report files that cannot be read.
+    """
+    model, imported = files.scene_subject.loaded.model, files.imported.model
+    if model is None or imported is None or files.composed[0] is None:
+        return not_run("one of scene.xml and scene.usda cannot be read")
+    return count(parity_of(model, imported, files.usd), allowed=limit)
+
+
+def scene_parity(
+    mjcf: Path, usd: Path, tolerance: float = TOLERANCE, length_m: float = LENGTH_TOLERANCE_M
+) -> list[Problem]:
+    """One problem for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
 
     Args:
         mjcf, usd: scene.xml and scene.usda, beside the shared folder that they name.
-        relative: tolerance of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
-        length: tolerance of lengths, metres.
+        tolerance: of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
+        length_m: tolerance of lengths, metres.
     """
-    model, refused = _model(mujoco_load.load_asset_file, mjcf)
+    model, error = _model(mujoco_load.load_asset_file, mjcf)
     if model is None:
-        return [(mjcf.name, refused)]
-    imported, refused = _model(usd_facts.imported, usd)
-    faults = [(usd.name, refused)] if imported is None else []
-    return faults + parity_of(model, imported, usd, relative, length)
+        return [(mjcf.name, error)]
+    imported, error = _model(usd_facts.imported, usd)
+    problems = [(usd.name, error)] if imported is None else []
+    return problems + parity_of(model, imported, usd, tolerance, length_m)
 
 
 def parity_of(
     model: mujoco.MjModel,
     imported: mujoco.MjModel | None,
     usd: Path,
-    relative: float = RELATIVE,
-    length: float = LENGTH_M,
-) -> list[Fault]:
+    tolerance: float = TOLERANCE,
+    length_m: float = LENGTH_TOLERANCE_M,
+) -> list[Problem]:
     """Differences between files that MuJoCo has already read.
 
     Args:
         model: of scene.xml. imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
     """
-    expected, why = _read(lambda: scene_mjcf.facts_of(model))
+    expected, error = _read(lambda: scene_mjcf.facts_of(model))
     if expected is None:
-        return [("scene.xml", why)]
-    faults = []
+        return [("scene.xml", error)]
+    problems = []
     if imported is not None:
         rows = parity.parameters(model, imported)
-        faults += [(r.pointer, r.message) for r in rows if r.size is None or not r.size <= relative]
-    stage, why = _read(lambda: usd_facts.opened(usd))
+        problems += [(row.pointer, row.message) for row in rows if parity.exceeds(row, tolerance)]
+    stage, error = _read(lambda: usd_facts.opened(usd))
     if stage is None:
-        return [*faults, (usd.name, why)]
+        return [*problems, (usd.name, error)]
     readers = [lambda: scene_usd.pxr_facts(stage)]
     if imported is not None:
         readers.insert(0, lambda: scene_usd.facts_of_import(imported, stage))
     for reader in readers:
-        found, why = _read(reader)
-        faults += [(usd.name, why)] if found is None else compare(expected, found, relative, length)
-    # What both readers of the USD say is said once.
-    return list(dict.fromkeys(faults))
+        actual, error = _read(reader)
+        problems += [(usd.name, error)] if actual is None else compare(expected, actual, tolerance, length_m)
+    # What both readers of the USD find is reported once.
+    return list(dict.fromkeys(problems))
 
 
 def compare(
-    expected: SceneFacts, found: SceneFacts, relative: float = RELATIVE, length: float = LENGTH_M
-) -> list[Fault]:
-    """(pointer, message) for each cell in which two tables of a scene differ by more than they may."""
-    limits = {"gravity": 10 * relative, "position": length, "fov_y_deg": DEGREES, "cone_deg": DEGREES}
-    faults = []
-    for row in _rows(expected, found):
-        limit = limits.get(row.pointer.rsplit("/", 1)[-1], relative)
-        if row.size is None or not row.size <= limit:
-            faults.append((row.pointer, row.message))
-    return faults + parity.compare(expected.things, found.things, relative, length)
+    expected: SceneFacts, actual: SceneFacts, tolerance: float = TOLERANCE, length_m: float = LENGTH_TOLERANCE_M
+) -> list[Problem]:
+    """One problem for each cell in which two tables of a scene differ by more than they may."""
+    tolerances = {
+        "gravity": 10 * tolerance,
+        "position": length_m,
+        "fov_y_deg": ANGLE_TOLERANCE_DEG,
+        "cone_deg": ANGLE_TOLERANCE_DEG,
+    }
+    problems = [
+        (row.pointer, row.message)
+        for row in _differences(expected, actual)
+        if parity.exceeds(row, tolerances.get(row.pointer.rsplit("/", 1)[-1], tolerance))
+    ]
+    return problems + parity.compare(expected.things, actual.things, tolerance, length_m)
 
 
-def _rows(ours: SceneFacts, theirs: SceneFacts) -> Iterator[Difference]:
-    """Every cell but those of the things in it."""
-    yield number("gravity", ours.gravity, theirs.gravity)
-    for one, other in _pairs(ours.placements, theirs.placements):
-        at = f"placements/{one.name}"
+def _differences(expected: SceneFacts, actual: SceneFacts) -> Iterator[Difference]:
+    """Every cell but those of the things in the scene."""
+    yield numbers("gravity", expected.gravity, actual.gravity)
+    for placement, other in _matching(expected.placements, actual.placements):
+        at = f"placements/{placement.name}"
         for name in ("asset", "layer", "base"):
-            yield from word(f"{at}/{name}", getattr(one, name), getattr(other, name))
-        yield from _stand(at, one, other)
-        for row in words(one.words, other.words):
+            yield from text(f"{at}/{name}", getattr(placement, name), getattr(other, name))
+        yield from _pose(at, placement, other)
+        for row in texts(placement.words, other.words):
             yield row._replace(pointer=f"{at}/{row.pointer}")
-    yield from _missing("placements", ours.placements, theirs.placements)
-    for camera, found in _pairs(ours.cameras, theirs.cameras):
+    yield from _names("placements", expected.placements, actual.placements)
+    for camera, found in _matching(expected.cameras, actual.cameras):
         at = f"cameras/{camera.name}"
-        yield from _stand(at, camera, found)
-        yield number(f"{at}/fov_y_deg", camera.fov_y_deg, found.fov_y_deg)
-    yield from _missing("cameras", ours.cameras, theirs.cameras)
-    for light, lamp in _pairs(ours.lights, theirs.lights):
+        yield from _pose(at, camera, found)
+        yield numbers(f"{at}/fov_y_deg", camera.fov_y_deg, found.fov_y_deg)
+    yield from _names("cameras", expected.cameras, actual.cameras)
+    for light, lamp in _matching(expected.lights, actual.lights):
         at = f"lights/{light.name}"
         for name in ("kind", "castshadow"):
-            yield from word(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
+            yield from text(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
         for name in ("position", "direction", "tint", "cone_deg"):
-            yield number(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
-    yield from _missing("lights", ours.lights, theirs.lights)
+            yield numbers(f"{at}/{name}", getattr(light, name), getattr(lamp, name))
+    yield from _names("lights", expected.lights, actual.lights)
 
 
-def _stand(at: str, ours: Standing, theirs: Standing) -> Iterator[Difference]:
-    yield number(f"{at}/position", ours.position, theirs.position)
-    yield turned(f"{at}/quaternion", ours.quaternion, theirs.quaternion)
+def _pose(at: str, expected: Posed, actual: Posed) -> Iterator[Difference]:
+    yield numbers(f"{at}/position", expected.position, actual.position)
+    yield quaternion(f"{at}/quaternion", expected.quaternion, actual.quaternion)
 
 
-def _pairs(ours: Sequence[Row], theirs: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
-    """Rows of one name."""
-    named = {row.name: row for row in theirs}
-    return ((row, named[row.name]) for row in ours if row.name in named)
+def _matching(expected: Sequence[Row], actual: Sequence[Row]) -> Iterator[tuple[Row, Row]]:
+    """Pairs of rows of one name."""
+    by_name = {row.name: row for row in actual}
+    return ((row, by_name[row.name]) for row in expected if row.name in by_name)
 
 
-def _missing(at: str, ours: Sequence[Row], theirs: Sequence[Row]) -> Iterator[Difference]:
-    return word(at, sorted(row.name for row in ours), sorted(row.name for row in theirs))
+def _names(at: str, expected: Sequence[Row], actual: Sequence[Row]) -> Iterator[Difference]:
+    return text(at, sorted(row.name for row in expected), sorted(row.name for row in actual))
 
 
 def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel | None, str]:
@@ -139,7 +156,7 @@ def _model(load: Callable[[Path], Loaded], path: Path) -> tuple[mujoco.MjModel |
     return loaded.model, f"does not load: {loaded.error}"
 
 
-def _read(reader: Callable[[], Read]) -> tuple[Read | None, str]:
+def _read(reader: Callable[[], Facts]) -> tuple[Facts | None, str]:
     """Result of a reader, or the reason why there is none."""
     with quiet():
         try:

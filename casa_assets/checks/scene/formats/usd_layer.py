@@ -1,15 +1,12 @@
 """Find faults of a scene's USD by independent validators: OpenUSD, SimReady, MuJoCo's importer.
 
-What does not open at all is said once, by `usd_scene_loads_without_warnings`; the others have nothing to add to that.
+What does not open at all is reported once, by `usd_scene_loads_without_warnings`; the others are then not run.
 """
 
 from __future__ import annotations
 
-import simready.validate
-from pxr import UsdValidation
-
-from casa_assets.checks.check import Measurement, not_run
-from casa_assets.checks.package.usd import PROFILE, PROFILE_VERSION, load_rules, sites, validators
+from casa_assets.checks.check import Measurement, Problem, not_run
+from casa_assets.checks.package.usd import NO_VERDICT, validate_simready, validator_findings
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene.formats.files import SceneFiles
 
@@ -20,59 +17,46 @@ OF_SINGLE_PROPS = {
     "com.nvidia.simready.SR.002": "A thumbnail of 256 x 256: a scene has previews of its own size.",
     "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
 }
-LISTED = 20
-CLOSED = "scene.usda does not open"
+MAX_LISTED = 20
+UNREADABLE = "scene.usda does not open"
 
 
-def usd_scene_loads_without_warnings(files: SceneFiles, limit: float | None) -> Measurement:
-    """SCN018: errors, warnings and complaints while the layer composes and MuJoCo reads it."""
-    assert limit is None
-    stage, said = files.composed
+def usd_scene_loads_without_warnings(files: SceneFiles) -> Measurement:
+    """SCN018: errors and warnings while the layer composes and MuJoCo reads it."""
+    stage, messages = files.composed
     name = files.usd.name
     if stage is None:
-        return _measured([(name, f"does not open: {'; '.join(said) or 'there is no such file'}")])
-    problems = [(name, f"USD says: {message}") for message in said]
+        return _count([(name, f"does not open: {'; '.join(messages) or 'there is no such file'}")])
+    problems = [(name, f"USD says: {message}") for message in messages]
     if not stage.GetDefaultPrim():
         problems.append((name, "there is no default prim"))
     loaded = files.imported
     if loaded.model is None:
         problems.append((name, f"MuJoCo refuses it: {loaded.error}"))
-    return _measured(problems + [(name, f"MuJoCo warns: {warning}") for warning in loaded.warnings])
+    return _count(problems + [(name, f"MuJoCo warns: {warning}") for warning in loaded.warnings])
 
 
-def usd_scene_passes_openusd_validators(files: SceneFiles, limit: float | None) -> Measurement:
+def usd_scene_passes_openusd_validators(files: SceneFiles) -> Measurement:
     """SCN019: findings of OpenUSD's own validators."""
-    assert limit is None
     stage = files.composed[0]
     if stage is None:
-        return not_run(CLOSED)
+        return not_run(UNREADABLE)
     with quiet():
-        errors = UsdValidation.ValidationContext(validators()).Validate(stage)
-        problems = sorted((sites(error), error.GetMessage()) for error in errors)
-    return _measured(problems)
+        return _count(validator_findings(stage))
 
 
-def usd_scene_meets_simready_rules(files: SceneFiles, limit: float | None) -> Measurement:
+def usd_scene_meets_simready_rules(files: SceneFiles) -> Measurement:
     """SCN020: failed requirements of SimReady Robotics-Prop 4.0.0, without those on a prop's package."""
-    assert limit is None
     if files.composed[0] is None:
-        return not_run(CLOSED)
+        return not_run(UNREADABLE)
     with quiet():
-        load_rules()
-        result = simready.validate.validate_asset(
-            simready.validate.AssetValidationConfig(
-                asset_path=str(files.usd), profile_id=PROFILE, profile_version=PROFILE_VERSION
-            )
-        )
+        result = validate_simready(files.usd)
     if result is None:
-        return not_run("the validator of SimReady gave no verdict")
-    failed: dict[str, str] = {}
-    for issue in result.issues:
-        code = issue.requirement.code if issue.requirement else str(issue.rule)
-        if code not in OF_SINGLE_PROPS:
-            failed.setdefault(code, issue.message)
-    return _measured(sorted(failed.items()))
+        return not_run(NO_VERDICT)
+    _, failures = result
+    return _count(sorted((code, message) for code, message in failures.items() if code not in OF_SINGLE_PROPS))
 
 
-def _measured(problems: list[tuple[str, str]]) -> Measurement:
-    return Measurement(float(len(problems)), tuple(problems[:LISTED]))
+def _count(problems: list[Problem]) -> Measurement:
+    """The number of problems, of which the first twenty are listed."""
+    return Measurement(float(len(problems)), tuple(problems[:MAX_LISTED]))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, not_run
+from casa_assets.checks.check import Measurement, at_least, at_most, not_run
 from casa_assets.checks.scene.motion.rest import idle_run
 from casa_assets.checks.scene.subject import SceneSubject
 
@@ -34,54 +34,53 @@ class MeasuredSpeed:
         return self.steps_per_s * self.timestep_s
 
 
-def body_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
+def body_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
     """SCN010: number of bodies of the model."""
-    return _held(subject.model.nbody, limit, "bodies; merge links that never move against each other")
+    return _bounded_count(subject.model.nbody, limit, "bodies; merge links that never move against each other")
 
 
-def collider_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
+def collider_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
     """SCN012: number of collision shapes."""
-    return _held(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
+    return _bounded_count(subject.model.ngeom, limit, "shapes that are touched; merge some, or leave a thing out")
 
 
-def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
+def degrees_of_freedom_are_bounded(subject: SceneSubject, limit: float) -> Measurement:
     """SCN013: degrees of freedom."""
-    return _held(subject.model.nv, limit, "degrees of freedom; fix what nobody has to move")
+    return _bounded_count(subject.model.nv, limit, "degrees of freedom; fix what nobody has to move")
 
 
-def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
+def hull_vertex_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
     """SCN014: vertices of all collision hulls, each as often as it stands in the scene."""
     model = subject.model
     hulls = model.geom_dataid[model.geom_type == mujoco.mjtGeom.mjGEOM_MESH]
-    return _held(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
+    return _bounded_count(int(np.sum(model.mesh_vertnum[hulls])), limit, "vertices of hulls; use boxes and cylinders")
 
 
-def texture_memory_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
+def texture_memory_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
     """SCN015: megabytes of all pictures, decoded, without mipmaps."""
     model = subject.loaded.model
     if model is None:
         return not_run("MuJoCo cannot read scene.xml")
-    return _held(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
+    return _bounded_count(model.ntexdata / MEGABYTE, limit, "MB of pictures; share them, or make them smaller")
 
 
-def contact_count_is_bounded(subject: SceneSubject, limit: float | None) -> Measurement:
+def contact_count_is_bounded(subject: SceneSubject, limit: float) -> Measurement:
     """SCN016: pairs of shapes in contact at the start and after 1 s, the larger number."""
-    stood = idle_run(subject)
-    return _held(
-        max(len(stood.begins), len(stood.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
+    run = idle_run(subject)
+    return _bounded_count(
+        max(len(run.at_start), len(run.settled)), limit, "pairs in contact at rest; set things down on fewer feet"
     )
 
 
-def load_time_is_bounded(speed: MeasuredSpeed, limit: float | None) -> Measurement:
+def load_time_is_bounded(speed: MeasuredSpeed, limit: float) -> Measurement:
     """SCN026: milliseconds to compile the whole scene with its pictures."""
-    return _held(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
+    return _bounded_count(speed.load_ms, limit, "ms to load; fewer vertices and smaller pictures load faster")
 
 
-def simulation_is_fast_enough(speed: MeasuredSpeed, limit: float | None) -> Measurement:
+def simulation_is_fast_enough(speed: MeasuredSpeed, limit: float) -> Measurement:
     """SCN027: simulated seconds per second on one core, at rest."""
-    assert limit is not None
     message = f"simulates {speed.pace:.2f} s in a second; fewer shapes in contact, fewer joints"
-    return Measurement(speed.pace, () if speed.pace >= limit else (("scene", message),))
+    return at_least(speed.pace, limit, "scene", message)
 
 
 def scene_sizes(subject: SceneSubject) -> dict[str, float]:
@@ -95,14 +94,12 @@ def scene_sizes(subject: SceneSubject) -> dict[str, float]:
         "colliders": bare.ngeom,
         "hulls": int(hulls.sum()),
         "meshes": whole.nmesh,
-        "joints": len(subject.parts),
+        "joints": len(subject.joints),
         "nv": whole.nv,
         "textures": whole.ntex,
         "texture_mb": round(whole.ntexdata / MEGABYTE, 3),
     }
 
 
-def _held(count: float, limit: float | None, what: str) -> Measurement:
-    assert limit is not None
-    problems = (("scene", f"has {count:,.0f} {what}"),) if count > limit else ()
-    return Measurement(float(count), problems)
+def _bounded_count(number: float, limit: float, noun: str) -> Measurement:
+    return at_most(float(number), limit, "scene", f"has {number:,.0f} {noun}")

@@ -3,249 +3,243 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measurement, not_applicable
-from casa_assets.checks.scene.subject import (
-    AllPairs,
-    ScenePart,
-    SceneSubject,
-    around,
-    boxes,
-    corners,
-    meet,
-)
+from casa_assets.checks.motion.simulation import box_around, geom_boxes
+from casa_assets.checks.scene.motion.rest import NO_JOINTS
+from casa_assets.checks.scene.subject import AllPairs, SceneJoint, SceneSubject, box_corners, boxes_meet
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import JointKind
 
 # How far the point that moves fastest goes between two poses. A corner that swings 1 mm deep past an edge on an arm of
 # 20 mm is in it for 12 mm of its way, on one of 0.6 m for 69 mm.
 STEP_M = 0.004
-LEAST_POSES, MOST_POSES = 12, 600
-MM = 1000.0
+MIN_POSES, MAX_POSES = 12, 600
+MM_PER_M = 1000.0
+# A joint opens both ways where it goes more than this share of its range to either side of zero.
+BOTH_WAYS_SHARE = 0.05
 Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class JointSweep:
-    """Path of a joint's parts while all else is shut.
+class SweptPath:
+    """Path of what a joint moves while all else is shut.
 
     Attributes:
-        values: (N,) rad or m, from its start to its far end. boxes: (N, 2, 3) around its parts at each, metres.
-        bounds: (2, 3) around them all.
-        home: setting of the joints that have to stand open, by name in the model.
+        positions: (N,) of the joint, rad or m, from its start to its open end.
+        boxes: (N, 2, 3) around what it moves at each, metres. bounds: (2, 3) around them all.
+        before: positions of the joints that have to stand open, by name in the model: rad or m.
     """
 
-    values: Floats
+    positions: Floats
     boxes: Floats
     bounds: Floats
-    home: Mapping[str, float]
+    before: Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class Clash:
-    """Contact of a joint's parts with something else.
+    """Contact of what a joint moves with something else.
 
     Attributes:
         share: of the joint's range at which it begins. depth: the deepest on the way, metres, beyond that at rest.
-        one, other: geoms at the deepest. beside: joint that stands open meanwhile, or nothing.
+        moved, other: geoms at the deepest. open_joint: joint that stands open meanwhile, or nothing.
     """
 
     share: float
     depth: float
-    one: int
+    moved: int
     other: int
-    beside: str = ""
+    open_joint: str = ""
+
+    @property
+    def pair(self) -> Pair:
+        """The two geoms in order."""
+        return ordered_pair(self.moved, self.other)
 
 
-def joints_open_without_collision(subject: SceneSubject, limit: float | None) -> Measurement:
-    """No part runs into anything by more than `limit` over its joint's range, alone and beside each open neighbour.
+def ordered_pair(geom1: int, geom2: int) -> Pair:
+    """Two geoms, the lower number first."""
+    return (min(geom1, geom2), max(geom1, geom2))
 
-    Metres of the worst, beyond what is there while all is shut.
-    """
-    assert limit is not None
-    if not subject.parts:
-        return not_applicable("nothing in it has a joint")
-    tester = SweepTester(subject, limit)
-    ways = {part.name: tester.way(part) for part in subject.parts}
+
+def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measurement:
+    """SCN005: deepest clash over any joint's range, alone and beside each open neighbour; metres beyond rest."""
+    if not subject.joints:
+        return not_applicable(NO_JOINTS)
+    sweeper = JointSweeper(subject, limit)
+    paths = {name: sweeper.path(joint) for name, joint in subject.joints.items()}
     worst, problems = 0.0, []
-    for part in subject.parts:
-        for clash in _clashes(tester, part, ways):
+    for joint in subject.joints.values():
+        for clash in _clashes(sweeper, joint, paths):
             worst = max(worst, clash.depth)
             if clash.depth > limit:
-                problems.append((f"joints/{part.name}", _says(subject, clash)))
+                problems.append((f"joints/{joint.name}", _message(subject, clash)))
     return Measurement(worst, tuple(problems))
 
 
-def _says(subject: SceneSubject, clash: Clash) -> str:
-    beside = f" while {clash.beside} stands open" if clash.beside else ""
-    one, other = subject.message(clash.one), subject.message(clash.other)
-    return f"from {clash.share:.0%} of its way {one} runs up to {clash.depth * MM:.1f} mm into {other}{beside}"
+def _message(subject: SceneSubject, clash: Clash) -> str:
+    while_open = f" while {clash.open_joint} stands open" if clash.open_joint else ""
+    moved, other = subject.geom_name(clash.moved), subject.geom_name(clash.other)
+    depth = f"{clash.depth * MM_PER_M:.1f} mm"
+    return f"from {clash.share:.0%} of its way {moved} runs up to {depth} into {other}{while_open}"
 
 
-def _clashes(tester: SweepTester, part: ScenePart, ways: Mapping[str, JointSweep]) -> Iterator[Clash]:
-    """The worst clash with each thing that is met, alone, and then of each neighbour that is open."""
-    way = ways[part.name]
-    met = tester.sweep(part, way, dict(way.home), None)
-    yield from met
-    known = {subject_pair(clash) for clash in met if clash.depth > tester.limit}
-    for other in tester.subject.parts:
-        if other.name == part.name or other.name in way.home or part.name in ways[other.name].home:
+def _clashes(sweeper: JointSweeper, joint: SceneJoint, paths: Mapping[str, SweptPath]) -> Iterator[Clash]:
+    """The worst clash with each thing while all else is shut, and then beside each neighbour that is open."""
+    path = paths[joint.name]
+    alone = sweeper.clashes(joint, path, dict(path.before), None)
+    yield from alone
+    reported = {clash.pair for clash in alone if clash.depth > sweeper.limit}
+    for other in sweeper.subject.joints.values():
+        other_path = paths[other.name]
+        if other.name == joint.name or other.name in path.before or joint.name in other_path.before:
             continue
-        if not meet(way.bounds, ways[other.name].bounds):
+        if not boxes_meet(path.bounds, other_path.bounds):
             continue
-        for end in _ends(other):
-            setting = {**ways[other.name].home, **way.home, other.name: end}
-            for clash in tester.beside(part, way, other, setting):
-                # What is met with everything shut is said once.
-                if subject_pair(clash) not in known:
+        for end in _open_ends(other):
+            positions = {**other_path.before, **path.before, other.name: end}
+            for clash in sweeper.clashes_beside(joint, path, other, positions):
+                if clash.pair not in reported:
                     yield clash
 
 
-def subject_pair(clash: Clash) -> Pair:
-    """The two geoms of a clash in order."""
-    return (min(clash.one, clash.other), max(clash.one, clash.other))
-
-
-def _ends(part: ScenePart) -> list[float]:
+def _open_ends(joint: SceneJoint) -> list[float]:
     """Open positions of a joint: both ends where it goes both ways."""
-    low, high = part.joint.range
-    return [low, high] if low < -0.05 * (high - low) and high > 0.05 * (high - low) else [part.far]
+    low, high = joint.joint.range
+    least = BOTH_WAYS_SHARE * (high - low)
+    return [low, high] if low < -least and high > least else [joint.open_end]
 
 
-class SweepTester:
-    """Sweeps joints of a scene; the model's contact filters are put back after each sweep."""
+class JointSweeper:
+    """Sweeps joints of a scene; the model's contact filters are restored after each sweep."""
 
     def __init__(self, subject: SceneSubject, limit: float) -> None:
         self.subject, self.limit = subject, limit
         self.model = subject.model
         self.data = mujoco.MjData(self.model)
-        self.stand({})
+        self.set_joints({})
         with AllPairs(self.model):
             mujoco.mj_collision(self.model, self.data)
-        self.shut = boxes(self.model, self.data, np.arange(self.model.ngeom))
-        self.at_rest = dict(self._depths())
+        self.depths_at_rest = dict(self._depths())
 
-    def way(self, part: ScenePart) -> JointSweep:
-        """Path of a joint's parts from shut to open."""
-        self.stand(part.before)
-        low, high = part.joint.range
-        start, end = (low, high) if part.far == high else (high, low)
-        steps = int(np.clip(np.ceil((high - low) * self._reach(part) / STEP_M), LEAST_POSES, MOST_POSES))
-        values = np.linspace(start, end, steps + 1)
-        passed = np.empty((len(values), 2, 3))
-        for i, value in enumerate(values):
-            self.data.qpos[part.address] = value
+    def path(self, joint: SceneJoint) -> SweptPath:
+        """Path of what a joint moves, from shut to open."""
+        self.set_joints(joint.before)
+        low, high = joint.joint.range
+        start, end = (low, high) if joint.open_end == high else (high, low)
+        steps = int(np.clip(np.ceil((high - low) * self._reach(joint) / STEP_M), MIN_POSES, MAX_POSES))
+        return self._follow(joint, np.linspace(start, end, steps + 1), joint.before)
+
+    def _follow(self, joint: SceneJoint, positions: Floats, before: Mapping[str, float]) -> SweptPath:
+        """The boxes around what a joint moves at each position, all else as it stands."""
+        boxes = np.empty((len(positions), 2, 3))
+        for i, position in enumerate(positions):
+            self.data.qpos[joint.address] = position
             mujoco.mj_kinematics(self.model, self.data)
-            passed[i] = around(boxes(self.model, self.data, part.geoms))
-        return JointSweep(values, passed, around(passed), part.before)
+            boxes[i] = box_around(geom_boxes(self.model, self.data, joint.geoms))
+        return SweptPath(positions, boxes, box_around(boxes), before)
 
-    def sweep(self, part: ScenePart, way: JointSweep, setting: dict[str, float], against: Mask | None) -> list[Clash]:
-        """Contacts of a joint's parts on their path.
+    def clashes(
+        self, joint: SceneJoint, path: SweptPath, positions: dict[str, float], against: Mask | None
+    ) -> list[Clash]:
+        """The worst clash with each other placement on the path of what a joint moves.
 
         Args:
-            setting: joints that are not at zero. against: (ngeom,) what counts, all that is not moved where None.
+            positions: of the joints that are not at zero.
+            against: (ngeom,) what counts; all that is not moved where None.
         """
-        self.stand(setting)
-        here = boxes(self.model, self.data, np.arange(self.model.ngeom))
-        moved = part.moved[self.model.geom_bodyid]
+        self.set_joints(positions)
+        boxes = geom_boxes(self.model, self.data, np.arange(self.model.ngeom))
+        moved = joint.moved[self.model.geom_bodyid]
         against = ~moved if against is None else against & ~moved
-        against &= meet(here, way.bounds, STEP_M)
-        found: dict[str, Clash] = {}
+        against &= boxes_meet(boxes, path.bounds, STEP_M)
+        worst: dict[str, Clash] = {}
         if not against.any():
             return []
-        poses = meet(way.boxes[:, None], here[against][None], STEP_M).any(axis=1)
+        poses = boxes_meet(path.boxes[:, None], boxes[against][None], STEP_M).any(axis=1)
         with AllPairs(self.model), OnlyPairs(self.model, moved, against):
             for i in np.flatnonzero(poses):
-                self.data.qpos[part.address] = way.values[i]
+                self.data.qpos[joint.address] = path.positions[i]
                 mujoco.mj_kinematics(self.model, self.data)
                 mujoco.mj_collision(self.model, self.data)
                 if self.data.ncon:
-                    self._note(found, moved, float(i) / (len(way.values) - 1))
-        return list(found.values())
+                    self._record(worst, moved, float(i) / (len(path.positions) - 1))
+        return list(worst.values())
 
-    def beside(self, part: ScenePart, way: JointSweep, other: ScenePart, setting: dict[str, float]) -> list[Clash]:
-        """Contacts of a joint's parts while another joint stands open."""
-        carried = bool(
-            other.moved[self.model.jnt_bodyid[part.number]] or part.moved[self.model.jnt_bodyid[other.number]]
-        )
-        if carried:
-            # One carries the other: its own outline or its way is another now.
-            self.stand(setting)
-            way = self._way_in(part, way, setting)
-            met = self.sweep(part, way, setting, None)
+    def clashes_beside(
+        self, joint: SceneJoint, path: SweptPath, other: SceneJoint, positions: dict[str, float]
+    ) -> list[Clash]:
+        """The clashes of what a joint moves while another joint stands open."""
+        bodies = self.model.jnt_bodyid
+        if other.moved[bodies[joint.id]] or joint.moved[bodies[other.id]]:
+            # One carries the other, so that what is moved has another outline or another path now.
+            self.set_joints(positions)
+            clashes = self.clashes(joint, self._follow(joint, path.positions, path.before), positions, None)
         else:
-            met = self.sweep(part, way, setting, other.moved[self.model.geom_bodyid])
-        return [Clash(c.share, c.depth, c.one, c.other, other.name) for c in met]
+            clashes = self.clashes(joint, path, positions, other.moved[self.model.geom_bodyid])
+        return [replace(clash, open_joint=other.name) for clash in clashes]
 
-    def _way_in(self, part: ScenePart, way: JointSweep, setting: dict[str, float]) -> JointSweep:
-        self.stand(setting)
-        passed = np.empty_like(way.boxes)
-        for i, value in enumerate(way.values):
-            self.data.qpos[part.address] = value
-            mujoco.mj_kinematics(self.model, self.data)
-            passed[i] = around(boxes(self.model, self.data, part.geoms))
-        return JointSweep(way.values, passed, around(passed), way.home)
-
-    def _note(self, found: dict[str, Clash], moved: Mask, share: float) -> None:
-        for (one, other), depth in self._depths():
-            if not moved[one]:
-                one, other = other, one
-            beyond = depth - max(0.0, self.at_rest.get((min(one, other), max(one, other)), 0.0))
+    def _record(self, worst: dict[str, Clash], moved: Mask, share: float) -> None:
+        """Note the present contacts that are deeper than at rest."""
+        for (geom1, geom2), depth in self._depths():
+            mover, other = (geom1, geom2) if moved[geom1] else (geom2, geom1)
+            beyond = depth - max(0.0, self.depths_at_rest.get((geom1, geom2), 0.0))
             if beyond <= 0.0:
                 continue
-            key = self.subject.owner[other]
-            known = found.get(key)
+            placement = self.subject.placement_of[other]
+            known = worst.get(placement)
             begins = share if known is None or known.depth <= self.limit else known.share
             if known is None or beyond > known.depth:
-                found[key] = Clash(begins, beyond, one, other)
+                worst[placement] = Clash(begins, beyond, mover, other)
 
     def _depths(self) -> Iterator[tuple[Pair, float]]:
+        """Ordered pair of geoms and depth of each contact, metres; negative where they are apart."""
         contact = self.data.contact
-        for (one, other), distance in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
-            yield (min(one, other), max(one, other)), -distance
+        for (geom1, geom2), distance in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
+            yield ordered_pair(geom1, geom2), -distance
 
-    def stand(self, setting: Mapping[str, float]) -> None:
-        """Everything shut but the joints of a setting: rad or m, by name in the model."""
+    def set_joints(self, positions: Mapping[str, float]) -> None:
+        """Shut all joints but these: rad or m, by name in the model."""
         self.data.qpos[:] = self.model.qpos0
-        for name, value in setting.items():
-            self.data.qpos[self.subject.part_of[name].address] = value
+        for name, position in positions.items():
+            self.data.qpos[self.subject.joints[name].address] = position
         mujoco.mj_kinematics(self.model, self.data)
 
-    def _reach(self, part: ScenePart) -> float:
-        """Distance of a hinge's parts from its axis, metres; 1 for a slide."""
-        if part.joint.kind is JointKind.SLIDE or not len(part.geoms):
+    def _reach(self, joint: SceneJoint) -> float:
+        """Distance of what a hinge moves from its axis, metres; 1 for a slide."""
+        if joint.joint.kind is JointKind.SLIDE or not len(joint.geoms):
             return 1.0
-        points = corners(boxes(self.model, self.data, part.geoms))
-        arm = points - self.data.xanchor[part.number]
-        axis = self.data.xaxis[part.number]
+        arm = box_corners(geom_boxes(self.model, self.data, joint.geoms)) - self.data.xanchor[joint.id]
+        axis = self.data.xaxis[joint.id]
         return float(np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1).max())
 
 
 class OnlyPairs:
-    """While it is entered, only moved geoms can meet those that they are tried against."""
+    """While it is entered, only moved geoms collide, and only with those that they are swept against."""
+
+    FIELDS = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
 
     def __init__(self, model: mujoco.MjModel, moved: Mask, against: Mask) -> None:
         self.model = model
-        self.fields = ("geom_contype", "geom_conaffinity", "body_contype", "body_conaffinity")
-        self.kept = [getattr(model, field).copy() for field in self.fields]
-        bodies = [bodies_of(model, np.flatnonzero(mask)) for mask in (moved, against)]
-        self.wanted = [moved, against, *bodies]
+        self.saved = [getattr(model, field).copy() for field in self.FIELDS]
+        self.wanted = [moved, against, *(bodies_of(model, np.flatnonzero(mask)) for mask in (moved, against))]
 
     def __enter__(self) -> None:
-        for field, wanted in zip(self.fields, self.wanted, strict=True):
+        for field, wanted in zip(self.FIELDS, self.wanted, strict=True):
             getattr(self.model, field)[:] = wanted
 
     def __exit__(self, *_: object) -> None:
-        for field, kept in zip(self.fields, self.kept, strict=True):
-            getattr(self.model, field)[:] = kept
+        for field, saved in zip(self.FIELDS, self.saved, strict=True):
+            getattr(self.model, field)[:] = saved
 
 
 def bodies_of(model: mujoco.MjModel, geoms: Ints) -> Mask:
     """(nbody,) which bodies have one of these geoms."""
-    found = np.zeros(model.nbody, dtype=bool)
-    found[model.geom_bodyid[geoms]] = True
-    return found
+    mask = np.zeros(model.nbody, dtype=bool)
+    mask[model.geom_bodyid[geoms]] = True
+    return mask

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import mujoco
 
+from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.errors import CasaError
 
 STEPS = 200
-START = "start"
 
 
 def in_a_fresh_process(scene_xml: Path) -> tuple[float, float, float]:
@@ -41,9 +41,7 @@ def timed(scene_xml: Path) -> tuple[float, float, float]:
     model = mujoco.MjModel.from_xml_path(str(scene_xml))
     loaded = time.perf_counter()
     data = mujoco.MjData(model)
-    key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, START)
-    if key >= 0:
-        mujoco.mj_resetDataKeyframe(model, data, key)
+    reset_to_start(model, data)
     mujoco.mj_step(model, data)
     start = time.perf_counter()
     mujoco.mj_step(model, data, nstep=STEPS)
@@ -53,5 +51,5 @@ def timed(scene_xml: Path) -> tuple[float, float, float]:
 
 if __name__ == "__main__":
     with native_warnings():
-        told = timed(Path(sys.argv[1]))
-    sys.stdout.write(json.dumps(told))
+        times = timed(Path(sys.argv[1]))
+    sys.stdout.write(json.dumps(times))

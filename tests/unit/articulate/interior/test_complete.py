@@ -12,7 +12,7 @@ from casa_assets.articulate.interior.hollow_out import hollow_out
 from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartKind
 from casa_assets.articulate.segment.rays import cross_rays, sample_grid
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from casa_assets.checks.motion.joint_travel import travels
+from casa_assets.checks.motion.joint_travel import joint_travels
 from casa_assets.errors import UnknownId
 from casa_assets.export import mjcf
 from casa_assets.geometry.solid.tessellate import tessellate
@@ -163,15 +163,15 @@ def test_each_kind_is_furnished_as_it_is(tmp_path: Path) -> None:
 
 def test_racks_move_behind_their_door_and_meet_nothing(tmp_path: Path) -> None:
     built = made(block(*door()), tmp_path, "wall_oven")
-    found = {t.joint: t for t in travels(built.asset, mjcf.write(built.asset))}
+    found = {t.joint: t for t in joint_travels(built.asset, mjcf.write(built.asset))}
     racks = [p.name for p in built.articulation.parts if p.kind is PartKind.TRAY]
     assert racks
     for name in racks:
         joint = built.asset.joint_of(name)
         assert joint is not None
         assert joint.behind == "door_0_joint"
-        assert found[joint.name].free == 1.0
-    assert found["door_0_joint"].free == 1.0
+        assert found[joint.name].free_share == 1.0
+    assert found["door_0_joint"].free_share == 1.0
 
 
 def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) -> None:
@@ -179,8 +179,8 @@ def test_a_drawer_front_before_a_block_gets_a_box_that_slides(tmp_path: Path) ->
     built = made(mesh, tmp_path, "drawer_stack")
     assert len(built.articulation.parts) == 3
     assert all(r.built and r.cut is not None and r.interior is InteriorKind.DRAWER for r in built.articulation.cavities)
-    for travel in travels(built.asset, mjcf.write(built.asset)):
-        assert travel.whole, travel
+    for travel in joint_travels(built.asset, mjcf.write(built.asset)):
+        assert travel.is_full, travel
     for part in built.articulation.parts:
         region = next(r for r in built.asset.regions if r.link == part.name)
         assert min(region.size) > 0.05

@@ -123,20 +123,20 @@ class TestForce:
     ) -> None:
         """What the formula says is what the simulator does."""
         asset = cupboard()
-        ready = motion_model.motion_model_of(packed(asset, tmp_path))
-        assert ready is not None
-        data = mujoco.MjData(ready.free)
+        motion = motion_model.motion_model_of(packed(asset, tmp_path))
+        assert isinstance(motion, motion_model.MotionModel)
+        data = mujoco.MjData(motion.contactless)
         joint = {j.name: j for j in asset.joints}[name]
         effort = (
-            hand_force.starting_force(ready, data, asset, joint)
+            hand_force.starting_force(motion, data, asset, joint)
             * hand_force.hand_effort(asset, joint)
             / hand_force.PULL_N
         )
-        mujoco.mj_resetData(ready.free, data)
-        data.qfrc_applied[ready.dof[name]] = math.copysign(share * effort, motion_model.open_end(joint))
-        mujoco.mj_step(ready.free, data, nstep=500)
+        mujoco.mj_resetData(motion.contactless, data)
+        data.qfrc_applied[motion.dof[name]] = math.copysign(share * effort, motion_model.open_end(joint))
+        mujoco.mj_step(motion.contactless, data, nstep=500)
         # A tenth less lets it yield a little, since stops and friction are soft.
-        assert (float(data.qpos[ready.address[name]]) / motion_model.open_end(joint) > 0.02) == moves
+        assert (float(data.qpos[motion.address[name]]) / motion_model.open_end(joint) > 0.02) == moves
 
     def test_twenty_newtons_turn_a_door_by_its_lever_and_a_knob_by_its_rim(self) -> None:
         asset = cupboard()
@@ -147,7 +147,7 @@ class TestForce:
 
     def test_nobody_turns_harder_than_the_cap(self) -> None:
         long = with_grip("door_hinge", Box(size=(0.014, 0.014, 0.14)), pose=Pose(position=(1.5, -0.048, 0.0)))
-        assert hand_force.hand_effort(long, long.joints[0]) == hand_force.MOST_NM
+        assert hand_force.hand_effort(long, long.joints[0]) == hand_force.MAX_TORQUE_NM
 
     def test_a_key_need_not_stay_pressed(self, tmp_path: Path) -> None:
         """A named pose in which a key is held down is no pose of rest for it."""
@@ -241,4 +241,4 @@ class TestGrip:
 def test_a_slide_and_a_hinge_are_told_apart() -> None:
     kinds = {j.name: j.kind for j in cupboard().joints}
     assert kinds["drawer_slide"] is JointKind.SLIDE
-    assert motion_model.lever(cupboard(), cupboard().joints[1]) == 1.0
+    assert motion_model.lever_arm(cupboard(), cupboard().joints[1]) == 1.0

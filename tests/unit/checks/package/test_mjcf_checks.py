@@ -249,5 +249,5 @@ class TestLoad:
 def test_protocol_of_the_drop_is_that_of_the_reference() -> None:
     """Ref: SimReady Foundation, FET003: from twice its height, at rest within 2 cm for 2 s inside 8 s."""
     protocol = drop.DropProtocol(*(LIMITS[key] for key in DROP))
-    assert (protocol.height_factor, protocol.least_height_m, protocol.rest_m) == (2.0, 0.1, 0.02)
-    assert (protocol.rest_s, protocol.limit_s, protocol.rate_hz) == (2.0, 8.0, 240.0)
+    assert (protocol.height_factor, protocol.min_height_m, protocol.rest_m) == (2.0, 0.1, 0.02)
+    assert (protocol.rest_s, protocol.duration_s, protocol.rate_hz) == (2.0, 8.0, 240.0)

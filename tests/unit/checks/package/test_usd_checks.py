@@ -84,13 +84,13 @@ def test_thumbnail_of_the_wrong_size(tmp_path: Path) -> None:
     package = written(rigid_mug(), tmp_path)
     small = package.usd.parent / ".thumbs/256x256" / f"{package.usd.name}.png"
     Image.open(io.BytesIO(thumbnail())).resize((64, 64)).save(small)
-    assert [where for where, _ in usd.usd_pictures_are_png(package, None).problems] == ["thumbnail"]
+    assert [where for where, _ in usd.usd_pictures_are_png(package).problems] == ["thumbnail"]
 
 
 def test_each_failed_requirement_is_one_problem(tmp_path: Path) -> None:
     package = written(rigid_mug(), tmp_path)
     tamper(package.usd, ('string author = "Casa"', 'string author = ""'), ("metersPerUnit = 1", "metersPerUnit = 0.01"))
-    pointers = [where for where, _ in usd.usd_meets_simready_profile(package, None).problems]
+    pointers = [where for where, _ in usd.usd_meets_simready_profile(package).problems]
     assert len(pointers) == len(set(pointers)) >= 2
     assert "com.nvidia.simready.SR.004" in pointers
 
@@ -104,7 +104,7 @@ def test_verdict_is_that_of_the_command_line(corrupt: Tampering | None, tmp_path
     command += ["--version", usd.PROFILE_VERSION, str(package.usd)]
     done = subprocess.run(command, capture_output=True, check=False, cwd=tmp_path)
     assert done.returncode in (0, 1)
-    passes = usd.usd_meets_simready_profile(package, None).problems == ()
+    passes = usd.usd_meets_simready_profile(package).problems == ()
     assert passes == (done.returncode == 0) == (corrupt is None)
 
 

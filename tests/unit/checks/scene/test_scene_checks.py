@@ -11,7 +11,7 @@ import pytest
 
 from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.scene.views import walls_seen
+from casa_assets.checks.scene.views import visible_wall_shares
 from casa_assets.checks.table import TABLE
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.model.asset.asset import Asset, Base, Drive
@@ -207,16 +207,16 @@ class TestWalls:
         eye = scene.cameras[0].replace(pose=at(0.0, -4.5, 1.5, AHEAD))
         both = scene.replace(placements=(*scene.placements, near), cameras=(eye,))
         assert wall.labels.category == "wall"
-        seen = walls_seen(subject(both, tmp_path))
+        seen = visible_wall_shares(subject(both, tmp_path))
         assert seen["thing_0"] > 0.2
         assert seen["near"] == 0.0
 
     def test_what_stands_before_a_wall_hides_it(self, tmp_path: Path) -> None:
         scene = looked_at(AHEAD)
-        bare = walls_seen(subject(scene, tmp_path / "bare"))["thing_0"]
+        bare = visible_wall_shares(subject(scene, tmp_path / "bare"))["thing_0"]
         screen = block("screen", (2.0, 0.05, 2.4), kind="pantry")
         more = room((scene.assets[-1], at(0.0, 1.9, 0.0)), (screen, at(-1.0, 0.5, 0.0))).replace(cameras=scene.cameras)
-        assert walls_seen(subject(more, tmp_path / "more"))["thing_0"] == pytest.approx(bare / 2, rel=0.1)
+        assert visible_wall_shares(subject(more, tmp_path / "more"))["thing_0"] == pytest.approx(bare / 2, rel=0.1)
 
 
 def test_what_mujoco_warns_of_leaves_no_log_in_the_working_folder(

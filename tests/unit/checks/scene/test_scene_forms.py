@@ -48,7 +48,7 @@ def tampered(name: str, old: str, new: str) -> Make:
 
     def make(folder: Path) -> SceneFiles:
         files = forms(folder)
-        own = files.kitchen.root / name
+        own = files.scene_subject.root / name
         (path,) = [own] if own.is_file() else folder.glob(f"assets/usd/{name}*/{name}*.usda")
         tamper(path, (old, new))
         return files
@@ -128,7 +128,7 @@ class TestForms:
     def test_the_count_is_that_of_the_cells(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
         changes = ('gravity="0 0 -9.81"', 'gravity="0 0 -9.7"'), ('data="wall_cabinet object"', 'data="drawer"')
-        tamper(files.kitchen.mjcf, *changes)
+        tamper(files.scene_subject.mjcf, *changes)
         report = run(files, "room", LIMITS)
         assert {i.pointer for i in report.issues} == {"gravity", "placements/thing_0/classes"}
         assert [r.number for r in report.results if r.code == "SCN017"] == [2.0]
@@ -149,7 +149,7 @@ class TestForms:
 
     def test_a_meshed_light_form(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
-        files.light.write_bytes(files.kitchen.mjcf.read_bytes())
+        files.light.write_bytes(files.scene_subject.mjcf.read_bytes())
         message = [i.message for i in run(files, "room", LIMITS).issues if i.code == "SCN021"]
         assert [s.split(";")[0] for s in message] == ["has 3 meshes", "has 1 materials with pictures"]
 

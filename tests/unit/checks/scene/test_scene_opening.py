@@ -9,9 +9,10 @@ import mujoco
 import numpy as np
 import pytest
 
+from casa_assets.checks.motion.simulation import geom_boxes
 from casa_assets.checks.scene.motion import opening, pulling, rest
 from casa_assets.checks.scene.placement import overlap, support
-from casa_assets.checks.scene.subject import SceneSubject, boxes, meet, touched_model
+from casa_assets.checks.scene.subject import SceneSubject, boxes_meet, collision_model
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.shape import Box
@@ -73,14 +74,16 @@ class TestOpening:
         felt = shape("felt", (0.5, 0.3, 0.01), (0.0, -0.02, 0.4315))
         scene = room((with_shapes("object", felt), at(0.0, 0.0, 0.0)))
         found = subject(scene, tmp_path)
-        desk = opening.SweepTester(found, LIMIT)
-        assert max(desk.at_rest.values()) == pytest.approx(0.0015, abs=1e-4)
-        assert [p for p, _ in opening.joints_open_without_collision(found, LIMIT).problems if p.endswith("drawer_slide")] == []
+        sweeper = opening.JointSweeper(found, LIMIT)
+        assert max(sweeper.depths_at_rest.values()) == pytest.approx(0.0015, abs=1e-4)
+        assert [
+            p for p, _ in opening.joints_open_without_collision(found, LIMIT).problems if p.endswith("drawer_slide")
+        ] == []
 
     def test_what_stands_behind_a_door_has_it_open(self, tmp_path: Path) -> None:
         inner = joint_changed("drawer_slide", behind="door_hinge")
-        part = {p.joint.name: p for p in subject(room((inner, at(0.0, 0.0, 0.0))), tmp_path).parts}["drawer_slide"]
-        assert part.before == {"thing_0__door_hinge": pytest.approx(-np.pi / 2)}
+        joint = subject(room((inner, at(0.0, 0.0, 0.0))), tmp_path).joints["thing_0__drawer_slide"]
+        assert joint.before == {"thing_0__door_hinge": pytest.approx(-np.pi / 2)}
 
     def test_filters_are_put_back(self, tmp_path: Path) -> None:
         found = subject(room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard(), at(0.6, -0.55, 0.0, TO_THE_LEFT))), tmp_path)
@@ -143,12 +146,12 @@ class TestPulling:
             things.append((post((0.6, 0.05, 0.7), base=Base.FREE), at(0.0, -0.4, 0.0)))
         found = subject(room(*things), tmp_path)
         before = found.model.opt.enableflags
-        dozing = pulling.pull_all(found, 0.95)
+        sleeping = pulling.pull_all(found, 0.95)
         assert found.model.opt.enableflags == before
-        monkeypatch.setattr(pulling, "_dozing", lambda model: nullcontext())
+        monkeypatch.setattr(pulling, "_sleeping", lambda model: nullcontext())
         for name, (share, met) in pulling.pull_all(found, 0.95).items():
-            assert dozing[name][0] == pytest.approx(share, rel=1e-4)
-            assert dozing[name][1] == met
+            assert sleeping[name][0] == pytest.approx(share, rel=1e-4)
+            assert sleeping[name][1] == met
 
     def test_names_what_is_in_the_way(self, tmp_path: Path) -> None:
         scene = room((cupboard(), at(0.0, 0.0, 0.0)), (post((0.6, 0.05, 0.7)), at(0.0, -0.4, 0.0)))
@@ -226,13 +229,13 @@ class TestSubject:
         file = tmp_path / "scene.xml"
         file.write_text("<mujoco><worldbody><geom type='mesh' mesh='none'/></worldbody></mujoco>")
         with pytest.raises(ValueError, match="none"):
-            touched_model(file)
+            collision_model(file)
 
     def test_everything_knows_its_placement(self, tmp_path: Path) -> None:
         found: SceneSubject = subject(
             room((cupboard(), at(0.0, 0.0, 0.0)), (post(base=Base.FREE), at(1.0, 0.0, 0.0))), tmp_path
         )
-        assert set(found.owner) == {"ground", "thing_0", "thing_1"}
+        assert set(found.placement_of) == {"ground", "thing_0", "thing_1"}
         assert [p.name for p in found.free] == ["thing_1"]
         assert int(found.is_fixed.sum()) == 1 + 7
         assert found.category("ground") == "floor"
@@ -241,5 +244,5 @@ class TestSubject:
         found = subject(room((post(), at(0.0, 0.0, 0.0)), (post(), at(0.06, 0.0, 0.0))), tmp_path)
         data = mujoco.MjData(found.model)
         mujoco.mj_forward(found.model, data)
-        one, other = (boxes(found.model, data, found.geoms_of[n]) for n in ("thing_0", "thing_1"))
-        assert (bool(meet(one, other).all()), bool(meet(one, other, 0.011).all())) == (False, True)
+        first, second = (geom_boxes(found.model, data, found.geoms_of[n]) for n in ("thing_0", "thing_1"))
+        assert (bool(boxes_meet(first, second).all()), bool(boxes_meet(first, second, 0.011).all())) == (False, True)

@@ -11,7 +11,7 @@ from PIL import Image
 
 from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
-from casa_assets.checks.motion.joint_travel import travels
+from casa_assets.checks.motion.joint_travel import joint_travels
 from casa_assets.export import mjcf
 from casa_assets.pipeline.articulate import review_page
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
@@ -63,7 +63,7 @@ def test_an_entry_is_whole(tmp_path: Path) -> None:
     kept = disk.file_digests(done.folder)
     assert {n: kept[n] for n in certificate.files} == certificate.files
     assert disk.read_asset(done.folder).digest == certificate.asset_digest
-    assert [t.whole for t in done.travels.values()] == [True] * 6
+    assert [t.is_full for t in done.travels.values()] == [True] * 6
     with Image.open(io.BytesIO((done.folder / STRIP).read_bytes())) as picture:
         # Closed, coloured, apart, and the door; knobs and buttons have no picture of their own.
         assert picture.width > 4 * CELL_PX
@@ -92,8 +92,8 @@ def test_a_part_stops_where_it_runs_into_something(tmp_path: Path) -> None:
     after = limit_ranges(built)
     joint = after.asset.joint_of("mine")
     assert joint is not None
-    (way,) = (t for t in travels(after.asset, mjcf.write(after.asset)) if t.joint == joint.name)
-    assert way.whole
+    (way,) = (t for t in joint_travels(after.asset, mjcf.write(after.asset)) if t.joint == joint.name)
+    assert way.is_full
     assert not list(tmp_path.glob("**/model.xml")), "ranges are limited in memory"
     # The handle stands 0.08 m off the post.
     assert 0.06 <= joint.range[1] <= 0.081
@@ -103,18 +103,18 @@ def test_travel_tells_a_contact_from_none(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
     built = build(ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path, **AXES))
     built = limit_ranges(built).with_runtime_names()
-    assert all(t.whole for t in travels(built.asset, mjcf.write(built.asset)))
+    assert all(t.is_full for t in joint_travels(built.asset, mjcf.write(built.asset)))
     # Turned the wrong way, the door runs into the case.
     wide = built.asset.replace(
         joints=tuple(j.replace(axis=(0.0, 0.0, -1.0)) if j.child == "door" else j for j in built.asset.joints)
     )
     disk.write_files(tmp_path / "wide", mjcf.write(wide))
-    found = travels(wide, mjcf.write(wide))
-    assert found == travels(wide, tmp_path / "wide" / "model.xml"), "on disk and in memory are one"
+    found = joint_travels(wide, mjcf.write(wide))
+    assert found == joint_travels(wide, tmp_path / "wide" / "model.xml"), "on disk and in memory are one"
     door = next(t for t in found if t.joint == "microjoint")
-    assert door.free < 0.1
-    assert door.against == "object"
-    assert not door.whole
+    assert door.free_share < 0.1
+    assert door.blocked_by == "object"
+    assert not door.is_full
 
 
 def test_what_lacks_something_holds_no_contract_and_says_what(tmp_path: Path) -> None:

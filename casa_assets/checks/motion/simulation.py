@@ -1,0 +1,102 @@
+"""Prepare, set and measure MuJoCo models: what several checks of motion share."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.model.files import Files
+
+# Key of a scene as it begins.
+START = "start"
+
+
+def collision_spec(mjcf: Path | Files) -> mujoco.MjSpec:
+    """Specification of an MJCF file without visuals and pictures, which take time to compile and touch nothing.
+
+    Args:
+        mjcf: a `model.xml` on disk, or a package in memory that holds one.
+    Raises:
+        ValueError: MuJoCo cannot read the file.
+    """
+    if isinstance(mjcf, Files):
+        assets = {path: data for path, data in mjcf.entries.items() if path != "model.xml"}
+        spec = mujoco.MjSpec.from_string(mjcf.entries["model.xml"].decode(), assets=assets)
+    else:
+        spec = mujoco.MjSpec.from_file(str(mjcf))
+    for geom in list(spec.geoms):
+        if geom.contype == 0 and geom.conaffinity == 0:
+            spec.delete(geom)
+    for image in [*spec.materials, *spec.textures]:
+        spec.delete(image)
+    used = {geom.meshname for geom in spec.geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
+    return spec
+
+
+def set_joints(model: mujoco.MjModel, data: mujoco.MjData, positions: Mapping[str, float]) -> None:
+    """Reset a simulation with these joints at these positions, rad or m, and all others at their reference."""
+    mujoco.mj_resetData(model, data)
+    for name, value in positions.items():
+        data.qpos[model.jnt_qposadr[model.joint(name).id]] = value
+
+
+def reset_to_start(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Reset a simulation to its key `start`, or to the reference where it has none."""
+    key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, START)
+    if key >= 0:
+        mujoco.mj_resetDataKeyframe(model, data, key)
+    else:
+        mujoco.mj_resetData(model, data)
+
+
+def find_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+    """Compute poses and contacts of the present joint positions, without dynamics."""
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
+
+
+def simulation_warnings(data: mujoco.MjData) -> list[str]:
+    """What the simulator complained of, such as `badqacc x 2`."""
+    kinds = {int(k): k.name.removeprefix("mjWARN_").lower() for k in mujoco.mjtWarning.__members__.values()}
+    return [f"{kinds[i]} x {w.number}" for i, w in enumerate(data.warning) if w.number]
+
+
+def free_bodies(model: mujoco.MjModel) -> list[int]:
+    """Bodies that float, in the order of their joints."""
+    return [int(body) for body in model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]]
+
+
+def subtree(model: mujoco.MjModel, body: int) -> Mask:
+    """(nbody,) a body and all that it carries."""
+    carried = np.zeros(model.nbody, dtype=bool)
+    carried[body] = True
+    for other in range(body + 1, model.nbody):
+        carried[other] |= carried[model.body_parentid[other]]
+    return carried
+
+
+def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Ints) -> Floats:
+    """(N, 2, 3) corners of the boxes around geoms at their present poses, world frame, metres."""
+    rotations = data.geom_xmat[geoms].reshape(-1, 3, 3)
+    centers = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", rotations, model.geom_aabb[geoms, :3])
+    half = np.einsum("nij,nj->ni", np.abs(rotations), model.geom_aabb[geoms, 3:])
+    return np.stack([centers - half, centers + half], axis=1)
+
+
+def box_around(boxes: Floats) -> Floats:
+    """(2, 3) corners of the box around (N, 2, 3) boxes; of none it is empty."""
+    return np.array([boxes[:, 0].min(axis=0, initial=np.inf), boxes[:, 1].max(axis=0, initial=-np.inf)])
+
+
+def tilt_deg(rotation: Floats) -> float:
+    """Angle between the z axis and where a (3, 3) rotation takes it, degrees."""
+    return math.degrees(math.acos(min(1.0, max(-1.0, float(rotation[2, 2])))))
