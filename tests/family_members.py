@@ -16,7 +16,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.finish import Finish, Surface
-from casa_assets.registry.families import family
+from casa_assets.registry.families import family, look_samplers
 
 WOODS = ("oak_natural", "walnut_natural")
 MANY = ("cherry", "oak_natural", "paint_navy", "walnut_natural")
@@ -64,7 +64,7 @@ def preset(name: str, which: str) -> Asset:
 
 def available(surfaces: Sequence[str] = WOODS) -> AvailableFinishes:
     """All plain finishes, and the same few recipes for every surface."""
-    return AvailableFinishes(surfaces=dict.fromkeys(Surface, tuple(surfaces)), plain=tuple(sorted(known().materials)))
+    return AvailableFinishes(dict.fromkeys(Surface, tuple(surfaces)), tuple(sorted(known().materials)), look_samplers())
 
 
 def drawn(name: str, seed: int, surfaces: Sequence[str] = WOODS) -> Params:

@@ -52,15 +52,17 @@ P = TypeVar("P", bound=Params)
 
 @dataclass(frozen=True)
 class AvailableFinishes:
-    """Finishes that `sample` may choose from.
+    """What `sample` may choose from.
 
     Attributes:
         surfaces: ids of the recipes and pack pictures of each surface, sorted.
         plain: ids of all plain finishes, sorted.
+        looks: type of a look -> draws one, by the rules of registry/look_rules.yaml.
     """
 
     surfaces: Mapping[Surface, tuple[str, ...]]
     plain: tuple[str, ...]
+    looks: Mapping[type[Params], Callable[[np.random.Generator, AvailableFinishes], Params]]
 
     def draw(self, rng: np.random.Generator, surface: Surface) -> str:
         """One finish of a surface. Raises UnknownId where there is none."""
@@ -68,6 +70,12 @@ class AvailableFinishes:
         if not names:
             raise UnknownId("finish", surface.value, self.plain)
         return names[int(rng.integers(len(names)))]
+
+    def draw_look(self, rng: np.random.Generator, look: type[P]) -> P:
+        """A look of cabinets or appliances."""
+        drawn = self.looks[look](rng, self)
+        assert isinstance(drawn, look)
+        return drawn
 
 
 @dataclass(frozen=True)

@@ -17,30 +17,23 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
 from casa_assets.families.family import AvailableFinishes, Params, between, pick
-from casa_assets.families.parts.appliance.look import ApplianceLook, draw_appliance_look
-from casa_assets.families.parts.fronts.look import CabinetLook, draw_cabinet_look
 from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.model.registry.finish import Surface
 
 P = TypeVar("P", bound=Params)
-Draw = Callable[
-    [Mapping[str, Any], np.random.Generator, AvailableFinishes], Any
-]  # (values drawn so far, rng, available) -> value
-LOOKS: Mapping[Any, Callable[[np.random.Generator, AvailableFinishes], Params]] = {
-    CabinetLook: draw_cabinet_look,
-    ApplianceLook: draw_appliance_look,
-}
+# (values drawn so far, rng, available) -> value
+Draw = Callable[[Mapping[str, Any], np.random.Generator, AvailableFinishes], Any]
 
 
 def read_sample_rules(
-    params: type[P], rules: Mapping[str, Any], document: Document
+    params: type[P], rules: Mapping[str, Any], document: Document, path: KeyPath = ("sample",)
 ) -> Callable[[np.random.Generator, AvailableFinishes], P]:
     """The function that draws a member by the rules.
 
     Args:
         params: the type of the member.
-        rules: field -> rule, as they stand below `sample` in the document.
+        rules: field -> rule, as they stand in the document below `path`.
     Raises:
         RegistryError: a field, a rule or a value that `params` does not take; it names file, line and pointer.
     """
@@ -48,8 +41,8 @@ def read_sample_rules(
     for name, rule in rules.items():
         if name not in params.model_fields and not name.startswith("_"):
             expected = expected_one_of(tuple(params.model_fields), name)
-            raise document.fault(("sample", name), expected, repr(name))
-        draws[name] = _RuleReader(document, params, name, tuple(draws)).read(rule, ("sample", name))
+            raise document.fault((*path, name), expected, repr(name))
+        draws[name] = _RuleReader(document, params, name, tuple(draws)).read(rule, (*path, name))
 
     def sample(rng: np.random.Generator, available: AvailableFinishes) -> P:
         values: dict[str, Any] = {}
@@ -108,8 +101,8 @@ class _RuleReader:
     def _any(self, path: KeyPath) -> Draw:
         """Any member of the field's enumeration, or a drawn look of cabinets or appliances."""
         for kind in self.kinds:
-            if kind in LOOKS:
-                return lambda values, rng, available: LOOKS[kind](rng, available)
+            if issubclass(kind, Params):
+                return lambda values, rng, available: available.draw_look(rng, kind)
             if issubclass(kind, Enum):
                 members = tuple(kind)
                 return lambda values, rng, available: pick(rng, members)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.catalog import GROUPS, MODELS
-from casa_assets.families.family import Family, Params
+from casa_assets.families.family import AvailableFinishes, Family, Params
 from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.families.parts.appliance.look import ApplianceLook
 from casa_assets.families.parts.fronts.look import CabinetLook
 from casa_assets.families.sampling import read_sample_rules
 from casa_assets.model.record import Id, Record
@@ -21,6 +24,7 @@ from casa_assets.registry import data_root, load, read_document, read_record
 
 FOLDER = "families"
 LOOKS = "looks.yaml"
+LOOK_RULES = "look_rules.yaml"
 
 
 class FamilyFile(Record):
@@ -40,6 +44,13 @@ class FamilyFile(Record):
     description: str
     sample: dict[str, Any] | None = None
     presets: dict[Id, Any]
+
+
+class LookRules(Record):
+    """The rules of registry/look_rules.yaml: field -> the rule by which its value is drawn."""
+
+    cabinet: dict[str, Any]
+    appliance: dict[str, Any]
 
 
 def family_names() -> tuple[str, ...]:
@@ -126,3 +137,14 @@ def looks() -> Mapping[str, CabinetLook]:
     return MappingProxyType(
         {name: read_record(CabinetLook, row, document, (name,)) for name, row in document.value.items()}
     )
+
+
+@lru_cache(maxsize=1)
+def look_samplers() -> Mapping[type[Params], Callable[[np.random.Generator, AvailableFinishes], Params]]:
+    """How a look of each type is drawn. Raises RegistryError."""
+    document = read_document(data_root() / LOOK_RULES)
+    rules = read_record(LookRules, document.value, document, ())
+    return {
+        CabinetLook: read_sample_rules(CabinetLook, rules.cabinet, document, ("cabinet",)),
+        ApplianceLook: read_sample_rules(ApplianceLook, rules.appliance, document, ("appliance",)),
+    }

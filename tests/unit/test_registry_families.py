@@ -12,7 +12,15 @@ from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params
 from casa_assets.registry import data_root, read_document
 from casa_assets.registry import families as registry_families
-from casa_assets.registry.families import families, family, family_groups, family_names, looks, read_family
+from casa_assets.registry.families import (
+    families,
+    family,
+    family_groups,
+    family_names,
+    look_samplers,
+    looks,
+    read_family,
+)
 from tests.family_members import WOODS, available
 
 GOOD = """\
@@ -144,6 +152,18 @@ def test_an_unknown_look_is_told_with_the_nearest(tmp_path: Path) -> None:
     with pytest.raises(RegistryError, match="'navy_cups', or another one of") as caught:
         read(tmp_path, page + "  blue: {look: navy_cup}\n", "base_cabinet")
     assert (caught.value.line, caught.value.pointer) == (5, "presets.blue.look")
+
+
+def test_a_fault_in_the_rules_of_looks_is_told_with_file_line_and_pointer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = "cabinet: {}\nappliance:\n  form: [flat, flatt]\n"
+    (tmp_path / "look_rules.yaml").write_text(text, encoding="utf-8")
+    monkeypatch.setattr(registry_families, "data_root", lambda: tmp_path)
+    with pytest.raises(RegistryError, match="'flat'") as caught:
+        look_samplers.__wrapped__()
+    fault = caught.value
+    assert (fault.file, fault.line, fault.pointer) == ("look_rules.yaml", 3, "appliance.form.1")
 
 
 def test_an_unknown_family_is_told_with_the_nearest() -> None:

@@ -15,13 +15,14 @@ from casa_assets.model.record import Vec4
 from casa_assets.model.registry.finish import Finish, Plain, Surface
 from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.textures.recipes import finish_key, finish_of, recipe, recipes
+from casa_assets.registry.families import look_samplers
 
 
 def available_finishes() -> AvailableFinishes:
     """Ids of everything that a draw may choose."""
     data = registry.load()
     surfaces: Mapping[Surface, tuple[str, ...]] = {s: tuple(sorted(rows)) for s, rows in recipes().items()}
-    return AvailableFinishes(surfaces=surfaces, plain=tuple(sorted(data.materials)))
+    return AvailableFinishes(surfaces, tuple(sorted(data.materials)), look_samplers())
 
 
 @lru_cache(maxsize=1)
