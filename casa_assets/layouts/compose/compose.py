@@ -11,8 +11,8 @@ from casa_assets.core.rounding import decimals
 from casa_assets.geometry.inertia import ready_to_simulate
 from casa_assets.layouts.compose.cameras import cameras
 from casa_assets.layouts.compose.light import lights, sky
+from casa_assets.layouts.order.build_order import DepthReference, HeightReference, Spot
 from casa_assets.layouts.order.request import KitchenRequest
-from casa_assets.layouts.order.wanted import DepthReference, HeightReference, Spot
 from casa_assets.layouts.plan.wall_frame import turned_left
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene

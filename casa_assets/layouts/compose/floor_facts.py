@@ -11,8 +11,8 @@ from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.swept_areas import AssetOutlines, door_leaf_widths
 from casa_assets.layouts.order.back_panels import has_back
+from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.request import KitchenRequest
-from casa_assets.layouts.order.wanted import OrderItem
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles

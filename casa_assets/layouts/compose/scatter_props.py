@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.layouts.compose.compose import pose_at_spot
+from casa_assets.layouts.order.build_order import DepthReference, OrderItem, Spot
 from casa_assets.layouts.order.request import KitchenRequest
-from casa_assets.layouts.order.wanted import DepthReference, OrderItem, Spot
 from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.style import PresetChoice

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from casa_assets.layouts.order.build_order import BuildOrder, OrderItem, Spot, preset_with
 from casa_assets.layouts.order.cabinets import front_look, group_of
-from casa_assets.layouts.order.models import StyleModels
-from casa_assets.layouts.order.wanted import BuildOrder, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.units import BaseKind, RunSide
 
 MAX_PANEL_M = 1.2  # metres of one panel

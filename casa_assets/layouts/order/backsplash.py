@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from casa_assets.layouts.order.models import StyleModels
-from casa_assets.layouts.order.wanted import BuildOrder, OrderItem, Spot, preset_with
+from casa_assets.layouts.order.build_order import BuildOrder, OrderItem, Spot, preset_with
 from casa_assets.layouts.order.worktops import MAX_SLAB_M
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallHole
-from casa_assets.layouts.plan.runs import EndKind, RunLine, UnitSlot
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
 
 THICKNESS_M = 0.01  # metres, its thickness
@@ -65,9 +66,9 @@ def _fields(
             parts[-1] = (parts[-1][0], slot.right)
         else:
             parts.append((slot.left, slot.right))
-    if line.left.kind is EndKind.CORNER and parts:
+    if line.left.kind is RunEnd.CORNER and parts:
         parts[0] = (THICKNESS_M, parts[0][1])
-    if line.right.kind is EndKind.CORNER and parts:
+    if line.right.kind is RunEnd.CORNER and parts:
         parts[-1] = (parts[-1][0], line.length)
     for a, b in parts:
         for c, d, high in _up_to_hoods(_under_windows(line, a, b, holes, reach), slots):

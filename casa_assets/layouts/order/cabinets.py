@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.layouts.order.models import StyleModels
-from casa_assets.layouts.order.wanted import BuildOrder, DepthReference, HeightReference, OrderItem, Spot, preset_with
+from casa_assets.layouts.order.build_order import (
+    BuildOrder,
+    DepthReference,
+    HeightReference,
+    OrderItem,
+    Spot,
+    preset_with,
+)
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.style import FrontStyle, PresetChoice
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind
 

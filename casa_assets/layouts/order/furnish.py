@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.beams import BeamGrid
-from casa_assets.layouts.order.models import StyleModels
-from casa_assets.layouts.order.wanted import BuildOrder, DepthReference, HeightReference, OrderItem, Spot
+from casa_assets.layouts.order.build_order import BuildOrder, DepthReference, HeightReference, OrderItem, Spot
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import Room, resolve_length
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import PresetChoice

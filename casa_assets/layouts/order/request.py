@@ -10,15 +10,15 @@ from casa_assets.layouts.order import furnish, worktops
 from casa_assets.layouts.order.back_panels import order_back_panels
 from casa_assets.layouts.order.backsplash import order_backsplash
 from casa_assets.layouts.order.beams import beams_of
+from casa_assets.layouts.order.build_order import BuildOrder, OrderItem
 from casa_assets.layouts.order.cabinets import order_unit
-from casa_assets.layouts.order.models import FamilyOffers, StyleModels
 from casa_assets.layouts.order.room_shell import find_holes, order_shell, order_skirting
 from casa_assets.layouts.order.trim import order_cornices, order_curtains
-from casa_assets.layouts.order.wall_units import upper_slots
-from casa_assets.layouts.order.wanted import BuildOrder, OrderItem
 from casa_assets.layouts.plan.place import place_runs
 from casa_assets.layouts.plan.room import Room, WallHole, build_room
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots
+from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels
+from casa_assets.layouts.plan.wall_units import upper_slots
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 
@@ -28,10 +28,10 @@ class KitchenRequest:
     """A plan in metres with a style applied, before anything is built.
 
     Attributes:
-        plan, style, given: what it comes from.
+        parameters: values of the plan's parameters, metres.
         room, holes, lines: walls, openings and runs.
-        slots: units of each run, floor and wall.
-        wanted: all that stands in it.
+        slots: run -> slots of its units, on the floor and on the wall.
+        items: everything to build.
     """
 
     plan: Plan
@@ -49,13 +49,13 @@ class KitchenRequest:
 
 
 def request_kitchen(
-    plan: Plan, style: Style, offers: FamilyOffers, given: Mapping[str, float] | None = None, closed: bool = False
+    plan: Plan, style: Style, presets: FamilyPresets, given: Mapping[str, float] | None = None, closed: bool = False
 ) -> KitchenRequest:
     """Resolve a plan and a style.
 
     Args:
-        offers: numbers of all presets of all families.
-        given: lengths of the plan's parameters; None for its own. closed: open walls are drawn too.
+        presets: parameters of all presets of all families.
+        given: values of the plan's parameters; those missing have their defaults. closed: open walls are built too.
     Raises:
         PlanConflict: the plan does not fit together.
         UnknownId: the style lacks a model, or names one that does not exist.
@@ -63,7 +63,7 @@ def request_kitchen(
     lengths = {**plan.defaults, **(given or {})}
     for name in lengths.keys() - plan.parameters.keys():
         raise PlanConflict(plan.id, ("parameters",), f"one of {', '.join(sorted(plan.parameters))}", repr(name))
-    models = StyleModels(style, offers)
+    models = StyleModels(style, presets)
     room = build_room(plan, lengths)
     lines = place_runs(plan, room, lengths, models)
     slots: dict[str, tuple[UnitSlot, ...]] = {}

@@ -5,12 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from casa_assets.layouts.order.build_order import (
+    BuildOrder,
+    DepthReference,
+    HeightReference,
+    OrderItem,
+    Spot,
+    preset_with,
+)
 from casa_assets.layouts.order.cabinets import face_of
-from casa_assets.layouts.order.models import StyleModels
-from casa_assets.layouts.order.wanted import BuildOrder, DepthReference, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallHole
-from casa_assets.layouts.plan.runs import CornerPart, EndKind, RunLine, UnitSlot
+from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import CornerKind
 from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, UpperKind
 
@@ -124,9 +132,9 @@ def _is_seen(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLi
 
 def _is_at_corner(at: float, line: RunLine) -> bool:
     """True if an end of a row of wall units lies before those of the run round the corner."""
-    near_left = line.left.kind is EndKind.CORNER and abs(at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
+    near_left = line.left.kind is RunEnd.CORNER and abs(at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
     return near_left or (
-        line.right.kind is EndKind.CORNER and abs(line.length - at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
+        line.right.kind is RunEnd.CORNER and abs(line.length - at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
     )
 
 

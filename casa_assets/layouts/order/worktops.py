@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from casa_assets.layouts.order.back_panels import has_back
-from casa_assets.layouts.order.models import StyleModels
-from casa_assets.layouts.order.wanted import BuildOrder, HeightReference, OrderItem, Spot, preset_with
+from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.runs import EndKind, RunLine, UnitSlot
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import RunCorner
 from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
 from casa_assets.model.kitchen.units import TALL, BaseKind
@@ -45,7 +46,7 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
     """Parts of a run under worktop: all floor units except tall ones, ranges and gaps; up to the corners' walls."""
     floor = [s for s in slots if not s.is_upper]
     out: list[WorktopStretch] = []
-    begin: float | None = 0.0 if line.left.kind is EndKind.CORNER else None
+    begin: float | None = 0.0 if line.left.kind is RunEnd.CORNER else None
     lets: list[UnitSlot] = []
     end = 0.0
     for slot in floor:
@@ -58,7 +59,7 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
             lets += [slot] if slot.kind in (BaseKind.SINK, BaseKind.HOB) else []
         end = slot.right
     if begin is not None:
-        end = line.length if line.right.kind is EndKind.CORNER else end
+        end = line.length if line.right.kind is RunEnd.CORNER else end
         out.append(WorktopStretch(line, begin, end, tuple(lets)))
     return out
 
@@ -113,8 +114,8 @@ def _corner_top(
         longer, name = (a, first.id) if b.right - b.left < SHORTEST_ARM else (b, second.id)
         left[name].insert(len(left[name]) if longer is a else 0, longer)
         return
-    arm_a = _arm(a.right, a.left, [s.right for s in a.cutout_slots][::-1], first.left.kind is EndKind.CORNER)
-    arm_b = _arm(0.0, b.right, [s.left for s in b.cutout_slots], second.right.kind is EndKind.CORNER)
+    arm_a = _arm(a.right, a.left, [s.right for s in a.cutout_slots][::-1], first.left.kind is RunEnd.CORNER)
+    arm_b = _arm(0.0, b.right, [s.left for s in b.cutout_slots], second.right.kind is RunEnd.CORNER)
     if a.right - arm_a - a.left > 0.2:
         left[first.id].append(a.part(a.left, round(a.right - arm_a, 4)))
     else:
@@ -131,7 +132,7 @@ def _corner_top(
         "depth": standard_sizes.WORKTOP_DEPTH,
         "right": True,
         "back_end": False,
-        "side_end": second.right.kind is EndKind.FREE and arm_b == b.right,
+        "side_end": second.right.kind is RunEnd.FREE and arm_b == b.right,
     }
     u = round(first.length - arm_a / 2, 4)
     spot = Spot(first.frame, u, 0.0, standard_sizes.WORKTOP_HEIGHT - top.thickness)
@@ -231,7 +232,7 @@ def _is_free(line: RunLine, at: float, left: bool) -> bool:
     """True if the end of a piece is seen."""
     end = line.left if left else line.right
     edge = 0.0 if left else line.length
-    return abs(at - edge) < 0.01 if end.kind is EndKind.FREE else not -0.001 < at < line.length + 0.001
+    return abs(at - edge) < 0.01 if end.kind is RunEnd.FREE else not -0.001 < at < line.length + 0.001
 
 
 def _cutout(piece: WorktopStretch, behind: float, models: StyleModels) -> dict[str, Any] | None:

@@ -5,55 +5,57 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from casa_assets.errors import PlanConflict, UnknownId
-from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import Room, resolve_length
-from casa_assets.layouts.plan.runs import TOUCHES, EndKind, LineEnd, RunLine, base_slots
+from casa_assets.layouts.plan.runs import TOUCH_M, LineEnd, RunLine, base_slots
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import CornerKind, Plan, Run, RunCorner
 from casa_assets.model.kitchen.units import BaseKind, RunSide
 
 
-def place_runs(plan: Plan, room: Room, given: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
+def place_runs(plan: Plan, room: Room, parameters: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
     """Place all runs, by id. Raises PlanConflict."""
     _check_names(plan)
     lines: dict[str, RunLine] = {}
-    claims = {}
+    ends = {}
     for corner in plan.corners:
         for name in corner.runs:
             if name not in {r.id for r in plan.runs}:
                 raise PlanConflict(plan.id, ("corners",), "runs of the plan", repr(name))
-        claims[(corner.runs[0], RunSide.RIGHT)] = _claim(corner, 0)
-        claims[(corner.runs[1], RunSide.LEFT)] = _claim(corner, 1)
+        ends[(corner.runs[0], RunSide.RIGHT)] = _corner_end(corner, 0)
+        ends[(corner.runs[1], RunSide.LEFT)] = _corner_end(corner, 1)
     for run in plan.runs:
-        left = claims.get((run.id, RunSide.LEFT), LineEnd(EndKind.FREE))
-        right = claims.get((run.id, RunSide.RIGHT), LineEnd(EndKind.FREE))
-        lines[run.id] = _place(plan, run, room, given, models, lines, left, right)
+        left = ends.get((run.id, RunSide.LEFT), LineEnd(RunEnd.FREE))
+        right = ends.get((run.id, RunSide.RIGHT), LineEnd(RunEnd.FREE))
+        lines[run.id] = _place(plan, run, room, parameters, models, lines, left, right)
     return lines
 
 
-def _claim(corner: RunCorner, which: int) -> LineEnd:
-    """Length that a corner takes of the first (0) or second (1) of its runs."""
+def _corner_end(corner: RunCorner, index: int) -> LineEnd:
+    """The end of the first (0) or second (1) run of a corner, with the lengths that the corner takes."""
     owner = corner.owner or corner.runs[0]
-    owns = corner.runs[which] == owner
+    is_owner = corner.runs[index] == owner
     base = {
-        CornerKind.BLIND: standard_sizes.CORNER_CLEARANCE + (standard_sizes.CORNER_DOOR if owns else 0.0),
+        CornerKind.BLIND: standard_sizes.CORNER_CLEARANCE + (standard_sizes.CORNER_DOOR if is_owner else 0.0),
         CornerKind.DIAGONAL: standard_sizes.DIAGONAL,
         CornerKind.DEAD: standard_sizes.CORNER_CLEARANCE,
     }[corner.base]
     upper = {
         None: 0.0,
-        CornerKind.BLIND: standard_sizes.UPPER_CORNER_CLEARANCE + (standard_sizes.UPPER_CORNER_DOOR if owns else 0.0),
+        CornerKind.BLIND: standard_sizes.UPPER_CORNER_CLEARANCE
+        + (standard_sizes.UPPER_CORNER_DOOR if is_owner else 0.0),
         CornerKind.DIAGONAL: standard_sizes.UPPER_DIAGONAL,
         CornerKind.DEAD: standard_sizes.UPPER_CORNER_CLEARANCE,
     }[corner.upper]
-    return LineEnd(EndKind.CORNER, corner, base, upper)
+    return LineEnd(RunEnd.CORNER, corner, base, upper)
 
 
 def _place(
     plan: Plan,
     run: Run,
     room: Room,
-    given: Mapping[str, float],
+    parameters: Mapping[str, float],
     models: StyleModels,
     lines: Mapping[str, RunLine],
     left: LineEnd,
@@ -65,25 +67,25 @@ def _place(
             wall = room.wall(run.on)
         except UnknownId as error:
             raise PlanConflict(plan.id, (*at, "on"), "a wall of the plan", str(error)) from None
-        start, end = (resolve_length(plan, x, given, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
+        start, end = (resolve_length(plan, x, parameters, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
         length = round(wall.length - start - end, 4)
         if run.length is not None:
-            spare = round(length - resolve_length(plan, run.length, given, *at, "length"), 4)
-            if spare < 0:
-                raise PlanConflict(plan.id, (*at, "length"), f"at most {length:.2f} m", f"{length - spare:.2f} m")
-            keeps_right = right.kind is EndKind.CORNER and left.kind is EndKind.FREE
-            start, end = (start + spare, end) if keeps_right else (start, end + spare)
-            length = round(length - spare, 4)
+            surplus = round(length - resolve_length(plan, run.length, parameters, *at, "length"), 4)
+            if surplus < 0:
+                raise PlanConflict(plan.id, (*at, "length"), f"at most {length:.2f} m", f"{length - surplus:.2f} m")
+            keeps_right = right.kind is RunEnd.CORNER and left.kind is RunEnd.FREE
+            start, end = (start + surplus, end) if keeps_right else (start, end + surplus)
+            length = round(length - surplus, 4)
         if length <= 0.3:
             raise PlanConflict(
                 plan.id, at, f"a start and an end that leave some of {wall.length:.2f} m", f"{length:.2f} m"
             )
-        if left.kind is EndKind.FREE and start < TOUCHES and not wall.left_bare:
-            left = LineEnd(EndKind.WALL)
-        if right.kind is EndKind.FREE and end < TOUCHES and not wall.right_bare:
-            right = LineEnd(EndKind.WALL)
+        if left.kind is RunEnd.FREE and start < TOUCH_M and not wall.left_bare:
+            left = LineEnd(RunEnd.WALL)
+        if right.kind is RunEnd.FREE and end < TOUCH_M and not wall.right_bare:
+            right = LineEnd(RunEnd.WALL)
         return RunLine(run, wall.frame.offset(start), length, standard_sizes.BASE_DEPTH, left, right)
-    length = _own_length(plan, run, given, models, left, right)
+    length = _own_length(plan, run, parameters, models, left, right)
     other_id = run.faces.run if run.faces else run.joins.run if run.joins else ""
     if other_id not in lines:
         raise PlanConflict(plan.id, at, "a run that stands before it in the plan", repr(other_id))
@@ -113,11 +115,11 @@ def _place(
 
 
 def _own_length(
-    plan: Plan, run: Run, given: Mapping[str, float], models: StyleModels, left: LineEnd, right: LineEnd
+    plan: Plan, run: Run, parameters: Mapping[str, float], models: StyleModels, left: LineEnd, right: LineEnd
 ) -> float:
     """Length of a run that no wall bounds."""
     if run.length is not None:
-        return resolve_length(plan, run.length, given, "runs", run.id, "length")
+        return resolve_length(plan, run.length, parameters, "runs", run.id, "length")
     return round(
         left.base_length + right.base_length + sum(standard_sizes.base_span(u, models).usual for u in run.base), 3
     )
@@ -129,20 +131,20 @@ def _check_names(plan: Plan) -> None:
     units = [
         (("runs", run.id, row, k), unit.id)
         for run in plan.runs
-        for row, them in (("base", run.base), ("upper", run.upper))
-        for k, unit in enumerate(them)
+        for row, row_units in (("base", run.base), ("upper", run.upper))
+        for k, unit in enumerate(row_units)
     ]
-    more = [
-        ((field, thing.id), thing.id)
-        for field, them in (
+    others = [
+        ((field, item.id), item.id)
+        for field, items in (
             ("openings", plan.openings),
             ("worktop_items", plan.worktop_items),
             ("wall_items", plan.wall_items),
             ("floor_items", plan.floor_items),
         )
-        for thing in them
+        for item in items
     ]
-    for pointer, name in (*units, *more):
+    for pointer, name in (*units, *others):
         if name in seen:
             raise PlanConflict(plan.id, pointer, "a name of its own", f"a second {name!r}")
         seen.add(name)

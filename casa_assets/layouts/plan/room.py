@@ -11,7 +11,7 @@ from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, PlanOpeni
 from casa_assets.model.kitchen.units import Length
 from casa_assets.model.record import Vec2
 
-WALL_THICKNESS_M = 0.12  # metres of every wall
+WALL_THICKNESS_M = 0.12
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class WallLine:
     """A wall: its inner face from its left end, as seen from inside.
 
     Attributes:
-        left_out, right_out: whether the room turns outwards (a corner that points into the room) at its ends.
-        left_bare, right_bare: whether no wall is seen at its ends: the room turns outwards, or the next one is open.
+        left_outer_corner, right_outer_corner: whether the corner at that end points into the room.
+        left_bare, right_bare: whether no wall adjoins that end inside the room: an outer corner, or an open wall.
     """
 
     id: str
@@ -53,7 +53,7 @@ class Room:
         raise UnknownId("wall", name, [w.id for w in self.walls])
 
     def bounds(self) -> tuple[Vec2, Vec2]:
-        """Least and greatest x, y, metres."""
+        """Lower and upper corner (x, y), metres."""
         xs, ys = zip(*self.outline, strict=True)
         return (min(xs), min(ys)), (max(xs), max(ys))
 
@@ -83,18 +83,20 @@ class WallHole:
         return self.opening.kind is OpeningKind.WINDOW
 
 
-def resolve_length(plan: Plan, value: Length, given: Mapping[str, float], *at: str | int) -> float:
+def resolve_length(plan: Plan, value: Length, parameters: Mapping[str, float], *at: str | int) -> float:
     """A length. Raises PlanConflict where it names no parameter."""
-    if isinstance(value, str) and value not in given:
-        raise PlanConflict(plan.id, at, f"metres or one of {', '.join(sorted(given)) or 'no parameter'}", repr(value))
-    return plan.length(value, given)
+    if isinstance(value, str) and value not in parameters:
+        raise PlanConflict(
+            plan.id, at, f"metres or one of {', '.join(sorted(parameters)) or 'no parameter'}", repr(value)
+        )
+    return plan.length(value, parameters)
 
 
-def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
+def build_room(plan: Plan, parameters: Mapping[str, float]) -> Room:
     """The room for lengths of the plan's parameters. Raises PlanConflict where the walls do not close."""
     x = y = 0.0
     lines: list[WallLine] = []
-    for wall, length in zip(plan.walls, _lengths(plan, given), strict=True):
+    for wall, length in zip(plan.walls, _lengths(plan, parameters), strict=True):
         frame = WallFrame(round(x, 5), round(y, 5), QUARTERS[wall.heading])
         lines.append(WallLine(wall.id, frame, length, wall.open))
         x, y, _ = frame.at(length, 0.0)
@@ -103,36 +105,38 @@ def build_room(plan: Plan, given: Mapping[str, float]) -> Room:
             plan.id, ("walls",), "walls that lead back to where they begin", f"an end at {x:.3f}, {y:.3f} m"
         )
     count = len(lines)
-    bends = [(lines[i].frame.quarter_turns - lines[(i + 1) % count].frame.quarter_turns) % 4 for i in range(count)]
-    if any(b in (0, 2) for b in bends):
-        wrong = lines[next(i for i, b in enumerate(bends) if b in (0, 2))].id
+    turns = [(lines[i].frame.quarter_turns - lines[(i + 1) % count].frame.quarter_turns) % 4 for i in range(count)]
+    if any(t in (0, 2) for t in turns):
+        wrong = lines[next(i for i, t in enumerate(turns) if t in (0, 2))].id
         raise PlanConflict(plan.id, ("walls", wrong), "a wall at a right angle to the next", "one that goes on or back")
-    if bends.count(1) - bends.count(3) != 4:
+    if turns.count(1) - turns.count(3) != 4:
         raise PlanConflict(plan.id, ("walls",), "walls that go round clockwise once", "others")
     walls = []
     for i, w in enumerate(lines):
-        left, right = bends[i - 1] == 3, bends[i] == 3
+        left, right = turns[i - 1] == 3, turns[i] == 3
         bare = (left or lines[i - 1].open, right or lines[(i + 1) % count].open)
         walls.append(WallLine(w.id, w.frame, w.length, w.open, left, right, *bare))
     return Room(tuple(walls), tuple((w.frame.x, w.frame.y) for w in walls), plan.height)
 
 
-def _lengths(plan: Plan, given: Mapping[str, float]) -> list[float]:
+def _lengths(plan: Plan, parameters: Mapping[str, float]) -> list[float]:
     """Lengths of all walls; those that are not given follow from the others."""
     known = {
-        w.id: resolve_length(plan, w.length, given, "walls", w.id, "length") for w in plan.walls if w.length is not None
+        w.id: resolve_length(plan, w.length, parameters, "walls", w.id, "length")
+        for w in plan.walls
+        if w.length is not None
     }
-    for ways in ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)):
-        blank = [w for w in plan.walls if w.heading in ways and w.length is None]
-        if len(blank) > 1:
-            message = f"a length, since that of {blank[0].id} is left open"
-            raise PlanConflict(plan.id, ("walls", blank[1].id), message, "none")
-        if blank:
-            one, other = (sum(known[w.id] for w in plan.walls if w.heading is way and w.id in known) for way in ways)
-            rest = round(other - one if blank[0].heading is ways[0] else one - other, 4)
+    for headings in ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)):
+        open_ended = [w for w in plan.walls if w.heading in headings and w.length is None]
+        if len(open_ended) > 1:
+            message = f"a length, since that of {open_ended[0].id} is left open"
+            raise PlanConflict(plan.id, ("walls", open_ended[1].id), message, "none")
+        if open_ended:
+            first, second = (sum(known[w.id] for w in plan.walls if w.heading is h and w.id in known) for h in headings)
+            rest = round(second - first if open_ended[0].heading is headings[0] else first - second, 4)
             if rest < 0.3:
                 raise PlanConflict(
-                    plan.id, ("walls", blank[0].id), "walls that leave at least 0.3 m for it", f"{rest:.3f} m"
+                    plan.id, ("walls", open_ended[0].id), "walls that leave at least 0.3 m for it", f"{rest:.3f} m"
                 )
-            known[blank[0].id] = rest
+            known[open_ended[0].id] = rest
     return [known[w.id] for w in plan.walls]

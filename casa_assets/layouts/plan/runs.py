@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.rows import WidthRange, share_widths
+from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import CornerKind, Plan, Run, RunCorner
 from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, RunSide, UpperKind, UpperUnit
 
-TOUCHES = 0.002  # metres: an end that is so near a wall stands at it
-WIDEST_FILLER = 0.12
-
-
-class EndKind(StrEnum):
-    """Neighbour at an end of a run."""
-
-    FREE = "free"
-    WALL = "wall"
-    CORNER = "corner"
+TOUCH_M = 0.002  # an end that is so near to a wall stands at it
+MAX_FILLER_M, MIN_STRIP_M = 0.12, 0.02
 
 
 @dataclass(frozen=True)
 class LineEnd:
-    """An end of a run, and how much of it a corner takes below and above, metres."""
+    """An end of a run, and the lengths that a corner takes of its base and wall units, metres."""
 
-    kind: EndKind
+    kind: RunEnd
     corner: RunCorner | None = None
     base_length: float = 0.0
     upper_length: float = 0.0
@@ -38,14 +30,14 @@ class LineEnd:
 
 @dataclass(frozen=True)
 class RunLine:
-    """A run in the room: units stand between `frame` (their backs) and its `depth` before it."""
+    """A run in the room: units stand between `frame` (their backs) and `depth` metres before it."""
 
     run: Run
     frame: WallFrame
     length: float
     depth: float
-    left: LineEnd = LineEnd(EndKind.FREE)
-    right: LineEnd = LineEnd(EndKind.FREE)
+    left: LineEnd = LineEnd(RunEnd.FREE)
+    right: LineEnd = LineEnd(RunEnd.FREE)
 
     @property
     def id(self) -> str:
@@ -73,11 +65,11 @@ class CornerPart(StrEnum):
 
 @dataclass(frozen=True)
 class UnitSlot:
-    """The room of one unit, in the frame of its run.
+    """The space of one unit, in the frame of its run.
 
     Attributes:
         name: of the unit. kind: of unit, or of corner part. unit: as the plan has it, None for a corner part.
-        line: its run. left, right: along it. depth: from its back. low, high: above the floor. All metres.
+        line: its run. left, right: along it. depth: from its back. bottom, top: above the floor. All metres.
         hinge: side of a single door. corner: side of it on which a corner lies.
     """
 
@@ -111,36 +103,29 @@ class UnitSlot:
 
 def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot, ...]:
     """The units on the floor from left to right, with corners and strips. Raises PlanConflict where they do not fit."""
-    room = line.length - line.left.base_length - line.right.base_length
-    spans = [standard_sizes.base_span(u, models) for u in line.run.base]
-    widths = share_widths(spans, room)
+    units = line.run.base
+    available = line.length - line.left.base_length - line.right.base_length
+    spans = [standard_sizes.base_span(u, models) for u in units]
+    widths = share_widths(spans, available)
     if widths is None:
-        least = sum(s.minimum for s in spans)
-        message = f"units that need at most {room:.3f} m"
-        raise PlanConflict(
-            plan.id,
-            ("runs", line.id, "base"),
-            message,
-            f"at least {least:.3f} m ({describe_units(line.run.base, spans)})",
-        )
-    rest = round(room - sum(widths), 3)
-    first = last = 0.0
-    if rest > 0.0:
-        first, last = _spread(plan, line, rest)
-    high = standard_sizes.WORKTOP_HEIGHT - (models.style.island if line.is_island else models.style.counter).thickness
-    out: list[UnitSlot] = [*_corner_slots(line, RunSide.LEFT, high)]
-    at = line.left.base_length
-    if first >= 0.02 and not _bare(line.run.base[:1]):
-        out.append(_strip(line, f"{line.id}_strip_left", at, at + first, _beside(line.run.base[:1], high)))
-    at = round(at + first, 4)
-    for k, (unit, width) in enumerate(zip(line.run.base, widths, strict=True)):
-        top = standard_sizes.UPPER_TO if _is_tall(line.run.base, k) else high
-        out.append(_base_slot(line, unit, at, round(at + width, 4), top))
-        at = round(at + width, 4)
-    if last >= 0.02 and not _bare(line.run.base[-1:]):
-        out.append(_strip(line, f"{line.id}_strip_right", at, at + last, _beside(line.run.base[-1:], high)))
-    out += _corner_slots(line, RunSide.RIGHT, high)
-    return tuple(out)
+        needed = f"at least {sum(s.minimum for s in spans):.3f} m ({describe_units(units, spans)})"
+        raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that need at most {available:.3f} m", needed)
+    rest = round(available - sum(widths), 3)
+    first, last = _strip_widths(plan, line, rest) if rest > 0.0 else (0.0, 0.0)
+    worktop = models.style.island if line.is_island else models.style.counter
+    top = standard_sizes.WORKTOP_HEIGHT - worktop.thickness
+    slots: list[UnitSlot] = [*corner_slots(line, RunSide.LEFT, top)]
+    left = line.left.base_length
+    if first >= MIN_STRIP_M and not _stands_free(units[:1]):
+        slots.append(_strip(line, f"{line.id}_strip_left", left, left + first, _strip_height(units[:1], top)))
+    left = round(left + first, 4)
+    for k, (unit, width) in enumerate(zip(units, widths, strict=True)):
+        height = standard_sizes.UPPER_TO if _is_tall(units, k) else top
+        slots.append(_base_slot(line, unit, left, round(left + width, 4), height))
+        left = round(left + width, 4)
+    if last >= MIN_STRIP_M and not _stands_free(units[-1:]):
+        slots.append(_strip(line, f"{line.id}_strip_right", left, left + last, _strip_height(units[-1:], top)))
+    return (*slots, *corner_slots(line, RunSide.RIGHT, top))
 
 
 def describe_units(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[WidthRange]) -> str:
@@ -148,65 +133,60 @@ def describe_units(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: l
     return ", ".join(f"{u.id} {s.minimum:g}" for u, s in zip(units, spans, strict=True))
 
 
-def _spread(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]:
-    """Distribute the rest of a run: free ends stop earlier; at walls and corners strips close the gap."""
-    if line.right.kind is EndKind.FREE:
+def _strip_widths(plan: Plan, line: RunLine, rest: float) -> tuple[float, float]:
+    """Widths left over at the left and right end: free ends stop earlier, strips close the gap at walls and corners."""
+    if line.right.kind is RunEnd.FREE:
         return 0.0, 0.0
-    if line.left.kind is EndKind.FREE:
+    if line.left.kind is RunEnd.FREE:
         return rest, 0.0
-    if rest <= WIDEST_FILLER:
-        return (rest, 0.0) if line.left.kind is EndKind.WALL else (0.0, rest)
-    if rest <= 2 * WIDEST_FILLER:
+    if rest <= MAX_FILLER_M:
+        return (rest, 0.0) if line.left.kind is RunEnd.WALL else (0.0, rest)
+    if rest <= 2 * MAX_FILLER_M:
         return round(rest / 2, 3), round(rest - round(rest / 2, 3), 3)
-    room = line.length - line.left.base_length - line.right.base_length
-    raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that fill {room:.3f} m", f"{rest:.3f} m less")
+    available = line.length - line.left.base_length - line.right.base_length
+    raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that fill {available:.3f} m", f"{rest:.3f} m less")
 
 
-def _bare(units: tuple[BaseUnit, ...]) -> bool:
+def _stands_free(units: tuple[BaseUnit, ...]) -> bool:
     """True if a unit needs air beside it instead of a strip: a refrigerator that stands free."""
     return any(u.kind is BaseKind.FRIDGE and not u.housing for u in units)
 
 
-def _beside(units: tuple[BaseUnit, ...], high: float) -> float:
+def _strip_height(units: tuple[BaseUnit, ...], top: float) -> float:
     """Height of a strip beside a unit."""
-    return standard_sizes.UPPER_TO if units and units[0].kind in TALL else high
+    return standard_sizes.UPPER_TO if units and units[0].kind in TALL else top
 
 
-def _strip(line: RunLine, name: str, left: float, right: float, high: float) -> UnitSlot:
-    return UnitSlot(
-        name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, high
-    )
+def _strip(line: RunLine, name: str, left: float, right: float, top: float) -> UnitSlot:
+    return UnitSlot(name, CornerPart.FILLER, line, round(left, 4), round(right, 4), standard_sizes.BASE_DEPTH, 0.0, top)
 
 
-def _corner_slots(line: RunLine, side: RunSide, high: float) -> Iterator[UnitSlot]:
+def corner_slots(line: RunLine, side: RunSide, top: float, is_upper: bool = False) -> tuple[UnitSlot, ...]:
+    """Slot that a corner adds at one end of a run: a corner cabinet, or a strip beside that of the other run.
+
+    Args:
+        top: height of the slot's upper edge, metres.
+        is_upper: whether the corner of the wall units is meant.
+    """
     end = line.left if side is RunSide.LEFT else line.right
-    if end.corner is None:
-        return
-    stem = f"{line.id}_{side.value}"
-
-    def slot(name: str, kind: CornerPart, near: float, far: float) -> UnitSlot:
-        a, b = (near, far) if side is RunSide.LEFT else (line.length - far, line.length - near)
-        return UnitSlot(
-            name,
-            kind,
-            line,
-            round(a, 4),
-            round(b, 4),
-            standard_sizes.BASE_DEPTH,
-            0.0,
-            high,
-            corner=side,
-            hinge=other_side(side),
-        )
-
-    owns = (end.corner.owner or end.corner.runs[0]) == line.id
-    if end.corner.base is CornerKind.BLIND and owns:
-        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.base_length)
-    elif end.corner.base is CornerKind.DIAGONAL:
-        if owns:
-            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.base_length)
-    else:
-        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.BASE_DEPTH, end.base_length)
+    kind = None if end.corner is None else end.corner.upper if is_upper else end.corner.base
+    if end.corner is None or kind is None:
+        return ()
+    is_owner = (end.corner.owner or end.corner.runs[0]) == line.id
+    if kind is CornerKind.DIAGONAL and not is_owner:
+        return ()
+    far, depth, bottom, stem = end.base_length, standard_sizes.BASE_DEPTH, 0.0, f"{line.id}_{side.value}"
+    if is_upper:
+        far, depth, bottom = end.upper_length, standard_sizes.UPPER_DEPTH, standard_sizes.UPPER_FROM
+        stem += "_upper"
+    name, part, near = f"{stem}_corner", CornerPart.BLIND, 0.0
+    if kind is CornerKind.DIAGONAL:
+        part = CornerPart.DIAGONAL
+    elif kind is CornerKind.DEAD or not is_owner:
+        name, part, near = f"{stem}_filler", CornerPart.FILLER, depth
+    left, right = (near, far) if side is RunSide.LEFT else (line.length - far, line.length - near)
+    left, right = round(left, 4), round(right, 4)
+    return (UnitSlot(name, part, line, left, right, depth, bottom, top, hinge=other_side(side), corner=side),)
 
 
 def other_side(side: RunSide) -> RunSide:
@@ -221,12 +201,12 @@ def _is_tall(units: tuple[BaseUnit, ...], k: int) -> bool:
     return units[k].kind in TALL
 
 
-def _base_slot(line: RunLine, unit: BaseUnit, left: float, right: float, high: float) -> UnitSlot:
+def _base_slot(line: RunLine, unit: BaseUnit, left: float, right: float, top: float) -> UnitSlot:
     hinge = unit.hinge
     if hinge is None:
         # Away from a corner, and towards a wall beside it.
-        near_left = left - line.left.base_length < TOUCHES and line.left.kind is EndKind.WALL
-        near_corner = left - line.left.base_length < 0.2 and line.left.kind is EndKind.CORNER
-        ends_at_wall = line.length - right < 0.2 and line.right.kind is EndKind.WALL
+        near_left = left - line.left.base_length < TOUCH_M and line.left.kind is RunEnd.WALL
+        near_corner = left - line.left.base_length < 0.2 and line.left.kind is RunEnd.CORNER
+        ends_at_wall = line.length - right < 0.2 and line.right.kind is RunEnd.WALL
         hinge = RunSide.RIGHT if near_corner or (ends_at_wall and not near_left) else RunSide.LEFT
-    return UnitSlot(unit.id, unit.kind, line, left, right, line.depth, 0.0, high, unit=unit, hinge=hinge)
+    return UnitSlot(unit.id, unit.kind, line, left, right, line.depth, 0.0, top, unit=unit, hinge=hinge)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.plan.rows import WidthRange
+from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 
 # Ref: trade sizes of kitchens: worktops 0.9 to 0.92 m high and 0.635 to 0.65 m deep, 0.45 m up to the wall units.
@@ -38,7 +38,7 @@ def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
         return WidthRange(*unit.width)
     if unit.width is not None:
         return WidthRange(unit.width, unit.width)
-    fixed = _of_model(unit, models)
+    fixed = _span_of_model(unit, models)
     if fixed is not None:
         return fixed
     return {
@@ -54,7 +54,7 @@ def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
     }[unit.kind]
 
 
-def _of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
+def _span_of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
     if unit.kind is BaseKind.RANGE:
         width = models.for_role("range").length("width") + 0.006
     elif unit.kind is BaseKind.DISHWASHER:
@@ -65,11 +65,11 @@ def _of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
     elif unit.kind is BaseKind.OVEN:
         width = models.for_role("oven").length("width") + 0.005
     elif unit.kind is BaseKind.SINK:
-        least = round(models.for_role("sink").length("width") + 0.08, 2)
-        return WidthRange(max(0.6, least), max(0.9, least + 0.1))
+        minimum = round(models.for_role("sink").length("width") + 0.08, 2)
+        return WidthRange(max(0.6, minimum), max(0.9, minimum + 0.1))
     elif unit.kind is BaseKind.HOB:
-        least = round(models.for_role("hob").length("width") + 0.06, 2)
-        return WidthRange(max(0.6, least), max(0.9, least))
+        minimum = round(models.for_role("hob").length("width") + 0.06, 2)
+        return WidthRange(max(0.6, minimum), max(0.9, minimum))
     else:
         return None
     return WidthRange(round(width, 3), round(width, 3))

@@ -12,7 +12,7 @@ from casa_assets.model.record import Vec2, Vec3, Vec4
 
 # Quarter turns to the left, seen from above, that take the x axis to a heading.
 QUARTERS = {Heading.RIGHT: 0, Heading.BACK: 1, Heading.LEFT: 2, Heading.FRONT: 3}
-_WAYS: tuple[Vec2, ...] = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+_DIRECTIONS: tuple[Vec2, ...] = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 _HALF = math.sqrt(0.5)
 _TURNS: tuple[Vec4, ...] = (
     (1.0, 0.0, 0.0, 0.0),
@@ -28,7 +28,7 @@ class WallFrame:
 
     Attributes:
         x, y: its left end in the room, metres.
-        quarter: quarter turns to the left from the room's x axis.
+        quarter_turns: turns to the left from the room's x axis.
     """
 
     x: float
@@ -38,12 +38,12 @@ class WallFrame:
     @property
     def direction(self) -> Vec2:
         """Unit vector from left to right."""
-        return _WAYS[self.quarter_turns % 4]
+        return _DIRECTIONS[self.quarter_turns % 4]
 
     @property
     def normal(self) -> Vec2:
         """Unit vector from the line into the room."""
-        return _WAYS[(self.quarter_turns - 1) % 4]
+        return _DIRECTIONS[(self.quarter_turns - 1) % 4]
 
     @property
     def rotation(self) -> Vec4:
@@ -53,26 +53,26 @@ class WallFrame:
     def at(self, u: float, v: float, z: float = 0.0) -> Vec3:
         """Point u metres along the line, v away from it, z up, in the room."""
         (a, b), (c, d) = self.direction, self.normal
-        return (_tidy(self.x + u * a + v * c), _tidy(self.y + u * b + v * d), _tidy(z))
+        return (_rounded(self.x + u * a + v * c), _rounded(self.y + u * b + v * d), _rounded(z))
 
     def pose(self, u: float, v: float, z: float = 0.0) -> Pose:
         """room_from_asset of something there that faces away from the line."""
         return Pose(position=self.at(u, v, z), quaternion=self.rotation)
 
     def offset(self, u: float, v: float = 0.0, turn: int = 0) -> WallFrame:
-        """A frame whose left end is there, turned by quarter turns to the left."""
+        """A frame whose left end is at (u, v), turned by quarter turns to the left."""
         x, y, _ = self.at(u, v)
         return WallFrame(x, y, (self.quarter_turns + turn) % 4)
 
     def to_local(self, x: float, y: float) -> Vec2:
-        """u and v of a point of the room."""
+        """Distances (u, v) of a point of the room along the line and away from it, metres."""
         (a, b), (c, d) = self.direction, self.normal
         dx, dy = x - self.x, y - self.y
         return (dx * a + dy * b, dx * c + dy * d)
 
 
-def _tidy(value: float) -> float:
-    """To a hundredth of a millimetre, so that sums written in another order give the same bytes."""
+def _rounded(value: float) -> float:
+    """Round to a hundredth of a millimetre, so that the order of summation does not change the bytes."""
     return decimals(value, 5)
 
 

@@ -8,11 +8,12 @@ from collections.abc import Iterator
 import pytest
 
 from casa_assets.layouts.order.furnish import worktop_width
-from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.runs import CornerPart, EndKind, UnitSlot
+from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
 from casa_assets.pipeline.kitchens.resolve import preset_params
@@ -129,9 +130,9 @@ class TestWork:
         for kitchen in kitchens:
             for slot in of_kind(kitchen, *APPLIANCES):
                 line = slot.line
-                if line.left.kind is EndKind.CORNER:
+                if line.left.kind is RunEnd.CORNER:
                     assert slot.left - standard_sizes.BASE_DEPTH >= 0.38, message(kitchen, slot.name)
-                if line.right.kind is EndKind.CORNER:
+                if line.right.kind is RunEnd.CORNER:
                     assert line.length - standard_sizes.BASE_DEPTH - slot.right >= 0.38, message(kitchen, slot.name)
 
     def test_one_stands_beside_the_dishwasher(self, kitchens: list[KitchenRequest]) -> None:
@@ -140,11 +141,11 @@ class TestWork:
             assert washer.line is sink.line
             assert max(washer.left - sink.right, sink.left - washer.right) < 0.02, message(kitchen)
             line = washer.line
-            if washer.left > sink.left and line.right.kind in (EndKind.CORNER, EndKind.WALL):
-                edge = standard_sizes.WORKTOP_DEPTH if line.right.kind is EndKind.CORNER else 0.0
+            if washer.left > sink.left and line.right.kind in (RunEnd.CORNER, RunEnd.WALL):
+                edge = standard_sizes.WORKTOP_DEPTH if line.right.kind is RunEnd.CORNER else 0.0
                 assert line.length - edge - washer.right >= 0.55, message(kitchen)
-            elif washer.left < sink.left and line.left.kind in (EndKind.CORNER, EndKind.WALL):
-                edge = standard_sizes.WORKTOP_DEPTH if line.left.kind is EndKind.CORNER else 0.0
+            elif washer.left < sink.left and line.left.kind in (RunEnd.CORNER, RunEnd.WALL):
+                edge = standard_sizes.WORKTOP_DEPTH if line.left.kind is RunEnd.CORNER else 0.0
                 assert washer.left - edge >= 0.55, message(kitchen)
 
     def test_there_is_room_to_set_things_down(self, kitchens: list[KitchenRequest]) -> None:

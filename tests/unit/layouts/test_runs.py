@@ -12,7 +12,8 @@ from casa_assets.errors import PlanConflict, RegistryError
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.rows import WidthRange, share_widths
-from casa_assets.layouts.plan.runs import CornerPart, EndKind
+from casa_assets.layouts.plan.runs import CornerPart
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.pipeline.kitchens.resolve import error_with_line, preset_params
 from casa_assets.registry.kitchens import load_style, read_plan
@@ -129,14 +130,14 @@ class TestCorner:
         line = kitchen.lines["side"]
         assert line.length == 1.9
         assert line.frame.at(line.length, 0.0) == (0.0, 0.0, 0.0)
-        assert line.left.kind is EndKind.FREE
+        assert line.left.kind is RunEnd.FREE
 
 
 class TestEnds:
     def test_open_walls_are_none(self, tmp_path: Path) -> None:
         text = PLAN.replace("left: {heading: back}", "left: {heading: back, open: true}")
-        assert kitchen_of(text, tmp_path).lines["main"].left.kind is EndKind.FREE
-        assert kitchen_of(PLAN, tmp_path).lines["main"].left.kind is EndKind.WALL
+        assert kitchen_of(text, tmp_path).lines["main"].left.kind is RunEnd.FREE
+        assert kitchen_of(PLAN, tmp_path).lines["main"].left.kind is RunEnd.WALL
 
     def test_walls_without_length_close_the_room(self, tmp_path: Path) -> None:
         room = kitchen_of(PLAN, tmp_path, {"width": 3.9}).room

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 
 from casa_assets.errors import PlanConflict
-from casa_assets.layouts.order.models import StyleModels
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.rows import share_widths
-from casa_assets.layouts.plan.runs import TOUCHES, CornerPart, EndKind, RunLine, UnitSlot, describe_units, other_side
-from casa_assets.model.kitchen.plan import CornerKind, Plan
+from casa_assets.layouts.plan.runs import TOUCH_M, CornerPart, RunLine, UnitSlot, corner_slots, describe_units
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.floor import RunEnd
+from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.units import RunSide, UpperKind, UpperUnit
 
 
 def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models: StyleModels) -> tuple[UnitSlot, ...]:
     """The units on the wall from left to right. Raises PlanConflict."""
     pointer = ("runs", line.id, "upper")
-    out: list[UnitSlot] = [*_upper_corner(line, RunSide.LEFT)]
+    slots: list[UnitSlot] = [*corner_slots(line, RunSide.LEFT, standard_sizes.UPPER_TO, is_upper=True)]
     at, end = line.left.upper_length, round(line.length - line.right.upper_length, 4)
-    waiting: list[UpperUnit] = []
+    flexible: list[UpperUnit] = []
     first = True
     for unit in line.run.upper:
         if unit.over is None:
-            waiting.append(unit)
+            flexible.append(unit)
             continue
         if unit.over not in base:
             raise PlanConflict(plan.id, (*pointer, unit.id), f"a unit below of {', '.join(base)}", repr(unit.over))
@@ -31,27 +31,27 @@ def upper_slots(plan: Plan, line: RunLine, base: Mapping[str, UnitSlot], models:
         width = below.width if unit.width is None and unit.kind is not UpperKind.HOOD else None
         width = width or standard_sizes.upper_span(unit, models).usual
         left, right = round(below.middle - width / 2, 4), round(below.middle + width / 2, 4)
-        if left < at - TOUCHES or right > end + TOUCHES:
+        if left < at - TOUCH_M or right > end + TOUCH_M:
             raise PlanConflict(
                 plan.id, (*pointer, unit.id), f"a unit between {at:.3f} and {end:.3f} m", f"{left:.3f} to {right:.3f} m"
             )
-        out += _stretch(plan, line, waiting, at, left, models, first and line.left.upper_length == 0.0)
-        out.append(_upper_slot(line, unit, left, right))
-        waiting, at, first = [], right, False
-    out += _stretch(plan, line, waiting, at, end, models, not first and line.right.upper_length > 0.0)
-    out += _upper_corner(line, RunSide.RIGHT)
-    return tuple(s for s in out if s.kind is not UpperKind.GAP and not _stands_alone(s, out))
+        slots += _between(plan, line, flexible, at, left, models, first and line.left.upper_length == 0.0)
+        slots.append(_upper_slot(line, unit, left, right))
+        flexible, at, first = [], right, False
+    slots += _between(plan, line, flexible, at, end, models, not first and line.right.upper_length > 0.0)
+    slots += corner_slots(line, RunSide.RIGHT, standard_sizes.UPPER_TO, is_upper=True)
+    return tuple(s for s in slots if s.kind is not UpperKind.GAP and not _is_lone_strip(s, slots))
 
 
-def _stands_alone(slot: UnitSlot, row: list[UnitSlot]) -> bool:
+def _is_lone_strip(slot: UnitSlot, row: list[UnitSlot]) -> bool:
     """True if a strip in a corner closes no gap, since nothing hangs beside it."""
     if slot.kind is not CornerPart.FILLER:
         return False
     beside = [s for s in row if s is not slot and s.kind is not UpperKind.GAP]
-    return not any(min(abs(s.left - slot.right), abs(s.right - slot.left)) < TOUCHES for s in beside)
+    return not any(min(abs(s.left - slot.right), abs(s.right - slot.left)) < TOUCH_M for s in beside)
 
 
-def _stretch(
+def _between(
     plan: Plan, line: RunLine, units: list[UpperUnit], left: float, right: float, models: StyleModels, to_right: bool
 ) -> Iterator[UnitSlot]:
     """Units that share what lies between two fixed ones; what is left over stays away from corners, else outside."""
@@ -71,7 +71,7 @@ def _upper_slot(line: RunLine, unit: UpperUnit, left: float, right: float) -> Un
     hinge = unit.hinge
     if hinge is None:
         near_corner = (
-            left - line.left.upper_length < 0.05 and line.left.kind is EndKind.CORNER and line.left.upper_length > 0
+            left - line.left.upper_length < 0.05 and line.left.kind is RunEnd.CORNER and line.left.upper_length > 0
         )
         ends_at_wall = line.length - right < 0.05
         hinge = RunSide.RIGHT if near_corner or ends_at_wall else RunSide.LEFT
@@ -81,33 +81,3 @@ def _upper_slot(line: RunLine, unit: UpperUnit, left: float, right: float) -> Un
     return UnitSlot(
         unit.id, unit.kind, line, left, right, standard_sizes.UPPER_DEPTH, low, high, unit=unit, hinge=hinge
     )
-
-
-def _upper_corner(line: RunLine, side: RunSide) -> Iterator[UnitSlot]:
-    end = line.left if side is RunSide.LEFT else line.right
-    if end.corner is None or end.corner.upper is None:
-        return
-    owns = (end.corner.owner or end.corner.runs[0]) == line.id
-
-    def slot(name: str, kind: CornerPart, near: float, far: float) -> UnitSlot:
-        a, b = (near, far) if side is RunSide.LEFT else (line.length - far, line.length - near)
-        made = UnitSlot(
-            name,
-            kind,
-            line,
-            round(a, 4),
-            round(b, 4),
-            standard_sizes.UPPER_DEPTH,
-            standard_sizes.UPPER_FROM,
-            standard_sizes.UPPER_TO,
-        )
-        return replace(made, corner=side, hinge=other_side(side))
-
-    stem = f"{line.id}_{side.value}_upper"
-    if end.corner.upper is CornerKind.BLIND and owns:
-        yield slot(f"{stem}_corner", CornerPart.BLIND, 0.0, end.upper_length)
-    elif end.corner.upper is CornerKind.DIAGONAL:
-        if owns:
-            yield slot(f"{stem}_corner", CornerPart.DIAGONAL, 0.0, end.upper_length)
-    else:
-        yield slot(f"{stem}_filler", CornerPart.FILLER, standard_sizes.UPPER_DEPTH, end.upper_length)

@@ -32,10 +32,9 @@ class Spot:
     """Place of an item relative to a line on the floor.
 
     Attributes:
-        frame: of the line. u: of the thing's middle along it. v: of the side that `depth` names, away from the line.
-        z: of the end that `height` names. All metres.
-        turn_deg: about its upright axis, to the left.
-        depth, height: what of it is there.
+        frame: of the line. u: of the item's centre along it. v: of the side that `depth_reference` names, away from the
+        line. z: of the end that `height_reference` names. All metres.
+        turn_deg: yaw, counter-clockwise from above.
     """
 
     frame: WallFrame
@@ -54,9 +53,8 @@ class OrderItem:
     Attributes:
         name: of the placement. role: what it is for (`base`, `upper`, `fridge`, `wall`, `prop` ...).
         choice: family, preset and what differs from it.
-        spot: where it stands. slot: unit of the plan that it belongs to, empty for what the room itself has.
-        run: run of the plan that it belongs to.
-        drops: stands on something by its weight; else it is fixed.
+        spot: place. unit, run: ids in the plan that it belongs to, empty for parts of the room.
+        layer: value of the scene's Layer.
     """
 
     name: str
@@ -79,8 +77,8 @@ class BuildOrder:
 
     items: list[OrderItem] = field(default_factory=list)
 
-    def add(self, wanted: OrderItem) -> None:
-        """Append; a second thing of a name is a bug of the layout."""
-        if any(w.name == wanted.name for w in self.items):
-            raise ValueError(f"two things are called {wanted.name!r}")
-        self.items.append(wanted)
+    def add(self, item: OrderItem) -> None:
+        """Append. Raises ValueError where another item has that name, which is a bug of the layout."""
+        if any(i.name == item.name for i in self.items):
+            raise ValueError(f"two items are called {item.name!r}")
+        self.items.append(item)

@@ -9,8 +9,8 @@ from typing import Any
 from casa_assets.errors import UnknownId
 from casa_assets.model.kitchen.style import PresetChoice, Style
 
-# family -> preset -> its numbers and choices, as JSON has them.
-FamilyOffers = Mapping[str, Mapping[str, Mapping[str, Any]]]
+# family -> preset -> its parameters, as JSON has them.
+FamilyPresets = Mapping[str, Mapping[str, Mapping[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -19,14 +19,14 @@ class StyleModel:
 
     Attributes:
         choice: as the style has it.
-        numbers: all numbers and choices of it, those that the style changes included.
+        params: all parameters, with the changes of the style.
     """
 
     choice: PresetChoice
     params: Mapping[str, Any]
 
     def length(self, name: str) -> float:
-        """One of its lengths, metres."""
+        """A parameter that is a length, metres."""
         return float(self.params[name])
 
 
@@ -35,24 +35,24 @@ class StyleModels:
     """All roles of a style.
 
     Attributes:
-        style: which. offers: what families there are.
+        style: the style. presets: parameters of all presets of all families.
     """
 
     style: Style
-    presets: FamilyOffers
+    presets: FamilyPresets
 
     def for_role(self, role: str) -> StyleModel:
-        """The member for a role. Raises UnknownId where the style has none, or no family offers it."""
+        """The preset for a role. Raises UnknownId where the style has none, or there is no such preset."""
         if role not in self.style.models:
             raise UnknownId(f"model of style {self.style.id}", role, self.style.models)
         return self.resolve(self.style.models[role])
 
     def has(self, role: str) -> bool:
-        """True if the style has a member for the role."""
+        """True if the style has a preset for the role."""
         return role in self.style.models
 
     def resolve(self, choice: PresetChoice) -> StyleModel:
-        """A member with its numbers. Raises UnknownId."""
+        """A choice with all parameters of its preset. Raises UnknownId."""
         if choice.family not in self.presets:
             raise UnknownId("family", choice.family, self.presets)
         presets = self.presets[choice.family]
