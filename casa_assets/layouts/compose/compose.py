@@ -10,12 +10,12 @@ import numpy as np
 from casa_assets.core.rounding import decimals
 from casa_assets.geometry.inertia import ready_to_simulate
 from casa_assets.layouts.compose.cameras import cameras
-from casa_assets.layouts.compose.light import lights, sky
+from casa_assets.layouts.compose.light import lights
 from casa_assets.layouts.order.build_order import DepthReference, HeightReference, Spot
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan.wall_frame import turned_left
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.scene import Layer, Placement, Scene
+from casa_assets.model.kitchen.scene import Layer, Placement, Scene, Sky
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
@@ -26,19 +26,18 @@ def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str)
     """The scene of a kitchen.
 
     Args:
-        assets: by name of what was wanted; the same asset may be under many names.
-        scene_id: of the scene.
+        assets: by name of the ordered item; several names may have the same asset.
     """
     placements = tuple(
         Placement(
-            name=w.name,
-            asset=assets[w.name].id,
-            pose=pose_at_spot(assets[w.name], w.spot),
-            layer=Layer(w.layer),
+            name=item.name,
+            asset=assets[item.name].id,
+            pose=pose_at_spot(assets[item.name], item.spot),
+            layer=Layer(item.layer),
         )
-        for w in kitchen.items
+        for item in kitchen.items
     )
-    each = {a.id: a for a in (assets[w.name] for w in kitchen.items)}
+    each = {a.id: a for a in (assets[item.name] for item in kitchen.items)}
     scene = Scene(
         id=scene_id,
         assets=tuple(each[k] for k in sorted(each)),
@@ -46,7 +45,7 @@ def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str)
         cameras=cameras(kitchen),
         lights=lights(kitchen, placements, each),
         ambient=(0.4, 0.4, 0.41),
-        sky=sky(),
+        sky=Sky(),
     )
     return ready_to_simulate(scene)
 
@@ -65,30 +64,17 @@ def box_of(asset: Asset) -> tuple[Vec3, Vec3]:
 
 def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
     """room_from_asset of an asset placed at a spot."""
-    (x, y, z), (_, depth, height) = box_of(asset)
-    own = {DepthReference.BACK: depth / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -depth / 2}[
-        spot.depth_reference
-    ]
-    end = {HeightReference.FOOT: -height / 2, HeightReference.MIDDLE: 0.0, HeightReference.HEAD: height / 2}[
-        spot.height_reference
-    ]
-    # A thing that is turned stands with its turned box against the line.
+    (x, y, z), (width, depth, height) = box_of(asset)
+    back = {DepthReference.BACK: 0.5, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -0.5}[spot.depth_reference]
+    up = {HeightReference.FOOT: -0.5, HeightReference.MIDDLE: 0.0, HeightReference.HEAD: 0.5}[spot.height_reference]
     if spot.turn_deg:
+        # The bounding box of the turned item touches the line.
         angle = math.radians(spot.turn_deg)
-        (_, wide), (w, d) = (0.0, 0.0), (_size(asset)[0], depth)
-        wide = abs(w * math.sin(angle)) + abs(d * math.cos(angle))
-        toward = {DepthReference.BACK: wide / 2, DepthReference.MIDDLE: 0.0, DepthReference.FRONT: -wide / 2}[
-            spot.depth_reference
-        ]
-        there = turned_left(spot.frame.pose(spot.u, spot.v + toward, spot.z), spot.turn_deg)
-        mark = np.array([x, y, z + end])
+        extent = abs(width * math.sin(angle)) + abs(depth * math.cos(angle))
+        pose = turned_left(spot.frame.pose(spot.u, spot.v + back * extent, spot.z), spot.turn_deg)
+        reference = np.array([x, y, z + up * height])
     else:
-        there = spot.frame.pose(spot.u, spot.v, spot.z)
-        mark = np.array([x, y + own, z + end])
-    moved = there.apply(-mark[None, :])[0]
-    position = tuple(decimals(float(c), 6) for c in moved)
-    return Pose(position=(position[0], position[1], position[2]), quaternion=there.quaternion)
-
-
-def _size(asset: Asset) -> Vec3:
-    return box_of(asset)[1]
+        pose = spot.frame.pose(spot.u, spot.v, spot.z)
+        reference = np.array([x, y + back * depth, z + up * height])
+    px, py, pz = (decimals(float(c), 6) for c in pose.apply(-reference[None, :])[0])
+    return Pose(position=(px, py, pz), quaternion=pose.quaternion)

@@ -7,43 +7,43 @@ from collections.abc import Mapping, Sequence
 
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.scene import Light, LightKind, Placement, Sky
+from casa_assets.model.kitchen.scene import Light, LightKind, Placement
 from casa_assets.model.record import Vec3
 
-MOST_LAMPS = 3  # that shine by themselves; more cost time and wash out what is seen
+MAX_LAMPS = 3  # that are lights of the scene; more cost time and wash out the picture
 
 
 def lights(kitchen: KitchenRequest, placements: Sequence[Placement], assets: Mapping[str, Asset]) -> tuple[Light, ...]:
     """A sun with shadows, light from the open side without, and the lamps under the ceiling."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)
-    sun = blackbody(kitchen.style.daylight_kelvin)
-    lamp = blackbody(kitchen.style.lamp_kelvin)
+    sun_color = blackbody(kitchen.style.daylight_kelvin)
+    lamp_color = blackbody(kitchen.style.lamp_kelvin)
     out = [
         Light(
             name="sun",
             position=(middle[0] - 2.0, y0 - 1.5, 5.5),
             direction=(0.34, 0.5, -0.8),
-            color=_times(sun, 0.55),
+            color=_scaled(sun_color, 0.55),
         ),
         Light(
             name="fill",
             position=(middle[0] + 2.0, y0 - 1.0, 4.0),
             direction=(-0.55, 0.6, -0.55),
-            color=_times(sun, 0.24),
+            color=_scaled(sun_color, 0.24),
             castshadow=False,
         ),
     ]
-    hung = [w for w in kitchen.items if w.role == "lamp"]
-    for k, wanted in enumerate(hung[:MOST_LAMPS]):
-        x, y, _ = wanted.spot.frame.at(wanted.spot.u, wanted.spot.v)
+    lamps = [item for item in kitchen.items if item.role == "lamp"]
+    for k, item in enumerate(lamps[:MAX_LAMPS]):
+        x, y, _ = item.spot.frame.at(item.spot.u, item.spot.v)
         out.append(
             Light(
                 name=f"lamp_{k + 1}",
                 kind=LightKind.POINT,
                 position=(x, y, round(kitchen.room.height - 0.55, 4)),
                 direction=(0.0, 0.0, -1.0),
-                color=_times(lamp, 0.34 / min(len(hung), MOST_LAMPS) ** 0.5),
+                color=_scaled(lamp_color, 0.34 / min(len(lamps), MAX_LAMPS) ** 0.5),
                 castshadow=False,
                 attenuation=(1.0, 0.1, 0.12),
             )
@@ -51,13 +51,8 @@ def lights(kitchen: KitchenRequest, placements: Sequence[Placement], assets: Map
     return tuple(out)
 
 
-def sky() -> Sky:
-    """A bright day."""
-    return Sky()
-
-
 def blackbody(kelvin: float) -> Vec3:
-    """Linear RGB of a lamp of a colour temperature, the brightest channel 1, half adapted to by the eye.
+    """Linear RGB of a colour temperature, brightest channel 1, mixed half and half with white (adaptation of the eye).
 
     Ref: Mitchell Charity, blackbody colour datafile, 10 degree observer; to within 0.05.
     """
@@ -80,5 +75,5 @@ def blackbody(kelvin: float) -> Vec3:
     return (round(0.5 + mixed[0] / 2, 4), round(0.5 + mixed[1] / 2, 4), round(0.5 + mixed[2] / 2, 4))
 
 
-def _times(color: Vec3, by: float) -> Vec3:
-    return (round(color[0] * by, 5), round(color[1] * by, 5), round(color[2] * by, 5))
+def _scaled(color: Vec3, factor: float) -> Vec3:
+    return (round(color[0] * factor, 5), round(color[1] * factor, 5), round(color[2] * factor, 5))

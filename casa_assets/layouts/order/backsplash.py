@@ -13,9 +13,9 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.units import TALL, BaseKind, UpperKind
 
-THICKNESS_M = 0.01  # metres, its thickness
-SILL_HORN = 0.02  # metres by which a sill is longer than the casing on it, at each end
-MIN_PANEL_M = 0.3  # metres of a panel
+THICKNESS_M = 0.01
+SILL_OVERHANG_M = 0.02  # of a sill beside the casing, at each end
+MIN_PANEL_M = 0.3
 
 
 def order_backsplash(
@@ -32,7 +32,7 @@ def order_backsplash(
     for name, line in lines.items():
         if not line.at_wall:
             continue
-        for k, (a, b, high) in enumerate(_fields(line, slots[name], holes, window_reach(models))):
+        for k, (a, b, high) in enumerate(_panels(line, slots[name], holes, window_reach(models))):
             params = {
                 "width": round(b - a, 4),
                 "height": round(high - standard_sizes.WORKTOP_HEIGHT, 4),
@@ -50,10 +50,10 @@ def order_backsplash(
 def window_reach(models: StyleModels) -> float:
     """Distance that a window's casing and sill reach beside and below its hole, metres."""
     casing = float(models.for_role("window").params.get("casing", 0.0)) if models.has("window") else 0.0
-    return round(max(casing + SILL_HORN, 0.03) + 0.002, 4)
+    return round(max(casing + SILL_OVERHANG_M, 0.03) + 0.002, 4)
 
 
-def _fields(
+def _panels(
     line: RunLine, slots: Sequence[UnitSlot], holes: Sequence[WallHole], reach: float
 ) -> Iterator[tuple[float, float, float]]:
     """Left, right and upper edge of the panels of a run."""
@@ -80,11 +80,11 @@ def _fields(
 
 
 def _up_to_hoods(
-    fields: Iterator[tuple[float, float, float]], slots: Sequence[UnitSlot]
+    panels: Iterator[tuple[float, float, float]], slots: Sequence[UnitSlot]
 ) -> Iterator[tuple[float, float, float]]:
     """Panels raised behind a hob or range; one whole panel where the rest beside it would be too narrow."""
     hoods = sorted((s.left, s.right) for s in slots if s.kind is UpperKind.HOOD)
-    for a, b, high in fields:
+    for a, b, high in panels:
         at = a
         for left, right in hoods:
             fits = left - at >= MIN_PANEL_M or abs(left - at) < 0.002

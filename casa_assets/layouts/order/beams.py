@@ -13,11 +13,11 @@ from casa_assets.model.kitchen.units import UpperKind
 from casa_assets.model.record import Vec2
 
 BEAM_SPACING_M = 1.1  # metres from beam to beam
-FEWEST, MOST = 3, 8
-MAX_COUNT_CHANGE = 2  # how many more or fewer than usual look as well
-BEAM_HALF_WIDTH_M = 0.12  # half the width of a beam, and play
-HOOD_DEPTH = 0.55
-CHIMNEY_WIDTH_M = 0.5  # width of what reaches the ceiling of most hoods, metres, and play
+MIN_COUNT, MAX_COUNT = 3, 8
+MAX_COUNT_CHANGE = 2  # more or fewer than usual, which look as good
+BEAM_HALF_WIDTH_M = 0.12  # with a gap
+HOOD_DEPTH_M = 0.55
+CHIMNEY_WIDTH_M = 0.5  # of most hoods, with a gap; only it reaches the ceiling
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class BeamGrid:
 
     Attributes:
         along_x: whether they run along the room's x axis, else along y.
-        low, high: of the room across them, metres. count: of beams.
+        start, end: of the room across the beams, metres. count: of beams.
     """
 
     along_x: bool
@@ -60,23 +60,23 @@ def beams_of(
         return None
     (x0, y0), (x1, y1) = room.bounds()
     rows = [lines[lamps.over] for lamps in plan.lamps if lamps.over is not None and lamps.over in lines]
-    ways = (rows[0].frame.quarter_turns % 2 == 0,) if rows else (False, True)
+    directions = (rows[0].frame.quarter_turns % 2 == 0,) if rows else (False, True)
     usual, every = (
-        [w for along_x in ways for w in _beamworks(along_x, *((y0, y1) if along_x else (x0, x1)), off)]
-        for off in (MAX_COUNT_CHANGE, MOST)
+        [w for along_x in directions for w in _grids(along_x, *((y0, y1) if along_x else (x0, x1)), off)]
+        for off in (MAX_COUNT_CHANGE, MAX_COUNT)
     )
-    for works, reach in ((usual, None), (every, None), (every, CHIMNEY_WIDTH_M)):
-        clear = (w for w in works if not any(w.crosses(*h) for h in _hoods(slots, w.along_x, reach)))
+    for grids, reach in ((usual, None), (every, None), (every, CHIMNEY_WIDTH_M)):
+        clear = (w for w in grids if not any(w.crosses(*h) for h in _hoods(slots, w.along_x, reach)))
         found = next(clear, None)
         if found is not None:
             return found
     return usual[0]
 
 
-def _beamworks(along_x: bool, low: float, high: float, off: int) -> list[BeamGrid]:
+def _grids(along_x: bool, low: float, high: float, off: int) -> list[BeamGrid]:
     """Beams across a room, the usual number first, then up to so many more or fewer."""
-    usual = min(max(round((high - low) / BEAM_SPACING_M), FEWEST), MOST)
-    counts = sorted(range(FEWEST, MOST + 1), key=lambda n: (abs(n - usual), n))
+    usual = min(max(round((high - low) / BEAM_SPACING_M), MIN_COUNT), MAX_COUNT)
+    counts = sorted(range(MIN_COUNT, MAX_COUNT + 1), key=lambda n: (abs(n - usual), n))
     return [BeamGrid(along_x, low, high, n) for n in counts if abs(n - usual) <= off]
 
 
@@ -86,5 +86,5 @@ def _hoods(slots: Mapping[str, Sequence[UnitSlot]], along_x: bool, wide: float |
     for slot in (s for row in slots.values() for s in row if s.kind is UpperKind.HOOD):
         middle, half = (slot.left + slot.right) / 2, (slot.right - slot.left) / 2
         half = half if wide is None else min(half, wide / 2)
-        ends = [slot.line.frame.at(u, v)[axis] for u in (middle - half, middle + half) for v in (0.0, HOOD_DEPTH)]
+        ends = [slot.line.frame.at(u, v)[axis] for u in (middle - half, middle + half) for v in (0.0, HOOD_DEPTH_M)]
         yield min(ends), max(ends)

@@ -18,17 +18,15 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.style import FrontStyle, PresetChoice
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind
 
-NICHE_PLAY_M = 0.004  # metres of play over an appliance in a niche
-HOB_TRAY_M = 0.06  # how deep a hob reaches into the unit below
-OVEN_FROM = 0.74  # height of a wall oven's foot above the floor
-OVEN_LIFT = 0.005  # metres over its board: the grip of its open door passes over the drawer below
-MICROWAVE_FROM = 1.08
-FRONT_THICKNESS_M = 0.02  # thickness of fronts
-BOARD_THICKNESS_M = 0.018  # thickness of the boards over and under a niche, half of which is in it
-HOUSING_FLOOR = 0.0062
-FRAME_PROUD = 0.0025  # how far a built-in microwave lies behind the fronts beside it: its frame is before boards
-MICROWAVE_FRAME = 0.04  # metres of the frame round a microwave, above and below
-# From the floor up; only their ratios count.
+NICHE_PLAY_M = 0.004  # gap over an appliance in a niche
+OVEN_NICHE_FROM_M, MICROWAVE_NICHE_FROM_M = 0.74, 1.08  # heights of the niches in tall units
+OVEN_LIFT_M = 0.005  # gap between an oven and its board: the handle of the open door clears the drawer below
+FRONT_THICKNESS_M = 0.02
+BOARD_THICKNESS_M = 0.018  # of the boards over and under a niche, half of which is in the niche
+HOUSING_FLOOR_M = 0.0062  # upper face of the board under a built-in refrigerator
+MICROWAVE_SETBACK_M = 0.0025  # distance of a built-in microwave behind the fronts beside it
+MICROWAVE_FRAME_M = 0.04  # of the frame round a microwave, above and below
+# Relative heights of the fronts of a drawer stack, from the floor up.
 DRAWER_RATIOS: dict[int, tuple[float, ...]] = {
     1: (1.0,),
     2: (1.0, 1.0),
@@ -39,7 +37,7 @@ DRAWER_RATIOS: dict[int, tuple[float, ...]] = {
 
 
 def order_unit(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
-    """Add what one slot needs. Raises UnknownId where the style has no model for it."""
+    """Order the cabinet and the appliance of one slot. Raises UnknownId where the style has no model for it."""
     kind = slot.kind
     if isinstance(kind, CornerPart):
         _corner(order, slot, models)
@@ -52,7 +50,7 @@ def order_unit(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: 
 
 
 def front_look(models: StyleModels, group: str) -> dict[str, Any]:
-    """Fronts of a group of cabinets as their families take them."""
+    """Parameter `look` of the cabinets of a group."""
     cabinets = models.style.cabinets
     fronts: FrontStyle = {
         "base": cabinets.base,
@@ -68,7 +66,7 @@ def group_of(slot: UnitSlot) -> str:
     return "island" if slot.line.is_island else "base"
 
 
-def _put(
+def _add(
     order: BuildOrder,
     slot: UnitSlot,
     role: str,
@@ -87,30 +85,30 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     unit, group = slot.unit, group_of(slot)
     assert isinstance(unit, BaseUnit)
     size = {"width": slot.width, "depth": slot.depth, "height": slot.top}
-    dressed = {**size, "look": front_look(models, group)}
+    common = {**size, "look": front_look(models, group)}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.DRAWERS:
         shares = DRAWER_RATIOS[unit.drawers or 3]
-        _put(order, slot, "base", preset_with("drawer_stack/shaker_white_three", {**dressed, "shares": shares}))
+        _add(order, slot, "base", preset_with("drawer_stack/shaker_white_three", {**common, "shares": shares}))
     elif unit.kind in (BaseKind.DOORS, BaseKind.HOB):
-        doors = {"doors": 1 if slot.width <= standard_sizes.WIDEST_SINGLE_DOOR else 2, "hinge": side}
+        doors = {"doors": _door_count(slot.width), "hinge": side}
         drawer = 0.17 if unit.drawers and unit.kind is BaseKind.DOORS else 0.0
         shelves = {"shelves": 1, "open_top": True} if unit.kind is BaseKind.HOB else {}
-        _put(
+        _add(
             order,
             slot,
             "base",
-            preset_with("base_cabinet/shaker_white", {**dressed, **doors, "drawer": drawer, **shelves}),
+            preset_with("base_cabinet/shaker_white", {**common, **doors, "drawer": drawer, **shelves}),
         )
     elif unit.kind is BaseKind.SINK:
-        _put(order, slot, "sink_base", preset_with("sink_base/shaker_white", {**dressed, "hinge": side}))
+        _add(order, slot, "sink_base", preset_with("sink_base/shaker_white", {**common, "hinge": side}))
     elif unit.kind is BaseKind.ISLAND:
         columns = ("drawers", "doors", "drawers") if slot.width > 1.55 else ("drawers", "doors")
-        _put(order, slot, "base", preset_with("island_base/shaker_white", {**dressed, "columns": columns}))
+        _add(order, slot, "base", preset_with("island_base/shaker_white", {**common, "columns": columns}))
     elif unit.kind is BaseKind.SHELF:
         face = models.style.cabinets.shelf
         shelf = {"width": slot.width, "depth": 0.58, "height": slot.top, "plinth": 0.1, "face": face, "inside": face}
-        _put(order, slot, "shelf", preset_with("open_shelf/pine_floor", shelf))
+        _add(order, slot, "shelf", preset_with("open_shelf/pine_floor", shelf))
     elif unit.kind is BaseKind.FILLER:
         _filler(order, slot, models)
     elif unit.kind is BaseKind.PANEL:
@@ -126,12 +124,16 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
             OrderItem(slot.name, "panel", preset_with("cabinet_panel/slab_oak", panel), spot, slot.name, slot.line.id)
         )
     elif unit.kind is BaseKind.RANGE:
-        _put(order, slot, "range", models.for_role("range").choice, v=0.012)
+        _add(order, slot, "range", models.for_role("range").choice, v=0.012)
     elif unit.kind is BaseKind.DISHWASHER:
         model = models.for_role("dishwasher")
         height = min(model.length("height"), slot.top - 0.004)
         choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": round(height, 4)})
-        _put(order, slot, "dishwasher", choice, v=0.002)
+        _add(order, slot, "dishwasher", choice, v=0.002)
+
+
+def _door_count(width: float) -> int:
+    return 1 if width <= standard_sizes.WIDEST_SINGLE_DOOR else 2
 
 
 def face_of(models: StyleModels, group: str) -> str:
@@ -141,7 +143,7 @@ def face_of(models: StyleModels, group: str) -> str:
 
 def _filler(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     upper = slot.is_upper
-    # Between tall units a strip is as high as they are, and one of them.
+    # A strip between tall units is as high as they are, and has their finish.
     group = "upper" if upper else "tall" if slot.top > standard_sizes.UPPER_FROM else group_of(slot)
     low = slot.bottom if upper else 0.1
     strip = {"width": slot.width, "height": round(slot.top - low, 4), "face": face_of(models, group), "kind": "plain"}
@@ -166,10 +168,10 @@ def _corner(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
         "look": front_look(models, group),
     }
     if slot.kind is CornerPart.DIAGONAL:
-        _put(order, slot, "corner", preset_with("corner_cabinet_diagonal/shaker_white", {**common, "leg": slot.width}))
+        _add(order, slot, "corner", preset_with("corner_cabinet_diagonal/shaker_white", {**common, "leg": slot.width}))
         return
     blind = (standard_sizes.UPPER_CORNER_CLEARANCE if upper else standard_sizes.CORNER_CLEARANCE) - 0.05
-    _put(
+    _add(
         order,
         slot,
         "corner",
@@ -186,15 +188,14 @@ def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: floa
         fronts = front_look(models, "upper")
         if slot.kind is UpperKind.GLASS:
             fronts["front"] = models.style.cabinets.glass
-        doors = 1 if slot.width <= standard_sizes.WIDEST_SINGLE_DOOR else 2
-        params = {**size, "doors": doors, "hinge": side, "look": fronts}
-        _put(order, slot, "upper", preset_with("wall_cabinet/shaker_white", params))
+        params = {**size, "doors": _door_count(slot.width), "hinge": side, "look": fronts}
+        _add(order, slot, "upper", preset_with("wall_cabinet/shaker_white", params))
     elif slot.kind is UpperKind.SHELF:
-        _put(order, slot, "shelf", preset_with("open_shelf/white_wall", {**size, "face": face, "inside": face}))
+        _add(order, slot, "shelf", preset_with("open_shelf/white_wall", {**size, "face": face, "inside": face}))
     elif slot.kind is UpperKind.BOARDS:
         boards = {"width": slot.width, "depth": 0.25, "boards": 2, "spacing": 0.36, "face": face}
         preset = models.for_role("boards").choice.preset if models.has("boards") else "floating_shelf/oak_floating"
-        _put(order, slot, "shelf", preset_with(preset, boards), z=1.42)
+        _add(order, slot, "shelf", preset_with(preset, boards), z=1.42)
     elif slot.kind is UpperKind.FILLER:
         _filler(order, slot, models)
     elif slot.kind is UpperKind.MICROWAVE:
@@ -206,7 +207,7 @@ def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: floa
 def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     model = models.for_role("microwave_built_in")
     depth = max(0.42, round(model.length("depth") + 0.05, 3))
-    niche = round(model.length("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4)
+    niche = round(model.length("height") + 2 * MICROWAVE_FRAME_M + NICHE_PLAY_M, 4)
     housing = {
         "width": slot.width,
         "depth": depth,
@@ -217,14 +218,14 @@ def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> N
         "over": "doors" if slot.width >= 0.5 else "door",
         "look": front_look(models, "upper"),
     }
-    _put(order, slot, "housing", preset_with("housing_microwave/graphite_hanging", housing))
-    _put(
+    _add(order, slot, "housing", preset_with("housing_microwave/graphite_hanging", housing))
+    _add(
         order,
         slot,
         "microwave",
         model.choice,
         name=f"{slot.name}_oven",
-        v=depth - FRAME_PROUD,
+        v=depth - MICROWAVE_SETBACK_M,
         z=slot.bottom + NICHE_PLAY_M / 2,
         depth_reference=DepthReference.FRONT,
     )
@@ -235,65 +236,65 @@ def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float
     form = model.params["form"]
     if form in ("under_cabinet", "downlight"):
         low = standard_sizes.HOOD_FROM
-        _put(order, slot, "hood", model.choice, z=low)
+        _add(order, slot, "hood", model.choice, z=low)
         top = round(low + model.length("height") + 0.002, 4)
         width, height = slot.width, round(standard_sizes.UPPER_TO - top, 4)
         doors = {
             "width": width,
             "depth": standard_sizes.UPPER_DEPTH,
             "height": height,
-            "doors": 1 if width <= 0.5 else 2,
+            "doors": _door_count(width),
         }
         cabinet = preset_with("wall_cabinet/shaker_white", {**doors, "look": front_look(models, "upper")})
-        _put(order, slot, "upper", cabinet, name=f"{slot.name}_cabinet", z=top)
+        _add(order, slot, "upper", cabinet, name=f"{slot.name}_cabinet", z=top)
         return
     height = round(min(1.2, ceiling - standard_sizes.HOOD_FROM), 3)
     choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": height})
-    _put(order, slot, "hood", choice, z=ceiling, height_reference=HeightReference.HEAD)
+    _add(order, slot, "hood", choice, z=ceiling, height_reference=HeightReference.HEAD)
 
 
 def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     unit = slot.unit
     assert isinstance(unit, BaseUnit)
-    dressed = {"width": slot.width, "height": slot.top, "look": front_look(models, "tall")}
+    common = {"width": slot.width, "height": slot.top, "look": front_look(models, "tall")}
     side = slot.hinge.value if slot.hinge else "left"
     if unit.kind is BaseKind.PANTRY:
         doors = {
-            "doors": 1 if slot.width <= standard_sizes.WIDEST_SINGLE_DOOR else 2,
+            "doors": _door_count(slot.width),
             "hinge": side,
             "split": 1.38,
             "depth": slot.depth,
         }
-        _put(order, slot, "pantry", preset_with("tall_cabinet/shaker_white_split", {**dressed, **doors}))
+        _add(order, slot, "pantry", preset_with("tall_cabinet/shaker_white_split", {**common, **doors}))
     elif unit.kind is BaseKind.OVEN:
         model = models.for_role("oven")
         niche: dict[str, Any] = {
-            "niche_from": OVEN_FROM,
-            "niche": round(model.length("height") + BOARD_THICKNESS_M + OVEN_LIFT + NICHE_PLAY_M, 4),
+            "niche_from": OVEN_NICHE_FROM_M,
+            "niche": round(model.length("height") + BOARD_THICKNESS_M + OVEN_LIFT_M + NICHE_PLAY_M, 4),
             "depth": slot.depth,
         }
         niche |= {"over": "doors" if slot.width >= 0.5 else "door"}
-        _put(order, slot, "housing", preset_with("housing_oven/shaker_white", {**dressed, **niche}))
+        _add(order, slot, "housing", preset_with("housing_oven/shaker_white", {**common, **niche}))
         back = round(slot.depth - FRONT_THICKNESS_M - 0.001 - model.length("depth"), 4)
-        _put(
+        _add(
             order,
             slot,
             "oven",
             model.choice,
             name=f"{slot.name}_oven",
             v=back,
-            z=OVEN_FROM + BOARD_THICKNESS_M / 2 + OVEN_LIFT,
+            z=OVEN_NICHE_FROM_M + BOARD_THICKNESS_M / 2 + OVEN_LIFT_M,
         )
     elif unit.kind is BaseKind.MICROWAVE:
         model = models.for_role("microwave_built_in")
         niche = {
-            "niche_from": MICROWAVE_FROM,
-            "niche": round(model.length("height") + 2 * MICROWAVE_FRAME + NICHE_PLAY_M, 4),
+            "niche_from": MICROWAVE_NICHE_FROM_M,
+            "niche": round(model.length("height") + 2 * MICROWAVE_FRAME_M + NICHE_PLAY_M, 4),
             "depth": slot.depth,
         }
-        _put(order, slot, "housing", preset_with("housing_microwave/shaker_white_tall", {**dressed, **niche}))
-        v, z = slot.depth - FRAME_PROUD, MICROWAVE_FROM + NICHE_PLAY_M / 2
-        _put(
+        _add(order, slot, "housing", preset_with("housing_microwave/shaker_white_tall", {**common, **niche}))
+        v, z = slot.depth - MICROWAVE_SETBACK_M, MICROWAVE_NICHE_FROM_M + NICHE_PLAY_M / 2
+        _add(
             order,
             slot,
             "microwave",
@@ -304,20 +305,20 @@ def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
             depth_reference=DepthReference.FRONT,
         )
     elif unit.kind is BaseKind.FRIDGE:
-        _fridge(order, slot, unit, models, dressed)
+        _fridge(order, slot, unit, models, common)
 
 
-def _fridge(order: BuildOrder, slot: UnitSlot, unit: BaseUnit, models: StyleModels, dressed: dict[str, Any]) -> None:
+def _fridge(order: BuildOrder, slot: UnitSlot, unit: BaseUnit, models: StyleModels, common: dict[str, Any]) -> None:
     model = models.for_role("fridge")
     name = slot.name
     if unit.housing:
         niche = {"niche": round(model.length("height") + 0.03, 3), "depth": slot.depth, "over": "doors"}
-        _put(
+        _add(
             order,
             slot,
             "housing",
-            preset_with("housing_fridge/shaker_white", {**dressed, **niche}),
+            preset_with("housing_fridge/shaker_white", {**common, **niche}),
             name=f"{name}_housing",
         )
-    # In a housing it stands on the board that closes its floor.
-    _put(order, slot, "fridge", model.choice, name=name, v=0.03, z=HOUSING_FLOOR if unit.housing else 0.0)
+    # In a housing it stands on the board at the bottom.
+    _add(order, slot, "fridge", model.choice, name=name, v=0.03, z=HOUSING_FLOOR_M if unit.housing else 0.0)

@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.beams import BeamGrid
 from casa_assets.layouts.order.build_order import BuildOrder, DepthReference, HeightReference, OrderItem, Spot
+from casa_assets.layouts.order.room_shell import position_on_wall, wall_of
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import Room, resolve_length
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.plan import Plan
-from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.kitchen.units import RunSide
 from casa_assets.model.record import Vec2
 
@@ -27,6 +27,7 @@ WORKTOP_WIDTHS_M = {
     "fruit_bowl": 0.36,
     "paper_towel": 0.28,
 }
+ON_BACKSPLASH_M = 0.0105  # of what hangs on a backsplash from the wall
 LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
 MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run
 LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
@@ -35,17 +36,17 @@ SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
 def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitSlot], models: StyleModels) -> None:
     """Order the items that stand on worktops."""
-    for stand in plan.worktop_items:
-        if stand.on not in slots:
-            raise PlanConflict(plan.id, ("worktop_items", stand.id, "on"), "a unit of the plan", repr(stand.on))
-        if not models.has(stand.id):
-            raise PlanConflict(plan.id, ("worktop_items", stand.id), "a role of the style", repr(stand.id))
+    for item in plan.worktop_items:
+        if item.on not in slots:
+            raise PlanConflict(plan.id, ("worktop_items", item.id, "on"), "a unit of the plan", repr(item.on))
+        if not models.has(item.id):
+            raise PlanConflict(plan.id, ("worktop_items", item.id), "a role of the style", repr(item.id))
     for name, slot in slots.items():
         row = sorted((s for s in plan.worktop_items if s.on == name), key=lambda s: s.at)
-        breadths = [worktop_width(models, s.id) for s in row]
-        for stand, u in zip(row, _side_by_side(slot, [s.at for s in row], breadths), strict=True):
-            spot = Spot(slot.line.frame, u, stand.back, standard_sizes.WORKTOP_HEIGHT + SET_DOWN_GAP_M, stand.turn_deg)
-            order.add(OrderItem(stand.id, stand.id, models.for_role(stand.id).choice, spot, slot.name, slot.line.id))
+        widths = [worktop_width(models, s.id) for s in row]
+        for item, u in zip(row, _side_by_side(slot, [s.at for s in row], widths), strict=True):
+            spot = Spot(slot.line.frame, u, item.back, standard_sizes.WORKTOP_HEIGHT + SET_DOWN_GAP_M, item.turn_deg)
+            order.add(OrderItem(item.id, item.id, models.for_role(item.id).choice, spot, slot.name, slot.line.id))
 
 
 def worktop_width(models: StyleModels, role: str) -> float:
@@ -54,18 +55,18 @@ def worktop_width(models: StyleModels, role: str) -> float:
     return 0.05 + float(width) if width is not None else WORKTOP_WIDTHS_M.get(role, 0.25)
 
 
-def _side_by_side(slot: UnitSlot, shares: Sequence[float], breadths: Sequence[float]) -> list[float]:
+def _side_by_side(slot: UnitSlot, shares: Sequence[float], widths: Sequence[float]) -> list[float]:
     """Middles along the run of things on one unit, from left to right: on it where it is wide enough, and apart."""
     out: list[float] = []
     edge = slot.left
-    for share, breadth in zip(shares, breadths, strict=True):
-        u = max(slot.left + share * slot.width, edge + breadth / 2)
+    for share, width in zip(shares, widths, strict=True):
+        u = max(slot.left + share * slot.width, edge + width / 2)
         out.append(u)
-        edge = u + breadth / 2
-    edge = max(slot.right, slot.left + sum(breadths))
+        edge = u + width / 2
+    edge = max(slot.right, slot.left + sum(widths))
     for k in reversed(range(len(out))):
-        out[k] = min(out[k], edge - breadths[k] / 2)
-        edge = out[k] - breadths[k] / 2
+        out[k] = min(out[k], edge - widths[k] / 2)
+        edge = out[k] - widths[k] / 2
     return [round(u, 4) for u in out]
 
 
@@ -75,7 +76,7 @@ def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], mod
         if seats.run not in lines:
             raise PlanConflict(plan.id, ("seats",), "a run of the plan", repr(seats.run))
         line = lines[seats.run]
-        low, high = _free_part(line)
+        low, high = _free_interval(line)
         pitch = min(0.75, (high - low) / seats.count)
         if pitch < SEAT_SPACING_M - 0.001:
             got = f"{high - low:.2f} m for {seats.count}"
@@ -88,7 +89,7 @@ def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], mod
             order.add(OrderItem(name, "stool", models.for_role("stool").choice, spot, "", seats.run))
 
 
-def _free_part(line: RunLine) -> tuple[float, float]:
+def _free_interval(line: RunLine) -> tuple[float, float]:
     """Part of an island or peninsula to sit at, metres: nobody sits against the wall that it begins at."""
     if line.run.joins is None:
         return 0.0, line.length
@@ -103,36 +104,22 @@ def order_wall_items(
     order: BuildOrder,
     plan: Plan,
     room: Room,
-    given: Mapping[str, float],
+    parameters: Mapping[str, float],
     slots: Mapping[str, UnitSlot],
     models: StyleModels,
 ) -> None:
     """Order the items that hang on walls."""
-    for hung in plan.wall_items:
-        at = ("wall_items", hung.id)
-        if not models.has(hung.item):
+    for item in plan.wall_items:
+        at = ("wall_items", item.id)
+        if not models.has(item.item):
             continue  # a style may leave a wall bare
-        wall = room.wall(hung.wall) if hung.wall in {w.id for w in room.walls} else None
-        if wall is None:
-            raise PlanConflict(plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(hung.wall))
-        if hung.over is not None:
-            if hung.over not in slots:
-                raise PlanConflict(plan.id, (*at, "over"), "a unit of the plan", repr(hung.over))
-            slot = slots[hung.over]
-            u = wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
-        else:
-            assert hung.at is not None
-            u = resolve_length(plan, hung.at, given, *at, "at")
-        model = models.for_role(hung.item)
-        v = (
-            0.0105
-            if models.style.backsplash
-            and hung.over
-            and standard_sizes.WORKTOP_HEIGHT < hung.height < standard_sizes.UPPER_FROM
-            else 0.0
-        )
-        spot = Spot(wall.frame, u + hung.shift, v, hung.height, height_reference=HeightReference.MIDDLE)
-        order.add(OrderItem(hung.id, hung.item, model.choice, spot, hung.over or ""))
+        wall = wall_of(plan, room, item.wall, *at)
+        u = position_on_wall(plan, wall, item, parameters, slots, *at)
+        model = models.for_role(item.item)
+        is_over_worktop = item.over and standard_sizes.WORKTOP_HEIGHT < item.height < standard_sizes.UPPER_FROM
+        v = ON_BACKSPLASH_M if models.style.backsplash and is_over_worktop else 0.0
+        spot = Spot(wall.frame, u + item.shift, v, item.height, height_reference=HeightReference.MIDDLE)
+        order.add(OrderItem(item.id, item.item, model.choice, spot, item.over or ""))
 
 
 def order_lamps(
@@ -140,7 +127,7 @@ def order_lamps(
 ) -> None:
     """Order lamps under the ceiling, between its beams; none near those that hang over an island."""
     (x0, y0), (x1, y1) = room.bounds()
-    hung: list[Vec2] = []
+    placed: list[Vec2] = []
     for n, lamps in enumerate(plan.lamps):
         if not models.has(lamps.item):
             continue
@@ -148,33 +135,33 @@ def order_lamps(
         stem = lamps.item if n == 0 else f"{lamps.item}_{n + 1}"
         count = lamps.count
         if lamps.over is not None and lamps.over in lines:
-            count = _fitting(count, lines[lamps.over], models.for_role(lamps.item).length("size"))
-        for k, (frame, u, v) in enumerate(_hung_at(lamps.over, count, lines, (x0, y0, x1, y1), room)):
+            count = _lamps_that_fit(count, lines[lamps.over], models.for_role(lamps.item).length("size"))
+        for k, (frame, u, v) in enumerate(_lamp_positions(lamps.over, count, lines, (x0, y0, x1, y1), room)):
             if beams is not None:
                 u, v = frame.to_local(*beams.between(*frame.at(u, v)[:2]))
             x, y, _ = frame.at(u, v)
-            if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in hung):
+            if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
                 continue
-            hung.append((x, y))
+            placed.append((x, y))
             # A long lamp hangs along the beams; over a run they go its way already.
             turn = 90.0 if beams is not None and not beams.along_x and lamps.over is None else 0.0
             spot = Spot(frame, u, v, room.height - 0.001, turn, DepthReference.MIDDLE, HeightReference.HEAD)
             order.add(OrderItem(f"{stem}_{k + 1}", "lamp", choice, spot))
 
 
-def _fitting(count: int, line: RunLine, breadth: float) -> int:
+def _lamps_that_fit(count: int, line: RunLine, width: float) -> int:
     """Number of lamps that find room side by side over a run."""
-    low, high = _free_part(line)
-    return max(1, min(count, int((high - low - 0.4) / (breadth + MIN_LAMP_GAP_M))))
+    low, high = _free_interval(line)
+    return max(1, min(count, int((high - low - 0.4) / (width + MIN_LAMP_GAP_M))))
 
 
-def _hung_at(
+def _lamp_positions(
     over: str | None, count: int, lines: Mapping[str, RunLine], box: tuple[float, float, float, float], room: Room
 ) -> Sequence[tuple[WallFrame, float, float]]:
     x0, y0, x1, y1 = box
     if over is not None and over in lines:
         line = lines[over]
-        low, high = _free_part(line)
+        low, high = _free_interval(line)
         span = high - low - 0.4
         return [(line.frame, (low + high) / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
     rows = 1 if count <= 2 else 2
@@ -208,22 +195,15 @@ def _is_near(line: RunLine, x: float, y: float) -> bool:
 
 
 def order_floor_items(
-    order: BuildOrder, plan: Plan, room: Room, given: Mapping[str, float], models: StyleModels
+    order: BuildOrder, plan: Plan, room: Room, parameters: Mapping[str, float], models: StyleModels
 ) -> None:
     """Order the items that stand on the floor."""
-    for thing in plan.floor_items:
-        at = ("floor_items", thing.id)
-        if not models.has(thing.item):
+    for item in plan.floor_items:
+        at = ("floor_items", item.id)
+        if not models.has(item.item):
             continue
-        if thing.wall not in {w.id for w in room.walls}:
-            raise PlanConflict(
-                plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(thing.wall)
-            )
-        wall = room.wall(thing.wall)
-        u, v = (
-            resolve_length(plan, thing.at, given, *at, "at"),
-            resolve_length(plan, thing.from_wall, given, *at, "from_wall"),
-        )
-        spot = Spot(wall.frame, u, v, 0.0005, thing.turn_deg, DepthReference.MIDDLE)
-        choice: PresetChoice = models.for_role(thing.item).choice
-        order.add(OrderItem(thing.id, thing.item, choice, spot))
+        wall = wall_of(plan, room, item.wall, *at)
+        u = resolve_length(plan, item.at, parameters, *at, "at")
+        v = resolve_length(plan, item.from_wall, parameters, *at, "from_wall")
+        spot = Spot(wall.frame, u, v, 0.0005, item.turn_deg, DepthReference.MIDDLE)
+        order.add(OrderItem(item.id, item.item, models.for_role(item.item).choice, spot))

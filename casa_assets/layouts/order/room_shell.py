@@ -13,40 +13,29 @@ from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, Wall
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
-from casa_assets.model.kitchen.plan import OpeningKind, Plan
+from casa_assets.model.kitchen.furnishing import WallItem
+from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening
 from casa_assets.model.kitchen.style import PresetChoice, RoomStyle
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.record import Vec2
 
 CASING_WIDTH_M = 0.07
 SKIRTING_HEIGHT_M = 0.1
-SKIRTING_DEEP, DADO_DEEP = 0.017, 0.034
-WAINSCOT_HEIGHT_M = 0.92  # metres: as high as worktops
-WALL_PLAY_M = 0.004  # metres between a wall and what is let into it
-# What lies between the leaf of a door and the hole that it fills: lining and play, on each side and above.
-DOOR_FRAME_M = 0.034
+SKIRTING_DEPTH_M, WAINSCOT_DEPTH_M = 0.017, 0.034
+WAINSCOT_HEIGHT_M = 0.92  # as high as worktops
+WALL_PLAY_M = 0.004  # gap between a wall and what is built into it
+DOOR_FRAME_M = 0.034  # lining and gap between a door's leaf and the wall, on each side and above
 
 
 def find_holes(
-    plan: Plan, room: Room, given: Mapping[str, float], slots: Mapping[str, UnitSlot]
+    plan: Plan, room: Room, parameters: Mapping[str, float], slots: Mapping[str, UnitSlot]
 ) -> tuple[WallHole, ...]:
     """All openings in their walls. Raises PlanConflict where one does not fit."""
     out: list[WallHole] = []
     for opening in plan.openings:
         at = ("openings", opening.id)
-        if opening.wall not in {w.id for w in room.walls}:
-            raise PlanConflict(
-                plan.id, (*at, "wall"), f"one of {', '.join(w.id for w in room.walls)}", repr(opening.wall)
-            )
-        wall = room.wall(opening.wall)
-        if opening.over is not None:
-            if opening.over not in slots:
-                raise PlanConflict(plan.id, (*at, "over"), "a unit of the plan", repr(opening.over))
-            slot = slots[opening.over]
-            middle = wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
-        else:
-            assert opening.at is not None
-            middle = resolve_length(plan, opening.at, given, *at, "at")
+        wall = wall_of(plan, room, opening.wall, *at)
+        middle = position_on_wall(plan, wall, opening, parameters, slots, *at)
         left, right = round(middle - opening.width / 2, 4), round(middle + opening.width / 2, 4)
         high = round(opening.bottom + opening.height, 4)
         if left < 0.05 or right > wall.length - 0.05 or high > room.height - 0.1:
@@ -54,6 +43,32 @@ def find_holes(
             raise PlanConflict(plan.id, at, f"a hole inside {wall.length:.2f} x {room.height:.2f} m", got)
         out.append(WallHole(opening, wall, left, right, opening.bottom, high))
     return tuple(out)
+
+
+def wall_of(plan: Plan, room: Room, name: str, *pointer: str) -> WallLine:
+    """The wall of that id. Raises PlanConflict, with the pointer of the row that names it."""
+    walls = {wall.id: wall for wall in room.walls}
+    if name not in walls:
+        raise PlanConflict(plan.id, (*pointer, "wall"), f"one of {', '.join(walls)}", repr(name))
+    return walls[name]
+
+
+def position_on_wall(
+    plan: Plan,
+    wall: WallLine,
+    item: PlanOpening | WallItem,
+    parameters: Mapping[str, float],
+    slots: Mapping[str, UnitSlot],
+    *pointer: str,
+) -> float:
+    """Distance of an item's centre from the left end of its wall, metres. Raises PlanConflict."""
+    if item.over is None:
+        assert item.at is not None, "the record has one of both"
+        return resolve_length(plan, item.at, parameters, *pointer, "at")
+    if item.over not in slots:
+        raise PlanConflict(plan.id, (*pointer, "over"), "a unit of the plan", repr(item.over))
+    slot = slots[item.over]
+    return wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
 
 
 def order_shell(
@@ -82,12 +97,12 @@ def order_shell(
     for wall in room.walls:
         if wall.open and not closed:
             continue
-        mine = [h for h in holes if h.wall.id == wall.id]
-        order.add(_wall(wall, room, mine, models, closed))
-        for hole in mine:
+        own_holes = [h for h in holes if h.wall.id == wall.id]
+        order.add(_wall(wall, room, own_holes, models, closed))
+        for hole in own_holes:
             if not hole.is_window:
                 _threshold(order, hole, shell.floor)
-            _fill(order, hole, models)
+            _order_window_or_door(order, hole, models)
 
 
 def _room_part(name: str, role: str, choice: PresetChoice, spot: Spot) -> OrderItem:
@@ -95,12 +110,11 @@ def _room_part(name: str, role: str, choice: PresetChoice, spot: Spot) -> OrderI
 
 
 def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleModels, closed: bool) -> OrderItem:
-    by_id = {w.id: k for k, w in enumerate(room.walls)}
-    k = by_id[wall.id]
-    after = room.walls[(k + 1) % len(room.walls)]
+    walls = room.walls
+    after = walls[(walls.index(wall) + 1) % len(walls)]
     # Of two walls that meet, the left one closes the corner; an outer corner needs none.
     right_more = 0.0 if wall.right_outer_corner or (after.open and not closed) else WALL_THICKNESS_M
-    # At an outer corner both would fill the same post: the wall before it ends earlier.
+    # At an outer corner the two walls would overlap: the first one ends earlier.
     length = round(wall.length - (WALL_THICKNESS_M if wall.right_outer_corner else 0.0), 5)
     params = {
         "length": length,
@@ -134,7 +148,7 @@ def _threshold(order: BuildOrder, hole: WallHole, face: str) -> None:
     order.add(_room_part(f"threshold_{hole.opening.id}", "floor", choice, spot))
 
 
-def _fill(order: BuildOrder, hole: WallHole, models: StyleModels) -> None:
+def _order_window_or_door(order: BuildOrder, hole: WallHole, models: StyleModels) -> None:
     opening = hole.opening
     if opening.kind is OpeningKind.PASSAGE:
         return
@@ -176,13 +190,13 @@ def order_skirting(
         if wall.open and not closed:
             continue
         beside = _door_casing(models)
-        mine = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.bottom < high + CASING_WIDTH_M)]
-        taken = [(h.left - beside, h.right + beside) for h in mine]
-        taken += _stood_at(wall, lines, slots, corners)
-        taken = [(a, b) for a, b in taken if b > 0.0 and a < wall.length]
+        own_holes = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.bottom < high + CASING_WIDTH_M)]
+        occupied = [(h.left - beside, h.right + beside) for h in own_holes]
+        occupied += _occupied_by_units(wall, lines, slots, corners)
+        occupied = [(a, b) for a, b in occupied if b > 0.0 and a < wall.length]
         # In an inner corner it ends before that of the wall beside.
-        at, k = DADO_DEEP if models.style.room.wainscot else SKIRTING_DEEP, 0
-        for a, b in [*sorted(taken), (wall.length, wall.length)]:
+        at, k = WAINSCOT_DEPTH_M if models.style.room.wainscot else SKIRTING_DEPTH_M, 0
+        for a, b in [*sorted(occupied), (wall.length, wall.length)]:
             if a - at >= 0.3:
                 k += 1
                 spot = Spot(wall.frame, (at + a) / 2, 0.0, 0.0)
@@ -205,13 +219,13 @@ def _door_casing(models: StyleModels) -> float:
     return float(models.for_role("door").params.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
 
 
-def _stood_at(
+def _occupied_by_units(
     wall: WallLine,
     lines: Mapping[str, RunLine],
     slots: Mapping[str, Sequence[UnitSlot]],
     corners: Sequence[tuple[str, str]],
 ) -> list[tuple[float, float]]:
-    """Stretches of a wall that units stand at, those of runs along its neighbours included."""
+    """Intervals of a wall that units stand at, also those of runs along the adjoining walls."""
     out = []
     for name, line in lines.items():
         for slot in slots[name]:
@@ -220,18 +234,18 @@ def _stood_at(
             # Worktops stand out before fronts, and panels behind what stands at no wall.
             back = 0.0 if line.at_wall else -2 * standard_sizes.END_PANEL - line.run.overhang
             front = slot.depth + standard_sizes.WORKTOP_OVERHANG + WALL_PLAY_M
-            out += _stretch(wall, line, (slot.left, slot.right), (back, front))
+            out += _touched_interval(wall, line, (slot.left, slot.right), (back, front))
     for first, second in corners:
-        # Behind a corner of two rows there may be a space that no unit fills; a worktop covers it.
-        one, other = lines[first], lines[second]
+        # A corner of two runs may be empty below its worktop; it counts as occupied.
+        a, b = lines[first], lines[second]
         last, begin = max(s.right for s in slots[first]), min(s.left for s in slots[second])
-        out += _stretch(wall, one, (last, last + other.depth + standard_sizes.WORKTOP_OVERHANG), (0.0, one.depth))
-        out += _stretch(wall, other, (begin - one.depth - standard_sizes.WORKTOP_OVERHANG, begin), (0.0, other.depth))
+        out += _touched_interval(wall, a, (last, last + b.depth + standard_sizes.WORKTOP_OVERHANG), (0.0, a.depth))
+        out += _touched_interval(wall, b, (begin - a.depth - standard_sizes.WORKTOP_OVERHANG, begin), (0.0, b.depth))
     return out
 
 
-def _stretch(wall: WallLine, line: RunLine, us: Vec2, vs: Vec2) -> list[tuple[float, float]]:
-    """Part of a wall that a rectangle on a line touches."""
+def _touched_interval(wall: WallLine, line: RunLine, us: Vec2, vs: Vec2) -> list[tuple[float, float]]:
+    """Interval of a wall that a rectangle (u and v ranges on a line) touches; empty where it does not."""
     found = [wall.frame.to_local(*line.frame.at(u, v)[:2]) for u in us for v in vs]
     along, before = zip(*found, strict=True)
     return [(min(along), max(along))] if min(before) < 0.05 and max(before) > -0.05 else []

@@ -22,19 +22,17 @@ from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import CornerKind
 from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, UpperKind
 
-CORNICE_HEIGHT_M = 0.07  # metres of a cornice
-CORNICE_DEPTH_M = 0.04  # metres that it stands out
-FLAT_PROFILE = "flat"  # the profile that does not
-SAME_ROW_M = 0.012  # metres: nearer units are of one row
-MIN_CORNICE_M = 0.4  # metres of the shortest cornice
+CORNICE_HEIGHT_M = 0.07
+CORNICE_DEPTH_M = 0.04  # projection before the fronts
+FLAT_PROFILE = "flat"  # the profile without projection
+SAME_ROW_M = 0.012  # units with a smaller gap are in one row
+MIN_CORNICE_M = 0.4
 PLAY_M = 0.0005
 HOODS_UNDER_CABINETS = ("under_cabinet", "downlight")  # hoods with a cabinet over them
 LONG_CURTAINS = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
-CURTAIN_FROM_WALL_M = (
-    0.0235  # metres between a wall and the back of a curtain: the casing that it hangs on is between them
-)
-CURTAIN_FROM_BARE_WALL_M = 0.004  # the same where the window has no casing
-CURTAIN_ABOVE_HOLE_M = 0.05  # metres from the top of a hole to that of a curtain
+# Distance of a curtain's back from the wall: where the window has a casing, and where it has none.
+CURTAIN_FROM_WALL_M, CURTAIN_FROM_BARE_WALL_M = 0.0235, 0.004
+CURTAIN_ABOVE_HOLE_M = 0.05  # top of a curtain over that of the window
 VALANCE_HEIGHT_M = 0.3
 
 
@@ -55,38 +53,38 @@ def order_cornices(
     profile = models.style.cabinets.cornice
     if profile is None:
         return
-    out = 0.0 if profile == FLAT_PROFILE else CORNICE_DEPTH_M
+    projection = 0.0 if profile == FLAT_PROFILE else CORNICE_DEPTH_M
     for name, line in lines.items():
         if not line.at_wall:
             continue
         rows = [r for r in find_rows(line, slots[name], models) if r.right - r.left >= MIN_CORNICE_M]
         for k, row in enumerate(rows):
-            left, right = _is_seen(row, row.left, rows, line), _is_seen(row, row.right, rows, line)
+            left, right = _is_free_end(row, row.left, rows, line), _is_free_end(row, row.right, rows, line)
             # It ends at the return of a deeper row beside it.
             begin = row.left + (
-                out + PLAY_M if _is_butted(row, row.left, rows) or _is_at_corner(row.left, line) else 0.0
+                projection + PLAY_M if _is_butted(row, row.left, rows) or _is_at_corner(row.left, line) else 0.0
             )
             # Of two rows round a corner the first ends earlier only where the other one goes through to the wall.
             meets = line.right.corner is not None and line.right.corner.upper is CornerKind.BLIND
             short = _is_butted(row, row.right, rows) or (meets and _is_at_corner(row.right, line))
-            end = row.right - (out + PLAY_M if short else 0.0)
+            end = row.right - (projection + PLAY_M if short else 0.0)
             if end - begin < MIN_CORNICE_M:
                 continue
             params = {
                 "width": round(end - begin, 4),
                 "depth": row.depth,
                 "height": CORNICE_HEIGHT_M,
-                "out": out,
+                "out": projection,
                 "left_return": left,
                 "right_return": right,
                 "profile": profile,
                 "face": face_of(models, "tall" if row.is_tall else "upper"),
             }
-            low, high = begin - (out if left else 0.0), end + (out if right else 0.0)
+            start, stop = begin - (projection if left else 0.0), end + (projection if right else 0.0)
             spot = Spot(
                 line.frame,
-                (low + high) / 2,
-                row.depth + out,
+                (start + stop) / 2,
+                row.depth + projection,
                 standard_sizes.UPPER_TO + 5e-4,
                 depth_reference=DepthReference.FRONT,
             )
@@ -96,17 +94,17 @@ def order_cornices(
 
 def find_rows(line: RunLine, slots: Sequence[UnitSlot], models: StyleModels) -> list[CabinetRow]:
     """Rows of a run from left to right, tall ones and wall units apart."""
-    out: list[CabinetRow] = []
-    for left, right, depth, is_tall in sorted(_topped(line, slots, models)):
-        last = out[-1] if out else None
+    rows: list[CabinetRow] = []
+    for left, right, depth, is_tall in sorted(_cornice_cabinets(line, slots, models)):
+        last = rows[-1] if rows else None
         if last and left - last.right < SAME_ROW_M and last.is_tall is is_tall and abs(last.depth - depth) < 1e-3:
-            out[-1] = CabinetRow(last.left, right, depth, is_tall)
+            rows[-1] = CabinetRow(last.left, right, depth, is_tall)
         else:
-            out.append(CabinetRow(left, right, depth, is_tall))
-    return out
+            rows.append(CabinetRow(left, right, depth, is_tall))
+    return rows
 
 
-def _topped(
+def _cornice_cabinets(
     line: RunLine, slots: Sequence[UnitSlot], models: StyleModels
 ) -> Iterator[tuple[float, float, float, bool]]:
     """Left, right, depth of cabinets that reach the height of the wall units, and whether they stand on the floor."""
@@ -118,12 +116,12 @@ def _topped(
             if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
                 yield slot.left, slot.right, standard_sizes.UPPER_DEPTH, False
         elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
-            bare = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
-            if not bare:
+            is_freestanding = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
+            if not is_freestanding:
                 yield slot.left, slot.right, line.depth, True
 
 
-def _is_seen(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLine) -> bool:
+def _is_free_end(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLine) -> bool:
     """True if an end of a row is free: no wall, no deeper or equal row beside it."""
     if at < CORNICE_DEPTH_M + SAME_ROW_M or at > line.length - CORNICE_DEPTH_M - SAME_ROW_M or _is_at_corner(at, line):
         return False
@@ -160,15 +158,12 @@ def order_curtains(order: BuildOrder, holes: Sequence[WallHole], models: StyleMo
         if form == "valance":
             width, height = round(width - 0.1, 4), VALANCE_HEIGHT_M
         choice = preset_with(model.choice.preset, {**model.choice.params, "width": width, "height": height})
-        before = (
-            CURTAIN_FROM_WALL_M
-            if float(models.for_role("window").params.get("casing", 0.0))
-            else CURTAIN_FROM_BARE_WALL_M
-        )
+        has_casing = float(models.for_role("window").params.get("casing", 0.0)) > 0
+        v = CURTAIN_FROM_WALL_M if has_casing else CURTAIN_FROM_BARE_WALL_M
         spot = Spot(
             hole.wall.frame,
             (hole.left + hole.right) / 2,
-            before,
+            v,
             hole.top + CURTAIN_ABOVE_HOLE_M,
             height_reference=HeightReference.HEAD,
         )

@@ -17,9 +17,10 @@ from casa_assets.model.kitchen.plan import RunCorner
 from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
 from casa_assets.model.kitchen.units import TALL, BaseKind
 
-MAX_SLAB_M = 3.9  # metres of one slab
-SHORTEST_ARM, NARROWEST = 0.72, 0.2
-RIM_M = 0.004
+MAX_SLAB_M = 3.9
+MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a straight one
+SINK_RIM_M = 0.004  # height of a drop-in sink's rim over the worktop
+SINK_BACK_M = 0.049  # between the wall and a sink; its front clears the rail of the cabinet below
 WORKTOP_BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
 
 
@@ -34,8 +35,8 @@ class WorktopStretch:
 
     def part(self, left: float, right: float) -> WorktopStretch:
         """A shorter part of it."""
-        lets = tuple(s for s in self.cutout_slots if s.left >= left - 1e-6 and s.right <= right + 1e-6)
-        return WorktopStretch(self.line, left, right, lets)
+        slots = tuple(s for s in self.cutout_slots if s.left >= left - 1e-6 and s.right <= right + 1e-6)
+        return WorktopStretch(self.line, left, right, slots)
 
     def with_ends(self, left: float, right: float) -> WorktopStretch:
         """Copy with other ends."""
@@ -47,20 +48,20 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
     floor = [s for s in slots if not s.is_upper]
     out: list[WorktopStretch] = []
     begin: float | None = 0.0 if line.left.kind is RunEnd.CORNER else None
-    lets: list[UnitSlot] = []
+    cutouts: list[UnitSlot] = []
     end = 0.0
     for slot in floor:
         if slot.kind in WORKTOP_BREAKS or slot.top > standard_sizes.WORKTOP_HEIGHT:
-            if begin is not None and slot.left - begin >= NARROWEST:
-                out.append(WorktopStretch(line, begin, slot.left, tuple(lets)))
-            begin, lets = None, []
+            if begin is not None and slot.left - begin >= MIN_WIDTH_M:
+                out.append(WorktopStretch(line, begin, slot.left, tuple(cutouts)))
+            begin, cutouts = None, []
         else:
             begin = slot.left if begin is None else begin
-            lets += [slot] if slot.kind in (BaseKind.SINK, BaseKind.HOB) else []
+            cutouts += [slot] if slot.kind in (BaseKind.SINK, BaseKind.HOB) else []
         end = slot.right
     if begin is not None:
         end = line.length if line.right.kind is RunEnd.CORNER else end
-        out.append(WorktopStretch(line, begin, end, tuple(lets)))
+        out.append(WorktopStretch(line, begin, end, tuple(cutouts)))
     return out
 
 
@@ -68,14 +69,14 @@ def order_worktops(
     order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
 ) -> None:
     """Order all worktops, then sinks and hobs."""
-    left = {name: worktop_stretches(line, slots[name]) for name, line in lines.items()}
+    stretches = {name: worktop_stretches(line, slots[name]) for name, line in lines.items()}
     corners = {e.corner.runs: e.corner for line in lines.values() for e in (line.left, line.right) if e.corner}
     for corner in corners.values():
-        _corner_top(order, corner, lines, left, models)
+        _corner_top(order, corner, lines, stretches, models)
     for name, line in lines.items():
-        pieces = [p for s in left[name] for p in _pieces(s)]
-        for k, piece in enumerate(pieces):
-            _straight(order, f"{name}_top" if k == 0 else f"{name}_top_{k + 1}", line, piece, models)
+        slabs = [p for s in stretches[name] for p in _slabs(s)]
+        for k, slab in enumerate(slabs):
+            _straight(order, f"{name}_top" if k == 0 else f"{name}_top_{k + 1}", line, slab, models)
     for name in lines:
         for slot in slots[name]:
             if slot.kind is BaseKind.SINK:
@@ -88,14 +89,14 @@ def _corner_top(
     order: BuildOrder,
     corner: RunCorner,
     lines: Mapping[str, RunLine],
-    left: dict[str, list[WorktopStretch]],
+    stretches: dict[str, list[WorktopStretch]],
     models: StyleModels,
 ) -> None:
-    """An L round the corner, up to the first hole on either side; what it covers is taken off the stretches."""
+    """Order an L round a corner, up to the first cutout on either side, and shorten the stretches by what it covers."""
     first, second = (lines[name] for name in corner.runs)
-    a, b = left[first.id].pop(), left[second.id].pop(0)
+    a, b = stretches[first.id].pop(), stretches[second.id].pop(0)
     if first.run.joins or second.run.joins:
-        # The worktop of the wall goes through to the guests' side; that of the peninsula begins at its edge.
+        # The worktop along the wall goes through to the seating side; that of the peninsula begins at its edge.
         if second.run.joins:
             a, b = (
                 a.with_ends(a.left, first.length + _behind(second)),
@@ -106,27 +107,27 @@ def _corner_top(
                 a.with_ends(a.left, first.length - standard_sizes.WORKTOP_DEPTH),
                 b.with_ends(-_behind(first), b.right),
             )
-        left[first.id].append(a)
-        left[second.id].insert(0, b)
+        stretches[first.id].append(a)
+        stretches[second.id].insert(0, b)
         return
-    if min(a.right - a.left, b.right - b.left) < SHORTEST_ARM:
-        # What follows the corner ends the worktop: the other one goes through to the wall.
-        longer, name = (a, first.id) if b.right - b.left < SHORTEST_ARM else (b, second.id)
-        left[name].insert(len(left[name]) if longer is a else 0, longer)
+    if min(a.right - a.left, b.right - b.left) < MIN_ARM_M:
+        # The unit beside the corner ends the worktop on one side: the other worktop goes through to the wall.
+        longer, name = (a, first.id) if b.right - b.left < MIN_ARM_M else (b, second.id)
+        stretches[name].insert(len(stretches[name]) if longer is a else 0, longer)
         return
     arm_a = _arm(a.right, a.left, [s.right for s in a.cutout_slots][::-1], first.left.kind is RunEnd.CORNER)
     arm_b = _arm(0.0, b.right, [s.left for s in b.cutout_slots], second.right.kind is RunEnd.CORNER)
     if a.right - arm_a - a.left > 0.2:
-        left[first.id].append(a.part(a.left, round(a.right - arm_a, 4)))
+        stretches[first.id].append(a.part(a.left, round(a.right - arm_a, 4)))
     else:
         arm_a = round(a.right - a.left, 4)
     if b.right - arm_b > 0.2:
-        left[second.id].insert(0, b.part(round(arm_b, 4), b.right))
+        stretches[second.id].insert(0, b.part(round(arm_b, 4), b.right))
     else:
         arm_b = b.right
     top = worktop_of(models, first)
     params = {
-        **_slab(top),
+        **_slab_params(top),
         "back_arm": arm_a,
         "side_arm": arm_b,
         "depth": standard_sizes.WORKTOP_DEPTH,
@@ -140,30 +141,30 @@ def _corner_top(
     order.add(OrderItem(name, "counter", preset_with("counter_corner/right", params), spot, "", first.id))
 
 
-def _arm(start: float, end: float, holes: list[float], shared: bool) -> float:
-    """Length of an arm from a corner to the end of its stretch or to the first hole; half where two corners meet."""
-    whole = abs(end - start)
-    if holes:
-        whole = abs(holes[0] - start)
-    elif shared:
-        whole = whole / 2
-    return round(max(SHORTEST_ARM, min(MAX_SLAB_M, whole)), 4)
+def _arm(start: float, end: float, cutouts: list[float], is_shared: bool) -> float:
+    """Length of an arm from a corner to the end of its stretch or to the first cutout; half where corners share it."""
+    length = abs(end - start)
+    if cutouts:
+        length = abs(cutouts[0] - start)
+    elif is_shared:
+        length = length / 2
+    return round(max(MIN_ARM_M, min(MAX_SLAB_M, length)), 4)
 
 
-def _pieces(stretch: WorktopStretch) -> Iterator[WorktopStretch]:
-    """Parts with one hole at most, none too long."""
+def _slabs(stretch: WorktopStretch) -> Iterator[WorktopStretch]:
+    """Parts of a stretch with one cutout at most, none longer than a slab."""
     cuts = [stretch.left]
-    for here, there in zip(stretch.cutout_slots, stretch.cutout_slots[1:], strict=False):
-        cuts.append(round((here.right + there.left) / 2, 4))
+    for a, b in itertools.pairwise(stretch.cutout_slots):
+        cuts.append(round((a.right + b.left) / 2, 4))
     cuts.append(stretch.right)
     for a, b in itertools.pairwise(cuts):
         part = stretch.part(a, b)
         if b - a <= MAX_SLAB_M:
             yield part
         else:
-            seam = part.cutout_slots[0].left - NARROWEST if part.cutout_slots else (a + b) / 2
-            if not MAX_SLAB_M >= seam - a >= NARROWEST:
-                seam = part.cutout_slots[0].right + NARROWEST
+            seam = part.cutout_slots[0].left - MIN_WIDTH_M if part.cutout_slots else (a + b) / 2
+            if not MAX_SLAB_M >= seam - a >= MIN_WIDTH_M:
+                seam = part.cutout_slots[0].right + MIN_WIDTH_M
             yield stretch.part(a, round(seam, 4))
             yield stretch.part(round(seam, 4), b)
 
@@ -181,34 +182,34 @@ def _behind(line: RunLine) -> float:
     return round(panel + max(line.run.overhang, 0.01), 4)
 
 
-def _slab(top: WorktopStyle) -> dict[str, Any]:
+def _slab_params(top: WorktopStyle) -> dict[str, Any]:
     return {"thickness": top.thickness, "edge": top.edge, "top": top.face}
 
 
-def _straight(order: BuildOrder, name: str, line: RunLine, piece: WorktopStretch, models: StyleModels) -> None:
+def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch, models: StyleModels) -> None:
     top = worktop_of(models, line)
-    width = round(piece.right - piece.left, 4)
+    width = round(slab.right - slab.left, 4)
     overhang = line.run.overhang
     behind = _behind(line)
     depth = round(line.depth + standard_sizes.WORKTOP_OVERHANG + behind, 4)
-    hole = _cutout(piece, behind, models)
+    cutout = _cutout(slab, behind, models)
     z = standard_sizes.WORKTOP_HEIGHT - top.thickness
     if line.is_island:
-        # Cheeks of stone stand outside the panels at the ends.
-        falls = overhang >= 0.25 and top.support == "waterfall"
-        over = round(top.thickness + 0.002, 4) if falls else 0.03
+        # Waterfall ends stand outside the end panels.
+        has_waterfall = overhang >= 0.25 and top.support == "waterfall"
+        over = round(top.thickness + 0.002, 4) if has_waterfall else 0.03
         params = {
-            **_slab(top),
+            **_slab_params(top),
             "width": round(width + 2 * over, 4),
             "depth": depth,
             "overhang": overhang,
             "height": standard_sizes.WORKTOP_HEIGHT,
             "support": top.support if overhang >= 0.25 else "none",
-            "cutout": {**hole, "left": round(hole["left"] + over, 4)} if hole else None,
+            "cutout": {**cutout, "left": round(cutout["left"] + over, 4)} if cutout else None,
         }
         spot = Spot(
             line.frame,
-            (piece.left + piece.right) / 2,
+            (slab.left + slab.right) / 2,
             -behind,
             standard_sizes.WORKTOP_HEIGHT,
             height_reference=HeightReference.HEAD,
@@ -216,50 +217,47 @@ def _straight(order: BuildOrder, name: str, line: RunLine, piece: WorktopStretch
         order.add(OrderItem(name, "island", preset_with("counter_island/plain", params), spot, "", line.id))
         return
     params = {
-        **_slab(top),
+        **_slab_params(top),
         "width": width,
         "depth": depth,
-        "left_end": _is_free(line, piece.left, left=True),
-        "right_end": _is_free(line, piece.right, left=False),
+        "left_end": _is_free(line, slab.left, left=True),
+        "right_end": _is_free(line, slab.right, left=False),
         "upstand": models.style.counter.upstand if line.at_wall and models.style.backsplash is None else 0.0,
-        "cutout": hole,
+        "cutout": cutout,
     }
-    spot = Spot(line.frame, (piece.left + piece.right) / 2, -behind, z)
+    spot = Spot(line.frame, (slab.left + slab.right) / 2, -behind, z)
     order.add(OrderItem(name, "counter", preset_with("counter/quartz_eased", params), spot, "", line.id))
 
 
 def _is_free(line: RunLine, at: float, left: bool) -> bool:
-    """True if the end of a piece is seen."""
+    """True if an end of a slab is visible."""
     end = line.left if left else line.right
     edge = 0.0 if left else line.length
     return abs(at - edge) < 0.01 if end.kind is RunEnd.FREE else not -0.001 < at < line.length + 0.001
 
 
-def _cutout(piece: WorktopStretch, behind: float, models: StyleModels) -> dict[str, Any] | None:
-    if not piece.cutout_slots:
+def _cutout(slab: WorktopStretch, behind: float, models: StyleModels) -> dict[str, Any] | None:
+    if not slab.cutout_slots:
         return None
-    slot = piece.cutout_slots[0]
+    slot = slab.cutout_slots[0]
     if slot.kind is BaseKind.HOB:
         model = models.for_role("hob")
         width, depth = model.length("width") - 0.03, model.length("depth") - 0.03
         back, radius = _hob_back(model.length("depth")) + 0.015, 0.01
     else:
         model = models.for_role("sink")
-        width, back, depth, radius = _sink_hole(model.params)
-    left = round(slot.middle - width / 2 - piece.left, 4)
+        width, back, depth, radius = _sink_cutout(model.params)
+    left = round(slot.middle - width / 2 - slab.left, 4)
     return {"left": left, "back": round(back + behind, 4), "width": width, "depth": round(depth, 4), "radius": radius}
 
 
-SINK_BACK = 0.049  # metres between the wall and a sink; its front clears the rail of the cabinet below
-
-
-def _sink_hole(sink: Mapping[str, Any]) -> tuple[float, float, float, float]:
-    """Width, distance from the wall, depth and corner radius of the hole for a sink."""
+def _sink_cutout(sink: Mapping[str, Any]) -> tuple[float, float, float, float]:
+    """Width, distance from the wall, depth and corner radius of the cutout for a sink, metres."""
     width, depth = float(sink["width"]), float(sink["depth"])
     if sink["mount"] == "drop_in":
-        return round(width - 0.03, 4), SINK_BACK + 0.015, round(depth - 0.03, 4), 0.02
-    # Let in from below: the hole is as large as the basins.
-    return round(width - 2 * 0.028, 4), SINK_BACK + 0.07, round(depth - 0.1, 4), min(0.1, float(sink["corner"]))
+        return round(width - 0.03, 4), SINK_BACK_M + 0.015, round(depth - 0.03, 4), 0.02
+    # An undermount sink: the cutout is as large as the basins.
+    return round(width - 2 * 0.028, 4), SINK_BACK_M + 0.07, round(depth - 0.1, 4), min(0.1, float(sink["corner"]))
 
 
 def _hob_back(depth: float) -> float:
@@ -268,8 +266,8 @@ def _hob_back(depth: float) -> float:
 
 def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     model = models.for_role("sink")
-    top = standard_sizes.WORKTOP_HEIGHT + (RIM_M if model.params["mount"] == "drop_in" else 0.0)
-    spot = Spot(slot.line.frame, slot.middle, SINK_BACK, top, height_reference=HeightReference.HEAD)
+    top = standard_sizes.WORKTOP_HEIGHT + (SINK_RIM_M if model.params["mount"] == "drop_in" else 0.0)
+    spot = Spot(slot.line.frame, slot.middle, SINK_BACK_M, top, height_reference=HeightReference.HEAD)
     deck = worktop_of(models, slot.line).thickness
     choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "deck": deck})
     order.add(OrderItem(f"{slot.name}_basin", "sink", choice, spot, slot.name, slot.line.id))

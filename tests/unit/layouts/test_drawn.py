@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from casa_assets.layouts.order.beams import HOOD_DEPTH, beams_of
+from casa_assets.layouts.order.beams import HOOD_DEPTH_M, beams_of
 from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.units import UpperKind
@@ -43,5 +43,5 @@ def test_beams_keep_clear_of_a_hood_that_the_usual_number_would_meet(style: str,
     assert beams is not None
     (hood,) = [s for row in kitchen.slots.values() for s in row if s.kind is UpperKind.HOOD]
     axis = 1 if beams.along_x else 0
-    ends = [hood.line.frame.at(u, v)[axis] for u in (hood.left, hood.right) for v in (0.0, HOOD_DEPTH)]
+    ends = [hood.line.frame.at(u, v)[axis] for u in (hood.left, hood.right) for v in (0.0, HOOD_DEPTH_M)]
     assert not beams.crosses(min(ends), max(ends))
