@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.pipeline.kitchens.resolve import preset_params

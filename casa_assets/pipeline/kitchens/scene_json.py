@@ -9,8 +9,8 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
 from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.build_order import OrderItem
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.site import Region
 from casa_assets.model.kitchen.scene import Placement, Scene
