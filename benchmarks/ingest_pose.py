@@ -28,7 +28,7 @@ from casa_assets.geometry.solid.manifold import closed_solid
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.load import load
-from casa_assets.ingest.mass.estimates import combine_estimates, estimates
+from casa_assets.ingest.mass.estimates import combine_estimates, estimate_masses
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
@@ -101,7 +101,7 @@ def measured(
     )
     known = registry.load()
     points, ids = surface.points, surface.welded_faces
-    ways = estimates(points, ids, closed_solid(points, ids), category, known.substances[category.substance])
+    ways = estimate_masses(points, ids, closed_solid(points, ids), category, known.substances[category.substance])
     found = combine_estimates(ways, category, MASS_AGREEMENT_RATIO)
     row = Row(
         path=path,

@@ -12,57 +12,61 @@ from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.registry.category import Category, MatterFill
 
-# Share of what is seen of a piece that are backs, from which on it is a sheet and not a wall with a gap.
+# Share of the visible samples of a component that show its back, from which on it is a sheet; a choice.
 MIN_BACK_SHARE = 0.05
 
 
-def add_back_faces(draft: Draft, category: Category, missing: float) -> Draft:
-    """Add turned copies of the faces of open pieces whose backs are seen; the last stage, as it changes looks alone.
+def add_back_faces(draft: Draft, category: Category, missing_share: float) -> Draft:
+    """Add reversed copies of the faces of open components whose backs are visible.
+
+    It runs after all stages that measure the surface, since only the looks change.
 
     Args:
         draft: metres, as it rests.
-        category: a full thing that lacks a side is left as it is, for nobody looks into an apple.
-        missing: share of the outline of a full thing that is hollow from some side, from which on it lacks that side.
+        category: something solid that lacks a side is left as it is, since nobody looks into an apple.
+        missing_share: share of the outline, seen from some side, that shows backs; from it on that side is missing.
     """
     points, ids = draft.surface.points, draft.surface.welded_faces
-    seen = measure_visibility(points, ids)
-    if category.build in (MatterFill.SOLID, MatterFill.FILLED) and float(seen.behind.max()) > missing:
+    visibility = measure_visibility(points, ids)
+    if category.build in (MatterFill.SOLID, MatterFill.FILLED) and float(visibility.behind.max()) > missing_share:
         return draft
-    bare = _sheets(ids, len(points), seen)
-    if not bare.any():
+    needs_backs = _sheets(ids, len(points), visibility)
+    if not needs_backs.any():
         return draft
     parts, start = [], 0
     for part in draft.parts:
-        rows = bare[start : start + len(part.mesh.faces)]
+        rows = needs_backs[start : start + len(part.mesh.faces)]
         parts.append(part.replace(mesh=_with_backs(part.mesh, rows)) if rows.any() else part)
         start += len(rows)
-    message = f"{bare.mean():.0%} of the faces belong to sheets that are seen from both sides; they have two sides now"
+    message = (
+        f"{needs_backs.mean():.0%} of the faces belong to sheets that are seen from both sides; they have two sides now"
+    )
     return draft.replace(parts=tuple(parts), notes=draft.noted(warning("MSH060", "faces", message)))
 
 
-def _sheets(ids: Ints, count: int, seen: Visibility) -> Mask:
-    """(F,) faces of open pieces that show their backs."""
-    piece = face_components(ids, count)
+def _sheets(ids: Ints, count: int, visibility: Visibility) -> Mask:
+    """(F,) faces of open components that show their backs."""
+    component = face_components(ids, count)
     ends, uses, _ = edge_counts(ids)
-    of_point = np.zeros(count, dtype=np.int64)
-    of_point[ids] = piece[:, None]
-    is_open = np.zeros(int(piece.max()) + 1, dtype=bool)
-    is_open[of_point[ends[uses == 1, 0]]] = True
-    own, total = piece[seen.face], len(is_open)
-    shown = np.bincount(own[seen.front | seen.back], minlength=total)
-    behind = np.bincount(own[seen.back], minlength=total)
-    return np.asarray((is_open & (behind > MIN_BACK_SHARE * np.maximum(shown, 1)))[piece])
+    component_of_point = np.zeros(count, dtype=np.int64)
+    component_of_point[ids] = component[:, None]
+    is_open = np.zeros(int(component.max()) + 1, dtype=bool)
+    is_open[component_of_point[ends[uses == 1, 0]]] = True
+    component_of_sample, total = component[visibility.face], len(is_open)
+    seen_count = np.bincount(component_of_sample[visibility.front | visibility.back], minlength=total)
+    back_count = np.bincount(component_of_sample[visibility.back], minlength=total)
+    return np.asarray((is_open & (back_count > MIN_BACK_SHARE * np.maximum(seen_count, 1)))[component])
 
 
 def _with_backs(mesh: Mesh, rows: Mask) -> Mesh:
-    """The mesh and turned copies of some of its faces, with vertices of their own."""
-    whole = mesh if mesh.normals is not None else with_normals(mesh)
-    assert whole.normals is not None
-    used, local = np.unique(whole.faces[rows], return_inverse=True)
-    turned = local.reshape(-1, 3)[:, ::-1] + len(whole.vertices)
+    """The mesh and reversed copies of some of its faces, with vertices of their own."""
+    complete = mesh if mesh.normals is not None else with_normals(mesh)
+    assert complete.normals is not None
+    used, local = np.unique(complete.faces[rows], return_inverse=True)
+    back_faces = local.reshape(-1, 3)[:, ::-1] + len(complete.vertices)
     return Mesh(
-        vertices=np.concatenate([whole.vertices, whole.vertices[used]]),
-        faces=np.concatenate([whole.faces, turned]),
-        uv=None if whole.uv is None else np.concatenate([whole.uv, whole.uv[used]]),
-        normals=np.concatenate([whole.normals, -whole.normals[used]]),
+        vertices=np.concatenate([complete.vertices, complete.vertices[used]]),
+        faces=np.concatenate([complete.faces, back_faces]),
+        uv=None if complete.uv is None else np.concatenate([complete.uv, complete.uv[used]]),
+        normals=np.concatenate([complete.normals, -complete.normals[used]]),
     )

@@ -23,7 +23,7 @@ from casa_assets.model.ingest.source import Source
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
 
-# Side of a finger's pad, metres: how large a grasp is shown, besides its width.
+# Side of the finger pads that a grasp is shown with, metres; a choice.
 PAD_M = 0.02
 
 
@@ -46,8 +46,8 @@ def assemble(
     """
     assert draft.inertial is not None, "the mass stage ran"
     vertices = draft.surface.vertices
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    shift = _float32(-np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]]))
+    lower, upper = vertices.min(axis=0), vertices.max(axis=0)
+    shift = _float32(-np.array([(lower[0] + upper[0]) / 2, (lower[1] + upper[1]) / 2, lower[2]]))
     visuals, materials = _visuals(draft, shift, substance)
     colliders = tuple(
         Collider(name=f"object_collider_{i:03d}", shape=shape, pose=pose, substance=substance.id)
@@ -68,16 +68,18 @@ def assemble(
 
 
 def _grasps(draft: Draft, shift: Floats) -> tuple[Site, ...]:
-    """A box for each grasp, `grasp_<what is held>`: x along the fingers' way and as wide as they open, z the hand's."""
+    """A box site `grasp_<feature>` for each grasp: x along the closing direction, z along the approach."""
     sites = []
-    for one in draft.grasps:
-        closing, approach = np.array(one.closing), np.array(one.approach)
-        turn = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
-        x, y, z, w = (float(v) for v in turn.as_quat(canonical=True))
-        px, py, pz = (_seven(float(v)) for v in np.array(one.center) + shift)
-        pose = Pose(position=(px, py, pz), quaternion=(_seven(w), _seven(x), _seven(y), _seven(z)))
-        size = (_seven(one.width), PAD_M, PAD_M)
-        sites.append(Site(name=f"grasp_{one.feature.value}", pose=pose, kind="box", size=size))
+    for grasp in draft.grasps:
+        closing, approach = np.array(grasp.closing), np.array(grasp.approach)
+        rotation = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
+        x, y, z, w = (float(v) for v in rotation.as_quat(canonical=True))
+        px, py, pz = (_seven_digits(float(v)) for v in np.array(grasp.center) + shift)
+        pose = Pose(
+            position=(px, py, pz), quaternion=(_seven_digits(w), _seven_digits(x), _seven_digits(y), _seven_digits(z))
+        )
+        size = (_seven_digits(grasp.width), PAD_M, PAD_M)
+        sites.append(Site(name=f"grasp_{grasp.feature.value}", pose=pose, kind="box", size=size))
     return tuple(sites)
 
 
@@ -85,7 +87,7 @@ def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[V
     visuals: list[Visual] = []
     materials: list[Material] = []
     for part in draft.parts:
-        mesh = _single(part.mesh if part.mesh.normals is not None else with_normals(part.mesh), shift)
+        mesh = _in_float32(part.mesh if part.mesh.normals is not None else with_normals(part.mesh), shift)
         if not len(mesh.faces):
             continue
         name = f"look_{len(visuals):03d}"
@@ -96,22 +98,22 @@ def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[V
     return tuple(visuals), tuple(materials)
 
 
-def _single(mesh: Mesh, shift: Floats) -> Mesh:
-    """The mesh moved, every number one that a float32 holds exactly; faces that this collapses are left out."""
+def _in_float32(mesh: Mesh, shift: Floats) -> Mesh:
+    """The mesh moved and rounded to float32; faces that this collapses are left out."""
     vertices = _float32(mesh.vertices + shift)
     corners = vertices[mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    alive = np.linalg.norm(cross, axis=1) > 0
-    faces = mesh.faces[alive]
+    has_area = np.linalg.norm(cross, axis=1) > 0
+    faces = mesh.faces[has_area]
     used, local = np.unique(faces, return_inverse=True)
     normals = None if mesh.normals is None else _float32(_unit(mesh.normals[used]))
     uv = None if mesh.uv is None else _float32(mesh.uv[used])
-    single = Mesh(vertices=vertices[used], faces=local.reshape(-1, 3), uv=uv, normals=normals)
-    return _with_center(single) if len(used) == 3 else single
+    out = Mesh(vertices=vertices[used], faces=local.reshape(-1, 3), uv=uv, normals=normals)
+    return _with_center(out) if len(used) == 3 else out
 
 
 def _with_center(mesh: Mesh) -> Mesh:
-    """A lone triangle cut into three at its centre, for MuJoCo refuses meshes of fewer than four vertices."""
+    """A single triangle cut into three at its centre, since MuJoCo refuses meshes of fewer than four vertices."""
     a, b, c = mesh.faces[0]
     columns = [None if v is None else _float32(np.vstack([v, v.mean(axis=0)])) for v in (mesh.vertices, mesh.uv)]
     normals = None if mesh.normals is None else np.vstack([mesh.normals, _unit(mesh.normals.sum(axis=0)[None])])
@@ -124,7 +126,7 @@ def _with_center(mesh: Mesh) -> Mesh:
 
 
 def _float32(values: Floats) -> Floats:
-    """The nearest numbers that a float32 holds exactly."""
+    """The nearest float32 values."""
     return np.asarray(values, dtype=np.float32).astype(np.float64)
 
 
@@ -135,11 +137,11 @@ def _unit(normals: Floats) -> Floats:
 
 
 def _all_moved(placed: tuple[PlacedShape, ...], shift: Floats) -> list[tuple[Shape, Pose]]:
-    """The shapes at their place; a splinter that rounding makes flat is left out."""
+    """The shapes, moved; hulls that rounding makes flat are left out."""
     moved = []
-    for one in placed:
+    for collider in placed:
         with suppress(DegenerateShape):
-            moved.append(_moved(one, shift))
+            moved.append(_moved(collider, shift))
     if not moved:
         raise Rejected("MSH004", "no collision shape has a volume once coordinates have the formats' precision")
     return moved
@@ -153,36 +155,36 @@ def _moved(placed: PlacedShape, shift: Floats) -> tuple[Shape, Pose]:
             points, faces = convex_hull(points)
             return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()
         return MeshShape(mesh=Mesh(vertices=points, faces=shape.mesh.faces)), Pose()
-    position = tuple(_seven(float(v)) for v in np.array(pose.position) + shift)
-    quaternion = tuple(_seven(q) for q in pose.quaternion)
+    position = tuple(_seven_digits(float(v)) for v in np.array(pose.position) + shift)
+    quaternion = tuple(_seven_digits(q) for q in pose.quaternion)
     return _rounded(shape), Pose(position=position, quaternion=quaternion)
 
 
 def _rounded(shape: Box | Sphere | Cylinder | Capsule) -> Shape:
     if isinstance(shape, Box):
-        x, y, z = (_seven(s) for s in shape.size)
+        x, y, z = (_seven_digits(s) for s in shape.size)
         return Box(size=(x, y, z))
     if isinstance(shape, Sphere):
-        return Sphere(radius=_seven(shape.radius))
+        return Sphere(radius=_seven_digits(shape.radius))
     if isinstance(shape, Cylinder):
-        return Cylinder(radius=_seven(shape.radius), height=_seven(shape.height))
-    return Capsule(radius=_seven(shape.radius), height=_seven(shape.height))
+        return Cylinder(radius=_seven_digits(shape.radius), height=_seven_digits(shape.height))
+    return Capsule(radius=_seven_digits(shape.radius), height=_seven_digits(shape.height))
 
 
-def _seven(value: float) -> float:
-    """Seven digits, and no dust: what both formats carry."""
+def _seven_digits(value: float) -> float:
+    """The value with seven digits, which both formats carry; 0 below 1e-9."""
     return significant(value, 7) if abs(value) > 1e-9 else 0.0
 
 
 def _moved_inertial(inertial: Inertial, shift: Floats) -> Inertial:
-    x, y, z = (_seven(float(v)) for v in np.array(inertial.center_of_mass) + shift)
+    x, y, z = (_seven_digits(float(v)) for v in np.array(inertial.center_of_mass) + shift)
     return inertial.replace(center_of_mass=(x, y, z))
 
 
 def _bounding_region(colliders: tuple[Collider, ...]) -> Region:
-    """The box around all collision shapes, which the runtime places objects by."""
+    """The box around all collision shapes, by which the runtime places objects."""
     boxes = np.array([shape_bounds(c.shape, c.pose) for c in colliders])
-    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-    cx, cy, cz = (_seven(float(v)) for v in (low + high) / 2)
-    sx, sy, sz = (_seven(float(v)) for v in high - low)
+    lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    cx, cy, cz = (_seven_digits(float(v)) for v in (lower + upper) / 2)
+    sx, sy, sz = (_seven_digits(float(v)) for v in upper - lower)
     return Region(name="bbox", pose=Pose(position=(cx, cy, cz)), size=(sx, sy, sz))

@@ -18,18 +18,17 @@ from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces, sheet_f
 from casa_assets.ingest.repair.solidity import solidity
 from casa_assets.ingest.repair.t_junctions import split_t_junctions
 from casa_assets.ingest.repair.winding import orient_outward
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.ingest.submesh import submesh
 from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import Category, MatterFill
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:
-    """Repair what can be repaired without changing what the thing looks like; a sound mesh stays as it is.
+    """Repair what can be repaired without changing the looks; a sound mesh stays as it is.
 
     Args:
-        category: whose proportions tell the stand under a thing from its foot, and whose build whether it is full; None
-            where that is not known.
+        category: its proportions tell a stand from a foot, and its build whether the inside is solid; None if unknown.
     Raises:
         Rejected: nothing is left (MSH001), or what is left is flat (MSH002).
     """
@@ -51,7 +50,7 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
 
 
 def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:
-    """Leave out faces without an area, twins and what is no part of the thing; close cracks in what stays."""
+    """Leave out degenerate and duplicate faces and what is no part of the object; close cracks in the rest."""
     surface = _without_unused(draft.surface)
     keep = valid_faces(surface.vertices, surface.faces, surface.point_of_vertex)
     notes = []
@@ -94,7 +93,7 @@ def _wound_outward(draft: Draft) -> Draft:
 
 
 def _measured(draft: Draft, full: bool) -> Draft:
-    """The draft with its solidity, and remarks on what cannot be mended."""
+    """The draft with its solidity, and notes on faults that are left."""
     points, faces = draft.surface.points, draft.surface.welded_faces
     found = solidity(points, faces, full)
     guesses = draft.guessed("solidity", found.kind.value, found.confidence, found.message)
@@ -103,7 +102,7 @@ def _measured(draft: Draft, full: bool) -> Draft:
 
 
 def _unsound(ids: Ints) -> list[Issue]:
-    """Remarks on faults that cannot be mended without inventing surface."""
+    """Notes on open and nonmanifold edges that are left."""
     _, uses, _ = edge_counts(ids)
     notes = []
     if (uses == 1).any():
@@ -116,7 +115,7 @@ def _unsound(ids: Ints) -> list[Issue]:
 
 
 def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> tuple[Mask, list[Issue]]:
-    """Leave out what is no part of the thing, and remark on several things in one file."""
+    """Leave out what is no part of the object, with notes on that and on several objects in one file."""
     index = np.flatnonzero(keep)
     if not len(index):
         return keep, []
@@ -131,32 +130,23 @@ def _without_extras(surface: Surface, keep: Mask, category: Category | None) -> 
 
 
 def _parts(draft: Draft, vertices: Floats, faces: Ints, keep: Mask, turned: Mask) -> tuple[RawPart, ...]:
-    """The parts with the faces that stay and the vertices that they use, where those now are."""
+    """The parts with the faces that stay, and the vertices that these use, at their new places.
+
+    Args:
+        vertices, faces: of all parts. keep: (F,) faces that stay. turned: (F,) whose normals are dropped.
+    """
     out, start, offset = [], 0, 0
     for part in draft.parts:
-        count, size = len(part.mesh.faces), len(part.mesh.vertices)
-        rows = slice(start, start + count)
-        own = faces[rows][keep[rows]] - offset
-        if len(own):
-            fresh = bool(turned[rows][keep[rows]].any())
-            mesh = part.mesh.with_vertices(vertices[offset : offset + size], part.mesh.normals)
-            out.append(part.replace(mesh=_compact(mesh, own, drop_normals=fresh)))
-        start += count
-        offset += size
+        face_count, vertex_count = len(part.mesh.faces), len(part.mesh.vertices)
+        span = slice(start, start + face_count)
+        part_faces = faces[span][keep[span]] - offset
+        if len(part_faces):
+            has_turned = bool(turned[span][keep[span]].any())
+            mesh = part.mesh.with_vertices(vertices[offset : offset + vertex_count], part.mesh.normals)
+            out.append(part.replace(mesh=submesh(mesh, part_faces, keep_normals=not has_turned)))
+        start += face_count
+        offset += vertex_count
     return tuple(out)
-
-
-def _compact(mesh: Mesh, faces: Ints, drop_normals: bool) -> Mesh:
-    used = np.zeros(len(mesh.vertices), dtype=bool)
-    used[faces.ravel()] = True
-    place = np.cumsum(used) - 1
-    return Mesh(
-        vertices=mesh.vertices[used],
-        faces=place[faces],
-        uv=None if mesh.uv is None else mesh.uv[used],
-        normals=None if mesh.normals is None or drop_normals else mesh.normals[used],
-        colors=None if mesh.colors is None else mesh.colors[used],
-    )
 
 
 def _refuse_flat(cloud: Floats) -> None:

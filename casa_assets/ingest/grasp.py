@@ -1,4 +1,4 @@
-"""Choose grasps of an ingested thing: body, rim and handle, each with the opening of the gripper that it needs."""
+"""Choose grasps of an ingested mesh: body, rim and handle, each with the gripper opening that it needs."""
 
 from __future__ import annotations
 
@@ -10,28 +10,30 @@ from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.grasp import Grasp, GraspFeature
 from casa_assets.model.registry.category import Category, FrontRule, MatterFill
 
-# A rim is no thicker than this and this near to the top, metres, and is taken from within so many degrees of above.
-RIM_THICK, RIM_DEEP = 0.015, 0.035
-FROM_ABOVE = 0.7
-# What fingers close on is a wall where they close no steeper than this.
-LEVEL_SINE = 0.5
-# A handle is no thicker than this, metres.
-HANDLE_THICK = 0.05
-# What is this near to the centre of mass, as a part of the longest level side, is the body.
+# All numbers below are choices.
+# Largest thickness of a rim, and largest distance from the top, metres.
+RIM_THICKNESS_M, RIM_DEPTH_M = 0.015, 0.035
+# A rim is grasped from above: smallest cosine between the approach and straight down, and largest sine between the
+# closing direction and the horizontal.
+MIN_DOWNWARD_COSINE = 0.7
+MAX_CLOSING_SINE = 0.5
+# Largest thickness of a handle, metres.
+HANDLE_THICKNESS_M = 0.05
+# Horizontal distance from the centre of mass, as a share of the longer horizontal side, up to which a grasp is of the
+# body, and from which on a thin grasp of a vessel is of its handle.
 BODY_REACH_SHARE = 0.25
-# What is thin and this far from the centre of mass of a vessel with a handle is its handle.
 HANDLE_DISTANCE_SHARE = 0.45
-# Fingers on the body of a vessel reach over this part of its lesser level side at least.
+# Smallest width of a grasp of the body of a vessel, as a share of its shorter horizontal side.
 MIN_BODY_WIDTH_SHARE = 0.5
 
 
-def grasp(draft: Draft, category: Category, opening: float) -> Draft:
-    """The best grasp of each kind that there is.
+def grasp(draft: Draft, category: Category, opening_m: float) -> Draft:
+    """The best grasp of each kind that is possible.
 
     Args:
         draft: metres, z up, as it rests, with its mass.
         category: vessels have a rim; some categories have a handle.
-        opening: how far the gripper opens, metres.
+        opening_m: largest opening of the gripper.
     """
     assert draft.inertial is not None, "the mass stage ran"
     if category.fixed:
@@ -40,60 +42,68 @@ def grasp(draft: Draft, category: Category, opening: float) -> Draft:
     center = np.array(draft.inertial.center_of_mass)
     sides, top = np.ptp(points, axis=0), float(points[:, 2].max())
     best: dict[GraspFeature, tuple[float, AntipodalGrasp]] = {}
-    for pinch in antipodal_grasps(points, draft.surface.welded_faces, opening):
-        off = (pinch.center - center)[:2] / float(sides[:2].max())
-        aside = float(np.linalg.norm(off))
-        hold = _hold(pinch, aside, top, category)
-        is_part = (
-            hold is GraspFeature.BODY
+    for candidate in antipodal_grasps(points, draft.surface.welded_faces, opening_m):
+        offset = (candidate.center - center)[:2] / float(sides[:2].max())
+        aside = float(np.linalg.norm(offset))
+        feature = _feature_of(candidate, aside, top, category)
+        is_too_narrow = (
+            feature is GraspFeature.BODY
             and category.build is MatterFill.VESSEL
-            and pinch.width < MIN_BODY_WIDTH_SHARE * sides[:2].min()
+            and candidate.width < MIN_BODY_WIDTH_SHARE * sides[:2].min()
         )
-        if hold is None or is_part:
+        if feature is None or is_too_narrow:
             continue
-        score = _score(pinch, hold, off)
-        if hold not in best or score > best[hold][0]:
-            best[hold] = (score, pinch)
+        score = _score(candidate, feature, offset)
+        if feature not in best or score > best[feature][0]:
+            best[feature] = (score, candidate)
     if category.front is not FrontRule.HANDLE and len(best) > 1:
         best.pop(GraspFeature.HANDLE, None)
-    return draft.replace(grasps=tuple(_record(hold, best[hold][1]) for hold in GraspFeature if hold in best))
+    return draft.replace(
+        grasps=tuple(_record(feature, best[feature][1]) for feature in GraspFeature if feature in best)
+    )
 
 
-def _hold(pinch: AntipodalGrasp, aside: float, top: float, category: Category) -> GraspFeature | None:
-    """Part that a grasp holds (body, rim or handle); None for the wall of a vessel elsewhere than at its rim."""
-    if category.build is MatterFill.VESSEL and pinch.width <= RIM_THICK:
-        is_at_top = pinch.center[2] >= top - RIM_DEEP and -pinch.approach[2] >= FROM_ABOVE
+def _feature_of(candidate: AntipodalGrasp, aside: float, top: float, category: Category) -> GraspFeature | None:
+    """Part that a grasp holds; None for the wall of a vessel below its rim.
+
+    Args:
+        aside: horizontal distance from the centre of mass over the longer side. top: height of the mesh, metres.
+    """
+    if category.build is MatterFill.VESSEL and candidate.width <= RIM_THICKNESS_M:
+        is_at_top = candidate.center[2] >= top - RIM_DEPTH_M and -candidate.approach[2] >= MIN_DOWNWARD_COSINE
         if (
             is_at_top
-            and abs(pinch.closing[2]) < LEVEL_SINE
+            and abs(candidate.closing[2]) < MAX_CLOSING_SINE
             and (category.front is not FrontRule.HANDLE or aside < HANDLE_DISTANCE_SHARE)
         ):
             return GraspFeature.RIM
         return GraspFeature.HANDLE if category.front is FrontRule.HANDLE and aside >= HANDLE_DISTANCE_SHARE else None
     if aside <= BODY_REACH_SHARE:
         return GraspFeature.BODY
-    return GraspFeature.HANDLE if pinch.width <= HANDLE_THICK else None
+    return GraspFeature.HANDLE if candidate.width <= HANDLE_THICKNESS_M else None
 
 
-def _score(pinch: AntipodalGrasp, hold: GraspFeature, off: Floats) -> float:
-    """Higher is better: from above; a body near its middle, a rim at its highest, a handle far out and to the right."""
-    steep, aside = -float(pinch.approach[2]), float(np.linalg.norm(off))
-    if hold is GraspFeature.BODY:
+def _score(candidate: AntipodalGrasp, feature: GraspFeature, offset: Floats) -> float:
+    """Score of a grasp: from above; a body near its centre, a rim at its highest, a handle far out towards +x."""
+    steep, aside = -float(candidate.approach[2]), float(np.linalg.norm(offset))
+    if feature is GraspFeature.BODY:
         return 0.5 * steep - 2 * aside
-    return 0.5 * steep + (aside + float(off[0]) if hold is GraspFeature.HANDLE else 10 * float(pinch.center[2]))
+    return 0.5 * steep + (
+        aside + float(offset[0]) if feature is GraspFeature.HANDLE else 10 * float(candidate.center[2])
+    )
 
 
-def _record(hold: GraspFeature, pinch: AntipodalGrasp) -> Grasp:
+def _record(feature: GraspFeature, candidate: AntipodalGrasp) -> Grasp:
     return Grasp(
-        feature=hold,
-        center=_rounded(pinch.center),
-        closing=_rounded(pinch.closing),
-        approach=_rounded(pinch.approach),
-        width=round(pinch.width, 5),
+        feature=feature,
+        center=_rounded(candidate.center),
+        closing=_rounded(candidate.closing),
+        approach=_rounded(candidate.approach),
+        width=round(candidate.width, 5),
     )
 
 
 def _rounded(vector: Floats) -> tuple[float, float, float]:
-    """Six digits after the point: samples say no more, and two machines agree on them."""
+    """Six decimals: samples are no more precise, and machines agree on them."""
     x, y, z = (round(float(v), 6) for v in vector)
     return (x, y, z)

@@ -8,9 +8,9 @@ import meshoptimizer
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.core.typing import Ints
 from casa_assets.geometry.mesh.topology import merge_rows
 from casa_assets.ingest.draft import Draft, warning
+from casa_assets.ingest.submesh import submesh
 from casa_assets.model.asset.mesh import Mesh
 
 # Largest error of the simplified surface, as a part of the mesh's extent.
@@ -46,8 +46,8 @@ def simplified(mesh: Mesh, target: int) -> Mesh:
         count = meshoptimizer.simplify(out, index, points, target_index_count=target * 3, target_error=TARGET_ERROR)
     else:
         count = _with_uv(out, index, points, np.ascontiguousarray(mesh.uv[first], dtype=np.float32), target)
-    # A part of a few crumbs can collapse as a whole; it stays as it is.
-    return _picked(mesh, first, out[:count].astype(np.int64)) if count else mesh
+    # A part of a few tiny components can collapse entirely; it stays as it is.
+    return submesh(mesh, first[out[:count]].reshape(-1, 3)) if count else mesh
 
 
 def _with_uv(
@@ -58,7 +58,7 @@ def _with_uv(
     target: int,
 ) -> int:
     """Number of indices written to `out`; stretching the texture counts as an error too."""
-    # The binding declares no argument types for this function: numbers have to be of their C types already.
+    # The binding declares no argument types for this function, so numbers have to be of their C types already.
     return int(
         meshoptimizer.simplify_with_attributes(
             out,
@@ -75,16 +75,4 @@ def _with_uv(
             target_error=ctypes.c_float(TARGET_ERROR),
             options=ctypes.c_uint(0),
         )
-    )
-
-
-def _picked(mesh: Mesh, first: Ints, index: Ints) -> Mesh:
-    used, faces = np.unique(index, return_inverse=True)
-    rows = first[used]
-    return Mesh(
-        vertices=mesh.vertices[rows],
-        faces=faces.reshape(-1, 3),
-        uv=None if mesh.uv is None else mesh.uv[rows],
-        normals=None if mesh.normals is None else mesh.normals[rows],
-        colors=None if mesh.colors is None else mesh.colors[rows],
     )

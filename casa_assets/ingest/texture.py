@@ -14,9 +14,9 @@ from casa_assets.model.asset.material import Material, Substance, Texture
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawPart
 
-# Pixels along the legs of a triangle's patch in a painted texture; the last one is margin.
+# Pixels along the legs of a triangle's patch in a painted texture; the last one is margin. A choice.
 PATCH_PX = 6
-# Alpha up to this cannot be seen.
+# Alpha up to which a surface is invisible; a choice.
 INVISIBLE = 0.02
 
 
@@ -26,7 +26,7 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
     Args:
         draft: any stage after `simplify`.
         largest_px: longer sides are scaled down to this.
-        substance: how it looks where the file says nothing.
+        substance: its metallic and roughness values are used if the file states none.
     """
     notes = []
     parts = []
@@ -35,11 +35,11 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
         if mesh.colors is not None and int(mesh.colors[:, 3].max(initial=0)) <= INVISIBLE * 255:
             mesh = mesh.replace(colors=np.column_stack([mesh.colors[:, :3], np.full(len(mesh.colors), 255)]))
             notes.append(warning("MSH018", part.name, "fully transparent vertex colours were made opaque"))
-        if mesh.colors is not None and material.base_color_texture is None and _varied(mesh):
+        if mesh.colors is not None and material.base_color_texture is None and _has_varied_colors(mesh):
             mesh, material = painted(mesh, material)
             notes.append(warning("MSH016", part.name, "vertex colours were painted into a texture"))
         elif mesh.colors is not None and material.base_color_texture is None:
-            material = material.replace(base_color=_times(material.base_color, mesh.colors[0]))
+            material = material.replace(base_color=_tinted(material.base_color, mesh.colors[0]))
         if mesh.uv is None and material.textures:
             material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
             notes.append(
@@ -48,13 +48,13 @@ def texture(draft: Draft, largest_px: int, substance: Substance) -> Draft:
         if material.base_color[3] <= INVISIBLE:
             material = material.replace(base_color=(*material.base_color[:3], 1.0))
             notes.append(warning("MSH018", part.name, "a fully transparent material was made opaque"))
-        material = _bounded(_stated(material, substance), largest_px)
+        material = _with_bounded_textures(_with_default_shine(material, substance), largest_px)
         parts.append(part.replace(mesh=_without_colors(mesh, keep_uv=bool(material.textures)), material=material))
     return draft.replace(parts=_merged(parts), notes=draft.noted(*notes))
 
 
 def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
-    """Vertex colours as a texture: two triangles share a square patch, each with its own corner of it.
+    """Vertex colours as a texture: two triangles share a square patch, one in each corner of it.
 
     Returns:
         The mesh with three vertices of its own per face, and the material with the texture.
@@ -65,34 +65,39 @@ def painted(mesh: Mesh, material: Material) -> tuple[Mesh, Material]:
     rows = -(-((count + 1) // 2) // columns)
     side = PATCH_PX + 2
     width, height = columns * side, rows * side
-    which = np.arange(count)
-    column, row = (which // 2) % columns, (which // 2) // columns
-    low, high = 1.0, PATCH_PX + 0.0
-    legs = np.array([[[low, low], [high - 1, low], [low, high - 1]], [[high, high], [low + 1, high], [high, low + 1]]])
-    corner_px = legs[which % 2] + np.stack([column, row], axis=1)[:, None] * side
+    face_index = np.arange(count)
+    column, row = (face_index // 2) % columns, (face_index // 2) // columns
+    lower, upper = 1.0, PATCH_PX + 0.0
+    corners_px = np.array(
+        [
+            [[lower, lower], [upper - 1, lower], [lower, upper - 1]],
+            [[upper, upper], [lower + 1, upper], [upper, lower + 1]],
+        ]
+    )
+    corner_px = corners_px[face_index % 2] + np.stack([column, row], axis=1)[:, None] * side
     colors = mesh.colors[mesh.faces].astype(np.float64)
     pixels = np.zeros((rows * columns, side, side, 4))
-    pixels[..., 3] = 255  # what no triangle uses must not make the picture a transparent one
+    pixels[..., 3] = 255  # unused pixels must not make the picture transparent
     grid = np.stack(np.meshgrid(np.arange(side), np.arange(side), indexing="xy"), axis=-1).astype(np.float64)
     for half in (0, 1):
-        some = which[which % 2 == half]
-        weights = _barycentric(grid, legs[half])
-        mine = grid.sum(axis=-1) < side if half == 0 else grid.sum(axis=-1) >= side
-        filled = np.einsum("ijk,nkc->nijc", weights, colors[some])
-        pixels[some // 2] = np.where(mine[None, :, :, None], filled, pixels[some // 2])
+        faces_of_half = face_index[face_index % 2 == half]
+        weights = _barycentric(grid, corners_px[half])
+        is_inside = grid.sum(axis=-1) < side if half == 0 else grid.sum(axis=-1) >= side
+        filled = np.einsum("ijk,nkc->nijc", weights, colors[faces_of_half])
+        pixels[faces_of_half // 2] = np.where(is_inside[None, :, :, None], filled, pixels[faces_of_half // 2])
     canvas = pixels.reshape(rows, columns, side, side, 4).transpose(0, 2, 1, 3, 4).reshape(height, width, 4)
     image = np.clip(np.rint(canvas), 0, 255).astype(np.uint8)
     uv = np.stack([(corner_px[..., 0] + 0.5) / width, 1 - (corner_px[..., 1] + 0.5) / height], axis=-1)
-    flat = mesh.faces.ravel()
+    corner_vertices = mesh.faces.ravel()
     out = Mesh(
-        vertices=mesh.vertices[flat],
+        vertices=mesh.vertices[corner_vertices],
         faces=np.arange(3 * count).reshape(-1, 3),
         uv=uv.reshape(-1, 2),
-        normals=None if mesh.normals is None else mesh.normals[flat],
+        normals=None if mesh.normals is None else mesh.normals[corner_vertices],
     )
     png = png_bytes(Image.fromarray(image if (image[..., 3] < 255).any() else image[..., :3]))
-    skin = Texture(name="painted", png=png, width_px=width, height_px=height)
-    return out, material.replace(base_color_texture=skin)
+    texture_of_colors = Texture(name="painted", png=png, width_px=width, height_px=height)
+    return out, material.replace(base_color_texture=texture_of_colors)
 
 
 def _barycentric(grid: npt.NDArray[np.float64], legs: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -112,11 +117,11 @@ def png_bytes(image: Image.Image) -> bytes:
     return out.getvalue()
 
 
-def _varied(mesh: Mesh) -> bool:
+def _has_varied_colors(mesh: Mesh) -> bool:
     return mesh.colors is not None and int(np.ptp(mesh.colors.astype(np.int64), axis=0).max()) > 2
 
 
-def _times(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
+def _tinted(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]) -> tuple[float, float, float, float]:
     """Linear base colour times an sRGB vertex colour."""
     c = color.astype(np.float64) / 255
     linear = linear_from_srgb_array(c)
@@ -124,23 +129,23 @@ def _times(base: tuple[float, float, float, float], color: npt.NDArray[np.uint8]
     return (r, g, b, float(base[3] * c[3]))
 
 
-def _stated(material: Material, substance: Substance) -> Material:
-    """The material, with the substance's shine where the file states none.
+def _with_default_shine(material: Material, substance: Substance) -> Material:
+    """The material with the substance's metallic and roughness values if the file states none.
 
-    glTF's defaults are fully metallic and fully rough, which exporters leave standing for things that are neither.
+    Exporters leave glTF's defaults, fully metallic and fully rough, for materials that are neither.
     """
     if material.metallic == 1.0 and material.roughness == 1.0 and material.metallic_roughness_texture is None:
         return material.replace(metallic=substance.metallic, roughness=substance.roughness)
     return material
 
 
-def _bounded(material: Material, largest_px: int) -> Material:
+def _with_bounded_textures(material: Material, largest_px: int) -> Material:
     slots = ("base_color_texture", "metallic_roughness_texture", "normal_texture")
     changes = {}
     for slot in slots:
-        image = getattr(material, slot)
-        if image is not None and max(image.width_px, image.height_px) > largest_px:
-            changes[slot] = _shrunk(image, largest_px)
+        picture = getattr(material, slot)
+        if picture is not None and max(picture.width_px, picture.height_px) > largest_px:
+            changes[slot] = _shrunk(picture, largest_px)
     return material.replace(**changes) if changes else material
 
 
@@ -160,8 +165,8 @@ def _merged(parts: list[RawPart]) -> tuple[RawPart, ...]:
     """Parts whose materials look the same become one mesh, in order of first use."""
     groups: dict[tuple[str, bool, bool], list[RawPart]] = {}
     for part in parts:
-        look = part.material.replace(id="same").digest
-        groups.setdefault((look, part.mesh.uv is not None, part.mesh.normals is not None), []).append(part)
+        appearance = part.material.replace(id="same").digest
+        groups.setdefault((appearance, part.mesh.uv is not None, part.mesh.normals is not None), []).append(part)
     out = []
     for group in groups.values():
         if len(group) == 1:

@@ -1,4 +1,4 @@
-"""Combine estimates of mass into one mass, centre and inertia."""
+"""Compute mass, centre of mass and inertia of an ingested mesh."""
 
 from __future__ import annotations
 
@@ -12,51 +12,56 @@ from casa_assets.geometry.solid.manifold import Surface as ClosedSurface
 from casa_assets.geometry.solid.manifold import closed_solid, union
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.draft import Draft, warning
-from casa_assets.ingest.mass.estimates import combine_estimates, estimates
+from casa_assets.ingest.mass.estimates import combine_estimates, estimate_masses
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import Category, MatterFill
 
-# Least over greatest mean square extent of a body whose inertia survives rounding to nine digits.
+# Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
 MIN_THICKNESS_RATIO = 1e-7
-# How far apart a mesh and the closed part of it may end, as a part of the longest side, for that part to be the whole.
-SAME_REACH = 0.02
-# A mass less sure than this is remarked on.
+# Largest difference between the boxes of a mesh and of its closed part, as a share of the longest side, for that part
+# to stand for all; a choice.
+SAME_BOX_SHARE = 0.02
+# Confidence below which there is a note; a choice.
 DOUBTFUL_CONFIDENCE = 0.5
 
 
-def mass(draft: Draft, category: Category, substance: Substance, agree: float, decided_kg: float = 0.0) -> Draft:
+def mass(
+    draft: Draft, category: Category, substance: Substance, agreement_ratio: float, override_kg: float = 0.0
+) -> Draft:
     """Compute mass, centre of mass and inertia of the whole, asset frame.
 
     Args:
         draft: metres, with colliders.
         category: mass_kg is the prior and the range, build says what the volume means.
         substance: density of what it is made of.
-        agree: ratio up to which two estimates say the same, > 1.
-        decided_kg: as a person decided, 0 where nobody did.
+        agreement_ratio: up to which two estimates agree, > 1.
+        override_kg: as a person decided, 0 where nobody did.
     """
     points, faces = draft.surface.points, draft.surface.welded_faces
     solid = closed_solid(points, faces)
-    volume, center, inertia, spread = _moments(draft, solid, category)
+    volume, center, inertia, measured_over = _moments(draft, solid, category)
     notes: tuple[Issue, ...] = ()
-    if decided_kg > 0:
-        kg, confidence, reason = decided_kg, 1.0, "a person decided"
+    if override_kg > 0:
+        kg, confidence, reason = override_kg, 1.0, "a person decided"
     else:
-        found = combine_estimates(estimates(points, faces, solid, category, substance), category, agree)
-        kg, confidence, reason = found.kg, found.confidence, found.message
+        combined = combine_estimates(
+            estimate_masses(points, faces, solid, category, substance), category, agreement_ratio
+        )
+        kg, confidence, reason = combined.kg, combined.confidence, combined.message
         if confidence < DOUBTFUL_CONFIDENCE and category.id != "object":
             notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
     kg = significant(kg, 6)
-    tensor = _possible(inertia) * (kg / volume)
+    tensor = _thick_enough(inertia) * (kg / volume)
     inertial = Inertial(
         mass=kg,
         center_of_mass=_vector(center),
-        inertia=_six(tensor),
+        inertia=_unique_entries(tensor),
     )
     return draft.replace(
         inertial=inertial,
-        guesses=draft.guessed("mass", f"{kg:.6g} kg, spread over {spread}", confidence, reason),
+        guesses=draft.guessed("mass", f"{kg:.6g} kg, spread over {measured_over}", confidence, reason),
         notes=draft.noted(*notes),
     )
 
@@ -73,35 +78,35 @@ def _moments(draft: Draft, solid: ClosedSurface | None, category: Category) -> t
         solid is not None
         and category.build in (MatterFill.SOLID, MatterFill.VESSEL)
         and signed_volume(*solid) > 0.02 * signed_volume(*hulls)
-        and _spans(solid[0], draft.surface.points)
+        and _has_same_box(solid[0], draft.surface.points)
     ):
         return (*solid_moments(*solid), "the closed mesh")
     return (*solid_moments(*hulls), "the collision shapes")
 
 
-def _spans(solid: Floats, points: Floats) -> bool:
-    """True where a solid reaches as far as the mesh; a knife whose blade is a sheet has a solid of its handle alone."""
-    off = np.abs([solid.min(axis=0) - points.min(axis=0), solid.max(axis=0) - points.max(axis=0)])
-    return float(off.max()) <= SAME_REACH * float(np.ptp(points, axis=0).max())
+def _has_same_box(solid: Floats, points: Floats) -> bool:
+    """True if a solid has the bounding box of the mesh; that of a knife whose blade is a sheet is its handle only."""
+    gap = np.abs([solid.min(axis=0) - points.min(axis=0), solid.max(axis=0) - points.max(axis=0)])
+    return float(gap.max()) <= SAME_BOX_SHARE * float(np.ptp(points, axis=0).max())
 
 
-def _possible(inertia: Floats) -> Floats:
-    """The tensor, of a body no thinner than the digits that are kept can tell from none at all."""
-    spread, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
-    if spread[0] > MIN_THICKNESS_RATIO * spread[2]:
+def _thick_enough(inertia: Floats) -> Floats:
+    """The inertia of a body that is thick enough for its tensor to stay valid when it is rounded."""
+    variances, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
+    if variances[0] > MIN_THICKNESS_RATIO * variances[2]:
         return inertia
-    covariance = (axes * np.maximum(spread, MIN_THICKNESS_RATIO * spread[2])) @ axes.T
-    fixed: Floats = np.trace(covariance) * np.eye(3) - covariance
-    return fixed
+    covariance = (axes * np.maximum(variances, MIN_THICKNESS_RATIO * variances[2])) @ axes.T
+    thickened: Floats = np.trace(covariance) * np.eye(3) - covariance
+    return thickened
 
 
 def _vector(values: Floats) -> tuple[float, float, float]:
-    """Nine digits: what the writers carry, and more than two machines' arithmetic may differ by."""
+    """The vector with nine digits, which the writers carry and which hide differences between machines."""
     x, y, z = (significant(v, 9) if abs(v) > 1e-9 else 0.0 for v in values)
     return (x, y, z)
 
 
-def _six(tensor: Floats) -> tuple[float, float, float, float, float, float]:
+def _unique_entries(tensor: Floats) -> tuple[float, float, float, float, float, float]:
     size = float(np.trace(tensor))
     picked = (tensor[0, 0], tensor[1, 1], tensor[2, 2], tensor[0, 1], tensor[0, 2], tensor[1, 2])
     a, b, c, d, e, f = (significant(v, 9) if abs(v) > 1e-9 * size else 0.0 for v in picked)

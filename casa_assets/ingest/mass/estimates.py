@@ -1,4 +1,4 @@
-"""Estimate mass in four ways: volume, skin of the hull, walls of usual thickness, the usual mass at this size."""
+"""Estimate mass by volume, by the hull, by walls of usual thickness and by the usual mass; combine the estimates."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
-# Usual walls of household things, metres: a mug 3.5 to 5 mm, drinking glasses 2 to 3 mm, pots 0.8 to 3 mm, moulded
-# plastic 1.5 to 2.5 mm. Our estimates, good to a third; what is not here is no material that walls are made of.
+# Usual thickness of walls of household objects, metres: mugs 3.5 to 5 mm, drinking glasses 2 to 3 mm, pots 0.8 to 3 mm,
+# moulded plastic 1.5 to 2.5 mm. Our estimates, good to a third. Substances that walls are not made of are not listed.
 WALL_THICKNESS_M: Mapping[str, float] = {
     "aluminium": 0.0025,
     "bamboo": 0.005,
@@ -40,14 +40,15 @@ WALL_THICKNESS_M: Mapping[str, float] = {
     "textile": 0.003,
     "wood": 0.01,
 }
-# Substances whose density is that of the whole thing, air and all.
+# Substances whose density is the mean over the whole object, with the air in it.
 BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "unknown"})
-# Matter that fills less than this share of what it outlines, in a thing that is full, is a shell that stands for it.
+# A closed mesh of something solid that fills less than this share of its outline is only its shell; a choice.
 SHELL_SHARE = 0.6
-# An open surface with more area than this, over that of its hull, has an inner wall and an outer one.
+# An open surface with more area than this, over that of its hull, has an inner and an outer wall; a choice.
 DOUBLE_WALL_AREA_RATIO = 1.25
-# Share of its hull that a full thing fills, and how far that goes; less is known of what is long and bent.
-CONVEX, CONVEX_SPREAD, BENT_SPREAD = 0.9, 0.25, 0.6
+# Share of its hull that something solid fills, and the spread of that (log), which is larger for long and bent things;
+# choices.
+HULL_FILL, HULL_FILL_SPREAD, BENT_FILL_SPREAD = 0.9, 0.25, 0.6
 
 
 class EstimateMethod(StrEnum):
@@ -61,9 +62,9 @@ class EstimateMethod(StrEnum):
 
 @dataclass(frozen=True)
 class Estimate:
-    """One mass, kg, with its spread (log) and how it was made."""
+    """One mass, kg, with its spread (standard deviation of the logarithm), its method and its numbers in words."""
 
-    way: EstimateMethod
+    method: EstimateMethod
     kg: float
     spread: float
     message: str
@@ -71,7 +72,11 @@ class Estimate:
 
 @dataclass(frozen=True)
 class CombinedMass:
-    """Mass after combining estimates, kg; confidence 0..1; the largest ratio between two; all in words."""
+    """Mass after combining estimates, kg.
+
+    Attributes:
+        confidence: 0..1. ratio: largest ratio between two estimates. message: all estimates in words.
+    """
 
     kg: float
     confidence: float
@@ -79,123 +84,129 @@ class CombinedMass:
     message: str
 
 
-def estimates(
+def estimate_masses(
     points: Floats, faces: Ints, solid: tuple[Floats, Ints] | None, category: Category, substance: Substance
 ) -> list[Estimate]:
     """All estimates that apply.
 
     Args:
         points: (P, 3) welded, metres, z up. faces: (F, 3). solid: `closed_solid` of them.
-        category: how matter fills it, and its usual size and mass. substance: what it is made of.
+        category: how much of it is solid, and its usual size and mass. substance: what it is made of.
     """
-    shell = convex_hull(points)
-    area, skin = float(face_normals(points, faces)[1].sum()), float(face_normals(*shell)[1].sum())
-    found = []
-    for one in (
-        _matter(points, faces, solid, category, substance),
-        _hull(signed_volume(*shell), skin, category, substance),
-        _shell(area, skin, solid is not None, category, substance),
-        _usual(np.ptp(points, axis=0), category),
+    hull = convex_hull(points)
+    surface_area, hull_area = float(face_normals(points, faces)[1].sum()), float(face_normals(*hull)[1].sum())
+    out = []
+    for estimate in (
+        _by_volume(points, faces, solid, category, substance),
+        _by_hull(signed_volume(*hull), hull_area, category, substance),
+        _by_walls(surface_area, hull_area, solid is not None, category, substance),
+        _by_usual_mass(np.ptp(points, axis=0), category),
     ):
-        if one is not None and np.isfinite(one.kg) and one.kg > 0:
-            found.append(one)
-    return found
+        if estimate is not None and np.isfinite(estimate.kg) and estimate.kg > 0:
+            out.append(estimate)
+    return out
 
 
-def _matter(
+def _by_volume(
     points: Floats, ids: Ints, solid: tuple[Floats, Ints] | None, category: Category, substance: Substance
 ) -> Estimate | None:
     density = substance.density
-    inside = None if solid is None else signed_volume(*solid)
+    solid_volume = None if solid is None else signed_volume(*solid)
     if category.build is MatterFill.VESSEL:
-        if inside is None:
+        if solid_volume is None:
             return None
-        return Estimate(EstimateMethod.MATTER, inside * density, 0.25, f"{inside * 1e6:.4g} cm^3 of walls")
+        return Estimate(EstimateMethod.MATTER, solid_volume * density, 0.25, f"{solid_volume * 1e6:.4g} cm^3 of walls")
     if category.build is MatterFill.HOLLOW and substance.id not in BULK_DENSITY_SUBSTANCES:
         return None
-    outline = voxelise(points, ids, bridge=True).volume
-    if category.build is MatterFill.SOLID and inside is not None and inside > SHELL_SHARE * outline:
+    outline_volume = voxelise(points, ids, bridge=True).volume
+    if category.build is MatterFill.SOLID and solid_volume is not None and solid_volume > SHELL_SHARE * outline_volume:
         return Estimate(
-            EstimateMethod.MATTER, inside * density, 0.12, f"{inside * 1e6:.4g} cm^3 within the closed mesh"
+            EstimateMethod.MATTER, solid_volume * density, 0.12, f"{solid_volume * 1e6:.4g} cm^3 within the closed mesh"
         )
     spread = 0.3 if category.build is MatterFill.SOLID else 0.4
-    return Estimate(EstimateMethod.MATTER, outline * density, spread, f"{outline * 1e6:.4g} cm^3 within the outline")
+    return Estimate(
+        EstimateMethod.MATTER, outline_volume * density, spread, f"{outline_volume * 1e6:.4g} cm^3 within the outline"
+    )
 
 
-def _hull(volume: float, skin: float, category: Category, substance: Substance) -> Estimate | None:
+def _by_hull(volume: float, hull_area: float, category: Category, substance: Substance) -> Estimate | None:
     if category.build in (MatterFill.SOLID, MatterFill.FILLED) or substance.id in BULK_DENSITY_SUBSTANCES:
-        spread = BENT_SPREAD if category.upright is RestingPose.LIES else CONVEX_SPREAD
-        kg = CONVEX * volume * substance.density
+        spread = BENT_FILL_SPREAD if category.upright is RestingPose.LIES else HULL_FILL_SPREAD
+        kg = HULL_FILL * volume * substance.density
         return Estimate(
             EstimateMethod.HULL,
             kg,
             spread + 0.1 * (category.build is not MatterFill.SOLID),
             f"hull {volume * 1e6:.4g} cm^3",
         )
-    wall = WALL_THICKNESS_M.get(substance.id)
-    if wall is None:
+    wall_m = WALL_THICKNESS_M.get(substance.id)
+    if wall_m is None:
         return None
     return Estimate(
-        EstimateMethod.HULL, skin * wall * substance.density, 0.5, f"skin of the hull {skin * 1e4:.4g} cm^2"
+        EstimateMethod.HULL, hull_area * wall_m * substance.density, 0.5, f"skin of the hull {hull_area * 1e4:.4g} cm^2"
     )
 
 
-def _shell(area: float, skin: float, closed: bool, category: Category, substance: Substance) -> Estimate | None:
-    wall = WALL_THICKNESS_M.get(substance.id)
-    if wall is None or category.build in (MatterFill.SOLID, MatterFill.FILLED):
+def _by_walls(
+    surface_area: float, hull_area: float, is_closed: bool, category: Category, substance: Substance
+) -> Estimate | None:
+    wall_m = WALL_THICKNESS_M.get(substance.id)
+    if wall_m is None or category.build in (MatterFill.SOLID, MatterFill.FILLED):
         return None
-    one_side = area / 2 if closed or area > DOUBLE_WALL_AREA_RATIO * skin else area
+    one_side_area = surface_area / 2 if is_closed or surface_area > DOUBLE_WALL_AREA_RATIO * hull_area else surface_area
     spread = 0.35 if category.build is MatterFill.VESSEL else 0.6
-    message = f"{one_side * 1e4:.4g} cm^2 of {substance.id} {1000 * wall:.2g} mm thick"
-    return Estimate(EstimateMethod.SHELL, one_side * wall * substance.density, spread, message)
+    message = f"{one_side_area * 1e4:.4g} cm^2 of {substance.id} {1000 * wall_m:.2g} mm thick"
+    return Estimate(EstimateMethod.SHELL, one_side_area * wall_m * substance.density, spread, message)
 
 
-def _usual(extents: Floats, category: Category) -> Estimate:
-    box = float(np.maximum(extents, 1e-9).prod())
-    typical = float(np.prod([side.typical for side in category.extents]))
-    grows = 1.0 if category.build in (MatterFill.SOLID, MatterFill.FILLED) else 2 / 3
-    span = category.mass_kg
-    kg = float(np.clip(span.typical * (box / typical) ** grows, span.low, span.high))
-    spread = max(log(span.high / span.low) / 4, 0.2)
+def _by_usual_mass(extents: Floats, category: Category) -> Estimate:
+    box_volume = float(np.maximum(extents, 1e-9).prod())
+    typical_volume = float(np.prod([side.typical for side in category.extents]))
+    exponent = 1.0 if category.build in (MatterFill.SOLID, MatterFill.FILLED) else 2 / 3
+    mass_range = category.mass_kg
+    kg = float(np.clip(mass_range.typical * (box_volume / typical_volume) ** exponent, mass_range.low, mass_range.high))
+    spread = max(log(mass_range.high / mass_range.low) / 4, 0.2)
     return Estimate(EstimateMethod.USUAL, kg, spread, f"usual for a {category.id} of this size")
 
 
-def combine_estimates(found: Sequence[Estimate], category: Category, agree: float) -> CombinedMass:
+def combine_estimates(estimates: Sequence[Estimate], category: Category, agreement_ratio: float) -> CombinedMass:
     """Combine estimates into one mass within the range of the category.
 
-    What was measured counts as it is where it is usual and the others bear it out; else all are weighed by how far
-    each can be trusted.
+    The mass by volume is taken as it is where it is usual and the others agree; else the result is the mean of the
+    logarithms, weighted by the spreads.
 
     Args:
-        found: at least the usual one. agree: ratio up to which two estimates say the same.
+        estimates: at least the usual one. agreement_ratio: up to which two estimates agree, > 1.
     """
-    by = {e.way: e for e in found}
-    span, matter = category.mass_kg, by.get(EstimateMethod.MATTER)
-    usual_mass = matter is not None and span.low <= matter.kg <= span.high
-    # A measured mass within the usual range need not be that of the average one.
-    ratio = _disagreement([e for e in found if e.way is not EstimateMethod.USUAL or not usual_mass])
-    if matter is not None and usual_mass and category.build is not MatterFill.HOLLOW and ratio <= agree:
-        kg = matter.kg
+    by_method = {e.method: e for e in estimates}
+    mass_range, measured = category.mass_kg, by_method.get(EstimateMethod.MATTER)
+    is_usual = measured is not None and mass_range.low <= measured.kg <= mass_range.high
+    # A measured mass within the usual range need not agree with the typical mass.
+    ratio = _disagreement([e for e in estimates if e.method is not EstimateMethod.USUAL or not is_usual])
+    if measured is not None and is_usual and category.build is not MatterFill.HOLLOW and ratio <= agreement_ratio:
+        kg = measured.kg
     else:
-        weights = [1 / e.spread**2 for e in found]
-        kg = exp(sum(w * log(e.kg) for w, e in zip(weights, found, strict=True)) / sum(weights))
-    kept = min(max(kg, span.low), span.high)
-    message = "; ".join(f"{e.way} {e.kg:.3g} kg ({e.message})" for e in found)
-    if kept != kg:
-        message += f"; a {category.id} weighs {span.low:g} to {span.high:g} kg"
-    confidence = 0.9 if ratio <= 1.5 else 0.75 if ratio <= agree else 0.55 if ratio <= agree**1.6 else 0.35
-    if kept != kg:
-        confidence = min(confidence, 0.55 if max(kg / kept, kept / kg) < agree else 0.35)
+        weights = [1 / e.spread**2 for e in estimates]
+        kg = exp(sum(w * log(e.kg) for w, e in zip(weights, estimates, strict=True)) / sum(weights))
+    kg_in_range = min(max(kg, mass_range.low), mass_range.high)
+    message = "; ".join(f"{e.method} {e.kg:.3g} kg ({e.message})" for e in estimates)
+    if kg_in_range != kg:
+        message += f"; a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
+    confidence = (
+        0.9 if ratio <= 1.5 else 0.75 if ratio <= agreement_ratio else 0.55 if ratio <= agreement_ratio**1.6 else 0.35
+    )
+    if kg_in_range != kg:
+        confidence = min(confidence, 0.55 if max(kg / kg_in_range, kg_in_range / kg) < agreement_ratio else 0.35)
     if category.id == "object":
         confidence = min(confidence, 0.2)
-    return CombinedMass(kept, confidence, ratio, message)
+    return CombinedMass(kg_in_range, confidence, ratio, message)
 
 
-def _disagreement(found: Sequence[Estimate]) -> float:
-    """Largest ratio between two estimates, each brought nearer by one standard deviation of the less sure one."""
+def _disagreement(estimates: Sequence[Estimate]) -> float:
+    """Largest ratio between two estimates, reduced by what the larger of their spreads explains."""
     worst = 1.0
-    for i, one in enumerate(found):
-        for other in found[i + 1 :]:
-            gap = abs(log(one.kg / other.kg)) - max(0.0, max(one.spread, other.spread) - 0.25)
-            worst = max(worst, exp(gap))
+    for i, first in enumerate(estimates):
+        for second in estimates[i + 1 :]:
+            log_gap = abs(log(first.kg / second.kg)) - max(0.0, max(first.spread, second.spread) - 0.25)
+            worst = max(worst, exp(log_gap))
     return worst

@@ -1,4 +1,4 @@
-"""Sample points on a mesh and wrap it in its hull, as input of the pose estimate."""
+"""Sample points on a mesh and compute its hull, as input of the pose estimate."""
 
 from __future__ import annotations
 
@@ -18,26 +18,25 @@ SAMPLES = 16000
 
 @dataclass(frozen=True)
 class SurfaceSample:
-    """A surface in the axes and units of its file, moved to its hull's centre and scaled to a longest side of 1.
+    """Samples and hull of a surface in file axes, scaled to a longest side of 1; origin at the hull's centre of mass.
 
     Attributes:
         samples: (N, 3) points spread evenly over the surface.
-        shell, triangles: its hull, (M, 3) points and (F, 3) outward faces; the hull's centre of mass is the origin.
-        volume: of the hull.
+        hull_points, hull_faces: (M, 3) and (F, 3), outward.
     """
 
     samples: Floats
-    shell: Floats
-    triangles: Ints
-    volume: float
+    hull_points: Floats
+    hull_faces: Ints
+    hull_volume: float
 
-    def turned(self, turn: Floats) -> tuple[Floats, Floats]:
+    def rotated(self, rotation: Floats) -> tuple[Floats, Floats]:
         """Samples and hull points after a rotation (3, 3)."""
-        return self.samples @ turn.T, self.shell @ turn.T
+        return self.samples @ rotation.T, self.hull_points @ rotation.T
 
 
 def sample_surface(points: Floats, faces: Ints) -> SurfaceSample:
-    """Spread points over a surface and wrap it.
+    """Sample a surface and compute its hull.
 
     Args:
         points: (P, 3) finite. faces: (F, 3).
@@ -47,11 +46,11 @@ def sample_surface(points: Floats, faces: Ints) -> SurfaceSample:
     longest = float(np.ptp(points, axis=0).max())
     if not np.isfinite(longest) or longest <= 0:
         raise DegenerateShape("the points have no extent")
-    small = (points - points.mean(axis=0)) / longest
-    shell, triangles = convex_hull(small)
-    volume, center, _ = solid_moments(shell, triangles)
-    samples = samples_with_faces(small, faces, SAMPLES)[0]
-    return SurfaceSample(samples - center, shell - center, triangles, max(volume, 1e-9))
+    unit_points = (points - points.mean(axis=0)) / longest
+    hull_points, hull_faces = convex_hull(unit_points)
+    volume, center, _ = solid_moments(hull_points, hull_faces)
+    samples = samples_with_faces(unit_points, faces, SAMPLES)[0]
+    return SurfaceSample(samples - center, hull_points - center, hull_faces, max(volume, 1e-9))
 
 
 def plan_axes(points: Floats) -> tuple[float, float, float]:

@@ -18,13 +18,13 @@ UP_ROTATIONS: dict[str, Floats] = {
     "minus_x": np.array([[0, 1, 0], [0, 0, -1], [-1, 0, 0]], dtype=np.float64),
 }
 
-# Prior weight of each up axis by what is known of the file; what is left is shared by the other axes and directions.
-# glTF fixes y up, and most exporters obey; OBJ, PLY and STL leave it open. The other way up is what a wrong sign in a
-# converter makes. What is seen of the thing has to be able to speak against all of these.
+# Prior of each up axis by what the file states; estimates. The rest is shared by the other axes and directions. glTF
+# defines y as up, and most exporters obey; OBJ, PLY and STL leave it open. Upside down comes from a wrong sign in a
+# converter. No prior is so strong that the shape could not outweigh it.
 UP_PRIOR: dict[str, dict[str, float]] = {
     "declared_y": {"y": 0.80, "z": 0.07, "minus_y": 0.05},
     "declared_z": {"z": 0.82, "y": 0.05, "minus_z": 0.05},
-    # COLLADA has a default of y up that exporters leave standing, and a tag that they write without turning anything.
+    # COLLADA's default is y up, which exporters leave as it is; others write the tag without turning the mesh.
     "dae_y": {"y": 0.69, "z": 0.16, "minus_y": 0.05},
     "dae_z": {"z": 0.72, "y": 0.13, "minus_z": 0.05},
     "declared_x": {"x": 0.80, "y": 0.05, "z": 0.05, "minus_x": 0.04},
@@ -35,62 +35,64 @@ UP_PRIOR: dict[str, dict[str, float]] = {
     "unknown": {"y": 0.44, "z": 0.39, "minus_y": 0.03, "minus_z": 0.03},
 }
 
-# Directions closer than this are one, radians.
+# Directions closer than this count as equal; a choice.
 SAME_DIRECTION_RAD = np.radians(6.0)
-# So many faces of the hull, the largest, are tried as feet.
-MOST_FEET = 6
-# Prior weight of a direction that is no axis, relative to that of an axis that nobody speaks for: modellers work along
-# axes, scans and simulations that somebody let fall do not.
+# Sides of the hull that are tried as feet, the largest first; a choice.
+MAX_FEET = 6
+# Prior of a direction that is no axis, relative to that of an axis that is not listed: modellers work along axes, while
+# scans lie in any direction. An estimate.
 OFF_AXIS_PRIOR = 0.4
 
 
 def priors(key: str, names: list[str]) -> Floats:
     """Log prior of each candidate, by its name."""
-    stated = UP_PRIOR.get(key, UP_PRIOR["unknown"])
-    rest = (1 - sum(stated.values())) / (len(UP_ROTATIONS) - len(stated))
-    odds: Floats = np.log(
-        np.array([stated.get(n, rest if n in UP_ROTATIONS else rest * OFF_AXIS_PRIOR) for n in names])
+    known_priors = UP_PRIOR.get(key, UP_PRIOR["unknown"])
+    other_prior = (1 - sum(known_priors.values())) / (len(UP_ROTATIONS) - len(known_priors))
+    log_priors: Floats = np.log(
+        np.array(
+            [known_priors.get(n, other_prior if n in UP_ROTATIONS else other_prior * OFF_AXIS_PRIOR) for n in names]
+        )
     )
-    return odds
+    return log_priors
 
 
 def candidates(cloud: SurfaceSample) -> list[tuple[str, Floats]]:
     """Names and asset_from_file rotations; the six axes first, in the order of UP_ROTATIONS."""
-    found = list(UP_ROTATIONS.items())
-    taken = [turn[2] for turn in UP_ROTATIONS.values()]
-    ways = [("foot", up) for up in _feet(cloud)]
+    out = list(UP_ROTATIONS.items())
+    directions = [rotation[2] for rotation in UP_ROTATIONS.values()]
+    further = [("foot", up) for up in _hull_sides(cloud)]
     _, axes = np.linalg.eigh(np.cov(cloud.samples.T))
-    ways += [("along", sign * axis) for axis in axes.T for sign in (1.0, -1.0)]
-    for kind, up in ways:
-        if all(np.arccos(np.clip(up @ other, -1, 1)) > SAME_DIRECTION_RAD for other in taken):
-            taken.append(up)
-            found.append((f"{kind}_{sum(n.startswith(kind) for n, _ in found)}", rotation_to_z(up)))
-    return found
+    further += [("along", sign * axis) for axis in axes.T for sign in (1.0, -1.0)]
+    for prefix, up in further:
+        if all(np.arccos(np.clip(up @ other, -1, 1)) > SAME_DIRECTION_RAD for other in directions):
+            directions.append(up)
+            out.append((f"{prefix}_{sum(n.startswith(prefix) for n, _ in out)}", rotation_to_z(up)))
+    return out
 
 
-def _feet(cloud: SurfaceSample) -> list[Floats]:
-    """Directions up when the hull stands on one of its larger sides, largest first, or hangs from it.
+def _hull_sides(cloud: SurfaceSample) -> list[Floats]:
+    """Up directions if the hull stands on one of its larger sides, or has it on top, largest side first.
 
-    Both, because a bowl's largest side is its rim.
+    Both, because the largest side of a bowl's hull is its rim.
     """
-    corners = cloud.shell[cloud.triangles]
+    corners = cloud.hull_points[cloud.hull_faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(cross, axis=1)
     keep = area > 1e-12
     normals, area = cross[keep] / area[keep, None], area[keep]
     sides: list[tuple[float, Floats]] = []
-    open_ = np.ones(len(area), dtype=bool)
+    is_left = np.ones(len(area), dtype=bool)
     for first in np.argsort(-area, kind="stable"):
-        if not open_[first]:
+        if not is_left[first]:
             continue
-        mine = open_ & (normals @ normals[first] > np.cos(SAME_DIRECTION_RAD / 2))
-        open_ &= ~mine
-        mean = (normals[mine] * area[mine, None]).sum(axis=0)
-        sides.append((float(area[mine].sum()), -mean / np.linalg.norm(mean)))
-        if len(sides) >= 4 * MOST_FEET:
+        is_same_side = is_left & (normals @ normals[first] > np.cos(SAME_DIRECTION_RAD / 2))
+        is_left &= ~is_same_side
+        mean = (normals[is_same_side] * area[is_same_side, None]).sum(axis=0)
+        sides.append((float(area[is_same_side].sum()), -mean / np.linalg.norm(mean)))
+        if len(sides) >= 4 * MAX_FEET:
             break
     sides.sort(key=lambda side: -side[0])
-    return [way for _, up in sides[:MOST_FEET] for way in (up, -up)]
+    return [way for _, up in sides[:MAX_FEET] for way in (up, -up)]
 
 
 def rotation_to_z(up: Floats) -> Floats:
@@ -100,5 +102,5 @@ def rotation_to_z(up: Floats) -> Floats:
     a, b = base @ up, np.array([0.0, 0.0, 1.0])
     axis, cosine = np.cross(a, b), float(a @ b)
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
-    turn: Floats = (np.eye(3) + cross + cross @ cross / (1 + cosine)) @ base
-    return turn
+    rotation: Floats = (np.eye(3) + cross + cross @ cross / (1 + cosine)) @ base
+    return rotation

@@ -8,7 +8,7 @@ from casa_assets.core.typing import Ints, Mask
 from casa_assets.geometry.mesh.topology import edge_counts, manifold_patches
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.repair.holes import close_holes
-from casa_assets.model.asset.mesh import Mesh
+from casa_assets.ingest.submesh import submesh
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.issue import Issue
 
@@ -71,19 +71,8 @@ def _without(parts: tuple[RawPart, ...], bad: Mask) -> tuple[RawPart, ...]:
         rows = bad[start : start + len(part.mesh.faces)]
         start += len(part.mesh.faces)
         if not rows.all():
-            out.append(part.replace(mesh=_fewer(part.mesh, ~rows)) if rows.any() else part)
+            out.append(part.replace(mesh=submesh(part.mesh, part.mesh.faces[~rows])) if rows.any() else part)
     return tuple(out)
-
-
-def _fewer(mesh: Mesh, keep: Mask) -> Mesh:
-    used, faces = np.unique(mesh.faces[keep], return_inverse=True)
-    return Mesh(
-        vertices=mesh.vertices[used],
-        faces=faces.reshape(-1, 3),
-        uv=None if mesh.uv is None else mesh.uv[used],
-        normals=None if mesh.normals is None else mesh.normals[used],
-        colors=None if mesh.colors is None else mesh.colors[used],
-    )
 
 
 def sheet_fins(ids: Ints) -> tuple[Mask, list[Issue]]:

@@ -20,39 +20,39 @@ from casa_assets.model.registry.category import Category, MatterFill
 
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
-# How often each is meant where the format states none, and where what it states cannot be; the rest is no unit at all:
-# sculpted by eye, or normalised.
+# Prior of each unit if the format states none, if the stated one is implausible, and for generated meshes; estimates.
+# The rest is no unit at all: sculpted by eye, or normalised.
 UNIT_PRIOR_SILENT = {"metre": 0.40, "centimetre": 0.17, "millimetre": 0.20, "inch": 0.08}
 UNIT_PRIOR_WRONG = {"metre": 0.02, "centimetre": 0.25, "millimetre": 0.25, "inch": 0.12}
 UNIT_PRIOR_GENERATED = {"metre": 0.20, "centimetre": 0.02, "millimetre": 0.02, "inch": 0.01}
-# What no unit says is spread over that many nats: five decades.
+# Scales without a unit are spread evenly over this range of logarithms: five decades.
 PRIOR_NATS = 11.5
-# A longest side or a diagonal of one of these is the work of a normaliser, to a thousandth.
+# A mesh whose longest side or diagonal is one of these, to a thousandth, was normalised.
 NORMALISED_LENGTHS = (0.5, 1.0, 2.0, 10.0, 100.0)
-# A guess is right when it is within this factor of the truth.
+# A guess counts as right within this factor of the truth; a choice, as the numbers below.
 CORRECT_FACTOR = 1.25
-# A size that the category alone gives is never surer than this: there are odd ones everywhere.
+# Largest confidence of a size that comes from the category alone, since there are odd sizes in each.
 MAX_CONFIDENCE = 0.85
-# Nor is any unit where nobody knows what the thing is.
+# Largest confidence if the category is unknown.
 MAX_CONFIDENCE_UNKNOWN = 0.6
-# Spread of a stated length about the side that it names, and of a stated volume about the size that it makes; log.
+# Spread (log) of the side that a stated length names, and of the size that a stated volume makes.
 LENGTH_SPREAD, VOLUME_SPREAD = 0.06, 0.12
-# What it holds over the volume of its hull.
+# Capacity over the volume of the hull.
 CAPACITY_SHARE = {MatterFill.VESSEL: 0.7, MatterFill.HOLLOW: 0.6, MatterFill.FILLED: 0.85, MatterFill.SOLID: 1.0}
 
 
 @dataclass(frozen=True)
 class SizePrior:
-    """Metres per unit as a log normal before the file's units are looked at, and where it comes from."""
+    """Log-normal prior of metres per unit: mean and standard deviation of the logarithm, and its source in words."""
 
-    middle: float
+    center: float
     spread: float
     message: str
 
 
 @dataclass(frozen=True)
 class ScaleDecision:
-    """Metres per unit, the name of that, confidence 0..1, evidence."""
+    """Metres per unit, the name of the unit or method, confidence 0..1, and the reason."""
 
     factor: float
     value: str
@@ -63,19 +63,19 @@ class ScaleDecision:
 def scale(
     draft: Draft,
     category: Category,
-    slack: float,
+    size_slack: float,
     texts: Sequence[str] = (),
     generated: bool = False,
-    size_m: float = 0,
+    override_size_m: float = 0,
 ) -> Draft:
     """Bring the parts to metres.
 
     Args:
         draft: z up, file units.
         category: its extents are the prior, per axis.
-        slack: how far outside the usual range a stated size is still believed, as a ratio > 1.
+        size_slack: ratio > 1 by which a stated size may lie outside the usual range.
         texts: titles and prompts, which may name a size. generated: from a text-to-3D generator.
-        size_m: longest side as a person decided it, metres; 0 where nobody did.
+        override_size_m: longest side as a person decided it, metres; 0 where nobody did.
     Raises:
         Rejected: the size is not finite (MSH003).
     """
@@ -84,117 +84,135 @@ def scale(
     longest = float(extents.max())
     if not np.isfinite(longest) or longest <= 0 or longest > 1e30:
         raise Rejected("MSH003", f"the longest side is {longest:g} file units; no unit makes a thing of that")
-    if size_m > 0:
-        found = ScaleDecision(size_m / longest, "decided", 1.0, f"a person decided that it is {size_m:g} m long")
+    if override_size_m > 0:
+        decision = ScaleDecision(
+            override_size_m / longest, "decided", 1.0, f"a person decided that it is {override_size_m:g} m long"
+        )
     else:
         belief = _belief(vertices, extents, category, parse_size_phrases(texts))
-        found = _decide(extents, draft.metres_per_unit, category, slack, belief, generated)
-    factor = significant(found.factor, 9)
+        decision = _decide(extents, draft.metres_per_unit, category, size_slack, belief, generated)
+    factor = significant(decision.factor, 9)
     notes: tuple[Issue, ...] = ()
-    if found.value not in ("as_stated", "metre", "decided"):
-        notes = (warning("MSH014", "scale", f"rescaled by {found.factor:.6g}: {found.reason}"),)
+    if decision.value not in ("as_stated", "metre", "decided"):
+        notes = (warning("MSH014", "scale", f"rescaled by {decision.factor:.6g}: {decision.reason}"),)
     parts = tuple(p.replace(mesh=p.mesh.with_vertices(p.mesh.vertices * factor, p.mesh.normals)) for p in draft.parts)
     return draft.replace(
         parts=parts,
         metres_per_unit=1.0,
-        guesses=draft.guessed("scale", f"{factor:.6g} m per unit ({found.value})", found.confidence, found.reason),
+        guesses=draft.guessed(
+            "scale", f"{factor:.6g} m per unit ({decision.value})", decision.confidence, decision.reason
+        ),
         notes=draft.noted(*notes),
     )
 
 
-def _belief(vertices: Floats, extents: Floats, category: Category, words: StatedSize) -> SizePrior:
-    """Metres per unit by the category's size along every axis, and by what is said of it."""
+def _belief(vertices: Floats, extents: Floats, category: Category, stated: StatedSize) -> SizePrior:
+    """Prior of metres per unit: by the usual size along each axis, and by sizes in titles and prompts."""
     sides = category.extents
-    plan = sorted(sides[:2], key=lambda s: s.typical)
-    have = np.maximum(np.array([*sorted(extents[:2]), extents[2]]), 1e-3 * extents.max())
-    spans = (*plan, sides[2])
+    sides_in_plan = sorted(sides[:2], key=lambda s: s.typical)
+    mesh_sides = np.maximum(np.array([*sorted(extents[:2]), extents[2]]), 1e-3 * extents.max())
+    spans = (*sides_in_plan, sides[2])
     spread = np.array([max(log(s.high / s.low) / 4, 0.06) for s in spans])
-    each = np.log(np.array([s.typical for s in spans]) / have)
-    # What is short says less: a handle or a rim more or less doubles it.
-    doubt = spread**2 + (0.45 * (1 - have / have.max())) ** 2
+    log_scale_per_axis = np.log(np.array([s.typical for s in spans]) / mesh_sides)
+    # Short sides say less, since a handle or a rim can double them.
+    doubt = spread**2 + (0.45 * (1 - mesh_sides / mesh_sides.max())) ** 2
     weight = 1 / doubt
-    middle = float((weight * each).sum() / weight.sum())
-    wide = float(np.sqrt((weight * spread**2).sum() / weight.sum()))
-    split = float(np.sqrt((weight * (each - middle) ** 2).sum() / weight.sum()))
-    sigma = sqrt(wide**2 + split**2 / 2)
-    low, high = (log(v / float(extents.max())) for v in (category.longest_m.low, category.longest_m.high))
-    middle = float(np.clip(middle + words.shift * sigma, low, high))
+    center = float((weight * log_scale_per_axis).sum() / weight.sum())
+    category_spread = float(np.sqrt((weight * spread**2).sum() / weight.sum()))
+    disagreement = float(np.sqrt((weight * (log_scale_per_axis - center) ** 2).sum() / weight.sum()))
+    spread_of_mean = sqrt(category_spread**2 + disagreement**2 / 2)
+    lowest, highest = (log(v / float(extents.max())) for v in (category.longest_m.low, category.longest_m.high))
+    center = float(np.clip(center + stated.shift * spread_of_mean, lowest, highest))
     message = f"the usual size of a {category.id}, along all three axes"
-    if words.shift:
-        message += f", and the words {', '.join(words.words)}"
-    hint = _stated_size(vertices, extents, category, words, SizePrior(middle, sigma, message))
-    return hint if hint is not None else SizePrior(middle, sigma, message)
+    if stated.shift:
+        message += f", and the words {', '.join(stated.words)}"
+    stated_prior = _stated_size(vertices, extents, category, stated, SizePrior(center, spread_of_mean, message))
+    return stated_prior if stated_prior is not None else SizePrior(center, spread_of_mean, message)
 
 
 def _stated_size(
-    vertices: Floats, extents: Floats, category: Category, words: StatedSize, usual: SizePrior
+    vertices: Floats, extents: Floats, category: Category, stated: StatedSize, category_prior: SizePrior
 ) -> SizePrior | None:
     """Prior from lengths and volumes in words; None where none of them makes a usual size."""
-    options = [(log(length / float(side)), LENGTH_SPREAD) for length in words.lengths for side in extents if side > 0]
-    if words.volumes:
+    options = [(log(length / float(side)), LENGTH_SPREAD) for length in stated.lengths for side in extents if side > 0]
+    if stated.volumes:
         try:
             volume = signed_volume(*convex_hull(vertices)) * CAPACITY_SHARE[category.build]
-            options += [(log(v / volume) / 3, VOLUME_SPREAD) for v in words.volumes]
+            options += [(log(v / volume) / 3, VOLUME_SPREAD) for v in stated.volumes]
         except DegenerateShape:
             pass
-    near = [(abs(m - usual.middle), m, s) for m, s in options if abs(m - usual.middle) < 1.5 * usual.spread]
-    if not near:
+    plausible = [
+        (abs(m - category_prior.center), m, s)
+        for m, s in options
+        if abs(m - category_prior.center) < 1.5 * category_prior.spread
+    ]
+    if not plausible:
         return None
-    _, middle, spread = min(near)
-    return SizePrior(middle, spread, f"the words {', '.join(words.words)}")
+    _, center, spread = min(plausible)
+    return SizePrior(center, spread, f"the words {', '.join(stated.words)}")
 
 
 def _decide(
-    extents: Floats, stated: float | None, category: Category, slack: float, belief: SizePrior, generated: bool
+    extents: Floats,
+    file_unit_m: float | None,
+    category: Category,
+    size_slack: float,
+    prior: SizePrior,
+    is_generated: bool,
 ) -> ScaleDecision:
     longest = float(extents.max())
-    span = category.longest_m
-    usual = f"a {category.id} is {span.low:g} to {span.high:g} m long"
-    normal = _is_normalised(extents)
-    low, high = span.low / slack, span.high * slack
-    if stated is not None and low <= longest * stated <= high and not (normal and generated):
-        confidence = 0.97 if span.low <= longest * stated <= span.high else 0.8
-        if normal:
+    longest_range = category.longest_m
+    usual = f"a {category.id} is {longest_range.low:g} to {longest_range.high:g} m long"
+    is_normalised = _is_normalised(extents)
+    min_size_m, max_size_m = longest_range.low / size_slack, longest_range.high * size_slack
+    if (
+        file_unit_m is not None
+        and min_size_m <= longest * file_unit_m <= max_size_m
+        and not (is_normalised and is_generated)
+    ):
+        confidence = 0.97 if longest_range.low <= longest * file_unit_m <= longest_range.high else 0.8
+        if is_normalised:
             confidence = min(confidence, 0.45)
         if category.id == "object":
             confidence = min(confidence, MAX_CONFIDENCE_UNKNOWN)
         return ScaleDecision(
-            stated, "as_stated", confidence, f"the file's unit gives {longest * stated:.3g} m; {usual}"
+            file_unit_m, "as_stated", confidence, f"the file's unit gives {longest * file_unit_m:.3g} m; {usual}"
         )
-    table = UNIT_PRIOR_GENERATED if generated else UNIT_PRIOR_SILENT if stated is None else UNIT_PRIOR_WRONG
-    # A model that is exactly one unit long was normalised: its size says nothing.
-    weights = {name: share * (0.02 if normal else 1.0) for name, share in table.items()}
-    free = (1 - sum(weights.values())) / PRIOR_NATS
+    unit_prior = (
+        UNIT_PRIOR_GENERATED if is_generated else UNIT_PRIOR_SILENT if file_unit_m is None else UNIT_PRIOR_WRONG
+    )
+    # The size of a normalised mesh says nothing about its unit.
+    weights = {name: share * (0.02 if is_normalised else 1.0) for name, share in unit_prior.items()}
+    no_unit_odds = (1 - sum(weights.values())) / PRIOR_NATS
     odds = {
-        name: weights[name] * _density(log(unit), belief)
+        name: weights[name] * _density(log(unit), prior)
         for name, unit in UNITS.items()
-        if low <= longest * unit <= high and unit != stated
+        if min_size_m <= longest * unit <= max_size_m and unit != file_unit_m
     }
-    total = free + sum(odds.values())
+    total = no_unit_odds + sum(odds.values())
     name = max(odds, key=lambda n: odds[n]) if odds else ""
-    if name and odds[name] > free:
+    if name and odds[name] > no_unit_odds:
         size = longest * UNITS[name]
         plural = "inches" if name == "inch" else f"{name}s"
         message = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
-        # Where it was no unit after all, the usual size is what would have been guessed: right as often as that is.
-        most = MAX_CONFIDENCE_UNKNOWN if category.id == "object" else 0.97
-        return ScaleDecision(UNITS[name], name, min(most, odds[name] / total), message)
-    factor = float(np.clip(np.exp(belief.middle), span.low / longest, span.high / longest))
-    confidence = erf(log(CORRECT_FACTOR) / (sqrt(2) * belief.spread)) * (free / total)
-    why = "normalised to one unit" if normal else f"no unit fits {longest:.4g} units"
-    message = f"{why}; set to {factor * longest:.3g} m by {belief.message}"
+        max_confidence = MAX_CONFIDENCE_UNKNOWN if category.id == "object" else 0.97
+        return ScaleDecision(UNITS[name], name, min(max_confidence, odds[name] / total), message)
+    factor = float(np.clip(np.exp(prior.center), longest_range.low / longest, longest_range.high / longest))
+    confidence = erf(log(CORRECT_FACTOR) / (sqrt(2) * prior.spread)) * (no_unit_odds / total)
+    cause = "normalised to one unit" if is_normalised else f"no unit fits {longest:.4g} units"
+    message = f"{cause}; set to {factor * longest:.3g} m by {prior.message}"
     return ScaleDecision(factor, "usual_size", min(confidence, MAX_CONFIDENCE), message)
 
 
-def _density(value: float, belief: SizePrior) -> float:
-    """Density of the log normal, per nat; units are never quite as sharp as a stated length."""
-    spread = max(belief.spread, 0.12)
-    return float(np.exp(-0.5 * ((value - belief.middle) / spread) ** 2)) / (spread * sqrt(2 * pi))
+def _density(value: float, prior: SizePrior) -> float:
+    """Density of the prior at a logarithm, per nat, with a spread of at least 0.12."""
+    spread = max(prior.spread, 0.12)
+    return float(np.exp(-0.5 * ((value - prior.center) / spread) ** 2)) / (spread * sqrt(2 * pi))
 
 
 def _is_normalised(extents: Floats) -> bool:
     diagonal = float(np.linalg.norm(extents))
-    sizes = (float(extents.max()), diagonal, diagonal / 2)
-    return any(abs(size / one - 1) < 1e-3 for size in sizes[:1] for one in NORMALISED_LENGTHS) or any(
-        abs(size - 1.0) < 1e-4 for size in sizes[1:]
+    lengths_of_mesh = (float(extents.max()), diagonal, diagonal / 2)
+    return any(abs(size / length - 1) < 1e-3 for size in lengths_of_mesh[:1] for length in NORMALISED_LENGTHS) or any(
+        abs(size - 1.0) < 1e-4 for size in lengths_of_mesh[1:]
     )

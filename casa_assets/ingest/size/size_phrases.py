@@ -22,7 +22,7 @@ _VOLUMES = {
     "quart": (9.463529e-4, r"qt|quarts?"),
     "gallon": (3.785412e-3, r"gal|gallons?"),
 }
-# Standard deviations by which such a word moves the usual size.
+# Standard deviations by which a word shifts the usual size; choices.
 _SHIFTS = {
     "tiny": -1.5,
     "mini": -1.3,
@@ -48,8 +48,8 @@ class StatedSize:
     """Size that titles and prompts state.
 
     Attributes:
-        lengths: metres, of one side or another. volumes: m^3, of what it holds.
-        shift: standard deviations of the usual size. words: those that said so.
+        lengths: of any side, metres. volumes: capacities, m^3.
+        shift: in standard deviations of the usual size. words: phrases that these come from.
     """
 
     lengths: tuple[float, ...] = ()
@@ -65,13 +65,13 @@ def parse_size_phrases(texts: Sequence[str]) -> StatedSize:
     words: list[str] = []
     shift = 0.0
     for text in texts:
-        low = text.lower()
-        for found, table in ((lengths, _LENGTHS), (volumes, _VOLUMES)):
-            for size, pattern in table.values():
-                for match in re.finditer(rf"{_NUMBER}[\s-]?(?:{pattern})(?!\w)", low):
-                    found.append(float(match[1].replace(",", ".")) * size)
+        lowered = text.lower()
+        for values, table in ((lengths, _LENGTHS), (volumes, _VOLUMES)):
+            for unit_size, pattern in table.values():
+                for match in re.finditer(rf"{_NUMBER}[\s-]?(?:{pattern})(?!\w)", lowered):
+                    values.append(float(match[1].replace(",", ".")) * unit_size)
                     words.append(match[0].strip())
-        for word in re.findall(r"[a-z]+", low):
+        for word in re.findall(r"[a-z]+", lowered):
             if word in _SHIFTS and abs(_SHIFTS[word]) > abs(shift):
                 shift = _SHIFTS[word]
                 words.append(word)

@@ -147,7 +147,7 @@ def test_a_kind_that_nobody_knows_is_never_sure() -> None:
 
 
 def test_a_persons_word_is_the_size() -> None:
-    out = scale(draft(moved(MUG, scale=7.0), unit=1.0), category("mug"), 1.2, ["9 cm"], size_m=0.31)
+    out = scale(draft(moved(MUG, scale=7.0), unit=1.0), category("mug"), 1.2, ["9 cm"], override_size_m=0.31)
     assert longest(out) == pytest.approx(0.31)
     assert (out.guesses[0].confidence, codes(out.notes)) == (1.0, [])
 

@@ -14,7 +14,7 @@ from casa_assets.ingest.mass.estimates import (
     Estimate,
     EstimateMethod,
     combine_estimates,
-    estimates,
+    estimate_masses,
 )
 from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
@@ -27,11 +27,11 @@ def estimated(mesh: Mesh, name: str) -> list[Estimate]:
     kind = category(name)
     points, place = weld(mesh.vertices)
     faces = place[mesh.faces]
-    return estimates(points, faces, closed_solid(points, faces), kind, registry.load().substances[kind.substance])
+    return estimate_masses(points, faces, closed_solid(points, faces), kind, registry.load().substances[kind.substance])
 
 
 def of(mesh: Mesh, name: str) -> dict[EstimateMethod, float]:
-    return {e.way: e.kg for e in estimated(mesh, name)}
+    return {e.method: e.kg for e in estimated(mesh, name)}
 
 
 def verdict(mesh: Mesh, name: str) -> CombinedMass:

@@ -73,7 +73,9 @@ def test_the_handle_points_to_x(degrees: float) -> None:
 
 
 def test_without_a_handle_nothing_is_turned_and_nobody_is_sure() -> None:
-    found = facing(sample_surface(turned(MUG).vertices, turned(MUG).faces).samples, category("mug"), stated=True)
+    found = facing(
+        sample_surface(turned(MUG).vertices, turned(MUG).faces).samples, category("mug"), is_front_stated=True
+    )
     assert found.angle == 0
     assert found.confidence < 0.5
 
@@ -125,11 +127,13 @@ class TestRain:
 
     def test_a_stance_says_where_the_room_and_the_foot_are(self) -> None:
         cloud = sample_surface(THINGS["bottle"].vertices, THINGS["bottle"].faces)
-        up, down = (stance(cloud, UP_ROTATIONS[axis], rain=True) for axis in ("z", "minus_z"))
-        assert (up.foot, up.crown, up.holds) == pytest.approx((down.crown, down.foot, down.hides), rel=0.05, abs=0.01)
+        up, down = (stance(cloud, UP_ROTATIONS[axis], with_rain=True) for axis in ("z", "minus_z"))
+        assert (up.foot_area, up.crown_area, up.rain_volume) == pytest.approx(
+            (down.crown_area, down.foot_area, down.rain_volume_inverted), rel=0.05, abs=0.01
+        )
         assert up.taper > 0.5 > down.taper
-        assert up.stable
-        assert up.sink > 0.02
+        assert up.is_stable
+        assert up.center_below_middle > 0.02
 
 
 class TestCandidates:
