@@ -86,6 +86,11 @@ class Carcass:
         return self.height - BOARD_THICKNESS
 
 
+def finished_faces(left: bool, right: bool, *others: str) -> tuple[str, ...]:
+    """Names of the outer faces that are finished like the fronts, for `Carcass.skinned`."""
+    return (*(["left"] if left else []), *(["right"] if right else []), *others)
+
+
 def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
     """Add the boards of a carcass to the root link."""
     _sides(builder, c)

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from casa_assets.families.family import Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board
-from casa_assets.families.parts.carcass.carcass import Carcass
+from casa_assets.families.parts.carcass.carcass import Carcass, finished_faces
 from casa_assets.families.parts.carcass.cells import CabinetCell, CabinetCellKind, build_column, finish_cabinet
 from casa_assets.families.parts.fronts.doors import HandleHeight, HingeSide
 from casa_assets.families.parts.fronts.drawers import min_front_height
@@ -74,8 +74,7 @@ class Housing(Params):
 def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
     """The front stands in y = 0, the left side in x = 0, on the floor; `panelled` ones are finished like the fronts."""
     look = p.look.replace(inside=p.look.face) if panelled else p.look
-    ends = (("left", p.left_end), ("right", p.right_end), ("top", True))
-    skinned = tuple(name for name, seen in ends if seen)
+    skinned = finished_faces(p.left_end, p.right_end, "top")
     on_floor = p.niche_from == 0
     open_back = p.niche_from + p.niche if on_floor else 0.0
     body = Carcass(
