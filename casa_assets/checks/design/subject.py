@@ -30,11 +30,11 @@ class DesignSubject:
         return FloorMap(self.facts)
 
     @cached_property
-    def lots(self) -> ParkingPlaces:
+    def parking(self) -> ParkingPlaces:
         """Parking places of a robot's base."""
         return find_parking(self.facts, self.floor)
 
     @cached_property
     def tasks(self) -> tuple[Afforded, ...]:
         """What is afforded for each task."""
-        return afforded(self.facts, self.floor, self.lots, self.seed)
+        return afforded(self.facts, self.floor, self.parking, self.seed)

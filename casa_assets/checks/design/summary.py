@@ -20,11 +20,12 @@ def whereabouts(subject: DesignSubject) -> dict[str, Any]:
         tasks: each of the 25 atomic tasks -> whether it is `afforded`, with which fixtures, joints, sites and regions,
             how much free worktop and floor there is, and at which rate things can be put; else what it `wants`.
     """
-    lots = subject.lots
-    parking: dict[str, dict[str, Any]] = {name: {"shut": _place(p), "open": {}} for name, p in lots.shut.items()}
-    for (name, joint), place in lots.open.items():
-        parking[name]["open"][joint] = _place(place)
-    return {"base_radius": RADIUS, "parking": parking, "tasks": {t.task: _task(t) for t in subject.tasks}}
+    places: dict[str, dict[str, Any]] = {
+        name: {"shut": _place(place), "open": {}} for name, place in subject.parking.shut.items()
+    }
+    for (name, joint), place in subject.parking.open.items():
+        places[name]["open"][joint] = _place(place)
+    return {"base_radius": RADIUS, "parking": places, "tasks": {t.task: _task(t) for t in subject.tasks}}
 
 
 def _task(task: Afforded) -> dict[str, Any]:

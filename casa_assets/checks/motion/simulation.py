@@ -70,11 +70,6 @@ def simulation_warnings(data: mujoco.MjData) -> list[str]:
     return [f"{kinds[i]} x {w.number}" for i, w in enumerate(data.warning) if w.number]
 
 
-def free_bodies(model: mujoco.MjModel) -> list[int]:
-    """Bodies that float, in the order of their joints."""
-    return [int(body) for body in model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]]
-
-
 def subtree(model: mujoco.MjModel, body: int) -> Mask:
     """(nbody,) a body and all that it carries."""
     carried = np.zeros(model.nbody, dtype=bool)

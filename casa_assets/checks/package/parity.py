@@ -18,7 +18,7 @@ from casa_assets.checks.package.fact_differences import Difference, differences,
 from casa_assets.checks.package.facts import AssetFacts
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mjcf_facts, mujoco_load, usd_facts
-from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, collides, resistance, short_name
+from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, colliders_of, resistance, short_name
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import JointKind
@@ -127,10 +127,8 @@ def _parameters(model: mujoco.MjModel) -> dict[str, Floats]:
     """Pointer -> numbers: one row per collider of a body, in an order that does not depend on names; one per joint."""
     table: dict[str, Floats] = {}
     for body in range(1, model.nbody):
-        start = int(model.body_geomadr[body])
-        geoms = [g for g in range(start, start + int(model.body_geomnum[body])) if collides(model, g)]
-        if geoms:
-            rows = sorted(_contact_parameters(model, g) for g in geoms)
+        rows = sorted(_contact_parameters(model, g) for g in colliders_of(model, body))
+        if rows:
             table[f"bodies/{short_name(model.body(body).name)}/contacts"] = np.array(rows)
     for joint in range(model.njnt):
         if int(model.jnt_type[joint]) != FREE_JOINT:

@@ -16,6 +16,7 @@ from casa_assets.checks.package.facts import (
     StateFacts,
     VisualFacts,
 )
+from casa_assets.checks.readers.mujoco_facts import three
 from casa_assets.core.rotation import about_axis
 from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.model.asset.asset import Asset, Joint, JointKind, Link, Region, Site
@@ -52,15 +53,15 @@ def _body(asset: Asset, link: Link) -> BodyFacts:
         center_of_mass=link.inertial.center_of_mass,
         inertia=link.inertial.inertia,
         colliders=len(link.colliders),
-        lower=_three(corners[0]),
-        upper=_three(corners[1]),
+        lower=three(corners[0]),
+        upper=three(corners[1]),
         frictions=tuple(sorted({_friction(asset, c.substance) for c in link.colliders})),
         joint=_joint(asset.joint_of(link.name)),
     )
 
 
 def _friction(asset: Asset, substance: str) -> Vec3:
-    """MuJoCo has one sliding coefficient, that of motion."""
+    """(sliding, torsional, rolling); MuJoCo has one coefficient for sliding, that of motion."""
     matter = asset.substance(substance)
     return matter.dynamic_friction, matter.torsional_friction, matter.rolling_friction
 
@@ -98,10 +99,10 @@ def _place(item: Site | Region) -> PlaceFacts:
 
 
 def _looks(asset: Asset) -> tuple[VisualFacts, ...]:
-    worn = {material.id: material for material in asset.materials}
+    by_id = {material.id: material for material in asset.materials}
     found = []
     for visual in (v for link in asset.links for v in link.visuals):
-        material = worn[visual.material]
+        material = by_id[visual.material]
         red, green, blue, _ = material.base_color
         picture = material.base_color_texture
         found.append(
@@ -119,10 +120,10 @@ def _poses(asset: Asset) -> tuple[PoseFacts, ...]:
     if not asset.keyframes:
         return ()
     named = {CLOSED: {}, **{key.name: {at.joint: at.value for at in key.joints} for key in asset.keyframes}}
-    return tuple(_standing(asset, name, named[name]) for name in sorted(named))
+    return tuple(_link_poses(asset, name, named[name]) for name in sorted(named))
 
 
-def _standing(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
+def _link_poses(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
     """Forward kinematics, parents before children."""
     root_from: dict[str, Pose] = {}
     for link in asset.links:
@@ -130,7 +131,7 @@ def _standing(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
             root_from[link.name] = Pose()
             continue
         joint = asset.joint_of(link.name)
-        moved = Pose() if joint is None else _moved(joint, values.get(joint.name, 0.0))
+        moved = Pose() if joint is None else _joint_pose(joint, values.get(joint.name, 0.0))
         root_from[link.name] = root_from[link.parent] @ link.pose @ moved
     order = sorted(root_from)
     return PoseFacts(
@@ -141,11 +142,11 @@ def _standing(asset: Asset, name: str, values: dict[str, float]) -> PoseFacts:
     )
 
 
-def _moved(joint: Joint, value: float) -> Pose:
+def _joint_pose(joint: Joint, value: float) -> Pose:
     """Pose of the child in its own frame at zero. Ref: p - R p for a turn about the point p."""
     axis = np.array(joint.axis)
     if joint.kind is JointKind.SLIDE:
-        return Pose(position=_three(axis * value))
+        return Pose(position=three(axis * value))
     matrix = np.eye(4)
     matrix[:3, :3] = about_axis(axis, value)
     anchor = np.array(joint.anchor)
@@ -166,8 +167,3 @@ def _words(asset: Asset) -> ProgramTexts:
         contract=asset.contract or "",
         behavior=asset.behavior.digest if asset.behavior is not None else "",
     )
-
-
-def _three(values: np.ndarray) -> Vec3:
-    x, y, z = (float(v) for v in values)
-    return x, y, z

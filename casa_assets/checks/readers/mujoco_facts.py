@@ -41,7 +41,7 @@ PLACES: dict[int, Literal["sphere", "box", "cylinder"]] = {
 REGION = "reg_"
 # Sites that MJCF repeats a region by, for robocasa v0.2.
 CORNER = re.compile(r"(ext|int)_p[0xyz]")
-# The prim that holds the placements of a scene, and the root link of an asset. No asset is called like the former.
+# The prim that holds the placements of a scene (no asset is called so), and the root link of an asset.
 WORLD, ROOT_BODY = "World", "object"
 
 
@@ -57,7 +57,7 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, sc
     Raises:
         ValueError: a joint is neither free, hinge nor slide.
     """
-    at_rest = _poses(model)
+    at_rest = _rest_poses(model)
     bodies = [_body(model, b, at_rest[b]) for b in range(model.nbody) if _is_link(model, b)]
     bodies.sort(key=lambda body: body.name)
     return AssetFacts(
@@ -119,9 +119,9 @@ def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
     return tuple(found[name] for name in sorted(found))
 
 
-def has_free_joint(model: mujoco.MjModel) -> bool:
-    """True if any body floats."""
-    return bool((model.jnt_type == FREE_JOINT).any())
+def free_bodies(model: mujoco.MjModel) -> list[int]:
+    """Bodies that float, in the order of their joints."""
+    return [int(body) for body in model.jnt_bodyid[model.jnt_type == FREE_JOINT]]
 
 
 def short_name(name: str) -> str:
@@ -141,7 +141,7 @@ def own_name(name: str) -> str:
 
 
 def shape_bounds(model: mujoco.MjModel, geom: int) -> Array:
-    """(2, 3) corners of a geom, body frame, metres; exact for every shape, not the bounds of bounds."""
+    """(2, 3) corners of the box around a geom, body frame, metres; exact for every kind of shape."""
     pose = Pose(position=three(model.geom_pos[geom]), quaternion=four(model.geom_quat[geom]))
     kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
@@ -164,7 +164,20 @@ def shape_bounds(model: mujoco.MjModel, geom: int) -> Array:
     return np.array([centre - half, centre + half])
 
 
-def _poses(model: mujoco.MjModel) -> list[Pose]:
+def colliders_of(model: mujoco.MjModel, body: int) -> list[int]:
+    """Geoms of a body that can touch anything."""
+    start = int(model.body_geomadr[body])
+    return [g for g in range(start, start + int(model.body_geomnum[body])) if collides(model, g)]
+
+
+def bounds_around(boxes: Sequence[Array]) -> tuple[Vec3, Vec3]:
+    """Lower and upper corner of the box around (2, 3) boxes; zeros where there is none."""
+    if not boxes:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    return three(np.min([box[0] for box in boxes], axis=0)), three(np.max([box[1] for box in boxes], axis=0))
+
+
+def _rest_poses(model: mujoco.MjModel) -> list[Pose]:
     """World pose of each body at qpos0, the root at the origin; parents have lower indices."""
     poses = [Pose()]
     for body in range(1, model.nbody):
@@ -183,9 +196,8 @@ def _body(model: mujoco.MjModel, body: int, pose: Pose) -> BodyFacts:
     parent = int(model.body_parentid[body])
     principal = Pose(quaternion=four(model.body_iquat[body])).rotation
     tensor = principal @ np.diag(model.body_inertia[body]) @ principal.T
-    start = int(model.body_geomadr[body])
-    geoms = [g for g in range(start, start + int(model.body_geomnum[body])) if collides(model, g)]
-    bounds = [shape_bounds(model, g) for g in geoms]
+    geoms = colliders_of(model, body)
+    lower, upper = bounds_around([shape_bounds(model, g) for g in geoms])
     return BodyFacts(
         name=short_name(model.body(body).name),
         parent=short_name(model.body(parent).name) if _is_link(model, parent) else "",
@@ -195,8 +207,8 @@ def _body(model: mujoco.MjModel, body: int, pose: Pose) -> BodyFacts:
         center_of_mass=three(model.body_ipos[body]),
         inertia=tensor_entries(tensor),
         colliders=len(geoms),
-        lower=three(np.min([b[0] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
-        upper=three(np.max([b[1] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        lower=lower,
+        upper=upper,
         frictions=tuple(sorted({three(model.geom_friction[g]) for g in geoms})),
         joint=_joint(model, body),
     )
@@ -274,12 +286,12 @@ def _exclusions(model: mujoco.MjModel) -> tuple[tuple[str, str], ...]:
 
 
 def three(values: Sequence[float] | Array) -> Vec3:
-    """Three numbers as they are."""
+    """Three numbers as floats of Python."""
     x, y, z = (float(v) for v in values)
     return x, y, z
 
 
 def four(values: Sequence[float] | Array) -> Vec4:
-    """Four numbers as they are."""
+    """Four numbers as floats of Python."""
     w, x, y, z = (float(v) for v in values)
     return w, x, y, z

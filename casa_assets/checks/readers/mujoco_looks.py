@@ -18,8 +18,8 @@ def looks(model: mujoco.MjModel) -> tuple[VisualFacts, ...]:
     found = []
     for geom in range(model.ngeom):
         name, material = model.geom(geom).name, int(model.geom_matid[geom])
-        touches = model.geom_contype[geom] or model.geom_conaffinity[geom]
-        if material < 0 or touches or not name or not model.geom_bodyid[geom]:
+        collides = model.geom_contype[geom] or model.geom_conaffinity[geom]
+        if material < 0 or collides or not name or not model.geom_bodyid[geom]:
             continue
         color = linear(tuple(float(n) for n in model.mat_rgba[material]))
         glow = float(model.mat_emission[material])

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.checks.package.facts import ProgramTexts
 from casa_assets.checks.readers import mjcf_facts, mujoco_load
-from casa_assets.checks.readers.mujoco_facts import FREE_JOINT, facts_of_model, four, three
+from casa_assets.checks.readers.mujoco_facts import facts_of_model, four, free_bodies, three
 from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
 from casa_assets.model.asset.asset import Base
 
@@ -46,19 +46,13 @@ def facts_of(model: mujoco.MjModel) -> SceneFacts:
     )
 
 
-def free_bodies(model: mujoco.MjModel) -> set[int]:
-    """Bodies that float."""
-    free = np.flatnonzero(model.jnt_type == FREE_JOINT)
-    return {int(model.jnt_bodyid[joint]) for joint in free}
-
-
 def _placements(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[PlacementFacts]:
     """Sorted by name."""
     said = _grouped(mjcf_facts.texts(model))
     geoms = _grouped({model.geom(i).name: "" for i in range(model.ngeom)})
     joints = _grouped({model.joint(i).name: "" for i in range(model.njnt)})
     bodies = {model.body(i).name: i for i in range(1, model.nbody)}
-    free = free_bodies(model)
+    free = set(free_bodies(model))
     for name, texts in sorted(said.items()):
         if name not in bodies:
             raise ValueError(f"there are texts of {name!r}, which is no body")

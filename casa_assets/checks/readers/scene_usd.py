@@ -11,8 +11,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
 
 from casa_assets.checks.readers import usd_facts, usd_words
-from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, four, short_name, three
-from casa_assets.checks.readers.scene_mjcf import free_bodies
+from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, four, free_bodies, short_name, three
 from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose
@@ -35,7 +34,7 @@ def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> SceneFacts:
     mujoco.mj_kinematics(model, data)
     names = {short_name(model.body(i).name): i for i in range(1, model.nbody)}
     stand = {n: Pose(position=three(data.xpos[b]), quaternion=four(data.xquat[b])) for n, b in names.items()}
-    free = free_bodies(model)
+    free = set(free_bodies(model))
     welded = {name: stand[name] for name, body in names.items() if body not in free}
     things = usd_facts.facts_of_import(model, stage).replace(poses=usd_words.poses(stage, scene=True))
     return SceneFacts(

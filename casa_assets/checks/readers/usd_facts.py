@@ -12,7 +12,14 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from casa_assets.checks.package.facts import AssetFacts, BodyFacts, JointFacts, ProgramTexts
 from casa_assets.checks.readers import usd_looks, usd_words
-from casa_assets.checks.readers.mujoco_facts import facts_of_model, has_free_joint, short_name, tensor_entries
+from casa_assets.checks.readers.mujoco_facts import (
+    bounds_around,
+    facts_of_model,
+    free_bodies,
+    short_name,
+    tensor_entries,
+    three,
+)
 from casa_assets.checks.readers.mujoco_load import Loaded, all_warnings
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
@@ -38,9 +45,10 @@ def imported(path: Path) -> Loaded:
 
 
 def _share_pictures(spec: mujoco.MjSpec) -> None:
-    """Each picture is decoded once: the reader makes a texture for every material that names it, 114 of 18 files.
+    """Make materials share one texture per picture file, so that each file is decoded once.
 
-    The others become a pixel of nothing, for deleting them would take as long as reading them.
+    The reader makes a texture for every material that names a file: 114 of 18 files in one kitchen. The others are
+    replaced by one plain pixel, because deleting them would take as long as reading them.
     """
     first: dict[tuple[object, ...], str] = {}
     renamed: dict[str, str] = {}
@@ -64,7 +72,7 @@ def mujoco_facts(path: Path) -> AssetFacts:
     if loaded.model is None:
         raise ValueError(loaded.error)
     stage = opened(path)
-    base = Base.FREE if has_free_joint(loaded.model) else Base.FIXED
+    base = Base.FREE if free_bodies(loaded.model) else Base.FIXED
     table = facts_of_import(loaded.model, stage)
     return table.replace(base=base, poses=usd_words.poses(stage), words=usd_words.words(stage))
 
@@ -97,8 +105,8 @@ def facts_of_stage(stage: Usd.Stage) -> tuple[AssetFacts, dict[str, Pose]]:
     Returns:
         The table, and the bodies that are fixed to the world: name -> world_from_body as their joint demands.
     """
-    # The parser appends colliders to one list from many threads without a lock: with some twenty of them the list is
-    # damaged now and then, or the process dies (seen with usd-core 25.11). They are left out and traversed.
+    # Colliders are left out of what the parser reads, and traversed: it appends them to one list from many threads
+    # without a lock, and with some twenty of them the list is damaged now and then, or the process dies (25.11).
     shapes = [p for p in stage.Traverse() if p.HasAPI(UsdPhysics.CollisionAPI)]
     parsed = UsdPhysics.LoadUsdPhysicsFromRange(stage, ["/"], sorted({p.GetParent().GetPath() for p in shapes}))
     kinds = UsdPhysics.ObjectType
@@ -115,7 +123,7 @@ def facts_of_stage(stage: Usd.Stage) -> tuple[AssetFacts, dict[str, Pose]]:
                 below[path].append(shape)
     bodies = [_body(stage, d, joints, movers.get(path), below[path], cache) for path, d in links.items()]
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
-    welded = {short_name(str(b)): _demanded(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
+    welded = {short_name(str(b)): _body1_in_body0(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
     table = AssetFacts(
         base=Base.FIXED if welded else Base.FREE,
         bodies=tuple(sorted(bodies, key=lambda b: b.name)),
@@ -151,8 +159,8 @@ def _body(
     prim = stage.GetPrimAtPath(body.primPath)
     mass = UsdPhysics.MassAPI(prim)
     axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
-    tensor = axes @ np.diag(_numbers(mass.GetDiagonalInertiaAttr().Get())) @ axes.T
-    bounds = [_bounds(shape, prim, cache) for shape in shapes]
+    tensor = axes @ np.diag(three(mass.GetDiagonalInertiaAttr().Get())) @ axes.T
+    lower, upper = bounds_around([_bounds(shape, prim, cache) for shape in shapes])
     pose = _world_from_body(body.primPath, joints)
     up = joints.get(body.primPath)
     return BodyFacts(
@@ -161,11 +169,11 @@ def _body(
         position=pose.position,
         quaternion=pose.quaternion,
         mass=float(mass.GetMassAttr().Get()),
-        center_of_mass=_numbers(mass.GetCenterOfMassAttr().Get()),
+        center_of_mass=three(mass.GetCenterOfMassAttr().Get()),
         inertia=tensor_entries(tensor),
         colliders=len(shapes),
-        lower=_numbers(np.min([b[0] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
-        upper=_numbers(np.max([b[1] for b in bounds], axis=0)) if bounds else (0.0, 0.0, 0.0),
+        lower=lower,
+        upper=upper,
         frictions=tuple(sorted({_friction(shape) for shape in shapes})),
         joint=None if mover is None else _joint(mover, stage.GetPrimAtPath(mover.primPath)),
     )
@@ -176,10 +184,10 @@ def _world_from_body(path: object, joints: dict[object, UsdPhysics.JointDesc]) -
     joint = joints.get(path)
     if joint is None or joint.body0.isEmpty:
         return Pose()
-    return _world_from_body(joint.body0, joints) @ _demanded(joint)
+    return _world_from_body(joint.body0, joints) @ _body1_in_body0(joint)
 
 
-def _demanded(joint: UsdPhysics.JointDesc) -> Pose:
+def _body1_in_body0(joint: UsdPhysics.JointDesc) -> Pose:
     """Pose of a joint's second body in the frame of its first, the joint at zero."""
     parent_from_joint = _pose(joint.localPose0Position, joint.localPose0Orientation)
     body_from_joint = _pose(joint.localPose1Position, joint.localPose1Orientation)
@@ -195,7 +203,7 @@ def _joint(joint: UsdPhysics.JointDesc, prim: Usd.Prim) -> JointFacts:
     return JointFacts(
         name=short_name(str(joint.primPath)),
         kind=JointKind.HINGE if hinge else JointKind.SLIDE,
-        axis=_numbers(axis),
+        axis=three(axis),
         anchor=frame.position,
         range=(low, high),
         resistance=_resistance(joint, prim, math.pi / 180 if hinge else 1.0),
@@ -259,9 +267,4 @@ def _half(shape: Usd.Prim, linear: Array) -> Array:
 
 def _pose(position: Gf.Vec3f, orientation: Gf.Quatf) -> Pose:
     x, y, z = orientation.GetImaginary()
-    return Pose(position=_numbers(position), quaternion=(float(orientation.GetReal()), float(x), float(y), float(z)))
-
-
-def _numbers(values: Gf.Vec3f | Array) -> Vec3:
-    x, y, z = (float(v) for v in values)
-    return x, y, z
+    return Pose(position=three(position), quaternion=(float(orientation.GetReal()), float(x), float(y), float(z)))

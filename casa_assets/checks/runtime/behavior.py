@@ -6,26 +6,25 @@ import re
 from collections.abc import Iterator, Mapping
 
 from casa_assets.checks.asset.applicability import NO_COMPILE
-from casa_assets.checks.check import Measurement, not_applicable, not_run
+from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
 from casa_assets.checks.motion import operate
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract_names, reachable_values
 from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, start, step
-from casa_assets.checks.runtime.contract_names import Fault
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Effect, EffectKind
 from casa_assets.model.registry.contract import Contract, KeyRule, Trial
 
-INERT = "it has no behaviour: nothing about it changes"
+NO_BEHAVIOR = "it has no behaviour: nothing about it changes"
 # The reference runtime controls at 20 Hz.
 TICK_S = 0.05
 # Steps that a chain of rules is given to come to an end, and for which a key is held.
-SETTLE, HELD = 3, 2
+SETTLE_STEPS, HOLD_STEPS = 3, 2
 # How far the end of an interval may be from the threshold that it stands for, rad or m.
-SAME = 1e-3
-SMALLEST_M = 0.004
+THRESHOLD_TOLERANCE = 1e-3
+MIN_VISIBLE_M = 0.004  # sites that are smaller are not seen. Our choice.
 # What each kind of effect can act on.
-ACTS_ON = {
+TARGET_KINDS = {
     EffectKind.SHOW: ("site", "visual"),
     EffectKind.LIGHT: ("visual",),
     EffectKind.HEAT: ("region", "site"),
@@ -38,20 +37,17 @@ ACTS_ON = {
 def values_are_reachable(asset: Asset) -> Measurement:
     """BEH001: number of values that moving joints and touching colliders cannot bring about."""
     if asset.behavior is None:
-        return not_applicable(INERT)
+        return not_applicable(NO_BEHAVIOR)
     missing = reachable_values.unreached(asset.behavior, {j.name: j.range for j in asset.joints})
-    problems = tuple((f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing)
-    return Measurement(float(len(problems)), problems)
+    return count((f"behavior/{name}", f"nothing that a robot can do makes it {value!r}") for name, value in missing)
 
 
 def effects_are_visible(asset: Asset) -> Measurement:
     """BEH002: number of effects without a target that can show them."""
     if asset.behavior is None:
-        return not_applicable(INERT)
-    faults = [
-        (f"behavior/effects/{i}", message) for i, e in enumerate(asset.behavior.effects) for message in _form(asset, e)
-    ]
-    return Measurement(float(len(faults)), tuple(faults))
+        return not_applicable(NO_BEHAVIOR)
+    effects = enumerate(asset.behavior.effects)
+    return count((f"behavior/effects/{i}", message) for i, e in effects for message in _effect_faults(asset, e))
 
 
 def behavior_meets_contract(package: Package) -> Measurement:
@@ -67,21 +63,21 @@ def behavior_meets_contract(package: Package) -> Measurement:
         wanted = any(key.values for key in contract.keyframes) or bool(contract.trials)
         model = operate.fingertip_model(package) if wanted else None
         if wanted and model is None:
-            return Measurement(float(len(faults)), tuple(faults)) if faults else not_run(NO_COMPILE)
+            return count(faults) if faults else not_run(NO_COMPILE)
         if model is not None:
             for key in contract.keyframes:
                 faults += _pose(model, asset, asset.behavior, key)
             for trial in contract.trials:
                 faults += _trial(model, asset, asset.behavior, trial)
-    return Measurement(float(len(faults)), tuple(faults))
+    return count(faults)
 
 
-def _form(asset: Asset, effect: Effect) -> Iterator[str]:
+def _effect_faults(asset: Asset, effect: Effect) -> Iterator[str]:
     sites = {s.name: s for s in asset.sites}
     visuals = {v.name for k in asset.links for v in k.visuals}
     kinds = [k for k, there in (("site", effect.target in sites), ("visual", effect.target in visuals)) if there]
     kinds += ["region"] if any(r.name == effect.target for r in asset.regions) else []
-    allowed = ACTS_ON[effect.kind]
+    allowed = TARGET_KINDS[effect.kind]
     if not any(kind in allowed for kind in kinds):
         wanted = " or a ".join(allowed)
         yield f"{effect.kind.value}s {effect.target!r}, which is a {' and a '.join(kinds)}, not a {wanted}"
@@ -94,11 +90,11 @@ def _form(asset: Asset, effect: Effect) -> Iterator[str]:
     if effect.kind is EffectKind.SHOW and effect.target in sites:
         site = sites[effect.target]
         extent = 2 * site.radius if site.size is None else max(site.size)
-        if extent < SMALLEST_M:
+        if extent < MIN_VISIBLE_M:
             yield f"shows {effect.target!r}, which is {extent:.4f} m large; nobody sees that"
 
 
-def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterator[Fault]:
+def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterator[Problem]:
     """Ends of intervals that are neither a threshold of the contract nor an end of the joint's range."""
     ranges = {j.name: j.range for j in asset.joints}
     for i, rule in enumerate(behavior.rules):
@@ -110,7 +106,9 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                 t.name: t.position((low, high)) for t in contract.thresholds if re.fullmatch(t.joint, condition.joint)
             }
             for end in condition.interval if named else ():
-                if low + SAME < end < high - SAME and all(abs(end - at) > SAME for at in named.values()):
+                if low + THRESHOLD_TOLERANCE < end < high - THRESHOLD_TOLERANCE and all(
+                    abs(end - at) > THRESHOLD_TOLERANCE for at in named.values()
+                ):
                     there = ", ".join(f"{name} {at:.4g}" for name, at in named.items())
                     message = (
                         f"{condition.joint} changes {rule.variable} at {end:.4g}; the runtime's thresholds are {there}"
@@ -118,27 +116,27 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                     yield f"behavior/rules/{i}", message
 
 
-def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Fault]:
+def _pose(model: operate.FingertipModel, asset: Asset, behavior: Behavior, rule: KeyRule) -> Iterator[Problem]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None or not rule.values:
         return
-    machine = _settled(start(behavior), model.measure({}))
-    machine = _settled(machine, model.measure({at.joint: at.value for at in key.joints}))
-    for message in _unlike(machine, rule.values):
+    state = _settle(start(behavior), model.measure({}))
+    state = _settle(state, model.measure({at.joint: at.value for at in key.joints}))
+    for message in _differences(state, rule.values):
         yield f"keyframes/{rule.name}", f"in this pose {message}"
 
 
-def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Fault]:
+def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, trial: Trial) -> Iterator[Problem]:
     """Differences from the trial; it ends with the first step that has some."""
     stands: dict[str, float] = {}
-    machine = _settled(start(behavior), model.measure(stands))
+    state = _settle(start(behavior), model.measure(stands))
     for number, act in enumerate(trial.steps):
         pointer = f"trials/{trial.name}/{number}"
         for pattern, way in act.move.items():
             for joint in asset.joints:
                 if re.fullmatch(pattern, joint.name):
                     stands[joint.name] = position(joint.range, way)
-        machine = _settled(machine, model.measure(stands))
+        state = _settle(state, model.measure(stands))
         if act.press is not None:
             names = [c.name for k in asset.links for c in k.colliders if re.fullmatch(act.press, c.name)]
             if not names:  # CON003 says so
@@ -147,13 +145,13 @@ def _trial(model: operate.FingertipModel, asset: Asset, behavior: Behavior, tria
             if pressed is None:
                 yield pointer, f"{names[0]!r} cannot be touched by a fingertip without touching something else"
                 return
-            machine = _settled(machine, pressed, HELD)
-            machine = _settled(machine, model.measure(stands), HELD)
-        machine = _settled(machine, model.measure(stands), round(act.wait_s / TICK_S))
-        unlike = list(_unlike(machine, act.expect))
-        if unlike:
+            state = _settle(state, pressed, HOLD_STEPS)
+            state = _settle(state, model.measure(stands), HOLD_STEPS)
+        state = _settle(state, model.measure(stands), round(act.wait_s / TICK_S))
+        differences = list(_differences(state, act.expect))
+        if differences:
             done = ", ".join([*(f"{p} to {w:g}" for p, w in act.move.items()), act.press or ""]).strip(", ")
-            yield pointer, f"after {done or 'waiting'} {unlike[0]}"
+            yield pointer, f"after {done or 'waiting'} {differences[0]}"
             return
 
 
@@ -163,14 +161,14 @@ def position(span: tuple[float, float], way: float) -> float:
     return way * far if way >= 0 else -way * near
 
 
-def _settled(machine: BehaviorState, stimulus: Stimulus, steps: int = SETTLE) -> BehaviorState:
+def _settle(state: BehaviorState, stimulus: Stimulus, steps: int = SETTLE_STEPS) -> BehaviorState:
     for _ in range(steps):
-        machine = step(machine, stimulus, TICK_S)
-    return machine
+        state = step(state, stimulus, TICK_S)
+    return state
 
 
-def _unlike(machine: BehaviorState, wanted: Mapping[str, str]) -> Iterator[str]:
+def _differences(state: BehaviorState, wanted: Mapping[str, str]) -> Iterator[str]:
     for pattern, value in wanted.items():
-        for name, found in machine.values.items():
+        for name, found in state.values.items():
             if re.fullmatch(pattern, name) and not re.fullmatch(value, found):
                 yield f"{name} is {found!r}, not {value!r}"

@@ -47,32 +47,32 @@ class BehaviorState:
 
 
 def start(behavior: Behavior) -> BehaviorState:
-    """The machine with every variable at its initial value."""
+    """The state with every variable at its initial value."""
     return BehaviorState(behavior, {v.name: v.initial for v in behavior.variables}, None, (0.0,) * len(behavior.rules))
 
 
-def step(machine: BehaviorState, stimulus: Stimulus, dt: float) -> BehaviorState:
+def step(state: BehaviorState, stimulus: Stimulus, dt: float) -> BehaviorState:
     """One control step of `dt` seconds: of each variable the first rule that applies; all see the values of before.
 
     A condition that holds in the very first step has not begun: the runtime has not seen it otherwise.
     """
-    values, decided = dict(machine.values), set[str]()
+    values, decided = dict(state.values), set[str]()
     now: list[tuple[bool, ...]] = []
     held: list[float] = []
-    for i, rule in enumerate(machine.behavior.rules):
-        raw = tuple(_holds(c, stimulus, machine.values) for c in rule.when)
-        was = raw if machine.before is None else machine.before[i]
+    for i, rule in enumerate(state.behavior.rules):
+        raw = tuple(_holds(c, stimulus, state.values) for c in rule.when)
+        was = raw if state.before is None else state.before[i]
         now.append(raw)
-        if not _applies(rule, raw, was, machine.values[rule.variable]):
+        if not _applies(rule, raw, was, state.values[rule.variable]):
             held.append(0.0)
             continue
-        held.append(machine.held_s[i] + dt)
+        held.append(state.held_s[i] + dt)
         due = rule.after_s == 0.0 or held[i] >= rule.after_s - TIME_SLACK_S
         if due and rule.variable not in decided:
             decided.add(rule.variable)
             values[rule.variable] = rule.to
             held[i] = 0.0 if rule.after_s else held[i]
-    return BehaviorState(machine.behavior, values, tuple(now), tuple(held))
+    return BehaviorState(state.behavior, values, tuple(now), tuple(held))
 
 
 def _applies(rule: Rule, raw: tuple[bool, ...], was: tuple[bool, ...], value: str) -> bool:

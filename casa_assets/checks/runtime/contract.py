@@ -7,7 +7,7 @@ import re
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.checks.check import Measurement, not_applicable, not_run
+from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract_names as names
 from casa_assets.checks.runtime import contract_paths
@@ -41,20 +41,22 @@ def links_and_joints_meet_contract(package: Package) -> Measurement:
         for pattern in contract.forbidden_joints:
             if re.fullmatch(pattern, joint.name):
                 faults.append((f"joints/{joint.name}", f"a runtime mistakes it for another: {pattern!r}"))
-    return _counted(faults)
+    return count(faults)
 
 
 def sites_meet_contract(package: Package) -> Measurement:
     """CON002: number of sites that are missing or on another link than the runtime expects."""
     contract = _contract(package)
-    return _counted(names.missing_requirements(package.asset, contract, names.sites)) if contract else _without(package)
+    return (
+        count(names.missing_requirements(package.asset, contract, names.sites)) if contract else _no_contract(package)
+    )
 
 
 def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
     """CON003: number of colliders, visuals and labels that are missing or would be mistaken."""
     contract, asset = _contract(package), package.asset
     if contract is None:
-        return _without(package)
+        return _no_contract(package)
     faults = names.missing_requirements(asset, contract, names.shapes)
     shown: list[Collider | Visual] = []
     for link in asset.links:
@@ -65,14 +67,14 @@ def colliders_and_visuals_meet_contract(package: Package) -> Measurement:
         for pattern in contract.forbidden_geoms:
             if re.fullmatch(pattern, shape.name):
                 faults.append((f"links/{shape.name}", f"a runtime mistakes it for another: {pattern!r}"))
-    return _counted(faults)
+    return count(faults)
 
 
 def regions_meet_contract(package: Package, limit: float) -> Measurement:
     """CON004: largest distance that a region is off: `main` encloses what is seen, interiors lie in it; metres."""
     contract, asset = _contract(package), package.asset
     if contract is None:
-        return _without(package)
+        return _no_contract(package)
     faults = names.missing_requirements(asset, contract, names.regions)
     main = next((r for r in asset.regions if r.name == "main"), None)
     if main is None:
@@ -106,17 +108,17 @@ def xml_paths_meet_contract(package: Package) -> Measurement:
     """CON005: number of elements that are not at the literal paths of model.xml where the runtime looks."""
     contract = _contract(package)
     if contract is None:
-        return _without(package)
+        return _no_contract(package)
     if not package.mjcf.is_file():
         return not_run(NO_FILE)
-    return _counted(list(contract_paths.faults(package.mjcf, package.asset, contract)))
+    return count(list(contract_paths.faults(package.mjcf, package.asset, contract)))
 
 
 def thresholds_meet_contract(package: Package) -> Measurement:
     """CON006: number of thresholds outside their joints' ranges, and of named poses that stand wrong."""
     contract, asset = _contract(package), package.asset
     if contract is None:
-        return _without(package)
+        return _no_contract(package)
     if not contract.thresholds and not contract.keyframes:
         return not_applicable("its contract names no threshold and no pose")
     faults = []
@@ -130,19 +132,19 @@ def thresholds_meet_contract(package: Package) -> Measurement:
                 faults.append((f"joints/{joint.name}", message))
     for rule in contract.keyframes:
         faults += _pose(asset, rule)
-    return _counted(faults)
+    return count(faults)
 
 
 def spelling_meets_contract(package: Package) -> Measurement:
     """CON007: number of names that are not spelled as the runtime spells them, capitals included."""
     contract = _contract(package)
     if contract is None:
-        return _without(package)
+        return _no_contract(package)
     if not contract.runtime_names:
         return not_applicable("its contract names nothing whose spelling is free")
     if not package.mjcf.is_file():
         return not_run(NO_FILE)
-    return _counted(list(contract_paths.misspelled(package.mjcf, package.asset, contract)))
+    return count(list(contract_paths.misspelled(package.mjcf, package.asset, contract)))
 
 
 def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:
@@ -165,14 +167,10 @@ def _contract(package: Package) -> Contract | None:
     return contract if contract is not None and contract.id == package.asset.contract else None
 
 
-def _without(package: Package) -> Measurement:
+def _no_contract(package: Package) -> Measurement:
     """Result where there is no contract to look at, with the reason."""
     named = package.asset.contract
     return not_applicable(UNNAMED) if named is None else not_run(f"registry/contracts has no {named!r}")
-
-
-def _counted(faults: list[names.Fault]) -> Measurement:
-    return Measurement(float(len(faults)), tuple(faults))
 
 
 def _box(asset: Asset, region: Region) -> Bounds:
@@ -195,7 +193,7 @@ def _within(at: float, joint: Joint, fixed: bool) -> bool:
     return low + margin <= at <= high - margin
 
 
-def _pose(asset: Asset, rule: KeyRule) -> list[names.Fault]:
+def _pose(asset: Asset, rule: KeyRule) -> list[Problem]:
     key = next((k for k in asset.keyframes if k.name == rule.name), None)
     if key is None:
         return [(f"keyframes/{rule.name}", "there is no such pose")] if rule.min_count else []

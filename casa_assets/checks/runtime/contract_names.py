@@ -8,6 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from casa_assets.checks.check import Problem
 from casa_assets.model.asset.asset import Asset, Collider, Joint, Region, Site, Visual
 from casa_assets.model.registry.contract import (
     Axis,
@@ -21,28 +22,26 @@ from casa_assets.model.registry.contract import (
     SiteRule,
 )
 
-Fault = tuple[str, str]
-RuleCheck = Callable[[Asset, Requirements], list[Fault]]
-N = TypeVar("N", bound=NamePattern)
-# How far an axis may be off and a range from zero: what nine written digits leave.
-TINY = 1e-6
+RuleCheck = Callable[[Asset, Requirements], list[Problem]]
+Rule = TypeVar("Rule", bound=NamePattern)
+# How far an axis may be off and a range from zero: what nine written digits leave, rad or m.
+ROUNDING = 1e-6
 
 
-def missing_requirements(asset: Asset, contract: Contract, look: RuleCheck) -> list[Fault]:
-    """Faults of the rules that apply, as `look` finds them in one set of needs.
+def missing_requirements(asset: Asset, contract: Contract, check: RuleCheck) -> list[Problem]:
+    """Problems of all requirements that apply to an asset.
 
-    Of the sets of a choice the one counts that comes nearest to being met.
+    Args:
+        check: finds the problems of one set of requirements. Of the sets of a choice the one counts that comes nearest
+            to being met.
     """
-    faults = look(asset, contract)
+    problems = check(asset, contract)
     for choice in contract.one_of:
-        tried = [look(asset, needs) for needs in choice.any_of]
-        nearest: list[Fault] = min(tried, key=len)
-        faults += nearest
+        problems += min((check(asset, needs) for needs in choice.any_of), key=len)
     for each in contract.for_each:
-        used = in_use(asset, contract, each.key)
-        for value in used:
-            faults += look(asset, each.needs.filled(each.key, value))
-    return faults
+        for value in in_use(asset, contract, each.key):
+            problems += check(asset, each.needs.filled(each.key, value))
+    return problems
 
 
 def in_use(asset: Asset, contract: Contract, key: str) -> list[str]:
@@ -58,7 +57,7 @@ def in_use(asset: Asset, contract: Contract, key: str) -> list[str]:
     return used
 
 
-def links_and_joints(asset: Asset, needs: Requirements) -> list[Fault]:
+def links_and_joints(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on links and on joints."""
     faults = list(_counted("links", needs.links, [k.name for k in asset.links]))
     for link_rule in needs.links:
@@ -73,7 +72,7 @@ def links_and_joints(asset: Asset, needs: Requirements) -> list[Fault]:
     return faults
 
 
-def sites(asset: Asset, needs: Requirements) -> list[Fault]:
+def sites(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on sites."""
     faults = list(_counted("sites", needs.sites, [s.name for s in asset.sites]))
     for rule, site in _pairs(needs.sites, asset.sites):
@@ -84,9 +83,9 @@ def sites(asset: Asset, needs: Requirements) -> list[Fault]:
     return faults
 
 
-def shapes(asset: Asset, needs: Requirements) -> list[Fault]:
+def shapes(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on colliders and visuals."""
-    faults: list[Fault] = []
+    faults: list[Problem] = []
     for kind, rules in (("colliders", needs.colliders), ("visuals", needs.visuals)):
         found: list[tuple[str, Collider | Visual]] = [
             (k.name, s) for k in asset.links for s in (k.colliders if kind == "colliders" else k.visuals)
@@ -99,7 +98,7 @@ def shapes(asset: Asset, needs: Requirements) -> list[Fault]:
     return faults
 
 
-def regions(asset: Asset, needs: Requirements) -> list[Fault]:
+def regions(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on regions: that they are there, and on which link."""
     faults = list(_counted("regions", needs.regions, [r.name for r in asset.regions]))
     for rule, region in _pairs(needs.regions, asset.regions):
@@ -108,7 +107,7 @@ def regions(asset: Asset, needs: Requirements) -> list[Fault]:
     return faults
 
 
-def variables(asset: Asset, needs: Requirements) -> list[Fault]:
+def variables(asset: Asset, needs: Requirements) -> list[Problem]:
     """Rules on the variables of the behaviour."""
     found = asset.behavior.variables if asset.behavior else ()
     faults = list(_counted("behavior/variables", needs.variables, [v.name for v in found]))
@@ -130,7 +129,7 @@ def axis_of(asset: Asset, joint: Joint) -> str:
     """`+x`, `-z`, ...: direction of the axis in the asset frame, or `askew`."""
     axis = asset.asset_from_link(joint.child).rotation @ np.array(joint.axis)
     k = int(np.argmax(np.abs(axis)))
-    if abs(abs(axis[k]) - 1.0) > TINY:
+    if abs(abs(axis[k]) - 1.0) > ROUNDING:
         return "askew"
     return ("+" if axis[k] > 0 else "-") + "xyz"[k]
 
@@ -138,14 +137,14 @@ def axis_of(asset: Asset, joint: Joint) -> str:
 def opening(joint: Joint) -> OpeningSide | None:
     """Side of zero that the range lies on; None where zero is no end of it and not within."""
     low, high = joint.range
-    if abs(low) <= TINY:
+    if abs(low) <= ROUNDING:
         return OpeningSide.POSITIVE
-    if abs(high) <= TINY:
+    if abs(high) <= ROUNDING:
         return OpeningSide.NEGATIVE
     return OpeningSide.BOTH if low < 0.0 < high else None
 
 
-def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> Iterator[Fault]:
+def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> Iterator[Problem]:
     for rule in rules:
         count = sum(rule.matches(name) for name in names)
         if count < rule.min_count:
@@ -161,12 +160,12 @@ def _counted(kind: str, rules: Iterable[NamePattern], names: Sequence[str]) -> I
 T = TypeVar("T", Site, Region)
 
 
-def _pairs(rules: Iterable[N], things: Iterable[T]) -> list[tuple[N, T]]:
+def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
     listed = list(things)
     return [(rule, thing) for rule in rules for thing in listed if rule.matches(thing.name)]
 
 
-def _depth(pointer: str, rule: LinkRule | SiteRule, depth: int) -> list[Fault]:
+def _depth(pointer: str, rule: LinkRule | SiteRule, depth: int) -> list[Problem]:
     if rule.depth is None or rule.depth == depth:
         return []
     return [(pointer, f"is {depth} links below object, not {rule.depth}: the runtime looks at a fixed depth")]
@@ -181,9 +180,9 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
     found = opening(joint)
     if rule.opens is not None and (found is None or rule.opens not in _ways(found)):
         yield f"has the range {low:.4g}..{high:.4g}; it should open {rule.opens.value}, zero is closed"
-    if rule.reach is not None and (low > rule.reach[0] + TINY or high < rule.reach[1] - TINY):
+    if rule.reach is not None and (low > rule.reach[0] + ROUNDING or high < rule.reach[1] - ROUNDING):
         yield f"has the range {low:.4g}..{high:.4g}, which does not reach {rule.reach[0]:.4g}..{rule.reach[1]:.4g}"
-    if rule.travel is not None and not rule.travel[0] - TINY <= high - low <= rule.travel[1] + TINY:
+    if rule.travel is not None and not rule.travel[0] - ROUNDING <= high - low <= rule.travel[1] + ROUNDING:
         yield f"travels {high - low:.4g}, not {rule.travel[0]:.4g}..{rule.travel[1]:.4g}"
     if rule.depth is not None and depth_of(asset, joint.child) != rule.depth:
         yield f"moves a link {depth_of(asset, joint.child)} below object, not {rule.depth}: the runtime's path is fixed"

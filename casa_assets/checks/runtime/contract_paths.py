@@ -11,6 +11,7 @@ from pathlib import Path
 
 from lxml import etree
 
+from casa_assets.checks.check import Problem
 from casa_assets.checks.runtime import contract_names as names
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.registry.contract import Contract, Requirements, ShapeRule
@@ -20,7 +21,7 @@ CORNERS = ("p0", "px", "py", "pz")
 TOUCHED = "0"  # group of what collides
 
 
-def faults(path: Path, asset: Asset, contract: Contract) -> Iterator[names.Fault]:
+def faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
     """(pointer, message) of everything that a runtime would not find.
 
     The file is well-formed and compiles: see MJC001.
@@ -41,7 +42,7 @@ def faults(path: Path, asset: Asset, contract: Contract) -> Iterator[names.Fault
     yield from _regions(root, body, asset, contract)
 
 
-def misspelled(path: Path, asset: Asset, contract: Contract) -> Iterator[names.Fault]:
+def misspelled(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
     """(pointer, message) of names of the asset that the file does not spell as the runtime does."""
     root = _read(path)
     if root is None:
@@ -73,7 +74,7 @@ def _read(path: Path) -> etree._Element | None:
         return None
 
 
-def _joints(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[names.Fault]:
+def _joints(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
     for rule in needs.joints:
         for joint in asset.joints:
             if not rule.matches(joint.name) or rule.depth is None:
@@ -86,7 +87,7 @@ def _joints(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator
                 yield f"model.xml/joint/{joint.name}", "says no range; the runtime reads it from the element"
 
 
-def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[names.Fault]:
+def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
     for rule in needs.sites:
         for site in asset.sites:
             if not rule.matches(site.name) or rule.depth is None:
@@ -99,7 +100,7 @@ def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[
                 yield f"model.xml/site/{site.name}", "should say pos and size; the runtime reads them from the element"
 
 
-def _geoms(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[names.Fault]:
+def _geoms(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
     """Named colliders are geoms that touch; names of contacts and handles are looked up as geoms."""
     groups = {g.get("name", ""): g.get("group") for g in root.iter("geom")}
     for rule in needs.colliders:
@@ -112,7 +113,7 @@ def _colliders(asset: Asset, rule: ShapeRule) -> list[str]:
     return [c.name for k in asset.links for c in k.colliders if rule.matches(c.name)]
 
 
-def _regions(root: etree._Element, body: etree._Element, asset: Asset, contract: Contract) -> Iterator[names.Fault]:
+def _regions(root: etree._Element, body: etree._Element, asset: Asset, contract: Contract) -> Iterator[Problem]:
     geoms = {g.get("name") for g in root.iter("geom")}
     for region in asset.regions:
         if f"reg_{region.name}" not in geoms and f"reg_{contract.runtime_names.get(region.name)}" not in geoms:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.design.robot import affords, reach
+from casa_assets.checks.design.robot import reach
 from casa_assets.checks.design.rules import aisles, appliances, doorways, grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.issue import Severity
@@ -60,10 +60,10 @@ ROWS: tuple[Check, ...] = (
     Check("NAV003", "Entries lead in", ERROR, DesignSubject, reach.entries_lead_in, "unreached", "",
           "At most {limit:g} doors and passages do not let a base of 0.30 m radius on to the floor of the kitchen; "
           "clear what stands before them."),
-    Check("TSK001", "Tasks supported", ERROR, DesignSubject, affords.tasks_are_supported, "tasks_lacking", "",
+    Check("TSK001", "Tasks supported", ERROR, DesignSubject, reach.tasks_are_supported, "tasks_lacking", "",
           "At most {limit:g} of the 25 atomic tasks of RoboCasa lack fixtures, joints or sites within reach; add what "
           "the task lacks."),
-    Check("TSK002", "Room for task objects", ERROR, DesignSubject, affords.task_objects_find_room, "task_rate", "",
+    Check("TSK002", "Room for task objects", ERROR, DesignSubject, reach.task_objects_find_room, "task_rate", "",
           "At least {limit:.0%} of 200 drawn objects find a free place within reach, for each task; clear the "
           "surface, or make it larger."),
 )

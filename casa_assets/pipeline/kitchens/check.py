@@ -124,7 +124,7 @@ def run_checks_on_scene(
     measured: dict[str, Any] = {
         "grade": grade(design).model_dump(mode="json"),
         "tasks": [t.model_dump(mode="json") for t in design.tasks],
-        "parking": [p.model_dump(mode="json") for p in design.lots.every],
+        "parking": [p.model_dump(mode="json") for p in design.parking.every],
     }
     if subject.loaded.model is not None:
         load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)

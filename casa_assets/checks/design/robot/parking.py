@@ -82,21 +82,21 @@ def find_parking(facts: KitchenFacts, floor: FloorMap) -> ParkingPlaces:
 
 def is_tall(facts: KitchenFacts, fixture: Fixture) -> bool:
     """True if a fixture stands in a unit that is higher than worktops."""
-    row = facts.run(fixture.run)
-    high = max((u.height for u in row.units if u.name == fixture.unit), default=0.0) if row else 0.0
+    run = facts.run(fixture.run)
+    high = max((u.height for u in run.units if u.name == fixture.unit), default=0.0) if run else 0.0
     on_floor = fixture.bottom < STANDS and fixture.top > TALL_UNIT
     return fixture.role in (Role.FRIDGE, Role.PANTRY) or high > TALL_UNIT or on_floor
 
 
 def front_of(facts: KitchenFacts, fixture: Fixture) -> float:
     """Distance before a fixture's own front at which the base has to stop: the edge of a worktop, say."""
-    row = facts.run(fixture.run)
-    if row is None:
+    run = facts.run(fixture.run)
+    if run is None:
         return 0.0
-    u, v = row.to_local(fixture.footprint.at(0.0, 0.0))
+    u, v = run.to_local(fixture.footprint.at(0.0, 0.0))
     half = 0.45 * fixture.footprint.size[0]
-    below = [n.front for n in row.units if n.left < u + half and n.right > u - half and n.kind != "gap"]
-    return max([*below, v] if below else [row.depth_before, v]) - v
+    below = [n.front for n in run.units if n.left < u + half and n.right > u - half and n.kind != "gap"]
+    return max([*below, v] if below else [run.depth_before, v]) - v
 
 
 def _in_front(fixture: Fixture, edge: float) -> Iterator[ParkingPlace]:

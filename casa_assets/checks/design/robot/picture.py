@@ -55,7 +55,7 @@ def floor_picture(subject: DesignSubject) -> Image.Image:
         sheet.line((wall.start, wall.end), (200, 200, 200) if wall.is_open else BLACK, 2 if wall.is_open else 9)
     for way in facts.openings:
         sheet.line((way.start, way.end), WHITE, 5)
-    for place in subject.lots.every:
+    for place in subject.parking.every:
         sheet.pose(place)
     for fixture in facts.with_role(*APPLIANCES, Role.COFFEE_MACHINE, Role.TOASTER):
         sheet.word(fixture)

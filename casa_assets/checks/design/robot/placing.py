@@ -13,10 +13,11 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, KitchenFacts, ParkingPlace, Role
 from casa_assets.model.record import Vec2, Vec3
 
-ARM = 0.8  # metres that an arm reaches from the front of the base, seen from above
-LOWEST, HIGHEST = 0.3, 1.9  # heights between which it works, metres
-TINY = 1e-9
-SUNK, ON_TOP = 0.1, 0.45  # metres below and above a worktop between which the foot of what stands on it is
+ARM_REACH_M = 0.8  # from the front of the base, seen from above
+MIN_WORK_HEIGHT_M, MAX_WORK_HEIGHT_M = 0.3, 1.9
+ROUNDING_M = 1e-9
+# Heights below and above a worktop between which the foot of what stands on it is, metres.
+SUNK_M, ABOVE_M = 0.1, 0.45
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class WorldBox:
         """Square metres, seen from above."""
         return max(0.0, self.x1 - self.x0) * max(0.0, self.y1 - self.y0)
 
-    def meets(self, other: WorldBox) -> WorldBox:
+    def intersection(self, other: WorldBox) -> WorldBox:
         """Intersection of two boxes; empty where they are apart."""
         return WorldBox(
             max(self.x0, other.x0),
@@ -49,12 +50,12 @@ class WorldBox:
 
 @dataclass(frozen=True)
 class BoxSizes:
-    """Boxes to be put: least and greatest width and depth, and least and greatest height, metres."""
+    """Range of the width and depth of boxes that are placed, and range of their height, metres."""
 
-    low: float
-    high: float
-    least: float
-    most: float
+    min_width: float
+    max_width: float
+    min_height: float
+    max_height: float
 
 
 @dataclass(frozen=True)
@@ -62,17 +63,17 @@ class PlacingZone:
     """Zone that boxes are placed in.
 
     Attributes:
-        fixture, region: what it belongs to. span: of the room that there is.
-        taken: what stands there. shoulders: (N, 2) points from which an arm reaches for it.
-        middles: whether the middle of a box alone has to lie inside, as for a pan on a burner.
+        fixture, region: what it belongs to. bounds: of the free volume.
+        obstacles: what stands there. shoulders: (N, 2) points from which an arm reaches into it.
+        center_only: whether the middle of a box alone has to lie inside, as for a pan on a burner.
     """
 
     fixture: str
     region: str
-    span: WorldBox
-    taken: tuple[WorldBox, ...]
+    bounds: WorldBox
+    obstacles: tuple[WorldBox, ...]
     shoulders: Floats
-    middles: bool = False
+    center_only: bool = False
 
 
 def box_around(foot: Footprint, low: float, high: float) -> WorldBox:
@@ -101,7 +102,7 @@ def on_worktops(facts: KitchenFacts) -> list[WorldBox]:
     return [
         box_around(f.footprint, f.bottom, f.top)
         for f in standing
-        if any(h - SUNK < f.bottom < h + ON_TOP for h in heights)
+        if any(h - SUNK_M < f.bottom < h + ABOVE_M for h in heights)
     ]
 
 
@@ -112,7 +113,7 @@ def worktops_near(facts: KitchenFacts, fixture: Fixture, reach: float) -> list[t
     box = box_around(window, -1.0, 9.0)
     found = []
     for top, volume in worktop_regions(facts):
-        shared = box_around(volume.footprint, volume.bottom, volume.top).meets(box)
+        shared = box_around(volume.footprint, volume.bottom, volume.top).intersection(box)
         if shared.x1 - shared.x0 > 0.05 and shared.y1 - shared.y0 > 0.05:
             found.append((top.name, volume.name, shared))
     return found
@@ -122,51 +123,53 @@ def free_area(zones: Sequence[PlacingZone], cell: float = 0.02) -> float:
     """Square metres of zones on which nothing stands."""
     total = 0.0
     for zone in zones:
-        s = zone.span
+        s = zone.bounds
         xs, ys = np.arange(s.x0 + cell / 2, s.x1, cell), np.arange(s.y0 + cell / 2, s.y1, cell)
         free = np.ones((len(ys), len(xs)), dtype=bool)
-        for t in zone.taken:
+        for t in zone.obstacles:
             free &= ~(((xs > t.x0) & (xs < t.x1))[None, :] & ((ys > t.y0) & (ys < t.y1))[:, None])
         total += float(free.sum()) * cell**2
     return total
 
 
 def acceptance(zones: Sequence[PlacingZone], size: BoxSizes, count: int, rng: np.random.Generator) -> float:
-    """Share of `count` boxes drawn into zones, by their area, that lie inside, on nothing else, and within reach."""
+    """Share of `count` boxes, drawn into zones by their area, that fit, touch nothing and are in reach."""
     # Samplers look for a place that is large enough before they draw.
-    zones = [z for z in zones if z.middles or min(z.span.x1 - z.span.x0, z.span.y1 - z.span.y0) >= size.low]
-    areas = np.array([z.span.area for z in zones])
+    zones = [
+        z for z in zones if z.center_only or min(z.bounds.x1 - z.bounds.x0, z.bounds.y1 - z.bounds.y0) >= size.min_width
+    ]
+    areas = np.array([z.bounds.area for z in zones])
     if not zones or areas.sum() <= 0:
         return 0.0
     which = rng.choice(len(zones), size=count, p=areas / areas.sum())
-    wide, deep = rng.uniform(size.low, size.high, (2, count))
-    high = rng.uniform(size.least, size.most, count)
+    wide, deep = rng.uniform(size.min_width, size.max_width, (2, count))
+    high = rng.uniform(size.min_height, size.max_height, count)
     at = rng.random((count, 2))
-    good = 0
+    accepted = 0
     for k in range(count):
         zone = zones[int(which[k])]
-        box = _drawn(zone, (float(wide[k]), float(deep[k]), float(high[k])), (float(at[k, 0]), float(at[k, 1])))
-        good += _lies_well(box, zone)
-    return good / count
+        box = _random_box(zone, (float(wide[k]), float(deep[k]), float(high[k])), (float(at[k, 0]), float(at[k, 1])))
+        accepted += _is_placed_well(box, zone)
+    return accepted / count
 
 
-def _drawn(zone: PlacingZone, size: Vec3, at: Vec2) -> WorldBox:
+def _random_box(zone: PlacingZone, size: Vec3, at: Vec2) -> WorldBox:
     """A box somewhere in a zone; as samplers of tasks do it, only where it does not reach out, if there is room."""
-    s, (w, d, h) = zone.span, size
-    mx, my = (0.0, 0.0) if zone.middles else (w / 2, d / 2)
+    s, (w, d, h) = zone.bounds, size
+    mx, my = (0.0, 0.0) if zone.center_only else (w / 2, d / 2)
     x = s.x0 + mx + at[0] * max(0.0, s.x1 - s.x0 - 2 * mx)
     y = s.y0 + my + at[1] * max(0.0, s.y1 - s.y0 - 2 * my)
     return WorldBox(x - w / 2, y - d / 2, x + w / 2, y + d / 2, s.z0, s.z0 + h)
 
 
-def _lies_well(box: WorldBox, zone: PlacingZone) -> bool:
-    s, middle = zone.span, ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2)
-    inside = box.x1 <= s.x1 + TINY and box.y1 <= s.y1 + TINY
-    if not (inside or zone.middles) or box.z1 > s.z1:
+def _is_placed_well(box: WorldBox, zone: PlacingZone) -> bool:
+    s, middle = zone.bounds, ((box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2)
+    inside = box.x1 <= s.x1 + ROUNDING_M and box.y1 <= s.y1 + ROUNDING_M
+    if not (inside or zone.center_only) or box.z1 > s.z1:
         return False
-    if not LOWEST <= (box.z0 + box.z1) / 2 <= HIGHEST:
+    if not MIN_WORK_HEIGHT_M <= (box.z0 + box.z1) / 2 <= MAX_WORK_HEIGHT_M:
         return False
-    if any(m.x1 > m.x0 and m.y1 > m.y0 for m in (box.meets(t) for t in zone.taken)):
+    if any(m.x1 > m.x0 and m.y1 > m.y0 for m in (box.intersection(t) for t in zone.obstacles)):
         return False
     reach = np.hypot(zone.shoulders[:, 0] - middle[0], zone.shoulders[:, 1] - middle[1])
-    return bool(len(reach)) and float(reach.min()) <= ARM
+    return bool(len(reach)) and float(reach.min()) <= ARM_REACH_M

@@ -1,44 +1,59 @@
-"""Find fixtures and doorways that a robot's base cannot reach."""
+"""Find fixtures, doorways and tasks that are out of a robot's reach."""
 
 from __future__ import annotations
 
-from casa_assets.checks.check import Measurement, not_applicable
+from casa_assets.checks.check import Measurement, count, least, not_applicable
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.kitchen.plan import OpeningKind
-
-BARE = "it has no fixture to park before"
 
 
 def fixtures_are_reachable(subject: DesignSubject, limit: float) -> Measurement:
     """NAV001: number of fixtures that a base cannot park before, coming from a doorway or an open side."""
-    if not subject.lots.shut:
-        return not_applicable(BARE)
-    lost = [name for name, place in subject.lots.shut.items() if place is None]
+    places = subject.parking.shut
+    if not places:
+        return not_applicable("it has no fixture to park before")
     message = "no base of 0.30 m radius can park before it: leave floor free there, and a way to it"
-    return Measurement(float(len(lost)), tuple((f"fixtures/{n}", message) for n in lost) if len(lost) > limit else ())
+    return count(((f"fixtures/{name}", message) for name, place in places.items() if place is None), allowed=limit)
 
 
 def opened_fixtures_are_reachable(subject: DesignSubject, limit: float) -> Measurement:
     """NAV002: number of fixtures that a base cannot park before while one of their doors or drawers is open.
 
-    Fixtures that are not reached with all shut are the business of `fixtures_are_reachable`.
+    `fixtures_are_reachable` reports fixtures that are not reached with all shut.
     """
-    lots = subject.lots
-    if not lots.open:
+    parking = subject.parking
+    if not parking.open:
         return not_applicable("nothing in it opens")
-    lost = [key for key, place in lots.open.items() if place is None and lots.shut[key[0]] is not None]
     message = "no base of 0.30 m radius can stand before, beside or behind it once it is open"
-    problems = tuple((f"fixtures/{name}/{joint}", message) for name, joint in lost)
-    return Measurement(float(len(lost)), problems if len(lost) > limit else ())
+    problems = (
+        (f"fixtures/{name}/{joint}", message)
+        for (name, joint), place in parking.open.items()
+        if place is None and parking.shut[name] is not None
+    )
+    return count(problems, allowed=limit)
 
 
 def entries_lead_in(subject: DesignSubject, limit: float) -> Measurement:
     """NAV003: number of doors and passages from which a base does not get on to the kitchen's floor."""
-    ways = [w for w in subject.facts.openings if w.kind is not OpeningKind.WINDOW]
-    if not ways:
+    entries = [o for o in subject.facts.openings if o.kind is not OpeningKind.WINDOW]
+    if not entries:
         return not_applicable("it has no door and no passage")
-    blocked = [w.id for w in ways if not subject.floor.leads_in(w.start, w.end)]
     message = "what stands before it leaves no way for a base of 0.30 m radius"
-    return Measurement(
-        float(len(blocked)), tuple((f"openings/{n}", message) for n in blocked) if len(blocked) > limit else ()
-    )
+    blocked = (o.id for o in entries if not subject.floor.leads_in(o.start, o.end))
+    return count(((f"openings/{name}", message) for name in blocked), allowed=limit)
+
+
+def tasks_are_supported(subject: DesignSubject, limit: float) -> Measurement:
+    """TSK001: number of the 25 tasks that lack fixtures, joints or sites that a base gets to."""
+    return count(((f"tasks/{t.task}", f"it wants {t.wants}") for t in subject.tasks if t.wants), allowed=limit)
+
+
+def task_objects_find_room(subject: DesignSubject, limit: float) -> Measurement:
+    """TSK002: least share, over the tasks, of sampled objects that can be placed.
+
+    `tasks_are_supported` reports tasks that lack something else.
+    """
+    rates = [(t.task, t.rate, t.tightest) for t in subject.tasks if t.rate is not None]
+    message = "of 200 things only {:.1%} found room within reach at {}; {:.0%} wanted: clear it, or make it larger"
+    problems = tuple((f"tasks/{task}", message.format(rate, at, limit)) for task, rate, at in rates if rate < limit)
+    return least((rate for _, rate, _ in rates), problems, "it has what it takes for no task (TSK001)")

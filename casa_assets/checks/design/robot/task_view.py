@@ -21,7 +21,7 @@ from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts, Role
 from casa_assets.model.record import Record
 
-NEAR = 0.6  # metres beside a fixture within which its worktop begins
+BESIDE_M = 0.6  # beside a fixture, within which its worktop begins
 
 
 class Afforded(Record):
@@ -77,26 +77,26 @@ class TaskFinding:
 class TaskView:
     """A kitchen with the queries that tasks make."""
 
-    def __init__(self, facts: KitchenFacts, floor: FloorMap, lots: ParkingPlaces) -> None:
-        self.facts, self.floor, self.lots = facts, floor, lots
-        self.taken = tuple(on_worktops(facts))
-        self.everywhere = shoulders(p for p in lots.shut.values() if p is not None)
+    def __init__(self, facts: KitchenFacts, floor: FloorMap, parking: ParkingPlaces) -> None:
+        self.facts, self.floor, self.parking = facts, floor, parking
+        self.obstacles = tuple(on_worktops(facts))
+        self.everywhere = shoulders(p for p in parking.shut.values() if p is not None)
 
     def reached(self, *roles: Role) -> tuple[Fixture, ...]:
         """Fixtures of these roles before which the base parks."""
-        return tuple(f for f in self.facts.with_role(*roles) if self.lots.shut.get(f.name) is not None)
+        return tuple(f for f in self.facts.with_role(*roles) if self.parking.shut.get(f.name) is not None)
 
-    def counter(self, fixtures: Sequence[Fixture], reach: float = NEAR) -> tuple[PlacingZone, ...]:
+    def counter(self, fixtures: Sequence[Fixture], reach: float = BESIDE_M) -> tuple[PlacingZone, ...]:
         """Free worktops beside fixtures, each once for each of them."""
         return tuple(
-            PlacingZone(top, region, span, self.taken, self.everywhere)
+            PlacingZone(top, region, span, self.obstacles, self.everywhere)
             for f in fixtures
             for top, region, span in worktops_near(self.facts, f, reach)
         )
 
     def inside(self, fixture: Fixture, pattern: str) -> tuple[PlacingZone, ...]:
         """Regions of a fixture, as an arm reaches them from where the base parks for it."""
-        place = self.lots.shut.get(fixture.name)
+        place = self.parking.shut.get(fixture.name)
         points = shoulders([place] if place is not None else [])
         return tuple(
             PlacingZone(fixture.name, v.name, box_around(v.footprint, v.bottom, v.top), (), points)
@@ -107,10 +107,10 @@ class TaskView:
     def at(self, fixture: Fixture, site: str, side: float) -> PlacingZone:
         """A square around a site, in which the middle of a thing has to lie."""
         x, y, z = next(m.position for m in fixture.sites if m.name == site)
-        place = self.lots.shut.get(fixture.name)
+        place = self.parking.shut.get(fixture.name)
         points = shoulders([place] if place is not None else [])
         span = WorldBox(x - side / 2, y - side / 2, x + side / 2, y + side / 2, z, z + 0.5)
-        return PlacingZone(fixture.name, site, span, (), points, middles=True)
+        return PlacingZone(fixture.name, site, span, (), points, center_only=True)
 
     def stands_beside(self, fixture: Fixture, joint: FixtureJoint) -> bool:
         """True if the base gets to the left or right of a fixture while its drawer is open."""

@@ -17,18 +17,19 @@ from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.kitchen.floor import Fixture, KitchenFacts, Role
 
 SAMPLES = 200
-AROUND = 1.0  # metres around a parking place in which floor is measured
+FLOOR_RADIUS_M = 1.0  # around a parking place, in which floor is measured
 GRASPED = BoxSizes(0.05, 0.12, 0.05, 0.18)
 PLATE = BoxSizes(0.22, 0.26, 0.02, 0.03)
 FOOD = BoxSizes(0.05, 0.15, 0.04, 0.10)
 PAN = BoxSizes(0.18, 0.26, 0.05, 0.08)
 MUG = BoxSizes(0.08, 0.11, 0.08, 0.11)
 FLAT = BoxSizes(0.05, 0.10, 0.04, 0.10)
-TOP_DRAWER = (0.7, 0.9)  # heights between which the middle of a top drawer lies, metres
-UPPER_FROM, UPPER_TO = 1.0, 1.6  # heights between which a wall cabinet begins, metres
-SPOUT = 0.52  # rad to either side that a spout has to turn: 30 degrees
-APART = 1.0  # metres between the start and the aim of a drive
-ONCE = (
+TOP_DRAWER_M = (0.7, 0.9)  # heights between which the middle of a top drawer lies
+UPPER_BOTTOM_M = (1.0, 1.6)  # heights between which the underside of a wall cabinet lies
+SPOUT_RAD = 0.52  # that a spout has to turn to either side: 30 degrees
+MIN_DRIVE_M = 1.0  # between the start and the goal of a drive
+# Roles of fixtures that a drive may lead to, where a kitchen has one of them.
+DRIVE_GOALS = (
     Role.COFFEE_MACHINE,
     Role.TOASTER,
     Role.RANGE,
@@ -45,7 +46,7 @@ ONCE = (
 
 def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
     found = view.reached(Role.UPPER)
-    return tuple(f for f in found if UPPER_FROM <= f.bottom <= UPPER_TO and len(doors(f)) in count)
+    return tuple(f for f in found if UPPER_BOTTOM_M[0] <= f.bottom <= UPPER_BOTTOM_M[1] and len(doors(f)) in count)
 
 
 def _cabinet(view: TaskView) -> TaskFinding:
@@ -136,7 +137,7 @@ def _drawers(view: TaskView) -> TaskFinding:
     for fixture in view.reached(Role.DRAWERS, Role.CABINET, Role.ISLAND):
         for joint in fixture.joints:
             height = None if joint.grip_point is None else joint.grip_point[2]
-            if joint.kind is not JointKind.SLIDE or height is None or not TOP_DRAWER[0] <= height <= TOP_DRAWER[1]:
+            if joint.kind is not JointKind.SLIDE or height is None or not TOP_DRAWER_M[0] <= height <= TOP_DRAWER_M[1]:
                 continue
             if not view.stands_beside(fixture, joint):
                 continue
@@ -159,7 +160,7 @@ def _faucet(view: TaskView, joint: str) -> TaskFinding:
         f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.sites}
     )
     if joint == "spout_joint":
-        sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT for end in _range(f, joint)))
+        sinks = tuple(f for f in sinks if all(abs(end) >= SPOUT_RAD for end in _range(f, joint)))
     counter = view.counter(sinks)
     return TaskFinding(
         sinks,
@@ -206,12 +207,12 @@ def _heated(view: TaskView, button: str) -> TaskFinding:
 
 
 def _drive(view: TaskView) -> TaskFinding:
-    once = [f for role in ONCE if len(found := view.facts.with_role(role)) == 1 for f in found]
-    places = [p for p in view.lots.shut.values() if p is not None]
+    once = [f for role in DRIVE_GOALS if len(found := view.facts.with_role(role)) == 1 for f in found]
+    places = [p for p in view.parking.shut.values() if p is not None]
     aims = []
     for f in once:
-        aim = view.lots.shut.get(f.name)
-        far = [p for p in places if aim and abs(complex(*p.position) - complex(*aim.position)) > APART]
+        aim = view.parking.shut.get(f.name)
+        far = [p for p in places if aim and abs(complex(*p.position) - complex(*aim.position)) > MIN_DRIVE_M]
         if far:
             aims.append(f)
     return TaskFinding(tuple(aims), wants="" if aims else "a thing that there is once, more than 1 m from another")
@@ -220,35 +221,35 @@ def _drive(view: TaskView) -> TaskFinding:
 TASKS: tuple[tuple[str, Callable[[TaskView], TaskFinding]], ...] = (
     ("pnp_counter_to_cab", _cabinet),
     ("pnp_cab_to_counter", _cabinet),
-    ("pnp_counter_to_sink", lambda d: _sink(d, GRASPED)),
-    ("pnp_sink_to_counter", lambda d: _sink(d, PLATE)),
+    ("pnp_counter_to_sink", lambda view: _sink(view, GRASPED)),
+    ("pnp_sink_to_counter", lambda view: _sink(view, PLATE)),
     ("pnp_counter_to_microwave", _microwaves),
     ("pnp_microwave_to_counter", _microwaves),
-    ("pnp_counter_to_stove", lambda d: _stove(d, True)),
-    ("pnp_stove_to_counter", lambda d: _stove(d, True)),
-    ("open_single_door", lambda d: _doors(d, 1)),
-    ("close_single_door", lambda d: _doors(d, 1)),
-    ("open_double_door", lambda d: _doors(d, 2)),
-    ("close_double_door", lambda d: _doors(d, 2)),
+    ("pnp_counter_to_stove", lambda view: _stove(view, True)),
+    ("pnp_stove_to_counter", lambda view: _stove(view, True)),
+    ("open_single_door", lambda view: _doors(view, 1)),
+    ("close_single_door", lambda view: _doors(view, 1)),
+    ("open_double_door", lambda view: _doors(view, 2)),
+    ("close_double_door", lambda view: _doors(view, 2)),
     ("open_drawer", _drawers),
     ("close_drawer", _drawers),
-    ("turn_on_stove", lambda d: _stove(d, False)),
-    ("turn_off_stove", lambda d: _stove(d, False)),
-    ("turn_on_sink_faucet", lambda d: _faucet(d, "handle_joint")),
-    ("turn_off_sink_faucet", lambda d: _faucet(d, "handle_joint")),
-    ("turn_sink_spout", lambda d: _faucet(d, "spout_joint")),
-    ("coffee_press_button", lambda d: _coffee(d, False)),
-    ("turn_on_microwave", lambda d: _heated(d, "start_button")),
-    ("turn_off_microwave", lambda d: _heated(d, "stop_button")),
-    ("coffee_setup_mug", lambda d: _coffee(d, True)),
-    ("coffee_serve_mug", lambda d: _coffee(d, True)),
+    ("turn_on_stove", lambda view: _stove(view, False)),
+    ("turn_off_stove", lambda view: _stove(view, False)),
+    ("turn_on_sink_faucet", lambda view: _faucet(view, "handle_joint")),
+    ("turn_off_sink_faucet", lambda view: _faucet(view, "handle_joint")),
+    ("turn_sink_spout", lambda view: _faucet(view, "spout_joint")),
+    ("coffee_press_button", lambda view: _coffee(view, False)),
+    ("turn_on_microwave", lambda view: _heated(view, "start_button")),
+    ("turn_off_microwave", lambda view: _heated(view, "stop_button")),
+    ("coffee_setup_mug", lambda view: _coffee(view, True)),
+    ("coffee_serve_mug", lambda view: _coffee(view, True)),
     ("navigate_kitchen", _drive),
 )
 
 
-def afforded(facts: KitchenFacts, floor: FloorMap, lots: ParkingPlaces, seed: int) -> tuple[Afforded, ...]:
+def afforded(facts: KitchenFacts, floor: FloorMap, parking: ParkingPlaces, seed: int) -> tuple[Afforded, ...]:
     """Result for each of the tasks, in order."""
-    view = TaskView(facts, floor, lots)
+    view = TaskView(facts, floor, parking)
     return tuple(_afforded(view, k + 1, name, find(view), seed) for k, (name, find) in enumerate(TASKS))
 
 
@@ -259,7 +260,7 @@ def _afforded(view: TaskView, number: int, name: str, found: TaskFinding, seed: 
     ]
     tightest = min(range(len(rates)), key=rates.__getitem__, default=None)
     zones = () if tightest is None else found.puts[tightest].zones
-    places = [p for f in found.fixtures if (p := view.lots.shut.get(f.name)) is not None]
+    places = [p for f in found.fixtures if (p := view.parking.shut.get(f.name)) is not None]
     return Afforded(
         number=number,
         task=name,
@@ -268,7 +269,7 @@ def _afforded(view: TaskView, number: int, name: str, found: TaskFinding, seed: 
         sites=found.sites,
         regions=found.regions,
         counter_m2=round(free_area(found.counter), 3),
-        floor_m2=round(max((view.floor.area(p.position, AROUND) for p in places), default=0.0), 3),
+        floor_m2=round(max((view.floor.area(p.position, FLOOR_RADIUS_M) for p in places), default=0.0), 3),
         rate=None if found.wants or not rates else round(min(rates), 4),
         tightest=", ".join(dict.fromkeys(f"{z.fixture}__{z.region}" for z in zones)),
         wants=found.wants,

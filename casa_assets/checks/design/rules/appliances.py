@@ -15,32 +15,32 @@ from casa_assets.model.record import Vec2
 COOKTOPS = (Role.RANGE, Role.HOB)
 # Kinds of units that are appliances whose doors or cooks need room beside a corner.
 APPLIANCE_UNITS = ("range", "hob", "dishwasher", "oven", "microwave", "fridge")
-STANDING = 0.6  # metres before a dishwasher in which the one who loads it stands
-BEHIND = 0.8  # metres from a wall within which a cooktop stands at it
-OVER = 0.02  # metres by which something has to reach over a cooktop to be above it
+STANDING_DEPTH_M = 0.6  # before a dishwasher, in which the one who loads it stands
+NEAR_WALL_M = 0.8  # from a wall, within which a cooktop stands at it
+MIN_OVERLAP_M = 0.02  # by which something has to reach over a cooktop to be above it
 
 
 def dishwashers_have_standing_room(subject: DesignSubject, limit: float) -> Measurement:
     """NKB007: least distance of a dishwasher from what stands at a right angle to it, metres."""
     # Ref: NKBA planning guideline 13: 21 inches.
-    facts, found = subject.facts, []
-    for row in facts.runs:
-        for unit in (u for u in row.units if u.kind == "dishwasher"):
-            found += [(unit.name, o.id, gap) for o in facts.runs for gap in _beside(row, unit.left, unit.right, o)]
+    facts, gaps = subject.facts, []
+    for run in facts.runs:
+        for unit in (u for u in run.units if u.kind == "dishwasher"):
+            gaps += [(unit.name, o.id, gap) for o in facts.runs for gap in _beside(run, unit.left, unit.right, o)]
     problems = tuple(
         (f"units/{name}", f"{gap:.3f} m to {other} at a right angle to it, {limit:g} wanted to stand in")
-        for name, other, gap in found
+        for name, other, gap in gaps
         if gap < limit
     )
-    return least((gap for _, _, gap in found), problems, "nothing stands at a right angle to a dishwasher")
+    return least((gap for _, _, gap in gaps), problems, "nothing stands at a right angle to a dishwasher")
 
 
-def _beside(row: PlacedRun, left: float, right: float, other: PlacedRun) -> Iterator[float]:
-    """Distance along a row from a unit to another row that reaches out before the fronts beside it."""
-    if other.id == row.id:
+def _beside(run: PlacedRun, left: float, right: float, other: PlacedRun) -> Iterator[float]:
+    """Distance along a run from a unit to another run that reaches out before the fronts beside it."""
+    if other.id == run.id:
         return
-    (us, vs), front = _box_in(row, other), row.depth_before
-    if vs[1] <= front + OVER or vs[0] >= front + STANDING:
+    (us, vs), front = _box_in(run, other), run.depth_before
+    if vs[1] <= front + MIN_OVERLAP_M or vs[0] >= front + STANDING_DEPTH_M:
         return
     if us[0] >= right - 1e-3:
         yield round(us[0] - right, 4)
@@ -48,10 +48,10 @@ def _beside(row: PlacedRun, left: float, right: float, other: PlacedRun) -> Iter
         yield round(left - us[1], 4)
 
 
-def _box_in(row: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
-    """Least and greatest distance along a row's line, and before it, of another row."""
+def _box_in(run: PlacedRun, other: PlacedRun) -> tuple[Vec2, Vec2]:
+    """Least and greatest distance along a run's line, and before it, of another run."""
     first, last = other.span
-    points = [row.to_local(other.at(u, v)) for u in (first, last) for v in (-other.depth_behind, other.depth_before)]
+    points = [run.to_local(other.at(u, v)) for u in (first, last) for v in (-other.depth_behind, other.depth_before)]
     us, vs = [p[0] for p in points], [p[1] for p in points]
     return (min(us), max(us)), (min(vs), max(vs))
 
@@ -69,26 +69,26 @@ def cabinets_clear_cooktops(subject: DesignSubject, limit: float) -> Measurement
 
 
 def _clearance(subject: DesignSubject, limit: float, hoods: bool) -> Measurement:
-    found = []
+    gaps = []
     for cooktop in subject.facts.with_role(*COOKTOPS):
         above = sorted(over(subject.facts, cooktop), key=lambda f: f.bottom)
-        first = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
-        found += [
-            (cooktop.name, f.name, round(f.bottom - _cooks_at(cooktop), 4))
-            for f in first
+        # What hangs above a hood is shielded by it.
+        exposed = above[:1] if hoods or (above and above[0].role is Role.HOOD) else above
+        gaps += [
+            (cooktop.name, f.name, round(f.bottom - _cooking_height(cooktop), 4))
+            for f in exposed
             if (f.role is Role.HOOD) is hoods
         ]
     problems = tuple(
         (f"fixtures/{name}", f"{other} hangs {gap:.3f} m over it, {limit:g} wanted")
-        for name, other, gap in found
+        for name, other, gap in gaps
         if gap < limit
     )
-    return least(
-        (gap for _, _, gap in found), problems, f"no {'hood' if hoods else 'cabinet or shelf'} hangs over a cooktop"
-    )
+    kind = "hood" if hoods else "cabinet or shelf"
+    return least((gap for _, _, gap in gaps), problems, f"no {kind} hangs over a cooktop")
 
 
-def _cooks_at(cooktop: Fixture) -> float:
+def _cooking_height(cooktop: Fixture) -> float:
     """Height of the surface that pans stand on; a range may have a panel behind it that is higher."""
     places = [m.position[2] for m in cooktop.sites if m.name.endswith("_place_site")]
     return min(cooktop.top, max(places, default=cooktop.top))
@@ -100,7 +100,7 @@ def over(facts: KitchenFacts, below: Fixture) -> list[Fixture]:
     return [
         f
         for f in hung
-        if f.bottom >= below.top and penetration_depth(f.footprint.corners, below.footprint.corners) > OVER
+        if f.bottom >= below.top and penetration_depth(f.footprint.corners, below.footprint.corners) > MIN_OVERLAP_M
     ]
 
 
@@ -112,17 +112,17 @@ def no_openable_window_over_cooktops(subject: DesignSubject, limit: float) -> Me
         return not_applicable("it has no cooktop" if windows else "none of its windows opens")
     worst, problems = 0.0, []
     walls = {w.id: w for w in subject.facts.walls}
-    for way in windows:
+    for window in windows:
         for cooktop in subject.facts.with_role(*COOKTOPS):
-            shared = _before(walls[way.wall], way.start, way.end, cooktop)
+            shared = _length_before(walls[window.wall], window.start, window.end, cooktop)
             worst = max(worst, shared)
             if shared > limit:
-                message = f"it stands under {way.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
+                message = f"it stands under {window.id}, which opens, along {shared:.2f} m: move it, or fix the sash"
                 problems.append((f"fixtures/{cooktop.name}", message))
     return Measurement(worst, tuple(problems))
 
 
-def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
+def _length_before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
     """Length of a piece of wall that a fixture stands right before, metres."""
     (ax, ay), (bx, by) = wall.start, wall.end
     length = max(math.hypot(bx - ax, by - ay), 1e-9)
@@ -133,7 +133,7 @@ def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
 
     corners = fixture.footprint.corners
     away = [(p[0] - ax) * cy - (p[1] - ay) * cx for p in corners]
-    if min(away) > BEHIND or max(away) < 0.0:
+    if min(away) > NEAR_WALL_M or max(away) < 0.0:
         return 0.0
     us = [along(p) for p in corners]
     low, high = sorted((along(start), along(end)))
@@ -143,20 +143,20 @@ def _before(wall: RoomWall, start: Vec2, end: Vec2, fixture: Fixture) -> float:
 def appliances_keep_off_corners(subject: DesignSubject, limit: float) -> Measurement:
     """NKB011: least distance of an appliance from an inside corner of the worktops, metres."""
     # Ref: Louisiana State University AgCenter, kitchen guidelines: 15 inches, so that handles clear drawers.
-    found = [gap for row in subject.facts.runs for gap in _from_corners(subject.facts, row)]
+    gaps = [gap for run in subject.facts.runs for gap in _corner_distances(subject.facts, run)]
     problems = tuple(
-        (f"units/{name}", f"{gap:.3f} m to the inside corner, {limit:g} wanted") for name, gap in found if gap < limit
+        (f"units/{name}", f"{gap:.3f} m to the inside corner, {limit:g} wanted") for name, gap in gaps if gap < limit
     )
-    return least((gap for _, gap in found), problems, "no appliance stands in a row with a corner")
+    return least((gap for _, gap in gaps), problems, "no appliance stands in a row with a corner")
 
 
-def _from_corners(facts: KitchenFacts, row: PlacedRun) -> Iterator[tuple[str, float]]:
-    """Appliances of a row beside a corner, and how far they are from where the two worktops' edges meet."""
-    before = next((r for r in facts.runs if r.next_run == row.id), None)
-    after = facts.run(row.next_run) if row.next_run else None
-    units = [u for u in row.units if u.kind in APPLIANCE_UNITS]
+def _corner_distances(facts: KitchenFacts, run: PlacedRun) -> Iterator[tuple[str, float]]:
+    """Appliances of a run beside a corner, and how far they are from where the two worktops' edges meet."""
+    before = next((r for r in facts.runs if r.next_run == run.id), None)
+    after = facts.run(run.next_run) if run.next_run else None
+    units = [u for u in run.units if u.kind in APPLIANCE_UNITS]
     for unit in units:
-        if before is not None and row.left_end is RunEnd.CORNER:
+        if before is not None and run.left_end is RunEnd.CORNER:
             yield unit.name, round(unit.left - before.depth_before, 4)
-        if after is not None and row.right_end is RunEnd.CORNER:
-            yield unit.name, round(row.length - after.depth_before - unit.right, 4)
+        if after is not None and run.right_end is RunEnd.CORNER:
+            yield unit.name, round(run.length - after.depth_before - unit.right, 4)

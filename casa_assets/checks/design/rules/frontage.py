@@ -14,43 +14,43 @@ STRIP = 0.13
 
 
 def along(facts: KitchenFacts, fixture: Fixture) -> tuple[PlacedRun, float, float] | None:
-    """The row of a fixture, and where it begins and ends along that; None where it stands in no row."""
-    row = facts.run(fixture.run)
-    if row is None:
+    """The run of a fixture, and where it begins and ends along that; None where it stands in no run."""
+    run = facts.run(fixture.run)
+    if run is None:
         return None
-    u = row.to_local(fixture.footprint.center)[0]
+    u = run.to_local(fixture.footprint.center)[0]
     half = fixture.footprint.size[0] / 2
-    return row, u - half, u + half
+    return run, u - half, u + half
 
 
-def beside(facts: KitchenFacts, row: PlacedRun, left: float, right: float) -> Vec2:
-    """Metres of uninterrupted worktop to the left and to the right of a stretch of a row, up to inside corners."""
+def beside(facts: KitchenFacts, run: PlacedRun, left: float, right: float) -> Vec2:
+    """Metres of uninterrupted worktop to the left and to the right of a stretch of a run, up to inside corners."""
     before = after = 0.0
-    for a, b in row.frontages:
+    for a, b in run.frontages:
         if a < left + 0.01 and b > left - STRIP:
-            before = max(0.0, min(left, b) - a) + (_to_corner(facts, row) if _first(row, a) else 0.0)
+            before = max(0.0, min(left, b) - a) + (_to_corner(facts, run) if _first(run, a) else 0.0)
         if b > right - 0.01 and a < right + STRIP:
-            after = max(0.0, b - max(right, a)) + (_past_corner(facts, row) if _last(row, b) else 0.0)
+            after = max(0.0, b - max(right, a)) + (_past_corner(facts, run) if _last(run, b) else 0.0)
     return before, after
 
 
-def _first(row: PlacedRun, at: float) -> bool:
-    return row.left_end is RunEnd.CORNER and abs(at - row.corner_left) < 0.01
+def _first(run: PlacedRun, at: float) -> bool:
+    return run.left_end is RunEnd.CORNER and abs(at - run.corner_left) < 0.01
 
 
-def _last(row: PlacedRun, at: float) -> bool:
-    return row.right_end is RunEnd.CORNER and abs(at - (row.length - row.corner_right)) < 0.01
+def _last(run: PlacedRun, at: float) -> bool:
+    return run.right_end is RunEnd.CORNER and abs(at - (run.length - run.corner_right)) < 0.01
 
 
-def _to_corner(facts: KitchenFacts, row: PlacedRun) -> float:
+def _to_corner(facts: KitchenFacts, run: PlacedRun) -> float:
     """Frontage between the first unit and the corner where the edges of two worktops meet."""
-    before = next((r for r in facts.runs if r.next_run == row.id), None)
-    return max(0.0, row.corner_left - (before.depth_before if before else 0.0))
+    before = next((r for r in facts.runs if r.next_run == run.id), None)
+    return max(0.0, run.corner_left - (before.depth_before if before else 0.0))
 
 
-def _past_corner(facts: KitchenFacts, row: PlacedRun) -> float:
-    after = facts.run(row.next_run) if row.next_run else None
-    return max(0.0, row.corner_right - (after.depth_before if after else 0.0))
+def _past_corner(facts: KitchenFacts, run: PlacedRun) -> float:
+    after = facts.run(run.next_run) if run.next_run else None
+    return max(0.0, run.corner_right - (after.depth_before if after else 0.0))
 
 
 def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]]:
@@ -63,15 +63,15 @@ def landings(facts: KitchenFacts, *roles: Role) -> Iterator[tuple[Fixture, Vec2]
 
 def unit_landings(facts: KitchenFacts, kind: str) -> Iterator[tuple[PlacedRun, Vec2]]:
     """Units of a kind with the worktop to their left and right."""
-    for row in facts.runs:
-        for unit in row.units:
+    for run in facts.runs:
+        for unit in run.units:
             if unit.kind == kind:
-                yield row, beside(facts, row, unit.left, unit.right)
+                yield run, beside(facts, run, unit.left, unit.right)
 
 
-def across(facts: KitchenFacts, row: PlacedRun, most: float) -> bool:
-    """True if a worktop lies within reach at the other side of the aisle before a row."""
-    return any(a.width <= most for a in facts.aisles if row.id in (a.first, a.second) and a.kind.value == "work")
+def across(facts: KitchenFacts, run: PlacedRun, most: float) -> bool:
+    """True if a worktop lies within reach at the other side of the aisle before a run."""
+    return any(a.width <= most for a in facts.aisles if run.id in (a.first, a.second) and a.kind.value == "work")
 
 
 def longer_sink_side(facts: KitchenFacts) -> float | None:
@@ -104,20 +104,20 @@ def behind_cooktop(facts: KitchenFacts) -> float | None:
     """Metres of worktop behind cooktops in islands; None where there is none."""
     found = []
     for fixture in facts.with_role(*COOKTOPS):
-        row = facts.run(fixture.run)
-        if row is not None and not row.at_wall:
-            _, v = row.to_local(fixture.footprint.at(0.0, -fixture.footprint.size[1]))
-            found.append(v + row.depth_behind)
+        run = facts.run(fixture.run)
+        if run is not None and not run.at_wall:
+            _, v = run.to_local(fixture.footprint.at(0.0, -fixture.footprint.size[1]))
+            found.append(v + run.depth_behind)
     return min(found, default=None)
 
 
 def fridge_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop on the side to which a refrigerator opens; with two doors, on the better side."""
     found = []
-    for row, (left, right) in unit_landings(facts, "fridge"):
-        if across(facts, row, 1.219):
+    for run, (left, right) in unit_landings(facts, "fridge"):
+        if across(facts, run, 1.219):
             left = right = max(left, right, 0.381)
-        fridge = next((f for f in facts.with_role(Role.FRIDGE) if f.run == row.id), None)
+        fridge = next((f for f in facts.with_role(Role.FRIDGE) if f.run == run.id), None)
         grips = (
             [f.grip_point for f in fridge.joints if f.grip_point and f.swept_area and not f.swept_area.sweeps_front]
             if fridge
@@ -132,8 +132,8 @@ def fridge_side(facts: KitchenFacts) -> float | None:
 def oven_side(facts: KitchenFacts) -> float | None:
     """Metres of worktop beside wall ovens, or across from them."""
     found = []
-    for row, sides in unit_landings(facts, "oven"):
-        found.append(max(*sides, 0.381 if across(facts, row, 1.219) else 0.0))
+    for run, sides in unit_landings(facts, "oven"):
+        found.append(max(*sides, 0.381 if across(facts, run, 1.219) else 0.0))
     return min(found, default=None)
 
 
@@ -144,17 +144,17 @@ def microwave_side(facts: KitchenFacts) -> float | None:
         place = along(facts, fixture)
         if place is None:
             continue
-        row, left, right = place
-        below = any(a < right and b > left for a, b in row.frontages)
+        run, left, right = place
+        below = any(a < right and b > left for a, b in run.frontages)
         # Before one that stands on a worktop there is none of use, under one that hangs there is all of it.
-        sides = beside(facts, row, left, right)
+        sides = beside(facts, run, left, right)
         found.append(max(*sides, fixture.footprint.size[0] if below and fixture.bottom > 1.2 else 0.0))
     return min(found, default=None)
 
 
 def total_frontage(facts: KitchenFacts) -> float | None:
     """Metres of worktop edge in the whole kitchen, sinks and hobs not counted."""
-    total = sum(b - a for row in facts.runs for a, b in row.frontages)
+    total = sum(b - a for run in facts.runs for a, b in run.frontages)
     taken = sum(f.footprint.size[0] for f in facts.with_role(Role.SINK, Role.HOB))
     return total - taken if facts.runs else None
 
@@ -166,10 +166,10 @@ LANDING = {"sink": 0.61, "range": 0.381, "hob": 0.381, "fridge": 0.381, "oven": 
 def shared_landing(facts: KitchenFacts) -> float | None:
     """Metres by which worktop between two places of work exceeds the longer landing and 0.305 m; the least."""
     found = []
-    for row in facts.runs:
-        centres = [u for u in row.units if u.kind in LANDING]
+    for run in facts.runs:
+        centres = [u for u in run.units if u.kind in LANDING]
         for one, other in itertools.pairwise(centres):
-            between = [u for u in row.units if one.right - 0.01 <= u.left and u.right <= other.left + 0.01]
+            between = [u for u in run.units if one.right - 0.01 <= u.left and u.right <= other.left + 0.01]
             if between and all(u.has_worktop for u in between):
                 found.append(other.left - one.right - max(LANDING[one.kind], LANDING[other.kind]) - 0.305)
     return min(found, default=None)

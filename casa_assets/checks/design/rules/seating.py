@@ -21,16 +21,16 @@ def behind_seats(subject: DesignSubject) -> float | None:
 
 def _free_behind(facts: KitchenFacts, seat: Fixture) -> float:
     """Metres from the back edge of a seat to what stands behind it."""
-    row = facts.run(seat.run)
-    assert row is not None
-    # Seats look at the row's back: behind them is away from it.
-    u, v = row.to_local(seat.footprint.center)
+    run = facts.run(seat.run)
+    assert run is not None
+    # Seats look at the run's back: behind them is away from it.
+    u, v = run.to_local(seat.footprint.center)
     start = -v + seat.footprint.size[1] / 2
     free = FAR
     for outline in obstacles(facts.replace(fixtures=())):
         step = 0.05
         for k in range(math.ceil(free / step - 1e-9)):
-            a, b = row.at(u, -(start + k * step)), row.at(u, -(start + (k + 1) * step))
+            a, b = run.at(u, -(start + k * step)), run.at(u, -(start + (k + 1) * step))
             if length_inside(outline, a, b) > 0:
                 free = k * step
                 break
@@ -103,12 +103,12 @@ def most_over_worktop(subject: DesignSubject) -> float | None:
 
 
 def cooktop_to_wall(subject: DesignSubject) -> float | None:
-    """Metres between a cooktop and the wall at the end of its row, the least."""
+    """Metres between a cooktop and the wall at the end of its run, the least."""
     found = []
-    for row in subject.facts.runs:
-        for unit in (u for u in row.units if u.kind in ("range", "hob")):
-            found += [unit.left] if row.left_end is RunEnd.WALL else []
-            found += [row.length - unit.right] if row.right_end is RunEnd.WALL else []
+    for run in subject.facts.runs:
+        for unit in (u for u in run.units if u.kind in ("range", "hob")):
+            found += [unit.left] if run.left_end is RunEnd.WALL else []
+            found += [run.length - unit.right] if run.right_end is RunEnd.WALL else []
     return min(found, default=None)
 
 

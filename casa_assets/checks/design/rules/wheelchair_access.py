@@ -36,7 +36,7 @@ def lacking_floor(subject: DesignSubject) -> float | None:
 
 
 def _has_floor(subject: DesignSubject, name: str) -> bool:
-    place = subject.lots.shut.get(name)
+    place = subject.parking.shut.get(name)
     if place is None:
         return False
     fixture = next(f for f in subject.facts.fixtures if f.name == name)

@@ -50,28 +50,28 @@ def longest(facts: KitchenFacts) -> float | None:
 
 def cut(facts: KitchenFacts) -> float | None:
     """Metres of a leg that lie across an island or a peninsula, the most; None where there is neither."""
-    rows = [r for r in facts.runs if not r.at_wall and r.units]
+    runs = [r for r in facts.runs if not r.at_wall and r.units]
     own = {f.run for f, _ in centres(facts)}
-    crossed = [length_inside(_outline(r), a, b) for r in rows if r.id not in own for a, b in legs(facts)]
+    crossed = [length_inside(_outline(r), a, b) for r in runs if r.id not in own for a, b in legs(facts)]
     return max(crossed, default=None)
 
 
-def _outline(row: PlacedRun) -> np.ndarray:
-    left, right = row.span
-    corners = [row.at(u, v) for u in (left, right) for v in (-row.depth_behind, row.depth_before)]
+def _outline(run: PlacedRun) -> np.ndarray:
+    left, right = run.span
+    corners = [run.at(u, v) for u in (left, right) for v in (-run.depth_behind, run.depth_before)]
     return outline_of(corners)
 
 
 def tall_between(facts: KitchenFacts) -> float | None:
-    """Tall units of full depth between two of the three in one row."""
+    """Tall units of full depth between two of the three in one run."""
     if not legs(facts):
         return None
     count = 0
-    for row in facts.runs:
-        us = sorted(row.to_local(p)[0] for f, p in centres(facts) if f.run == row.id)
+    for run in facts.runs:
+        us = sorted(run.to_local(p)[0] for f, p in centres(facts) if f.run == run.id)
         own = {f.unit for f, _ in centres(facts)}
         for a, b in itertools.pairwise(us):
-            inner = [u for u in row.units if u.left > a and u.right < b and u.name not in own]
+            inner = [u for u in run.units if u.left > a and u.right < b and u.name not in own]
             count += sum(1 for u in inner if u.height > TALL and u.front > FULL_DEPTH)
     return float(count)
 
@@ -108,17 +108,17 @@ def between_sink(facts: KitchenFacts) -> float | None:
 
 
 def _place(facts: KitchenFacts, fixture: Fixture, point: Vec2) -> tuple[str, float]:
-    """First row of the chain of rows round corners that a fixture stands in, and how far along the chain it is."""
-    row = facts.run(fixture.run)
-    if row is None:
+    """First run of the chain of runs round corners that a fixture stands in, and how far along the chain it is."""
+    run = facts.run(fixture.run)
+    if run is None:
         return "", 0.0
-    at = row.to_local(point)[0]
-    seen = {row.id}
-    while (before := next((r for r in facts.runs if r.next_run == row.id), None)) is not None and before.id not in seen:
+    at = run.to_local(point)[0]
+    seen = {run.id}
+    while (before := next((r for r in facts.runs if r.next_run == run.id), None)) is not None and before.id not in seen:
         seen.add(before.id)
         at += before.length
-        row = before
-    return row.id, at
+        run = before
+    return run.id, at
 
 
 def _across(one: Fixture, other: Fixture) -> bool:

@@ -10,7 +10,8 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measurement, Problem, not_applicable, not_run
-from casa_assets.checks.motion.simulation import free_bodies, reset_to_start
+from casa_assets.checks.motion.simulation import reset_to_start
+from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.motion.rest import MM_PER_M, NO_FREE_THINGS, SETTLED_S, SIMULATED_S
 

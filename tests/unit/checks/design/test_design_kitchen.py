@@ -100,7 +100,7 @@ def test_what_the_checks_say(facts: KitchenFacts) -> None:
     subject = DesignSubject(facts)
     report = run(subject, facts.id, LIMITS)
     assert report.issues == ()
-    places = subject.lots.every
+    places = subject.parking.every
     assert {p.fixture for p in places} >= {f.name for f in facts.with_role(*APPLIANCES)}
     for place in places:
         assert distance(facts.with_role(Role.SINK)[0].footprint.corners, _point(place.position))[0] > 0.3
