@@ -17,7 +17,7 @@ from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import triangulate
 from casa_assets.ingest.load.formats import sniff
 from casa_assets.ingest.sources import Found, Refused, bounded_reads, collect, discover
-from casa_assets.ingest.sources.manifest import MOST_BROKEN_ROWS
+from casa_assets.ingest.sources.manifest import MAX_BROKEN_ROWS
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from tests.access_audit import Watch
@@ -115,19 +115,19 @@ def test_indices_cannot_fill_the_memory_of_the_parent(tmp_path: Path) -> None:
         said.setdefault(row["path"].split("/")[0], set()).add(row["code"])
     assert said.keys() == {"values", "rows", "zipped", "deep", "huge"}
     assert all(code.startswith("MAN") or code == "SRC015" for found in said.values() for code in found), said
-    assert len(rows) < MOST_BROKEN_ROWS + 10
+    assert len(rows) < MAX_BROKEN_ROWS + 10
     (peak,) = watch.peaks("casa_assets/cli/main.py")
     assert peak < PARENT_BYTES
 
 
 def test_broken_rows_are_told_up_to_a_number(tmp_path: Path) -> None:
-    (tmp_path / "manifest.jsonl").write_bytes(b"1\n" * (MOST_BROKEN_ROWS + 500))
+    (tmp_path / "manifest.jsonl").write_bytes(b"1\n" * (MAX_BROKEN_ROWS + 500))
     found = list(discover([tmp_path]))
-    assert len(found) == MOST_BROKEN_ROWS + 1
+    assert len(found) == MAX_BROKEN_ROWS + 1
     last = found[-1]
     assert isinstance(last, Refused)
     assert last.code == rejection_codes.BAD_MANIFEST
-    assert str(MOST_BROKEN_ROWS) in last.message
+    assert str(MAX_BROKEN_ROWS) in last.message
 
 
 def test_a_zip_is_never_unpacked() -> None:
@@ -156,11 +156,11 @@ def test_ear_clipping_has_a_budget() -> None:
     angles = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
     reach = np.where(np.arange(1000) % 2, 1.0, 0.5)
     star = np.column_stack((reach * np.cos(angles), reach * np.sin(angles), np.zeros(1000)))
-    most, triangulate.MOST_TESTS = triangulate.MOST_TESTS, 5000
+    most, triangulate.MAX_TESTS = triangulate.MAX_TESTS, 5000
     try:
         triangles, _, fanned = triangulate.triangulate(np.tile(star, (8, 1, 1)))
     finally:
-        triangulate.MOST_TESTS = most
+        triangulate.MAX_TESTS = most
     assert len(triangles) == 8 * 998
     assert 0 < fanned < 8
 

@@ -15,7 +15,7 @@ from casa_assets.ingest.load import load
 from casa_assets.ingest.load.collada import mesh as collada_mesh
 from casa_assets.ingest.load.ply import reader as ply_reader
 from casa_assets.ingest.load.wavefront import reader as wavefront_reader
-from casa_assets.ingest.repair.cracks import MOST_PAIRS, _within
+from casa_assets.ingest.repair.cracks import MAX_PAIRS, _within
 from casa_assets.model.ingest.source import Bundle
 from tests.mesh_files import LIMITS
 
@@ -117,4 +117,4 @@ def test_near_points_are_the_same_as_by_comparing_all() -> None:
     near = np.linalg.norm(points[i] - points[j], axis=1) <= np.minimum(reach[i], reach[j])
     found = _within(points, reach)
     assert {(a, b) for a, b in found.tolist()} == set(zip(i[near].tolist(), j[near].tolist(), strict=True))
-    assert 0 < len(found) == int(near.sum()) < MOST_PAIRS
+    assert 0 < len(found) == int(near.sum()) < MAX_PAIRS

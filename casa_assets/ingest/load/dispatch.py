@@ -11,7 +11,7 @@ from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_x
 from casa_assets.ingest.load.collada.reader import read_dae
 from casa_assets.ingest.load.formats import SUFFIX_OF, Format, sniff, suffix_of
 from casa_assets.ingest.load.gltf.scene import read_gltf
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.ply.reader import read_ply
 from casa_assets.ingest.load.raw_parts import check_face_count
 from casa_assets.ingest.load.stl import read_stl
@@ -44,20 +44,20 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     Raises:
         Rejected: with a code of casa_assets.ingest.rejection_codes.
     """
-    name = clean(bundle.main)
+    name = printable(bundle.main)
     if bundle.model is not None:
         check_face_count(sum(len(p.mesh.faces) for p in bundle.model.parts), limits, name)
         return bundle.model.replace(notes=bundle.notes + bundle.model.notes)
     data = bundle.files[bundle.main]
-    found = sniff(data, name)
+    file_format = sniff(data, name)
     notes = Notes()
-    if suffix_of(bundle.main) != SUFFIX_OF[found]:
+    if suffix_of(bundle.main) != SUFFIX_OF[file_format]:
         notes.add(
             rejection_codes.TYPE_BY_CONTENT,
             name,
-            f"{name}: read as {found.value.upper()} by its content, not by its name",
+            f"{name}: read as {file_format.value.upper()} by its content, not by its name",
         )
     # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
     with np.errstate(all="ignore"):
-        model = _READERS[found](bundle, limits, notes)
+        model = _READERS[file_format](bundle, limits, notes)
     return model.replace(notes=bundle.notes + notes.issues)

@@ -115,7 +115,7 @@ def sniff(data: bytes, name: str) -> Format:
         raise Rejected(rejection_codes.EMPTY_FILE, f"{name}: the file is empty ({len(data)} bytes); fetch it again")
     if data.startswith(b"glTF"):
         return Format.GLB
-    if _is_binary_stl(data):
+    if is_binary_stl(data):
         return Format.STL
     if data.startswith(b"PK\x03\x04"):
         return _zip(data, name)
@@ -199,6 +199,6 @@ def _is_wide(data: bytes) -> bool:
     return data.startswith((b"\xff\xfe", b"\xfe\xff"))
 
 
-def _is_binary_stl(data: bytes) -> bool:
+def is_binary_stl(data: bytes) -> bool:
     """A binary STL is 84 bytes and 50 per triangle, exactly: the only test that `solid` headers do not fool."""
     return len(data) >= 84 and struct.unpack_from("<I", data, 80)[0] * 50 + 84 == len(data)

@@ -15,11 +15,11 @@ from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import color
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.names import Names
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.names import UniqueNames
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.model.asset.material import ColorSpace, Texture
 
-# No simulator gains from more; the file grows with the square.
+# Longer sides are scaled down: no simulator gains from more, and files grow with the square.
 LARGEST_PX = 4096
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "TIFF", "GIF")
 _DECODE_FAULTS = (
@@ -52,13 +52,13 @@ class ImageUse:
 
 
 class Images:
-    """Decodes each image once; remarks instead of errors, for a model without its picture is still a model."""
+    """Decodes each image once; a picture that cannot be read is left out with a note, and the model stays."""
 
     def __init__(self, limits: Mapping[str, float], notes: Notes) -> None:
         self._limits, self._notes = limits, notes
         self._pixels: dict[str, Pixels | None] = {}
         self._textures: dict[tuple[str, ImageUse], Texture] = {}
-        self._names = Names()
+        self._names = UniqueNames()
 
     def pixels(self, key: str, data: bytes) -> Pixels | None:
         """(H, W, 3 or 4) uint8 rows from the top, or None (noted) where it is refused or unreadable."""
@@ -66,14 +66,14 @@ class Images:
             self._pixels[key] = self._decode(key, data)
         return self._pixels[key]
 
-    def texture(self, key: str, data: bytes, name: str, look: ImageUse) -> Texture | None:
+    def texture(self, key: str, data: bytes, name: str, use: ImageUse) -> Texture | None:
         """Texture named after `name`, or None (noted) where the image is refused or unreadable."""
-        if (key, look) not in self._textures:
+        if (key, use) not in self._textures:
             pixels = self.pixels(key, data)
             if pixels is None:
                 return None
-            self._textures[key, look] = self.encode(_with_alpha(pixels, look.alpha), name, look.space)
-        return self._textures[key, look]
+            self._textures[key, use] = self.encode(_with_alpha(pixels, use.alpha), name, use.space)
+        return self._textures[key, use]
 
     def encode(self, pixels: Pixels, name: str, space: ColorSpace) -> Texture:
         """Texture of (H, W, 3 or 4) uint8 pixels, under a name not yet taken."""
@@ -89,7 +89,7 @@ class Images:
         )
 
     def _decode(self, key: str, data: bytes) -> Pixels | None:
-        where = "embedded image" if key.startswith("data:") else clean(key)
+        where = "embedded image" if key.startswith("data:") else printable(key)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
@@ -110,10 +110,12 @@ class Images:
         return None
 
     def _is_small_enough(self, image: Image.Image, where: str) -> bool:
-        most, most_pixels = self._limits["input_texture_px"], self._limits["input_texture_pixels"]
-        if max(image.size) <= most and image.width * image.height <= most_pixels:
+        max_side, max_pixels = self._limits["input_texture_px"], self._limits["input_texture_pixels"]
+        if max(image.size) <= max_side and image.width * image.height <= max_pixels:
             return True
-        message = f"{image.width} x {image.height} pixels, over {most:.0f} a side or {most_pixels:.0f} in all; left out"
+        message = (
+            f"{image.width} x {image.height} pixels, over {max_side:.0f} a side or {max_pixels:.0f} in all; left out"
+        )
         self._notes.add(rejection_codes.IMAGE_REFUSED, where, message)
         return False
 
@@ -148,9 +150,9 @@ def _with_alpha(pixels: Pixels, alpha: str | float) -> Pixels:
         return pixels
     if isinstance(alpha, str):
         return np.ascontiguousarray(pixels[:, :, :3])
-    cut = pixels.copy()
-    cut[:, :, 3] = np.where(pixels[:, :, 3] >= alpha * 255.0, 255, 0)
-    return cut if int(cut[:, :, 3].min()) < 255 else np.ascontiguousarray(cut[:, :, :3])
+    masked = pixels.copy()
+    masked[:, :, 3] = np.where(pixels[:, :, 3] >= alpha * 255.0, 255, 0)
+    return masked if int(masked[:, :, 3].min()) < 255 else np.ascontiguousarray(masked[:, :, :3])
 
 
 def linear_from_srgb(value: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 
-MOST_CHARACTERS = 60
+MAX_CHARACTERS = 60
 
 
 def identifier(text: str, fallback: str) -> str:
@@ -17,10 +17,10 @@ def identifier(text: str, fallback: str) -> str:
         return fallback
     if words[0].isdigit():
         words = f"{fallback}_{words}"
-    return words[:MOST_CHARACTERS].rstrip("_")
+    return words[:MAX_CHARACTERS].rstrip("_")
 
 
-class Names:
+class UniqueNames:
     """Hands out Ids, each once."""
 
     def __init__(self) -> None:

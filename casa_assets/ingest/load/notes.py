@@ -1,4 +1,4 @@
-"""Remarks made while reading, kept short, clean and few whatever a hostile file says."""
+"""Notes made while reading; their length and number are bounded, whatever a hostile file contains."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ import unicodedata
 from casa_assets.ingest import rejection_codes
 from casa_assets.model.issue import Issue, Severity
 
-MOST_NOTES = 40
+MAX_NOTES = 40
 
 
-def clean(text: str, most: int = 120) -> str:
-    """The text without control, format and surrogate characters, at most `most` characters long."""
-    head = text[: 4 * most]
+def printable(text: str, max_length: int = 120) -> str:
+    """The text without control, format and surrogate characters, at most `max_length` characters long."""
+    head = text[: 4 * max_length]
     kept = "".join(c if unicodedata.category(c) not in ("Cc", "Cf", "Cs", "Co", "Zl", "Zp") else "?" for c in head)
-    return kept if len(kept) <= most else kept[: most - 3] + "..."
+    return kept if len(kept) <= max_length else kept[: max_length - 3] + "..."
 
 
 class Notes:
-    """Collects warnings: the same code at the same pointer once, at most MOST_NOTES in all."""
+    """Collects warnings: the same code at the same pointer once, at most MAX_NOTES in all."""
 
     def __init__(self) -> None:
         self._issues: dict[tuple[str, str], Issue] = {}
@@ -26,13 +26,13 @@ class Notes:
 
     def add(self, code: str, pointer: str, message: str) -> None:
         """Record one warning; `pointer` names the place in the file, `message` one sentence."""
-        key = (code, clean(pointer))
+        key = (code, printable(pointer))
         if key in self._issues:
             return
-        if len(self._issues) >= MOST_NOTES:
+        if len(self._issues) >= MAX_NOTES:
             self._left_out += 1
             return
-        self._issues[key] = Issue(code=code, severity=Severity.WARNING, pointer=key[1], message=clean(message, 400))
+        self._issues[key] = Issue(code=code, severity=Severity.WARNING, pointer=key[1], message=printable(message, 400))
 
     @property
     def issues(self) -> tuple[Issue, ...]:

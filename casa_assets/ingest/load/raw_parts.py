@@ -12,7 +12,7 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.names import Names
+from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
@@ -20,13 +20,13 @@ from casa_assets.model.ingest.source import RawModel, RawPart, Up
 
 Bytes = npt.NDArray[np.uint8]
 
-# Beyond these a coordinate is a fault of the file, not a place: no unit makes a kitchen object 1e12 long.
+# Larger coordinates are faults of the file: in no unit is a kitchen object 1e12 long.
 MAX_COORDINATE = 1e12
 MAX_UV = 1e6
 SHORT_NORMAL = 1e-6
-# Scans have a handful of zero normals at slivers; more than this share says that the column is worthless.
-MOST_BAD_NORMALS = 0.1
-# Steps of single precision, as a part of the size, from which a surface is visibly torn.
+# Scans have a few zero normals at slivers; if more than this share is bad, all normals are dropped.
+MAX_BAD_NORMALS = 0.1
+# Step of single precision, as a share of the size, from which on a surface is visibly torn; a choice.
 COARSE_STEP_RATIO = 2e-3
 
 
@@ -55,17 +55,17 @@ class ReadPart:
 
 def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None:
     """Raises Rejected TOO_LARGE where a file has more triangles than `input_faces`."""
-    most = limits["input_faces"]
-    if count > most:
-        message = f"{name}: {count} triangles, more than {most:.0f}; simplify the mesh first or raise --max-faces"
+    max_faces = limits["input_faces"]
+    if count > max_faces:
+        message = f"{name}: {count} triangles, more than {max_faces:.0f}; simplify the mesh first or raise --max-faces"
         raise Rejected(rejection_codes.TOO_LARGE, message)
 
 
 def raw_model(
-    roughs: Sequence[ReadPart],
+    read_parts: Sequence[ReadPart],
     notes: Notes,
     name: str,
-    found: Format,
+    file_format: Format,
     metres_per_unit: float | None = None,
     up: Up | None = None,
 ) -> RawModel:
@@ -74,39 +74,39 @@ def raw_model(
     Raises:
         Rejected: NO_GEOMETRY, NO_FACES, or NON_FINITE where most faces use NaN, infinite or absurd vertices.
     """
-    names = Names()
+    names = UniqueNames()
     parts: list[RawPart] = []
     total = dropped = 0
-    for rough in roughs:
-        keep = _usable_faces(rough)
-        total += len(keep)
-        lost = int(len(keep) - keep.sum())
+    for part in read_parts:
+        is_usable = _usable_faces(part)
+        total += len(is_usable)
+        lost = int(len(is_usable) - is_usable.sum())
         dropped += lost
         if lost:
             notes.add(
-                rejection_codes.FACE_DROPPED, rough.name, f"{lost} faces with NaN or infinite vertices were dropped"
+                rejection_codes.FACE_DROPPED, part.name, f"{lost} faces with NaN or infinite vertices were dropped"
             )
-        if keep.any():
-            parts.append(_part(rough, keep, names, notes))
+        if is_usable.any():
+            parts.append(_part(part, is_usable, names, notes))
     if dropped * 2 > total:
         message = f"{name}: {dropped} of {total} faces use NaN or infinite vertices; export it again"
         raise Rejected(rejection_codes.NON_FINITE, message)
     if not parts:
-        vertices = sum(len(d.vertices) for d in roughs)
+        vertices = sum(len(d.vertices) for d in read_parts)
         if vertices:
             raise Rejected(
                 rejection_codes.NO_FACES, f"{name}: {vertices} vertices but no triangle; export a surface mesh"
             )
         raise Rejected(rejection_codes.NO_GEOMETRY, f"{name}: holds no mesh; export the object itself")
     _remark_coarse(parts, notes)
-    return RawModel(parts=tuple(parts), metres_per_unit=metres_per_unit, up=up, format=found.value)
+    return RawModel(parts=tuple(parts), metres_per_unit=metres_per_unit, up=up, format=file_format.value)
 
 
 def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
-    """Far from the origin single precision has coarse steps; what was stored so is told by its numbers."""
-    low = np.min([part.mesh.vertices.min(axis=0) for part in parts], axis=0)
-    high = np.max([part.mesh.vertices.max(axis=0) for part in parts], axis=0)
-    extent, reach = float((high - low).max()), float(max(np.abs(low).max(), np.abs(high).max()))
+    """Add a note if the mesh lies so far from the origin that single precision is coarse, and was stored in it."""
+    lower = np.min([part.mesh.vertices.min(axis=0) for part in parts], axis=0)
+    upper = np.max([part.mesh.vertices.max(axis=0) for part in parts], axis=0)
+    extent, reach = float((upper - lower).max()), float(max(np.abs(lower).max(), np.abs(upper).max()))
     step = float(np.spacing(np.float32(reach)))
     if not step > COARSE_STEP_RATIO * extent > 0.0:
         return
@@ -117,30 +117,30 @@ def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
         notes.add(rejection_codes.PRECISION_LOST, "vertices", message)
 
 
-def _usable_faces(rough: ReadPart) -> npt.NDArray[np.bool_]:
+def _usable_faces(part: ReadPart) -> npt.NDArray[np.bool_]:
     """(F,) whether all three vertices of a face are finite and near enough to be meant."""
     with np.errstate(invalid="ignore"):
-        good = np.asarray((np.abs(rough.vertices) < MAX_COORDINATE).all(axis=1))
-    return np.asarray(good[rough.faces].all(axis=1)) if len(rough.faces) else np.zeros(0, dtype=bool)
+        is_near = np.asarray((np.abs(part.vertices) < MAX_COORDINATE).all(axis=1))
+    return np.asarray(is_near[part.faces].all(axis=1)) if len(part.faces) else np.zeros(0, dtype=bool)
 
 
-def _part(rough: ReadPart, keep: npt.NDArray[np.bool_], names: Names, notes: Notes) -> RawPart:
-    faces = rough.faces if keep.all() else rough.faces[keep]
-    used, compact = used_vertices(faces, len(rough.vertices))
-    uv = None if rough.uv is None else _finite_uv(rough.uv[used], rough.name, notes)
+def _part(part: ReadPart, is_usable: npt.NDArray[np.bool_], names: UniqueNames, notes: Notes) -> RawPart:
+    faces = part.faces if is_usable.all() else part.faces[is_usable]
+    used, compact = used_vertices(faces, len(part.vertices))
+    uv = None if part.uv is None else _finite_uv(part.uv[used], part.name, notes)
     normals = None
-    if rough.normals is not None:
-        normals = _unit(rough.normals[used], rough.vertices[used], compact, rough.name, notes)
-    colors = None if rough.colors is None else rough.colors[used]
-    mesh = Mesh(vertices=rough.vertices[used], faces=compact, uv=uv, normals=normals, colors=colors)
-    material = rough.material
+    if part.normals is not None:
+        normals = _unit(part.normals[used], part.vertices[used], compact, part.name, notes)
+    colors = None if part.colors is None else part.colors[used]
+    mesh = Mesh(vertices=part.vertices[used], faces=compact, uv=uv, normals=normals, colors=colors)
+    material = part.material
     if uv is None and material.textures:
         message = (
             f"material {material.id} has a texture but the mesh has no texture coordinates; its plain colour is used"
         )
-        notes.add(rejection_codes.TEXTURE_WITHOUT_UV, rough.name, message)
+        notes.add(rejection_codes.TEXTURE_WITHOUT_UV, part.name, message)
         material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
-    return RawPart(name=names.unique(rough.name, "part"), mesh=mesh, material=material)
+    return RawPart(name=names.unique(part.name, "part"), mesh=mesh, material=material)
 
 
 def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:
@@ -158,29 +158,33 @@ def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:
 
 def _finite_uv(uv: Floats, name: str, notes: Notes) -> Floats:
     with np.errstate(invalid="ignore"):
-        good = np.asarray((np.abs(uv) < MAX_UV).all(axis=1))
-    if good.all():
+        is_finite = np.asarray((np.abs(uv) < MAX_UV).all(axis=1))
+    if is_finite.all():
         return uv
-    notes.add(rejection_codes.BAD_UV, name, f"{int((~good).sum())} texture coordinates are NaN or absurd; set to 0")
-    return np.where(good[:, None], uv, 0.0)
+    notes.add(
+        rejection_codes.BAD_UV, name, f"{int((~is_finite).sum())} texture coordinates are NaN or absurd; set to 0"
+    )
+    return np.where(is_finite[:, None], uv, 0.0)
 
 
 def _unit(normals: Floats, vertices: Floats, faces: Ints, name: str, notes: Notes) -> Floats | None:
     """(V, 3) unit normals; a few bad ones are replaced, None where many are (all are computed anew later)."""
     with np.errstate(invalid="ignore", over="ignore"):
         length = np.linalg.norm(normals, axis=1)
-        bad = np.asarray(~(np.isfinite(length) & (length > SHORT_NORMAL)))
-    if not bad.any():
+        is_bad = np.asarray(~(np.isfinite(length) & (length > SHORT_NORMAL)))
+    if not is_bad.any():
         return np.asarray(normals / length[:, None])
-    if bad.mean() > MOST_BAD_NORMALS:
-        notes.add(rejection_codes.BAD_NORMALS, name, f"{int(bad.sum())} normals are zero or NaN; all are computed anew")
+    if is_bad.mean() > MAX_BAD_NORMALS:
+        notes.add(
+            rejection_codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; all are computed anew"
+        )
         return None
-    notes.add(rejection_codes.BAD_NORMALS, name, f"{int(bad.sum())} normals are zero or NaN; those are replaced")
-    mended = np.where(bad[:, None], _vertex_normals(vertices, faces), normals)
-    size = np.linalg.norm(mended, axis=1)
-    flat = ~(np.isfinite(size) & (size > 0.0))
-    mended[flat], size[flat] = (0.0, 0.0, 1.0), 1.0
-    return np.asarray(mended / size[:, None])
+    notes.add(rejection_codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; those are replaced")
+    repaired = np.where(is_bad[:, None], _vertex_normals(vertices, faces), normals)
+    repaired_length = np.linalg.norm(repaired, axis=1)
+    is_zero = ~(np.isfinite(repaired_length) & (repaired_length > 0.0))
+    repaired[is_zero], repaired_length[is_zero] = (0.0, 0.0, 1.0), 1.0
+    return np.asarray(repaired / repaired_length[:, None])
 
 
 def _vertex_normals(vertices: Floats, faces: Ints) -> Floats:

@@ -9,10 +9,10 @@ import numpy as np
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.formats import Format, is_binary_stl
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
-from casa_assets.ingest.load.text import decode, plain
+from casa_assets.ingest.load.text import decode, normalize_text
 from casa_assets.ingest.load.wavefront.parser import numbers
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel
@@ -26,17 +26,13 @@ def read_stl(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     Raises:
         Rejected: TRUNCATED, LENGTH_MISMATCH, BAD_NUMBER, TOO_LARGE, NO_FACES, NO_GEOMETRY, NON_FINITE.
     """
-    name = clean(bundle.main)
+    name = printable(bundle.main)
     data = bundle.files[bundle.main]
-    if data.lstrip()[:5].lower() == b"solid" and not _is_exact(data):
-        roughs = _text(plain(data, name), limits, name)
+    if data.lstrip()[:5].lower() == b"solid" and not is_binary_stl(data):
+        parts = _text(normalize_text(data, name), limits, name)
     else:
-        roughs = [_binary(data, limits, name)]
-    return raw_model(roughs, notes, name, Format.STL)
-
-
-def _is_exact(data: bytes) -> bool:
-    return len(data) >= 84 and int(struct.unpack_from("<I", data, 80)[0]) * 50 + 84 == len(data)
+        parts = [_binary(data, limits, name)]
+    return raw_model(parts, notes, name, Format.STL)
 
 
 def _binary(data: bytes, limits: Mapping[str, float], name: str) -> ReadPart:
@@ -57,7 +53,7 @@ def _binary(data: bytes, limits: Mapping[str, float], name: str) -> ReadPart:
 
 
 def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[ReadPart]:
-    """One rough per `solid`, corners in threes."""
+    """One part per `solid`, corners in threes."""
     solids: list[tuple[str, list[bytes]]] = []
     for line in data.split(b"\n"):
         words = line.split(None, 1)

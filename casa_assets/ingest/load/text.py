@@ -8,7 +8,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 
 
-def plain(data: bytes, name: str) -> bytes:
+def normalize_text(data: bytes, name: str) -> bytes:
     """UTF-8 without byte order mark, lines ended by a single newline.
 
     Raises:

@@ -8,9 +8,9 @@ import numpy.typing as npt
 from casa_assets.core.typing import Floats, Ints
 
 # Ear clipping costs the square of the corners; beyond this a fan has to do.
-MOST_CLIPPED_CORNERS = 3000
+MAX_CLIPPED_CORNERS = 3000
 # Corners looked at for all polygons of one call, some 15 s of work; honest files stay a hundred times below.
-MOST_TESTS = 300_000
+MAX_TESTS = 300_000
 
 
 def triangulate(points: Floats) -> tuple[Ints, Ints, int]:
@@ -30,7 +30,7 @@ def triangulate(points: Floats) -> tuple[Ints, Ints, int]:
     fan = np.column_stack((np.zeros(corners - 2, dtype=np.int64), np.arange(1, corners - 1), np.arange(2, corners)))
     concave = np.flatnonzero(~_is_convex(points))
     pieces = np.tile(fan, (count, 1, 1))
-    fanned, left = 0, MOST_TESTS
+    fanned, left = 0, MAX_TESTS
     for p in concave:
         ears, tests = _clip(points[p], left)
         left -= tests
@@ -75,7 +75,7 @@ def _clip(points: Floats, most_tests: int) -> tuple[Ints | None, int]:
         The triangles, and how many corners were tested for being ears.
     """
     n = len(points)
-    if n > MOST_CLIPPED_CORNERS or not np.isfinite(points).all():
+    if n > MAX_CLIPPED_CORNERS or not np.isfinite(points).all():
         return None, 0
     flat = _flattened(points - points[0])
     left = list(range(n))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import printable
 
 
 def escaped_path(path: str) -> str:
@@ -28,7 +28,7 @@ def check_file(path: str, root: Path) -> os.stat_result:
     Raises:
         Rejected: MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
     """
-    name = clean(Path(escaped_path(path)).name)
+    name = printable(Path(escaped_path(path)).name)
     if Path(path).is_symlink() and not is_inside(path, root):
         raise Rejected(
             rejection_codes.LINK_OUTSIDE, f"{name}: a link that leaves its package; put the file itself there"
@@ -67,7 +67,7 @@ def read_file(path: str, root: Path, most_bytes: float) -> bytes:
     Raises:
         Rejected: as `check_file`, and TOO_LARGE before anything is read.
     """
-    name = clean(Path(escaped_path(path)).name)
+    name = printable(Path(escaped_path(path)).name)
     looked_at = check_file(path, root)
     size = looked_at.st_size
     if size > most_bytes:

@@ -11,8 +11,8 @@ from urllib.parse import unquote
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format, sniff
-from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.references import Reference, Role, of_mtl, references
+from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.references import Reference, Role, mtl_references, references
 from casa_assets.ingest.sources.bounded_reads import is_inside, read_file
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.source import Bundle, RawModel
@@ -38,9 +38,9 @@ def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
         name = f"{found.source.path}.trimesh"
         return Bundle(main=name, files={}, notes=found.notes, model=RawModel.from_json(main_path.read_bytes()))
     data = read_file(str(main_path), found.root, limits["input_bytes"])
-    kind = sniff(data, clean(main))
+    kind = sniff(data, printable(main))
     collector = _Collector(found, limits["input_bytes"] - len(data), main, data)
-    collector.add_all(references(kind, data, clean(main)), found.main)
+    collector.add_all(references(kind, data, printable(main)), found.main)
     if kind is Format.OBJ:
         collector.add_materials()
     return Bundle(main=main, files=collector.files, notes=(*found.notes, *collector.notes.issues))
@@ -74,7 +74,7 @@ class _Collector:
             self._guess_library()
         for name, place in self._libraries:
             try:
-                wanted = of_mtl(self.files[name], clean(name))
+                wanted = mtl_references(self.files[name], printable(name))
             except Rejected as error:
                 self.notes.add(rejection_codes.MATERIAL_MISSING, name, f"material file left out: {error.message}")
                 continue
@@ -86,7 +86,9 @@ class _Collector:
         fits = [n for n in self._listing(folder) if n.lower() in (f"{stem}.mtl", f"{main.lower()}.mtl")]
         if len(fits) == 1 and fits[0] not in self.files:
             self.notes.add(
-                rejection_codes.MATERIAL_GUESSED, fits[0], f"{clean(fits[0])} is taken for its material file, by name"
+                rejection_codes.MATERIAL_GUESSED,
+                fits[0],
+                f"{printable(fits[0])} is taken for its material file, by name",
             )
             self._add(Reference(fits[0], Role.MATERIAL), posixpath.join(folder, fits[0]))
 
@@ -126,7 +128,7 @@ class _Collector:
         return self._by_base_name(reference, folder, refusal)
 
     def _bad_buffer(self, reference: Reference, refusal: str | None) -> Rejected:
-        name = clean(reference.name, 80)
+        name = printable(reference.name, 80)
         if refusal == rejection_codes.NETWORK_URI:
             return Rejected(refusal, f"buffer {name!r} lies on the network, which is not read; pack it into the file")
         if refusal:
@@ -136,13 +138,13 @@ class _Collector:
     def _by_base_name(self, reference: Reference, folder: str, refusal: str | None) -> str | None:
         """A file of the same base name where pictures usually lie; else a note."""
         base = re.split(r"[\\/]", unquote(reference.name))[-1]
-        name = clean(reference.name, 80)
+        name = printable(reference.name, 80)
         places = _PICTURE_FOLDERS if reference.role is Role.IMAGE else ("",)
         for near in places if base not in ("", ".", "..") else ():
             path = posixpath.normpath(posixpath.join(folder, near, base))
             place = None if path.startswith("..") else self._existing(path, reference)
             if place is not None:
-                message = f"`{name}` was found by its base name, as {clean(place, 80)}"
+                message = f"`{name}` was found by its base name, as {printable(place, 80)}"
                 self.notes.add(rejection_codes.FOUND_BY_BASE_NAME, name, message)
                 return place
         if refusal:
@@ -166,7 +168,7 @@ class _Collector:
         fits = [n for n in self._listing(folder) if n.lower() == base.lower()]
         if not fits:
             return None
-        message = f"{clean(reference.name, 80)!r} is spelt {clean(fits[0], 80)!r} on disk; rename one"
+        message = f"{printable(reference.name, 80)!r} is spelt {printable(fits[0], 80)!r} on disk; rename one"
         self.notes.add(rejection_codes.CASE_MISMATCH, reference.name, message)
         return posixpath.join(folder, fits[0])
 

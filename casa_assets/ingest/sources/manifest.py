@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.package import Package
@@ -23,8 +23,8 @@ from casa_assets.model.issue import Issue
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})
 # A run keeps all of its inputs in memory, to tell the same bytes and to settle copies in their order: 2.3 kB for a row
 # of a manifest, so 0.6 GB for this many. The work on them would take a core three weeks.
-MOST_ROWS = 250_000
-MOST_BROKEN_ROWS = 1000
+MAX_ROWS = 250_000
+MAX_BROKEN_ROWS = 1000
 
 
 def read_lines(package: Package, name: str, is_named: bool) -> Iterator[Found | Refused]:
@@ -91,19 +91,21 @@ class _Rows:
         broken = 0
         for number, one in enumerate(rows, start=1):
             broken += isinstance(one, Refused) and one.code == rejection_codes.BAD_ROW
-            if number > MOST_ROWS or broken > MOST_BROKEN_ROWS:
-                most, advice = f"{MOST_BROKEN_ROWS} broken rows", "mend the file"
-                if number > MOST_ROWS:
-                    most = f"{MOST_ROWS} rows, which is what a run holds in memory"
+            if number > MAX_ROWS or broken > MAX_BROKEN_ROWS:
+                most, advice = f"{MAX_BROKEN_ROWS} broken rows", "mend the file"
+                if number > MAX_ROWS:
+                    most = f"{MAX_ROWS} rows, which is what a run holds in memory"
                     advice = "split the file and ingest its parts one after the other into the same library"
-                message = f"{clean(self._name)}: more than {most}; the rows from {number} on were not read, {advice}"
+                message = (
+                    f"{printable(self._name)}: more than {most}; the rows from {number} on were not read, {advice}"
+                )
                 yield self._package.refuse(self._name, Rejected(rejection_codes.BAD_MANIFEST, message))
                 return
             yield one
 
     def line(self, number: int, line: str) -> Found | Refused:
         """One line of a `.jsonl` manifest."""
-        place = f"{clean(self._name)} line {number}"
+        place = f"{printable(self._name)} line {number}"
         try:
             return self.row(place, parse_json(line, place))
         except Rejected as error:
@@ -114,7 +116,7 @@ class _Rows:
         try:
             if not isinstance(row, dict):
                 raise Rejected(
-                    rejection_codes.BAD_ROW, f"{place}: {clean(json.dumps(row), 40)} is not an object; mend it"
+                    rejection_codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; mend it"
                 )
             uid = safe_id(row.get("id"), place)
             if uid in self._ids:
@@ -132,7 +134,7 @@ class _Rows:
         for key in ("prompt", "category", "generator", "license", "licence", "name", "title", "author", "uri"):
             value = row.get(key)
             if value is not None and not isinstance(value, str):
-                message = f"{place}: {key} {clean(repr(value), 40)} is not text; mend it"
+                message = f"{place}: {key} {printable(repr(value), 40)} is not text; mend it"
                 raise Rejected(rejection_codes.BAD_ROW, message)
 
 
@@ -142,7 +144,7 @@ def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
     for key, value in row.items():
         if isinstance(value, float) and not math.isfinite(value):
             notes.add(
-                rejection_codes.NUMBER_IGNORED, place, f"{clean(key, 40)!r} is {value}, which is no number; ignored"
+                rejection_codes.NUMBER_IGNORED, place, f"{printable(key, 40)!r} is {value}, which is no number; ignored"
             )
     return notes.issues
 

@@ -13,11 +13,11 @@ from pathlib import Path
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx_id
-from casa_assets.ingest.sources.package import MOST_INDEX_BYTES, Package
+from casa_assets.ingest.sources.package import MAX_INDEX_BYTES, Package
 from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id, text_field, text_list, unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
 
@@ -57,7 +57,7 @@ def read_package(package: Package) -> Iterator[Found | Refused]:
 def _listed_only(
     package: Package, uid: str, path: object, annotations: Mapping[str, object], categories: Mapping[str, str]
 ) -> Iterator[Found | Refused]:
-    place = f"object-paths.json {clean(uid, 40)!r}"
+    place = f"object-paths.json {printable(uid, 40)!r}"
     try:
         main = package.file(path, place)
         yield package.found(main, _source(main, safe_id(uid, place), annotations.get(uid), categories.get(uid, "")))
@@ -113,7 +113,7 @@ def _by_uid(categories: Mapping[str, object]) -> dict[str, str]:
     for category, uids in sorted(categories.items()):
         for uid in uids if isinstance(uids, list) else ():
             if isinstance(uid, str):
-                out.setdefault(uid, clean(category))
+                out.setdefault(uid, printable(category))
     return out
 
 
@@ -151,13 +151,11 @@ def _plain(data: bytes, name: str) -> bytes:
     if data.startswith(b"\x1f\x8b"):
         try:
             unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
-            data = unpacker.decompress(data, MOST_INDEX_BYTES)
+            data = unpacker.decompress(data, MAX_INDEX_BYTES)
         except zlib.error as error:
             raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: broken gzip ({error}); fetch it again") from error
         if unpacker.unconsumed_tail:
-            raise Rejected(
-                rejection_codes.BAD_MANIFEST, f"{name}: more than {MOST_INDEX_BYTES} bytes unpacked; mend it"
-            )
+            raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: more than {MAX_INDEX_BYTES} bytes unpacked; mend it")
     return data.removeprefix(codecs.BOM_UTF8)
 
 

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path, read_file
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.ingest.source import Source
 
 # The largest index in the wild (Objaverse 1.0 object paths) is 80 MB unpacked.
-MOST_INDEX_BYTES = 128 * 1024 * 1024
+MAX_INDEX_BYTES = 128 * 1024 * 1024
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Package:
 
     def read(self, name: str) -> bytes:
         """Bytes of an index file of the package. Raises Rejected as disk.read_file."""
-        return read_file(str(self.root / name), self.root, MOST_INDEX_BYTES)
+        return read_file(str(self.root / name), self.root, MAX_INDEX_BYTES)
 
     def refuse(self, name: str, error: Rejected) -> Refused:
         """Refusal that points at a file of the package."""
@@ -46,13 +46,17 @@ class Package:
             Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
         """
         if not isinstance(value, str) or not value.strip() or "\0" in value:
-            raise Rejected(rejection_codes.BAD_ROW, f"{place}: no usable file name ({clean(repr(value), 40)}); mend it")
+            raise Rejected(
+                rejection_codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); mend it"
+            )
         path = value.strip()
         if "\\" in path and not os.path.lexists(self.root / path):
             path = path.replace("\\", "/")
         whole = posixpath.normpath(path)
         if path.startswith("/") or re.match(r"[A-Za-z]:", path) or (whole.startswith("..") and whole[2:3] in ("", "/")):
-            raise Rejected(rejection_codes.PATH_TRAVERSAL, f"{place}: {clean(path, 80)!r} leaves the package; mend it")
+            raise Rejected(
+                rejection_codes.PATH_TRAVERSAL, f"{place}: {printable(path, 80)!r} leaves the package; mend it"
+            )
         try:
             check_file(str(self.root / whole), self.root)
         except Rejected as error:

@@ -8,12 +8,12 @@ from collections.abc import Iterable, Mapping
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import printable
 
-MOST_CHARACTERS = 2000
+MAX_CHARACTERS = 2000
 # Three bytes of JSON can make an object of a hundred; 800,000 pairs, as Objaverse lists them, are the largest known.
-MOST_VALUES = 5_000_000
-MOST_HINTS = 40
+MAX_VALUES = 5_000_000
+MAX_HINTS = 40
 _SAFE_ID = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,127}")
 
 
@@ -24,15 +24,15 @@ def parse_json(text: bytes | str, place: str) -> object:
         Rejected: BAD_ROW where it is broken, nested too deep, or holds more values than any index needs.
     """
     raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
-    if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MOST_VALUES:
-        raise Rejected(rejection_codes.BAD_ROW, f"{place}: more than {MOST_VALUES} values; split the file")
+    if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
+        raise Rejected(rejection_codes.BAD_ROW, f"{place}: more than {MAX_VALUES} values; split the file")
     try:
         return json.loads(text, parse_constant=lambda _: None, parse_int=_whole)
     except RecursionError as error:
         raise Rejected(rejection_codes.BAD_ROW, f"{place}: JSON nested too deep; mend the line") from error
     except ValueError as error:
         raise Rejected(
-            rejection_codes.BAD_ROW, f"{place}: broken JSON ({clean(str(error), 80)}); mend the line"
+            rejection_codes.BAD_ROW, f"{place}: broken JSON ({printable(str(error), 80)}); mend the line"
         ) from error
 
 
@@ -43,17 +43,17 @@ def _whole(digits: str) -> int | None:
 def text_field(row: Mapping[str, object], key: str) -> str:
     """Text at `key`, cleaned of control characters; empty where it is missing or no text."""
     value = row.get(key)
-    return clean(value, MOST_CHARACTERS).strip() if isinstance(value, str) else ""
+    return printable(value, MAX_CHARACTERS).strip() if isinstance(value, str) else ""
 
 
 def text_list(values: object, key: str = "name") -> list[str]:
     """Texts of a list of texts or of objects with a `key`; a bare text counts as one."""
     if isinstance(values, str):
-        return [clean(values)]
+        return [printable(values)]
     if not isinstance(values, list):
         return []
-    found = [text_field(v, key) if isinstance(v, dict) else clean(v) if isinstance(v, str) else "" for v in values]
-    return [w for w in found[:MOST_HINTS] if w]
+    found = [text_field(v, key) if isinstance(v, dict) else printable(v) if isinstance(v, str) else "" for v in values]
+    return [w for w in found[:MAX_HINTS] if w]
 
 
 def unique_hints(*groups: Iterable[str]) -> tuple[str, ...]:
@@ -64,7 +64,7 @@ def unique_hints(*groups: Iterable[str]) -> tuple[str, ...]:
             text = one.strip()
             if text and not re.fullmatch(r"[0-9a-f]{8,64}|\d+(-\d+)?", text):
                 out[text] = None
-    return tuple(out)[:MOST_HINTS]
+    return tuple(out)[:MAX_HINTS]
 
 
 def safe_id(value: object, place: str) -> str:
@@ -74,8 +74,8 @@ def safe_id(value: object, place: str) -> str:
         Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
     """
     if not isinstance(value, str):
-        raise Rejected(rejection_codes.BAD_ROW, f"{place}: id {clean(repr(value), 40)} is no text; mend it")
+        raise Rejected(rejection_codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; mend it")
     if not _SAFE_ID.fullmatch(value) or ".." in value:
-        message = f"{place}: id {clean(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; mend it"
+        message = f"{place}: id {printable(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; mend it"
         raise Rejected(rejection_codes.BAD_ID, message)
     return value

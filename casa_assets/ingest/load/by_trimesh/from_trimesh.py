@@ -23,7 +23,7 @@ from casa_assets.geometry.mesh.trimesh_exchange import (
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images, ImageUse, linear_from_srgb, srgb_bytes_from_linear
-from casa_assets.ingest.load.names import Names
+from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.wavefront.materials import roughness_of_shininess
@@ -73,7 +73,7 @@ def bundle_from_trimesh(
 
 
 def read_placed(
-    thing: MeshOrScene, limits: Mapping[str, float], notes: Notes, name: str, found: Format, up: Up | None = None
+    thing: MeshOrScene, limits: Mapping[str, float], notes: Notes, name: str, file_format: Format, up: Up | None = None
 ) -> RawModel:
     """RawModel of a mesh or scene; remarks go into `notes`. Raises Rejected as raw_from_trimesh."""
     if count := count_other_geometries(thing):
@@ -83,10 +83,10 @@ def read_placed(
     placed: list[PlacedMesh] = []
     faces = 0
     try:
-        for one in placed_meshes(thing):
-            faces += len(one.faces)
+        for placed_mesh in placed_meshes(thing):
+            faces += len(placed_mesh.faces)
             check_face_count(faces, limits, name)
-            placed.append(one)
+            placed.append(placed_mesh)
     except ValueError as error:
         raise Rejected(rejection_codes.OUT_OF_BOUNDS, f"{name}: {error}") from error
     try:
@@ -95,11 +95,11 @@ def read_placed(
         raise Rejected(rejection_codes.MIXED_UNITS, f"{name}: {error}") from error
     stated = up_axis(thing)
     materials = _Materials(Images(limits, notes), notes)
-    roughs = [_rough(p, materials) for p in placed]
-    return raw_model(roughs, notes, name, found, metres, up or (Up(stated) if stated else None))
+    parts = [_read_part(p, materials) for p in placed]
+    return raw_model(parts, notes, name, file_format, metres, up or (Up(stated) if stated else None))
 
 
-def _rough(placed: PlacedMesh, materials: _Materials) -> ReadPart:
+def _read_part(placed: PlacedMesh, materials: _Materials) -> ReadPart:
     colors = placed.colors
     if colors is not None and placed.is_linear:
         colors = np.column_stack((srgb_bytes_from_linear(colors[:, :3] / 255.0), colors[:, 3]))
@@ -119,86 +119,86 @@ class _Materials:
 
     def __init__(self, images: Images, notes: Notes) -> None:
         self._images, self._notes = images, notes
-        self._names = Names()
+        self._names = UniqueNames()
         self._made: dict[tuple[object, ...], Material] = {}
         self._encoded: dict[tuple[int, ImageUse], Texture | None] = {}
 
-    def material(self, finish: TrimeshMaterial | None, is_colored: bool) -> Material:
+    def material(self, source: TrimeshMaterial | None, is_colored: bool) -> Material:
         """Ours; grey where nothing says how it looks, white where vertex colours do."""
         key: tuple[object, ...] = (is_colored,)
-        if finish is not None:
-            images = tuple((slot, id(image)) for slot, image in sorted(finish.images.items()))
-            key = tuple(images if f.name == "images" else getattr(finish, f.name) for f in fields(finish))
+        if source is not None:
+            images = tuple((slot, id(image)) for slot, image in sorted(source.images.items()))
+            key = tuple(images if f.name == "images" else getattr(source, f.name) for f in fields(source))
         if key not in self._made:
-            self._made[key] = self._make(finish, is_colored)
+            self._made[key] = self._make(source, is_colored)
         return self._made[key]
 
-    def _make(self, finish: TrimeshMaterial | None, is_colored: bool) -> Material:
-        if finish is None:
+    def _make(self, source: TrimeshMaterial | None, is_colored: bool) -> Material:
+        if source is None:
             base = WHITE if is_colored else (0.8, 0.8, 0.8, 1.0)
             return Material(id=self._names.unique("material", "material"), base_color=base)
-        name = finish.name or "material"
-        picture, color = finish.images.get("base"), finish.color
-        if max(color[:3]) <= _BLACK < max(finish.emissive) and (picture is None or "emissive" in finish.images):
+        name = source.name or "material"
+        picture, color = source.images.get("base"), source.color
+        if max(color[:3]) <= _BLACK < max(source.emissive) and (picture is None or "emissive" in source.images):
             self._notes.add(rejection_codes.EMISSIVE_AS_BASE, name, "black surface that glows: its glow is its colour")
-            picture, color = finish.images.get("emissive"), (*finish.emissive, color[3])
-        alpha, opacity = self._alpha(finish, name)
+            picture, color = source.images.get("emissive"), (*source.emissive, color[3])
+        alpha, opacity = self._alpha(source, name)
         base_picture = self._texture(picture, f"{name}_color", ImageUse(ColorSpace.SRGB, alpha))
-        rgb = color[:3] if finish.is_linear else tuple(linear_from_srgb(c) for c in color[:3])
-        if not finish.is_linear and base_picture is not None:
+        rgb = color[:3] if source.is_linear else tuple(linear_from_srgb(c) for c in color[:3])
+        if not source.is_linear and base_picture is not None:
             rgb = (1.0, 1.0, 1.0)  # as for OBJ: beside a picture the diffuse colour is a leftover as often as a tint
         return Material(
             id=self._names.unique(name, "material"),
             base_color=(*rgb, opacity),
-            metallic=_metallic(finish),
-            roughness=_roughness(finish),
+            metallic=_metallic(source),
+            roughness=_roughness(source),
             base_color_texture=base_picture,
             metallic_roughness_texture=self._texture(
-                finish.images.get("rough"), f"{name}_rough", ImageUse(ColorSpace.RAW, "drop")
+                source.images.get("rough"), f"{name}_rough", ImageUse(ColorSpace.RAW, "drop")
             ),
             normal_texture=self._texture(
-                finish.images.get("normal"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop")
+                source.images.get("normal"), f"{name}_normal", ImageUse(ColorSpace.RAW, "drop")
             ),
         )
 
-    def _alpha(self, finish: TrimeshMaterial, name: str) -> tuple[str | float, float]:
+    def _alpha(self, source: TrimeshMaterial, name: str) -> tuple[str | float, float]:
         """Treatment of the picture's alpha (see ImageUse), and the opacity of the material."""
-        opacity = finish.color[3]
-        if finish.alpha_mode == "OPAQUE":
+        opacity = source.color[3]
+        if source.alpha_mode == "OPAQUE":
             return "drop", 1.0
         if opacity <= 0.0:
             self._notes.add(rejection_codes.FULLY_TRANSPARENT, name, "alpha 0 would hide it; made opaque")
             return "drop", 1.0
-        return (min(1.0, finish.alpha_cutoff / opacity), 1.0) if finish.alpha_mode == "MASK" else ("keep", opacity)
+        return (min(1.0, source.alpha_cutoff / opacity), 1.0) if source.alpha_mode == "MASK" else ("keep", opacity)
 
-    def _texture(self, image: Image.Image | None, name: str, look: ImageUse) -> Texture | None:
+    def _texture(self, image: Image.Image | None, name: str, use: ImageUse) -> Texture | None:
         if image is None:
             return None
-        key = (id(image), look)
+        key = (id(image), use)
         if key not in self._encoded:
             stream = io.BytesIO()
             image.save(stream, "PNG", compress_level=1)
             data = stream.getvalue()
-            self._encoded[key] = self._images.texture(f"{name}/{len(self._encoded)}", data, name, look)
+            self._encoded[key] = self._images.texture(f"{name}/{len(self._encoded)}", data, name, use)
         return self._encoded[key]
 
 
-def _metallic(finish: TrimeshMaterial) -> float:
+def _metallic(source: TrimeshMaterial) -> float:
     """Stated, or what the kind of material means where it says nothing (glTF: 1)."""
-    if finish.metallic is None:
-        return 1.0 if finish.is_linear and not _is_bare(finish) else 0.0
-    return min(1.0, max(0.0, float(finish.metallic)))
+    if source.metallic is None:
+        return 1.0 if source.is_linear and not _is_bare(source) else 0.0
+    return min(1.0, max(0.0, float(source.metallic)))
 
 
-def _roughness(finish: TrimeshMaterial) -> float:
-    if not finish.is_linear:
-        return roughness_of_shininess(finish.shininess)
-    if finish.roughness is None:
-        return 0.9 if _is_bare(finish) else 1.0
-    return min(1.0, max(0.0, float(finish.roughness)))
+def _roughness(source: TrimeshMaterial) -> float:
+    if not source.is_linear:
+        return roughness_of_shininess(source.shininess)
+    if source.roughness is None:
+        return 0.9 if _is_bare(source) else 1.0
+    return min(1.0, max(0.0, float(source.roughness)))
 
 
-def _is_bare(finish: TrimeshMaterial) -> bool:
+def _is_bare(source: TrimeshMaterial) -> bool:
     """True where a PBR material states nothing at all of how it shines; it is then matt, as for glTF."""
-    stated = finish.metallic, finish.roughness
-    return stated == (None, None) and not {"base", "rough"} & finish.images.keys() and finish.color == WHITE
+    stated = source.metallic, source.roughness
+    return stated == (None, None) and not {"base", "rough"} & source.images.keys() and source.color == WHITE

@@ -18,11 +18,11 @@ from casa_assets.geometry.mesh.trimesh_exchange import read_scene
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.by_trimesh.from_trimesh import read_placed
 from casa_assets.ingest.load.by_trimesh.threemf import package_size
-from casa_assets.ingest.load.collada.guarded_xml import guard, tag
+from casa_assets.ingest.load.collada.guarded_xml import check_xml, local_name
 from casa_assets.ingest.load.formats import Format
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import check_face_count
-from casa_assets.ingest.load.text import plain
+from casa_assets.ingest.load.text import normalize_text
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
 # Words of text for each face that is allowed: three numbers for each of a face's own vertices, and its corners.
@@ -54,8 +54,8 @@ def read_off(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     Raises:
         Rejected: EXCHANGE_UNREADABLE, TOO_LARGE, and what RawModels in memory are refused for.
     """
-    name = clean(bundle.main)
-    text = plain(bundle.files[bundle.main], name)
+    name = printable(bundle.main)
+    text = normalize_text(bundle.files[bundle.main], name)
     if text.lstrip()[:4] == b"COFF":
         notes.add(rejection_codes.FEATURE_IGNORED, "COFF", "colours of vertices are left out")
     words = sum(text.count(space) for space in (b" ", b"\t", b"\n"))
@@ -72,10 +72,10 @@ def read_3mf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
         Rejected: EXCHANGE_UNREADABLE, TOO_LARGE, XML_ENTITY, XML_DEPTH, BAD_XML, TRUNCATED, BAD_SCENE_GRAPH, and what
             RawModels in memory are refused for.
     """
-    name = clean(bundle.main)
+    name = printable(bundle.main)
     members = _unpacked(bundle.files[bundle.main], limits, name)
     for member in members.values():
-        guard(member, name)
+        check_xml(member, name)
     stated = package_size(members, limits, name)
     if stated.is_colored:
         notes.add(rejection_codes.FEATURE_IGNORED, "resources", "materials, colours and pictures of a 3MF are left out")
@@ -89,13 +89,15 @@ def read_xaml(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
         Rejected: EXCHANGE_UNREADABLE, TOO_LARGE, XML_ENTITY, XML_DEPTH, BAD_XML, TRUNCATED, BAD_SCENE_GRAPH, and what
             RawModels in memory are refused for.
     """
-    name = clean(bundle.main)
+    name = printable(bundle.main)
     data = bundle.files[bundle.main]
-    guard(data, name)
+    check_xml(data, name)
     words = 0
     for _, element in etree.iterparse(io.BytesIO(data), resolve_entities=False, no_network=True, huge_tree=True):
         words += sum(text.count(" ") + text.count(",") for text in map(str, element.attrib.values()))
-        if tag(element) == "GeometryModel3D" and any(tag(a) == "GeometryModel3D" for a in element.iterancestors()):
+        if local_name(element) == "GeometryModel3D" and any(
+            local_name(a) == "GeometryModel3D" for a in element.iterancestors()
+        ):
             raise Rejected(
                 rejection_codes.BAD_SCENE_GRAPH, f"{name}: models stand within models; export the file again"
             )
@@ -111,7 +113,9 @@ def _read(
     try:
         scene = read_scene(data, kind)
     except _FAULTS as error:
-        message = f"{name}: trimesh cannot read it ({type(error).__name__}: {clean(str(error), 80)}); export it as GLB"
+        message = (
+            f"{name}: trimesh cannot read it ({type(error).__name__}: {printable(str(error), 80)}); export it as GLB"
+        )
         raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, message) from error
     check_face_count(sum(len(getattr(g, "faces", ())) for g in scene.geometry.values()), limits, name)
     return read_placed(scene, limits, notes, name, found, up)
@@ -137,7 +141,7 @@ def _unpacked(data: bytes, limits: Mapping[str, float], name: str) -> dict[str, 
                 with archive.open(info) as stream:
                     out[info.filename] = stream.read(info.file_size)
     except _FAULTS as error:
-        message = f"{name}: the archive cannot be unpacked ({clean(str(error), 80)}); fetch it again"
+        message = f"{name}: the archive cannot be unpacked ({printable(str(error), 80)}); fetch it again"
         raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, message) from error
     return out
 

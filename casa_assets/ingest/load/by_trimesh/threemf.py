@@ -10,11 +10,11 @@ from lxml import etree
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.collada.guarded_xml import tag
+from casa_assets.ingest.load.collada.guarded_xml import local_name
 from casa_assets.ingest.load.raw_parts import check_face_count
 
 # Components may name components, so a small file can ask for endless copies.
-MOST_COPIES = 20_000
+MAX_COPIES = 20_000
 _COLORS = frozenset({"basematerials", "colorgroup", "texture2d", "texture2dgroup", "compositematerials"})
 
 
@@ -52,7 +52,7 @@ def package_size(members: Mapping[str, bytes], limits: Mapping[str, float], name
     current = _Object()
     stream = etree.iterparse(io.BytesIO(members[main]), events=("start", "end"), resolve_entities=False, huge_tree=True)
     for event, element in stream:
-        kind = tag(element)
+        kind = local_name(element)
         if event == "end":
             if kind in ("object", "triangles", "vertices"):
                 element.clear()
@@ -99,7 +99,7 @@ def _placed(objects: Mapping[str, _Object], placed: list[str], name: str) -> tup
 
     sums = [total(key) for key in placed]
     faces, copies = sum(f for f, _ in sums), sum(c for _, c in sums)
-    if copies > MOST_COPIES:
+    if copies > MAX_COPIES:
         raise Rejected(
             rejection_codes.BAD_SCENE_GRAPH, f"{name}: objects are copied without end; export the file again"
         )

@@ -14,19 +14,19 @@ from lxml import etree
 from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.load.wavefront.parser import parsed_numbers
 
 Element = etree._Element
 
 # COLLADA files are about a dozen deep, plus their node hierarchy.
-DEEPEST = 500
+MAX_DEPTH = 500
 _CUT = tuple(
     expat.errors.codes[words] for words in (expat.errors.XML_ERROR_NO_ELEMENTS, expat.errors.XML_ERROR_UNCLOSED_TOKEN)
 )
 
 
-def guard(data: bytes, name: str) -> None:
+def check_xml(data: bytes, name: str) -> None:
     """Scan before parsing.
 
     Raises:
@@ -37,8 +37,8 @@ def guard(data: bytes, name: str) -> None:
     def start(tag: str, attributes: object) -> None:
         nonlocal depth
         depth += 1
-        if depth > DEEPEST:
-            raise Rejected(rejection_codes.XML_DEPTH, f"{name}: XML nested deeper than {DEEPEST}; export it again")
+        if depth > MAX_DEPTH:
+            raise Rejected(rejection_codes.XML_DEPTH, f"{name}: XML nested deeper than {MAX_DEPTH}; export it again")
 
     def end(tag: str) -> None:
         nonlocal depth
@@ -57,7 +57,7 @@ def guard(data: bytes, name: str) -> None:
         message = f"{name}: the XML is broken at line {error.lineno} ({expat.ErrorString(error.code)}); fetch it again"
         raise Rejected(code, message) from error
     except (ValueError, LookupError) as error:
-        message = f"{name}: the XML cannot be read ({clean(str(error), 60)}); export it again"
+        message = f"{name}: the XML cannot be read ({printable(str(error), 60)}); export it again"
         raise Rejected(rejection_codes.BAD_XML, message) from error
 
 
@@ -75,17 +75,19 @@ class Document:
 
 def open_dae(data: bytes, name: str) -> Document:
     """Tree of a COLLADA file. Raises as `guard`, and BAD_XML where it is no COLLADA."""
-    guard(data, name)
+    check_xml(data, name)
     parser = etree.XMLParser(
         resolve_entities=False, no_network=True, load_dtd=False, huge_tree=True, remove_comments=True, remove_pis=True
     )
     try:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
-        message = f"{name}: the XML is broken ({clean(str(error), 80)}); export it again"
+        message = f"{name}: the XML is broken ({printable(str(error), 80)}); export it again"
         raise Rejected(rejection_codes.BAD_XML, message) from error
-    if tag(root) != "COLLADA":
-        raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {clean(tag(root), 30)})")
+    if local_name(root) != "COLLADA":
+        raise Rejected(
+            rejection_codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {printable(local_name(root), 30)})"
+        )
     by_id: dict[str, Element] = {}
     for element in root.iter():
         key = element.get("id")
@@ -94,23 +96,23 @@ def open_dae(data: bytes, name: str) -> Document:
     return Document(root, by_id)
 
 
-def tag(element: Element) -> str:
+def local_name(element: Element) -> str:
     """Name without namespace."""
     name = element.tag
     return name.rpartition("}")[2] if isinstance(name, str) else ""
 
 
-def kids(element: Element | None, *names: str) -> Iterator[Element]:
+def children(element: Element | None, *names: str) -> Iterator[Element]:
     """Children with one of these names, in order; all where none is given."""
     for child in element if element is not None else ():
-        if not names or tag(child) in names:
+        if not names or local_name(child) in names:
             yield child
 
 
-def kid(element: Element | None, *path: str) -> Element | None:
+def find_path(element: Element | None, *path: str) -> Element | None:
     """First descendant along a path of names, or None."""
     for name in path:
-        element = next(kids(element, name), None)
+        element = next(children(element, name), None)
     return element
 
 
@@ -126,7 +128,7 @@ def floats_of(element: Element | None) -> Floats:
     return flat if flat is not None else np.array([_number(word) for word in text.split()])
 
 
-def whole_of(element: Element | None) -> npt.NDArray[np.int64]:
+def integers_of(element: Element | None) -> npt.NDArray[np.int64]:
     """(N,) whole numbers of an element's text; what is none becomes -1."""
     flat = floats_of(element)
     good = np.isfinite(flat) & (np.abs(flat) < 2**53)

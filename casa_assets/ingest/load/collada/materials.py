@@ -8,10 +8,18 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.collada.guarded_xml import Document, Element, floats_of, kid, kids, tag, text_of
+from casa_assets.ingest.load.collada.guarded_xml import (
+    Document,
+    Element,
+    children,
+    find_path,
+    floats_of,
+    local_name,
+    text_of,
+)
 from casa_assets.ingest.load.image import Images, ImageUse, linear_from_srgb
-from casa_assets.ingest.load.names import Names
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.names import UniqueNames
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
 _SHADERS = ("phong", "lambert", "blinn", "constant")
@@ -34,7 +42,7 @@ class Surfaces:
     files: Mapping[str, bytes]
     images: Images
     notes: Notes
-    names: Names = field(default_factory=Names)
+    names: UniqueNames = field(default_factory=UniqueNames)
     _read: dict[str, Surface] = field(default_factory=dict)
 
     def surface(self, url: str | None) -> Surface:
@@ -44,7 +52,7 @@ class Surfaces:
             node = self.document.target(url)
             if node is None:
                 if key:
-                    message = f"material {clean(key, 40)!r} is not described; a grey one is used"
+                    message = f"material {printable(key, 40)!r} is not described; a grey one is used"
                     self.notes.add(rejection_codes.MATERIAL_MISSING, key, message)
                 self._read[key] = Surface(Material(id=self.names.unique(key.removeprefix("#"), "material")))
             else:
@@ -53,19 +61,19 @@ class Surfaces:
 
     def _surface(self, node: Element) -> Surface:
         name = node.get("name") or node.get("id") or "material"
-        instance = kid(node, "instance_effect")
+        instance = find_path(node, "instance_effect")
         effect = self.document.target(instance.get("url") if instance is not None else None)
-        profile = kid(effect, "profile_COMMON")
-        shader = next(kids(kid(profile, "technique"), *_SHADERS), None)
+        profile = find_path(effect, "profile_COMMON")
+        shader = next(children(find_path(profile, "technique"), *_SHADERS), None)
         if profile is None or shader is None:
             self.notes.add(
                 rejection_codes.MATERIAL_MISSING, name, "a material without a common effect; a grey one is used"
             )
             return Surface(Material(id=self.names.unique(name, "material")))
         slot = self._color_slot(shader)
-        file, texcoord = self._file(profile, kid(slot, "texture"))
-        transparent = kid(shader, "transparent")
-        look = ImageUse(ColorSpace.SRGB, "keep" if kid(transparent, "texture") is not None else "drop")
+        file, texcoord = self._file(profile, find_path(slot, "texture"))
+        transparent = find_path(shader, "transparent")
+        look = ImageUse(ColorSpace.SRGB, "keep" if find_path(transparent, "texture") is not None else "drop")
         texture = self._texture(file, f"{name}_color", look)
         color = (1.0, 1.0, 1.0) if texture is not None else self._rgb(slot, name)
         material = Material(
@@ -78,23 +86,23 @@ class Surfaces:
 
     def _color_slot(self, shader: Element) -> Element | None:
         """Diffuse, or what glows where the diffuse colour is black (unlit exports)."""
-        diffuse, emission = kid(shader, "diffuse"), kid(shader, "emission")
-        if kid(diffuse, "texture") is not None or emission is None:
+        diffuse, emission = find_path(shader, "diffuse"), find_path(shader, "emission")
+        if find_path(diffuse, "texture") is not None or emission is None:
             return diffuse
-        glow = floats_of(kid(emission, "color"))[:3]
-        glows = kid(emission, "texture") is not None or (len(glow) == 3 and bool((glow > _BLACK).any()))
-        plain = floats_of(kid(diffuse, "color"))[:3]
+        glow = floats_of(find_path(emission, "color"))[:3]
+        glows = find_path(emission, "texture") is not None or (len(glow) == 3 and bool((glow > _BLACK).any()))
+        plain = floats_of(find_path(diffuse, "color"))[:3]
         if glows and (diffuse is None or (len(plain) == 3 and bool((plain <= _BLACK).all()))):
             self.notes.add(
-                rejection_codes.EMISSIVE_AS_BASE, tag(shader), "black surface that glows: its glow is its colour"
+                rejection_codes.EMISSIVE_AS_BASE, local_name(shader), "black surface that glows: its glow is its colour"
             )
             return emission
         return diffuse
 
     def _rgb(self, slot: Element | None, name: str) -> tuple[float, float, float]:
-        values = floats_of(kid(slot, "color"))
+        values = floats_of(find_path(slot, "color"))
         if len(values) < 3 or not np.isfinite(values[:3]).all():
-            if kid(slot, "color") is not None:
+            if find_path(slot, "color") is not None:
                 self.notes.add(
                     rejection_codes.BAD_VALUE, f"{name}/diffuse", "the colour is not three numbers; grey is used"
                 )
@@ -106,9 +114,9 @@ class Surfaces:
         """Opacity in (0, 1]. Ref: COLLADA 1.4.1, "Determining Transparency (Opacity) in COLLADA"."""
         if transparent is None:
             return 1.0
-        amount = floats_of(kid(shader, "transparency", "float"))
+        amount = floats_of(find_path(shader, "transparency", "float"))
         share = float(amount[0]) if len(amount) and np.isfinite(amount[0]) else 1.0
-        color = floats_of(kid(transparent, "color"))
+        color = floats_of(find_path(transparent, "color"))
         alpha = 1.0
         if len(color) == 4 and np.isfinite(color).all():
             if transparent.get("opaque", "A_ONE") == "RGB_ZERO":
@@ -122,7 +130,7 @@ class Surfaces:
 
     def _roughness(self, shader: Element, name: str) -> float:
         """0..1 guessed from the Phong exponent. Ref: Blinn-Phong, exponent = 2 / roughness^4 - 2."""
-        values = floats_of(kid(shader, "shininess", "float"))
+        values = floats_of(find_path(shader, "shininess", "float"))
         if not len(values):
             return 0.6
         if not np.isfinite(values[0]) or values[0] < 0:
@@ -140,22 +148,22 @@ class Surfaces:
         """File name as written, and the texture coordinates symbol."""
         if texture is None:
             return "", ""
-        params = {p.get("sid", ""): p for p in kids(profile, "newparam")}
-        params.update({p.get("sid", ""): p for p in kids(kid(profile, "technique"), "newparam")})
+        params = {p.get("sid", ""): p for p in children(profile, "newparam")}
+        params.update({p.get("sid", ""): p for p in children(find_path(profile, "technique"), "newparam")})
         key = texture.get("texture", "")
-        sampler = kid(params.get(key), "sampler2D")
+        sampler = find_path(params.get(key), "sampler2D")
         if sampler is not None:
-            direct = kid(sampler, "instance_image")
+            direct = find_path(sampler, "instance_image")
             if direct is not None:
                 key = direct.get("url", "").removeprefix("#")
             else:
-                surface = kid(params.get(text_of(kid(sampler, "source"))), "surface", "init_from")
+                surface = find_path(params.get(text_of(find_path(sampler, "source"))), "surface", "init_from")
                 key = text_of(surface)
         return image_file(self.document.target(key)), texture.get("texcoord", "")
 
 
 def image_file(image: Element | None) -> str:
     """File name of an <image>, as written; empty where there is none."""
-    place = kid(image, "init_from")
-    inner = kid(place, "ref")
+    place = find_path(image, "init_from")
+    inner = find_path(place, "ref")
     return text_of(inner if inner is not None else place)

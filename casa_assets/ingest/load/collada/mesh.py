@@ -11,7 +11,16 @@ import numpy.typing as npt
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.collada.guarded_xml import Document, Element, count_of, floats_of, kid, kids, tag, whole_of
+from casa_assets.ingest.load.collada.guarded_xml import (
+    Document,
+    Element,
+    children,
+    count_of,
+    find_path,
+    floats_of,
+    integers_of,
+    local_name,
+)
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.ingest.load.raw_parts import merged_corners
 from casa_assets.ingest.load.triangulate import triangulate
@@ -57,32 +66,32 @@ def primitives_of(
         Rejected: OUT_OF_BOUNDS where an index is past its source; what `check_count` raises.
     """
     out, count = [], 0
-    for primitive in kids(mesh, *SURFACES):
+    for primitive in children(mesh, *SURFACES):
         count += _triangle_count(primitive)
         check_count(count)
-        piece = _piece(document, primitive, notes)
-        if piece is not None:
-            out.append(piece)
+        read = _piece(document, primitive, notes)
+        if read is not None:
+            out.append(read)
     return out
 
 
 def vertex_count(document: Document, mesh: Element) -> int:
     """Number of positions of a <mesh>, whether a face uses them or not."""
-    place = next((i for i in kids(kid(mesh, "vertices"), "input") if i.get("semantic") == "POSITION"), None)
+    place = next((i for i in children(find_path(mesh, "vertices"), "input") if i.get("semantic") == "POSITION"), None)
     return 0 if place is None else len(_table(document.target(place.get("source"))))
 
 
 def _triangle_count(primitive: Element) -> int:
     """Most triangles that a primitive can come to, from its own numbers."""
-    kind = tag(primitive)
+    kind = local_name(primitive)
     if kind == "polylist":
-        return int(np.maximum(whole_of(kid(primitive, "vcount")) - 2, 0).sum())
+        return int(np.maximum(integers_of(find_path(primitive, "vcount")) - 2, 0).sum())
     stride = (
-        max(count_of(i, "offset", 0) for i in kids(primitive, "input")) + 1
-        if kid(primitive, "input") is not None
+        max(count_of(i, "offset", 0) for i in children(primitive, "input")) + 1
+        if find_path(primitive, "input") is not None
         else 1
     )
-    corners = [len(whole_of(p)) // stride for p in kids(primitive, "p")]
+    corners = [len(integers_of(p)) // stride for p in children(primitive, "p")]
     return sum(corners) // 3 if kind == "triangles" else sum(max(0, n - 2) for n in corners)
 
 
@@ -90,7 +99,7 @@ def _piece(document: Document, primitive: Element, notes: Notes) -> Primitive | 
     inputs = _inputs(document, primitive)
     if not any(i.semantic == "POSITION" for i in inputs):
         return None
-    stride = max(count_of(i, "offset", 0) for i in kids(primitive, "input")) + 1
+    stride = max(count_of(i, "offset", 0) for i in children(primitive, "input")) + 1
     corners, lengths = _corners(primitive, stride, notes)
     if not len(lengths):
         return None
@@ -128,11 +137,11 @@ def _assembled(symbol: str, inputs: list[_Input], corners: Ints) -> Primitive:
 def _inputs(document: Document, primitive: Element) -> list[_Input]:
     """Inputs of a primitive; VERTEX is replaced by what its <vertices> holds."""
     out: list[_Input] = []
-    for one in kids(primitive, "input"):
+    for one in children(primitive, "input"):
         offset, number = count_of(one, "offset", 0), count_of(one, "set", 0)
         target = document.target(one.get("source"))
         if one.get("semantic") == "VERTEX":
-            for inner in kids(target, "input"):
+            for inner in children(target, "input"):
                 table = _table(document.target(inner.get("source")))
                 out.append(_Input(inner.get("semantic", ""), table, offset, count_of(inner, "set", 0)))
         else:
@@ -145,8 +154,8 @@ def _table(source: Element | None) -> Floats:
     """(N, stride) rows of a <source>; none where it is missing or empty."""
     if source is None:
         return np.zeros((0, 3))
-    flat = floats_of(kid(source, "float_array"))
-    accessor = kid(source, "technique_common", "accessor")
+    flat = floats_of(find_path(source, "float_array"))
+    accessor = find_path(source, "technique_common", "accessor")
     stride = max(1, count_of(accessor, "stride", 1)) if accessor is not None else 3
     start = count_of(accessor, "offset", 0) if accessor is not None else 0
     rows = flat[start:]
@@ -155,10 +164,10 @@ def _table(source: Element | None) -> Floats:
 
 def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]:
     """(C, stride) index rows of all corners, and the number of corners of each polygon."""
-    kind = tag(primitive)
-    lists = [whole_of(p) for p in kids(primitive, "p")]
+    kind = local_name(primitive)
+    lists = [integers_of(p) for p in children(primitive, "p")]
     if kind == "polygons":
-        holed = [whole_of(kid(h, "p")) for h in kids(primitive, "ph")]
+        holed = [integers_of(find_path(h, "p")) for h in children(primitive, "ph")]
         if holed:
             notes.add(rejection_codes.FEATURE_IGNORED, "polygons", "holes in polygons are filled")
         lists += holed
@@ -173,7 +182,7 @@ def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]
     if kind == "polygons":
         return whole, np.array([len(r) for r in rows], dtype=np.int64)
     if kind == "polylist":
-        lengths = whole_of(kid(primitive, "vcount"))
+        lengths = integers_of(find_path(primitive, "vcount"))
         fits = (lengths >= 0) & (np.cumsum(lengths) <= len(whole))
         if not fits.all():
             notes.add(
@@ -201,7 +210,9 @@ def _check(inputs: list[_Input], corners: Ints, primitive: Element) -> None:
     for one in inputs:
         column = corners[:, one.offset]
         if len(column) and not 0 <= int(column.min()) <= int(column.max()) < len(one.table):
-            message = f"COLLADA <{tag(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
+            message = (
+                f"COLLADA <{local_name(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
+            )
             raise Rejected(rejection_codes.OUT_OF_BOUNDS, message + "; export the file again")
 
 

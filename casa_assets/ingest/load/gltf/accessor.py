@@ -27,8 +27,8 @@ class Accessors:
         self, document: JsonObject, binary: bytes | None, files: Mapping[str, bytes], limits: Mapping[str, float]
     ) -> None:
         self._document, self._binary, self._files = document, binary, files
-        self._most = int(3 * limits["input_faces"])
-        self._most_bytes = int(limits["input_bytes"])
+        self._max_elements = int(3 * limits["input_faces"])
+        self._max_bytes = int(limits["input_bytes"])
         self._unpacked: dict[str, bytes] = {}
         self._buffers: dict[int, bytes] = {}
         self._arrays: dict[int, Raw] = {}
@@ -77,7 +77,7 @@ class Accessors:
         dtype, width = self._layout(accessor)
         count = accessor.count("count")
         if not accessor.has("bufferView"):
-            self._refuse_more_than_most(count, accessor)
+            self._check_element_count(count, accessor)
             array: Raw = np.zeros((count, width), dtype=dtype)
         else:
             array = self._strided(accessor, accessor.count("bufferView"), count, dtype, width)
@@ -92,9 +92,11 @@ class Accessors:
             raise Rejected(rejection_codes.BAD_SCHEMA, message)
         return np.dtype(_COMPONENTS[component]), _WIDTHS[shape]
 
-    def _refuse_more_than_most(self, count: int, accessor: JsonObject) -> None:
-        if count > self._most:
-            message = f"glTF {accessor.place}: {count} elements, more than {self._most}; simplify the mesh first"
+    def _check_element_count(self, count: int, accessor: JsonObject) -> None:
+        if count > self._max_elements:
+            message = (
+                f"glTF {accessor.place}: {count} elements, more than {self._max_elements}; simplify the mesh first"
+            )
             raise Rejected(rejection_codes.TOO_LARGE, message)
 
     def _strided(self, owner: JsonObject, view_index: int, count: int, dtype: np.dtype[np.generic], width: int) -> Raw:
@@ -110,7 +112,7 @@ class Accessors:
                 f"glTF {owner.place}: {count} elements need more than the {length} bytes of bufferViews/{view_index}"
             )
             raise Rejected(rejection_codes.OUT_OF_BOUNDS, message + "; fetch or export the file again")
-        self._refuse_more_than_most(count, owner)
+        self._check_element_count(count, owner)
         if not count:
             return np.zeros((0, width), dtype=dtype)
         return np.ndarray((count, width), dtype, data, start + offset, (stride, dtype.itemsize))
@@ -146,7 +148,7 @@ class Accessors:
     def _unpack(self, extension: JsonObject) -> bytes:
         if extension.place not in self._unpacked:
             data, start, length = self._cut(extension)
-            self._unpacked[extension.place] = decompressed(extension, data[start : start + length], self._most_bytes)
+            self._unpacked[extension.place] = decompressed(extension, data[start : start + length], self._max_bytes)
         return self._unpacked[extension.place]
 
     def _cut(self, view: JsonObject) -> tuple[bytes, int, int]:

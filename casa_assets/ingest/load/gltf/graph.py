@@ -114,7 +114,7 @@ def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
         notes.add(rejection_codes.BAD_ROTATION, node.place, "the rotation quaternion is zero; read as no rotation")
         x, y, z, w, length = 0.0, 0.0, 0.0, 1.0, 1.0
     x, y, z, w = x / length, y / length, z / length, w / length
-    turn = np.array(
+    rotation = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
@@ -122,7 +122,7 @@ def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
         ]
     )
     out = np.eye(4)
-    out[:3, :3] = turn * np.array(node.numbers("scale", (1.0, 1.0, 1.0)))
+    out[:3, :3] = rotation * np.array(node.numbers("scale", (1.0, 1.0, 1.0)))
     out[:3, 3] = node.numbers("translation", (0.0, 0.0, 0.0))
     return out
 

@@ -23,26 +23,26 @@ _FILTERS: dict[str, tuple[Callable[..., Bytes], tuple[int, ...] | None]] = {
     "QUATERNION": (meshoptimizer.decode_filter_quat, (8,)),
     "EXPONENTIAL": (meshoptimizer.decode_filter_exp, None),
 }
-_WIDEST = 256
+_MAX_STRIDE = 256
 
 
-def decompressed(extension: JsonObject, data: bytes, most_bytes: int) -> bytes:
+def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
     """Bytes of a view.
 
     Args:
         extension: the view's extension object.
         data: the compressed bytes that it names.
-        most_bytes: largest size of the result that is accepted.
+        max_bytes: largest size of the result that is accepted.
     Raises:
         Rejected: BAD_SCHEMA, TOO_LARGE, UNSUPPORTED_EXTENSION for a mode or filter that is not known here, TRUNCATED
             where the bytes are no such stream.
     """
     stride, count, mode = extension.count("byteStride"), extension.count("count"), extension.text("mode")
-    if not 0 < stride <= _WIDEST:
-        raise extension.fail("byteStride", f"1 to {_WIDEST}")
-    if count * stride > most_bytes:
+    if not 0 < stride <= _MAX_STRIDE:
+        raise extension.fail("byteStride", f"1 to {_MAX_STRIDE}")
+    if count * stride > max_bytes:
         message = (
-            f"glTF {extension.place}: claims {count * stride} bytes, more than {most_bytes}; simplify the mesh first"
+            f"glTF {extension.place}: claims {count * stride} bytes, more than {max_bytes}; simplify the mesh first"
         )
         raise Rejected(rejection_codes.TOO_LARGE, message)
     if not count:

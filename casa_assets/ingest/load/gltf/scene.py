@@ -19,7 +19,7 @@ from casa_assets.ingest.load.gltf.skin import rest_vertices
 from casa_assets.ingest.load.gltf.surface import Surfaces
 from casa_assets.ingest.load.gltf.tree import JsonObject
 from casa_assets.ingest.load.image import Images, srgb_bytes_from_linear
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model, transformed, used_vertices
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
@@ -37,7 +37,7 @@ class _Reader:
     name: str
     faces: int = 0
 
-    def roughs(self) -> list[ReadPart]:
+    def parts(self) -> list[ReadPart]:
         """All triangles of all placed meshes."""
         out: list[ReadPart] = []
         for placed in self.graph.placed:
@@ -46,9 +46,9 @@ class _Reader:
             if placed.node is not None:
                 label = self.document.pick(placed.node, "nodes").text("name") or label
             for primitive in mesh.items("primitives"):
-                rough = self._primitive(primitive, placed, label or f"mesh_{placed.mesh}")
-                if rough is not None:
-                    out.append(rough)
+                part = self._primitive(primitive, placed, label or f"mesh_{placed.mesh}")
+                if part is not None:
+                    out.append(part)
         return out
 
     def _primitive(self, primitive: JsonObject, placed: MeshInstance, label: str) -> ReadPart | None:
@@ -186,7 +186,7 @@ def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
     Raises:
         Rejected: SRC codes of container, scene graph, accessors and geometry.
     """
-    name = clean(bundle.main)
+    name = printable(bundle.main)
     data = bundle.files[bundle.main]
     document, binary = open_document(data, name)
     accessors = Accessors(document, binary, bundle.files, limits)
@@ -196,4 +196,4 @@ def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
         notes.add(rejection_codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
     found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
-    return raw_model(reader.roughs(), notes, name, found, metres_per_unit=1.0, up=Up.Y)
+    return raw_model(reader.parts(), notes, name, found, metres_per_unit=1.0, up=Up.Y)

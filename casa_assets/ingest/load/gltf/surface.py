@@ -15,7 +15,7 @@ from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import data_uri
 from casa_assets.ingest.load.gltf.tree import JsonObject
 from casa_assets.ingest.load.image import Images, ImageUse
-from casa_assets.ingest.load.names import Names
+from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
@@ -63,7 +63,7 @@ class Surfaces:
     files: Mapping[str, bytes]
     images: Images
     notes: Notes
-    names: Names = field(default_factory=Names)
+    names: UniqueNames = field(default_factory=UniqueNames)
     _read: dict[int | None, Surface] = field(default_factory=dict)
 
     def surface(self, index: int | None) -> Surface:

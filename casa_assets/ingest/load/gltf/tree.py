@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import printable
 
 Json = Mapping[str, object]
 
@@ -23,7 +23,7 @@ def parse(text: bytes, name: str) -> Json:
     try:
         value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
     except (ValueError, RecursionError) as error:
-        message = f"{name}: the JSON cannot be read ({clean(str(error), 80)}); fetch or export the file again"
+        message = f"{name}: the JSON cannot be read ({printable(str(error), 80)}); fetch or export the file again"
         raise Rejected(rejection_codes.BAD_JSON, message) from error
     if not isinstance(value, dict):
         raise Rejected(rejection_codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
@@ -44,7 +44,7 @@ class JsonObject:
 
     def fail(self, key: str, wanted: str) -> Rejected:
         """The error to raise for a wrong value at `key`."""
-        got = clean(repr(self.value.get(key)), 40)
+        got = printable(repr(self.value.get(key)), 40)
         return Rejected(
             rejection_codes.BAD_SCHEMA, f"glTF {self.place}/{key}: expected {wanted}, got {got}; export it again"
         )

@@ -12,7 +12,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images, ImageUse
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.ply.table import Table, check_lengths, read_header, read_tables
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
 from casa_assets.ingest.load.triangulate import triangulate
@@ -30,7 +30,7 @@ def read_ply(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     Raises:
         Rejected: BAD_HEADER, TRUNCATED, LENGTH_MISMATCH, BAD_NUMBER, OUT_OF_BOUNDS, NO_FACES, NO_GEOMETRY, NON_FINITE.
     """
-    name = clean(bundle.main)
+    name = printable(bundle.main)
     data = bundle.files[bundle.main].lstrip(b" \t\r\n")
     header = read_header(data, name)
     check_lengths(data, header, name)
@@ -49,14 +49,14 @@ def read_ply(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     check_face_count(len(corners), limits, name)
     if fanned:
         notes.add(rejection_codes.POLYGON_FAN, "face", f"{fanned} concave or crossed faces were cut as fans")
-    rough = ReadPart("part", vertices, corners, _material(bundle, header.textures, limits, notes))
+    part = ReadPart("part", vertices, corners, _material(bundle, header.textures, limits, notes))
     if {"nx", "ny", "nz"} <= vertex.scalars.keys():
-        rough.normals = _columns(vertex, ("nx", "ny", "nz"))
-    rough.colors = _colors(vertex, notes)
-    rough.uv = _vertex_uv(vertex)
-    if rough.uv is None and len(corners):
-        _spread_corner_uv(rough, tables["face"], polygons, notes)
-    return raw_model([rough], notes, name, Format.PLY)
+        part.normals = _columns(vertex, ("nx", "ny", "nz"))
+    part.colors = _colors(vertex, notes)
+    part.uv = _vertex_uv(vertex)
+    if part.uv is None and len(corners):
+        _spread_corner_uv(part, tables["face"], polygons, notes)
+    return raw_model([part], notes, name, Format.PLY)
 
 
 def _columns(table: Table, names: tuple[str, ...]) -> Floats:
@@ -112,7 +112,7 @@ def _vertex_uv(vertex: Table) -> Floats | None:
     return None
 
 
-def _spread_corner_uv(rough: ReadPart, face: Table, origin: Ints, notes: Notes) -> None:
+def _spread_corner_uv(part: ReadPart, face: Table, origin: Ints, notes: Notes) -> None:
     """MeshLab keeps texture coordinates per corner: corners with the same vertex and uv become one vertex."""
     if "texcoord" not in face.lists:
         return
@@ -124,13 +124,13 @@ def _spread_corner_uv(rough: ReadPart, face: Table, origin: Ints, notes: Notes) 
         return
     place = (starts[origin[:, :1]] + 2 * origin[:, 1:]).reshape(-1)
     uv = np.column_stack((flat[place], flat[place + 1])).astype(np.float64)
-    corner = rough.faces.reshape(-1)
+    corner = part.faces.reshape(-1)
     rows = np.column_stack((corner.astype(np.float64), uv))
     _, first, faces = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     keep = corner[first]
-    rough.vertices, rough.uv, rough.faces = rough.vertices[keep], uv[first], faces.reshape(-1, 3).astype(np.int64)
-    rough.normals = None if rough.normals is None else rough.normals[keep]
-    rough.colors = None if rough.colors is None else rough.colors[keep]
+    part.vertices, part.uv, part.faces = part.vertices[keep], uv[first], faces.reshape(-1, 3).astype(np.int64)
+    part.normals = None if part.normals is None else part.normals[keep]
+    part.colors = None if part.colors is None else part.colors[keep]
 
 
 def _colors(vertex: Table, notes: Notes) -> npt.NDArray[np.uint8] | None:

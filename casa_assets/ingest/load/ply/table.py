@@ -12,7 +12,7 @@ import numpy.typing as npt
 from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import clean
+from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.load.text import decode
 
 _TYPES = {
@@ -108,7 +108,7 @@ def _header_line(header: Header, line: str, name: str) -> None:
         else:
             raise KeyError(words[0])
     except (KeyError, IndexError, ValueError) as error:
-        message = f"{name}: PLY header line {clean(line, 60)!r} is not understood; export it again"
+        message = f"{name}: PLY header line {printable(line, 60)!r} is not understood; export it again"
         raise Rejected(rejection_codes.BAD_HEADER, message) from error
 
 
@@ -143,7 +143,9 @@ def check_lengths(data: bytes, header: Header, name: str) -> None:
         least = sum(sizes) if header.order else 2 * len(element.properties)
         need = element.count * least - (0 if header.order else 1)
         if element.count and need > room:
-            message = f"{name}: {element.count} rows of {clean(element.name, 20)!r} need {need} bytes, {room} are left"
+            message = (
+                f"{name}: {element.count} rows of {printable(element.name, 20)!r} need {need} bytes, {room} are left"
+            )
             is_cut = need <= 16 * max(room, 1) and room > 0
             raise Rejected(
                 rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, message + "; fetch it again"
@@ -153,7 +155,7 @@ def check_lengths(data: bytes, header: Header, name: str) -> None:
 
 def _truncated(element: Element, name: str) -> Rejected:
     message = (
-        f"{name}: the rows of {clean(element.name, 20)!r} end before their count ({element.count}); fetch it again"
+        f"{name}: the rows of {printable(element.name, 20)!r} end before their count ({element.count}); fetch it again"
     )
     return Rejected(rejection_codes.TRUNCATED, message)
 
@@ -274,9 +276,8 @@ def _text_rows(words: list[bytes], at: int, element: Element, name: str) -> tupl
     except IndexError as error:
         raise _truncated(element, name) from error
     except (ValueError, OverflowError) as error:
-        message = (
-            f"{name}: a row of {clean(element.name, 20)!r} is not numbers ({clean(str(error), 60)}); export it again"
-        )
+        message = f"{name}: a row of {printable(element.name, 20)!r} is not numbers ({printable(str(error), 60)})"
+        message += "; export it again"
         raise Rejected(rejection_codes.BAD_NUMBER, message) from error
     lists = Table({}, {})
     for i, p in enumerate(element.properties):

@@ -10,9 +10,9 @@ import numpy as np
 
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.image import Images, ImageUse, Pixels, linear_from_srgb
-from casa_assets.ingest.load.names import Names
-from casa_assets.ingest.load.notes import Notes, clean
-from casa_assets.ingest.load.text import decode, plain
+from casa_assets.ingest.load.names import UniqueNames
+from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.text import decode, normalize_text
 from casa_assets.model.asset.material import ColorSpace, Material, Texture
 
 # Options before a file name and the most arguments each takes. Ref: Wavefront MTL specification, texture map options
@@ -53,13 +53,13 @@ def map_file(arguments: str) -> str:
     rest = arguments.strip()
     while rest.startswith("-"):
         word, _, after = rest.partition(" ")
-        most = _OPTIONS.get(word.lower())
-        if most is None:
+        max_arguments = _OPTIONS.get(word.lower())
+        if max_arguments is None:
             break
         rest = after.strip()
-        for taken in range(most):
+        for index in range(max_arguments):
             value, _, after = rest.partition(" ")
-            if not after.strip() or (word.lower() in _NUMERIC and taken > 0 and not _is_number(value)):
+            if not after.strip() or (word.lower() in _NUMERIC and index > 0 and not _is_number(value)):
                 break
             rest = after.strip()
     return rest.strip('"')
@@ -76,7 +76,7 @@ def _is_number(text: str) -> bool:
 def statements(data: bytes, name: str) -> list[tuple[str, str]]:
     """(keyword in lower case, rest of the line) of every statement of an MTL file."""
     out = []
-    for line in plain(data, name).replace(b"\\\n", b" ").split(b"\n"):
+    for line in normalize_text(data, name).replace(b"\\\n", b" ").split(b"\n"):
         words = decode(line).strip().replace("\t", " ").split(" ", 1)
         if len(words) == 2 and not words[0].startswith("#"):
             out.append((words[0].lower(), words[1].strip()))
@@ -103,7 +103,7 @@ def _set_value(entry: MtlEntry, key: str, rest: str, name: str, notes: Notes) ->
     except ValueError:
         values = []
     if not values or not all(math.isfinite(v) for v in values):
-        notes.add(rejection_codes.BAD_VALUE, f"{name}/{key}", f"{key} {clean(rest, 40)!r} is not a number; ignored")
+        notes.add(rejection_codes.BAD_VALUE, f"{name}/{key}", f"{key} {printable(rest, 40)!r} is not a number; ignored")
         return
     first = values[0]
     if key == "kd":
@@ -131,7 +131,7 @@ class Materials:
     files: Mapping[str, bytes]
     images: Images
     notes: Notes
-    names: Names = field(default_factory=Names)
+    names: UniqueNames = field(default_factory=UniqueNames)
 
     def material(self, name: str, entry: MtlEntry) -> Material:
         """Material of one entry; pictures that cannot be read are left out with a note."""

@@ -11,12 +11,12 @@ import numpy as np
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.text import decode
 
 # Statements that run or include something. Ref: Wavefront OBJ specification, "general statements"
 _DIRECTIVES = frozenset({b"call", b"csh", b"shadow_obj", b"trace_obj", b"ctech", b"stech"})
-MOST_GROUPS_AS_OBJECTS = 64
+MAX_GROUPS_AS_OBJECTS = 64
 _WHOLE = re.compile(rb"[+-]?\d{1,15}")
 
 
@@ -105,7 +105,7 @@ def _groups_are_objects(data: bytes) -> bool:
     if data.startswith(b"o ") or b"\no " in data or b"\no\t" in data:
         return False
     names = {line for line in data.split(b"\n") if line.startswith(b"g ")} if data.count(b"\ng ") < 10_000 else set()
-    return 0 < len(names) <= MOST_GROUPS_AS_OBJECTS
+    return 0 < len(names) <= MAX_GROUPS_AS_OBJECTS
 
 
 def _add_face(out: ObjLines, rest: bytes, group: int) -> None:
@@ -139,7 +139,7 @@ def _add_face(out: ObjLines, rest: bytes, group: int) -> None:
     out.face_count += 1
 
 
-def numbers(lines: list[bytes], least: int, most: int, what: str) -> Floats:
+def numbers(lines: list[bytes], min_columns: int, max_columns: int, keyword: str) -> Floats:
     """(N, most) float64; columns that a line does not have are NaN.
 
     Raises:
@@ -147,31 +147,31 @@ def numbers(lines: list[bytes], least: int, most: int, what: str) -> Floats:
     """
     counts = np.fromiter((len(line.split()) for line in lines), dtype=np.int64, count=len(lines))
     flat = parsed_numbers(b" ".join(lines))
-    if flat is None or len(flat) != int(counts.sum()) or (len(counts) and int(counts.min()) < least):
-        return _slow_numbers(lines, least, most, what)
+    if flat is None or len(flat) != int(counts.sum()) or (len(counts) and int(counts.min()) < min_columns):
+        return _slow_numbers(lines, min_columns, max_columns, keyword)
     if len(counts) and int(counts.min()) == int(counts.max()):
-        table = flat.reshape(len(lines), -1)[:, :most]
-        pad = most - table.shape[1]
+        table = flat.reshape(len(lines), -1)[:, :max_columns]
+        pad = max_columns - table.shape[1]
         return table if not pad else np.hstack((table, np.full((len(lines), pad), np.nan)))
-    out = np.full((len(lines), most), np.nan)
+    out = np.full((len(lines), max_columns), np.nan)
     starts = np.concatenate(([0], np.cumsum(counts)[:-1])) if len(counts) else np.zeros(0, dtype=np.int64)
-    for column in range(most):
+    for column in range(max_columns):
         rows = np.flatnonzero(counts > column)
         out[rows, column] = flat[starts[rows] + column]
     return out
 
 
-def _slow_numbers(lines: list[bytes], least: int, most: int, what: str) -> Floats:
-    out = np.full((len(lines), most), np.nan)
+def _slow_numbers(lines: list[bytes], min_columns: int, max_columns: int, keyword: str) -> Floats:
+    out = np.full((len(lines), max_columns), np.nan)
     for i, line in enumerate(lines):
-        words = line.partition(b"#")[0].split()[:most]
+        words = line.partition(b"#")[0].split()[:max_columns]
         try:
             values = [float(word) for word in words]
         except ValueError as error:
-            message = f"`{what} {clean(decode(line), 60)}` (number {i + 1} of its kind) is not a row of numbers"
+            message = f"`{keyword} {printable(decode(line), 60)}` (number {i + 1} of its kind) is not a row of numbers"
             raise Rejected(rejection_codes.BAD_NUMBER, message + "; export with decimal points") from error
-        if len(values) < least:
-            message = f"`{what} {clean(decode(line), 60)}`: {least} numbers wanted; export it again"
+        if len(values) < min_columns:
+            message = f"`{keyword} {printable(decode(line), 60)}`: {min_columns} numbers wanted; export it again"
             raise Rejected(rejection_codes.BAD_NUMBER, message)
         out[i, : len(values)] = values
     return out
@@ -181,11 +181,11 @@ def corner_indices(bucket: FaceBucket) -> Ints:
     """(F, n, k) indices as written, k as the form has; a face that cannot be parsed is all 0, which no vertex is."""
     kinds = len(bucket.form)
     joined = b" ".join(bucket.text).replace(b"/", b" ")
-    flat = parsed_numbers(joined)
+    values = parsed_numbers(joined)
     wanted = len(bucket.text) * bucket.corners * kinds
-    if flat is not None and len(flat) == wanted:
-        whole = np.clip(np.nan_to_num(flat), -1e15, 1e15)
-        return np.where(whole == np.floor(whole), whole, 0).astype(np.int64).reshape(-1, bucket.corners, kinds)
+    if values is not None and len(values) == wanted:
+        integers = np.clip(np.nan_to_num(values), -1e15, 1e15)
+        return np.where(integers == np.floor(integers), integers, 0).astype(np.int64).reshape(-1, bucket.corners, kinds)
     out = np.zeros((len(bucket.text), bucket.corners, kinds), dtype=np.int64)
     for i, text in enumerate(bucket.text):
         words = text.replace(b"/", b" ").split()

@@ -13,9 +13,9 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images
-from casa_assets.ingest.load.notes import Notes, clean
+from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, merged_corners, raw_model
-from casa_assets.ingest.load.text import plain
+from casa_assets.ingest.load.text import normalize_text
 from casa_assets.ingest.load.triangulate import triangulate
 from casa_assets.ingest.load.wavefront.materials import Materials, MtlEntry, parse_mtl
 from casa_assets.ingest.load.wavefront.parser import ObjLines, corner_indices, numbers, read_lines
@@ -44,8 +44,8 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     Raises:
         Rejected: ENCODING, BAD_NUMBER, NO_FACES, OUT_OF_BOUNDS (every face), TOO_LARGE, NON_FINITE, NO_GEOMETRY.
     """
-    name = clean(bundle.main)
-    lines = read_lines(plain(bundle.files[bundle.main], name), notes)
+    name = printable(bundle.main)
+    lines = read_lines(normalize_text(bundle.files[bundle.main], name), notes)
     if not lines.v and not lines.face_count:
         raise Rejected(
             rejection_codes.EMPTY_FILE, f"{name}: holds neither vertices nor faces; fetch or export it again"
@@ -61,14 +61,14 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
         return raw_model([bare], notes, name, Format.OBJ)
     materials = _materials(bundle, lines, limits, notes)
     colors = _colors(vertices, notes)
-    roughs = []
-    for number, (thing, material) in enumerate(lines.groups):
-        mine = np.flatnonzero(triangles.group == number)
-        if len(mine):
-            rough = _rough(triangles, mine, vertices[:, :3], uvs, normals, colors)
-            rough.name, rough.material = thing or material or "part", materials[material]
-            roughs.append(rough)
-    return raw_model(roughs, notes, name, Format.OBJ)
+    parts = []
+    for number, (object_name, material) in enumerate(lines.groups):
+        rows = np.flatnonzero(triangles.group == number)
+        if len(rows):
+            part = _read_part(triangles, rows, vertices[:, :3], uvs, normals, colors)
+            part.name, part.material = object_name or material or "part", materials[material]
+            parts.append(part)
+    return raw_model(parts, notes, name, Format.OBJ)
 
 
 def _triangles(lines: ObjLines, vertices: Floats, others: tuple[int, int], name: str, notes: Notes) -> _Triangles:
@@ -118,16 +118,16 @@ def _gathered(found: list[tuple[Ints, Ints, Ints]], bad: int, fanned: int, name:
     return _Triangles(tri[:, :, 0], tri[:, :, 1], tri[:, :, 2], group[sort])
 
 
-def _rough(
+def _read_part(
     triangles: _Triangles,
-    mine: Ints,
+    rows: Ints,
     vertices: Floats,
     uvs: Floats,
     normals: Floats,
     colors: npt.NDArray[np.uint8] | None,
 ) -> ReadPart:
     """Corners with the same (v, vt, vn) become one vertex."""
-    v, vt, vn = (a[mine].reshape(-1) for a in (triangles.v, triangles.vt, triangles.vn))
+    v, vt, vn = (a[rows].reshape(-1) for a in (triangles.v, triangles.vt, triangles.vn))
     has_uv, has_normals = bool((vt >= 0).any()), bool((vn >= 0).all())
     first, faces = merged_corners([v, *([vt] if has_uv else []), *([vn] if has_normals else [])])
     rough_uv = None
@@ -163,7 +163,7 @@ def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], not
     entries: dict[str, MtlEntry] = {}
     for file in _libraries(bundle, lines):
         try:
-            entries.update(parse_mtl(bundle.files[file], clean(file), notes))
+            entries.update(parse_mtl(bundle.files[file], printable(file), notes))
         except Rejected as error:
             notes.add(rejection_codes.MATERIAL_MISSING, file, f"material file left out: {error.message}")
     by_case = {name.lower(): entry for name, entry in entries.items()}
@@ -179,7 +179,7 @@ def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], not
             notes.add(
                 rejection_codes.MATERIAL_MISSING,
                 name,
-                f"material {clean(name, 40)!r} is not described; a grey one is used",
+                f"material {printable(name, 40)!r} is not described; a grey one is used",
             )
         out[name] = made.material(name or "material", entry or MtlEntry())
     return out

@@ -14,8 +14,8 @@ from PIL import Image
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load.image import Images, ImageUse
-from casa_assets.ingest.load.names import Names, identifier
-from casa_assets.ingest.load.notes import MOST_NOTES, Notes
+from casa_assets.ingest.load.names import UniqueNames, identifier
+from casa_assets.ingest.load.notes import MAX_NOTES, Notes
 from casa_assets.model.ingest.source import Up
 from tests.mesh_files import LIMITS, QUARTERS, Gltf, codes_of, load_bytes, png, texel
 
@@ -224,7 +224,7 @@ def test_large_pictures_are_refused_unseen_and_big_ones_scaled() -> None:
     "text", ["", "Ünïcødé 杯子", "3_x", "../../etc", 'a"\n<b>', "__", "x" * 500, "\u202eevil", "CupMesh"]
 )
 def test_any_text_becomes_an_id(text: str) -> None:
-    names = Names()
+    names = UniqueNames()
     made = [names.unique(text, "part") for _ in range(3)]
     assert len(set(made)) == 3
     for name in made:
@@ -240,7 +240,7 @@ def test_notes_are_few_and_clean() -> None:
     notes = Notes()
     for i in range(100):
         notes.add(rejection_codes.BAD_VALUE, f"p{i}", "a\x00b\u202ec" + "x" * 1000)
-    assert len(notes.issues) == MOST_NOTES + 1
+    assert len(notes.issues) == MAX_NOTES + 1
     assert notes.issues[0].message.startswith("a?b?c")
     assert notes.issues[-1].code == rejection_codes.MORE_NOTES
 
