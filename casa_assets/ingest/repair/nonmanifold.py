@@ -71,7 +71,9 @@ def _without(parts: tuple[RawPart, ...], bad: Mask) -> tuple[RawPart, ...]:
         rows = bad[start : start + len(part.mesh.faces)]
         start += len(part.mesh.faces)
         if not rows.all():
-            out.append(part.replace(mesh=submesh(part.mesh, part.mesh.faces[~rows])) if rows.any() else part)
+            out.append(
+                part.replace(mesh=submesh(part.mesh, part.mesh.faces[~rows].astype(np.int64))) if rows.any() else part
+            )
     return tuple(out)
 
 
