@@ -1,4 +1,4 @@
-"""Solid: a closed surface with the collision shapes that stand for it."""
+"""Solid: a closed surface with its collision shapes."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def round_corners(path: Sequence[Vec3], radius: float, steps: int = 5) -> Floats
 
 
 def tube(path: Sequence[Vec3], section: float | Floats, bend: float = 0.0, up: Vec3 = (0.0, 0.0, 1.0)) -> Solid:
-    """A section carried along a path, its ends closed flat.
+    """A cross-section swept along a path, its ends closed flat.
 
     Args:
         path: corner points, metres.
@@ -156,12 +156,12 @@ def _sides(radius: float) -> int:
 
 
 def _frame(forward: Floats, up: Floats) -> tuple[Floats, Floats]:
-    """Across and upward unit vectors of a section that is carried `forward`."""
+    """Across and upward unit vectors of a section that is swept along `forward`."""
     if abs(float(forward @ up)) > 0.99:
         up = np.array([0.0, 1.0, 0.0]) if abs(forward[1]) < 0.9 else np.array([1.0, 0.0, 0.0])
     across = np.cross(up, -forward)
     across /= np.linalg.norm(across)
-    # Seen against the way it is carried a counter-clockwise outline must turn the right way round for outward faces.
+    # Seen from ahead a counter-clockwise outline must stay counter-clockwise, so that the faces look outwards.
     return across, np.cross(forward, across)
 
 
@@ -210,7 +210,7 @@ def _straight(path: Sequence[Vec3], section: float | Floats, up: Vec3) -> tuple[
 
 
 def mitred_frame(width: float, height: float, profile: Floats) -> Solid:
-    """A profile carried round a rectangle in the plane x, z, mitred: a moulding, a picture frame.
+    """A profile swept round a rectangle in the plane x, z, mitred: a moulding, a picture frame.
 
     Args:
         width, height: of the rectangle that the profile's origin runs along, metres; its middle is the origin.

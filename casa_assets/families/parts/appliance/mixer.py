@@ -41,32 +41,32 @@ class MixerHead:
     """A head from y = front to back, its flat underside on z = 0.
 
     Attributes:
-        wide, tall: metres. nose: share of both that is left at the front. power: of its sections.
-        blunt: of its ends; 2 is a half ball, 8 nearly flat.
+        width, height: metres. nose_share: share of both that is left at the front. power: of its sections.
+        bluntness: of its ends; 2 is a half ball, 8 nearly flat.
     """
 
     front: float
     back: float
-    wide: float
-    tall: float
-    nose: float
+    width: float
+    height: float
+    nose_share: float
     power: float
-    blunt: float
+    bluntness: float
 
     @property
     def middle(self) -> float:
         """Height of the axis, metres."""
-        return UNDERSIDE_SHARE * self.tall / 2
+        return UNDERSIDE_SHARE * self.height / 2
 
     def scale(self, t: float) -> float:
         """Share of the full section at a share of its length from the front."""
-        end = (1 - abs(2 * t - 1) ** self.blunt) ** (1 / self.blunt)
-        return float(end * (1 - (1 - self.nose) * (1 - t) ** 1.6))
+        end = (1 - abs(2 * t - 1) ** self.bluntness) ** (1 / self.bluntness)
+        return float(end * (1 - (1 - self.nose_share) * (1 - t) ** 1.6))
 
     def ring(self, t: float, more: float = 0.0, count: int = 28) -> Floats:
         """(N, 3) outline at a share of its length, wider all round by `more` metres."""
         k, y = self.scale(t), self.front + t * (self.back - self.front)
-        return head_section(y, self.wide * k + 2 * more, self.tall * k + 2 * more, self.middle, self.power, count)
+        return head_section(y, self.width * k + 2 * more, self.height * k + 2 * more, self.middle, self.power, count)
 
 
 def head_solid(form: MixerHead) -> Solid:

@@ -11,21 +11,21 @@ TOUCH_PANEL_HEIGHT = 1.45  # metres above the floor
 
 
 def add_badge(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> None:
-    """A badge near the upper edge of a leaf, and a touch panel at eye height where the look has one."""
+    """Add a badge near the upper edge of a door, and a touch panel at eye height where the look has one."""
     w, h = door.width, door.height
     if look.form is ApplianceFront.PANEL:
         return
     if look.badge:
         size = (0.11, 0.004, 0.022) if look.form is ApplianceFront.ROUND else (0.07, 0.0022, 0.012)
         plate = box(size, (w / 2, -size[1] / 2 + 0.0004, h - 0.075), 0.45 * size[1], 2)
-        door.put(builder, plate, look.metal, "badge")
+        door.add_part(builder, plate, look.metal, "badge")
     if look.display:
-        z = min(max(TOUCH_PANEL_HEIGHT - door.low[1], 0.2), h - 0.2)
+        z = min(max(TOUCH_PANEL_HEIGHT - door.lower[1], 0.2), h - 0.2)
         glass = box((0.036, 0.0014, 0.2), (w / 2, -0.0006, z), 0.0005)
-        door.put(builder, glass, "display_dark", "display", density=0.0)
+        door.add_part(builder, glass, "display_dark", "display", density=0.0)
         for k in range(2):
             digit = box((0.014, 0.0005, 0.018), (w / 2, -0.0016, z + 0.07 - 0.034 * k), 0.0)
-            door.put(builder, digit, "display_white", "display", density=0.0)
+            door.add_part(builder, digit, "display_white", "display", density=0.0)
         for k in range(3):
             key = box((0.01, 0.0005, 0.003), (w / 2, -0.0016, z - 0.02 - 0.026 * k), 0.0)
-            door.put(builder, key, "plastic_grey_light", "display", density=0.0)
+            door.add_part(builder, key, "plastic_grey_light", "display", density=0.0)

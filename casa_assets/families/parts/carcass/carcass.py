@@ -33,12 +33,12 @@ class Carcass:
 
     Attributes:
         width, depth, height: outside, with fronts and plinth. plinth: height of the plinth, 0 for none.
-        look: finishes. fronted: whether fronts hang before it; else its own edges lie in y = 0.
+        look: finishes. has_fronts: whether doors or drawers stand before it; else its own edges lie in y = 0.
         open_top: two rails instead of a board, for a sink. open_bottom: none, for a niche on the floor.
-        skinned: outer faces that are finished like the fronts, of left, right, bottom, top, back.
+        finished_faces: outer faces that are finished like the fronts, of left, right, bottom, top, back.
         x: of the outer face of the left side. back_from: height at which the back begins.
-        dip: how far the front rail of an open top lies lower, for a basin whose front is seen.
-        footed: whether it stands on a plinth of its own.
+        rail_drop: metres that the front rail of an open top lies lower, for a basin whose front is seen.
+        has_plinth: whether it stands on a plinth of its own.
     """
 
     width: float
@@ -46,19 +46,19 @@ class Carcass:
     height: float
     plinth: float
     look: CabinetLook
-    fronted: bool = True
+    has_fronts: bool = True
     open_top: bool = False
     open_bottom: bool = False
-    skinned: tuple[str, ...] = ("left", "right")
+    finished_faces: tuple[str, ...] = ("left", "right")
     x: float = 0.0
     back_from: float = 0.0
-    dip: float = 0.0
-    footed: bool = True
+    rail_drop: float = 0.0
+    has_plinth: bool = True
 
     @property
     def front(self) -> float:
         """y of the carcass's front edges."""
-        return FRONT_THICKNESS + FRONT_OFFSET if self.fronted else 0.0
+        return FRONT_THICKNESS + FRONT_OFFSET if self.has_fronts else 0.0
 
     @property
     def left(self) -> float:
@@ -73,7 +73,7 @@ class Carcass:
     @property
     def back(self) -> float:
         """y of the inner face of the back."""
-        return self.depth - (FACING_THICKNESS + BOARD_THICKNESS if "back" in self.skinned else BACK_THICKNESS)
+        return self.depth - (FACING_THICKNESS + BOARD_THICKNESS if "back" in self.finished_faces else BACK_THICKNESS)
 
     @property
     def floor(self) -> float:
@@ -87,7 +87,7 @@ class Carcass:
 
 
 def finished_faces(left: bool, right: bool, *others: str) -> tuple[str, ...]:
-    """Names of the outer faces that are finished like the fronts, for `Carcass.skinned`."""
+    """Names of the outer faces that are finished like the fronts, for `Carcass.finished_faces`."""
     return (*(["left"] if left else []), *(["right"] if right else []), *others)
 
 
@@ -96,7 +96,7 @@ def build_carcass(builder: AssetBuilder, c: Carcass) -> None:
     _sides(builder, c)
     _levels(builder, c)
     _back(builder, c)
-    if c.plinth > 0 and c.footed and not c.open_bottom:
+    if c.plinth > 0 and c.has_plinth and not c.open_bottom:
         _plinth(builder, c)
 
 
@@ -104,12 +104,14 @@ def _put(builder: AssetBuilder, solid: Solid, finish: str, label: str, grain: Ve
     builder.add(ROOT, solid, finish, label=label, grain=grain, density="board")
 
 
-def layered(builder: AssetBuilder, c: Carcass, lower: Vec3, upper: Vec3, axis: int, outer: bool, skinned: bool) -> None:
+def layered(
+    builder: AssetBuilder, c: Carcass, lower: Vec3, upper: Vec3, axis: int, outer: bool, finished: bool
+) -> None:
     """A board whose outer layer may be finished like the fronts.
 
     Args:
         lower, upper: corners, metres. axis: across its thickness, 0 to 2.
-        outer: whether the seen side is at the high end. skinned: whether it has such a layer.
+        outer: whether that layer is at the upper end. finished: whether the board has it.
     """
     grain = ACROSS if axis == 2 else UPRIGHT
     full_board = board(lower, upper)
@@ -118,7 +120,7 @@ def layered(builder: AssetBuilder, c: Carcass, lower: Vec3, upper: Vec3, axis: i
         builder.add(ROOT, band, c.look.face, label="carcass", grain=grain, density="board", collider=False)
         lower = (lower[0], lower[1] + EDGE_BAND, lower[2])
     inner_low, inner_high, skin_low, skin_high = list(lower), list(upper), list(lower), list(upper)
-    if skinned:
+    if finished:
         at = upper[axis] - FACING_THICKNESS if outer else lower[axis] + FACING_THICKNESS
         (inner_high if outer else inner_low)[axis] = at
         (skin_low if outer else skin_high)[axis] = at
@@ -133,29 +135,29 @@ def _corner(values: list[float]) -> Vec3:
 
 
 def _sides(builder: AssetBuilder, c: Carcass) -> None:
-    z0 = (0.0 if c.open_bottom else c.plinth) + (FACING_THICKNESS if "bottom" in c.skinned else 0.0)
-    z1 = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
+    z0 = (0.0 if c.open_bottom else c.plinth) + (FACING_THICKNESS if "bottom" in c.finished_faces else 0.0)
+    z1 = c.height - (FACING_THICKNESS if "top" in c.finished_faces else 0.0)
     for name, x0, x1, outer in (("left", c.x, c.left, False), ("right", c.right, c.x + c.width, True)):
-        layered(builder, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.skinned)
+        layered(builder, c, (x0, c.front, z0), (x1, c.depth, z1), 0, outer, name in c.finished_faces)
 
 
 def _levels(builder: AssetBuilder, c: Carcass) -> None:
     """Bottom and top, or the rails that stand for a top."""
     x0, x1, y1 = c.left, c.right, c.back
     for name, z in (("bottom", c.plinth), ("top", c.height - FACING_THICKNESS)):
-        if name in c.skinned:
+        if name in c.finished_faces:
             panel = board((c.x, c.front, z), (c.x + c.width, c.depth, z + FACING_THICKNESS), 0.0004)
             _put(builder, panel, c.look.face, "carcass", ACROSS)
     if not c.open_bottom:
-        bottom_z = c.plinth + (FACING_THICKNESS if "bottom" in c.skinned else 0.0)
+        bottom_z = c.plinth + (FACING_THICKNESS if "bottom" in c.finished_faces else 0.0)
         layered(builder, c, (x0, c.front, bottom_z), (x1, y1, c.floor), 2, False, False)
     if not c.open_top:
-        top_z = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
+        top_z = c.height - (FACING_THICKNESS if "top" in c.finished_faces else 0.0)
         layered(builder, c, (x0, c.front, c.ceiling), (x1, y1, top_z), 2, True, False)
         return
     # The rail stands behind the channel into which fingers reach over the fronts.
     y0 = c.front + (CHANNEL_DEPTH + 0.004 if c.look.handle is HandleKind.FINGER_GROOVE else 0.0)
-    z = c.height - c.dip
+    z = c.height - c.rail_drop
     rail = board((x0, y0, z - RAIL_HEIGHT), (x1, y0 + BOARD_THICKNESS, z))
     _put(builder, rail, c.look.inside, "carcass", ACROSS)
     stay = board((x0, y1 - BOARD_THICKNESS, c.height - RAIL_HEIGHT), (x1, y1, c.height))
@@ -164,10 +166,10 @@ def _levels(builder: AssetBuilder, c: Carcass) -> None:
 
 def _back(builder: AssetBuilder, c: Carcass) -> None:
     z = max(c.plinth, c.back_from)
-    top = c.height - (FACING_THICKNESS if "top" in c.skinned else 0.0)
-    z += FACING_THICKNESS if "bottom" in c.skinned and z == c.plinth else 0.0
+    top = c.height - (FACING_THICKNESS if "top" in c.finished_faces else 0.0)
+    z += FACING_THICKNESS if "bottom" in c.finished_faces and z == c.plinth else 0.0
     lower, upper = (c.left, c.back, z), (c.right, c.depth, top)
-    if "back" in c.skinned:
+    if "back" in c.finished_faces:
         layered(builder, c, lower, upper, 1, True, True)
         return
     _put(builder, board(lower, upper, 0.0), c.look.inside, "carcass", UPRIGHT)
@@ -192,7 +194,7 @@ def add_shelves(builder: AssetBuilder, c: Carcass, bottom: float, top: float, co
     Returns:
         The number of the next level.
     """
-    y0 = c.front + (0.025 if c.fronted else 0.0)
+    y0 = c.front + (0.025 if c.has_fronts else 0.0)
     gap = 0.0005  # a shelf lies loose between the sides
     clear = (top - bottom - count * BOARD_THICKNESS) / (count + 1)
     z = bottom

@@ -24,7 +24,7 @@ from casa_assets.families.parts.fronts.doors import CabinetDoor, HandleHeight, H
 from casa_assets.families.parts.fronts.drawers import CabinetDrawer
 from casa_assets.families.parts.fronts.fronts import FRONT_THICKNESS
 from casa_assets.families.parts.hardware.handles import HandleKind
-from casa_assets.model.record import Vec3
+from casa_assets.model.record import Vec2, Vec3
 
 # A channel of sheet metal behind fronts with a finger groove: how far the front stays below, and how high it is.
 CHANNEL_REVEAL, CHANNEL_HEIGHT = 0.028, 0.062
@@ -49,7 +49,7 @@ class CabinetCell:
 
     Attributes:
         kind: what it holds. height: of its share of the front, metres; the shares add up to the front's height.
-        shelves: how many, None by height. hinge: side of a single door. reach: where doors are taken.
+        shelves: how many, None by height. hinge: side of a single door. handle_height: of doors.
         name: of a drawer (`drawer`, `drawer0`) or prefix of doors (``, `upper_`) or region of a niche.
     """
 
@@ -57,7 +57,7 @@ class CabinetCell:
     height: float
     shelves: int | None = None
     hinge: HingeSide = HingeSide.LEFT
-    reach: HandleHeight = HandleHeight.HIGH
+    handle_height: HandleHeight = HandleHeight.HIGH
     name: str = ""
 
 
@@ -73,20 +73,20 @@ def build_column(builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ..
     z = c.plinth
     for k, cell in enumerate(cells):
         top = z + cell.height
-        last = k == len(cells) - 1
-        span = _room(builder, c, cells, k, z, top)
+        span = _clear_span(builder, c, cells, k, z, top)
+        front = _front_span(c, cell, z, top, last=k == len(cells) - 1)
         if cell.kind in (CabinetCellKind.DOOR, CabinetCellKind.DOORS):
-            _doors(builder, c, cell, z, top, last)
+            _doors(builder, c, cell, front)
             count = shelves_for(span[1] - span[0]) if cell.shelves is None else cell.shelves
             level = add_shelves(builder, c, *span, count, level)
         elif cell.kind is CabinetCellKind.OPEN:
             level = add_shelves(builder, c, *span, cell.shelves or 0, level)
         elif cell.kind is CabinetCellKind.DRAWER:
-            _drawer(builder, c, cell, z, top, span)
+            _drawer(builder, c, cell, front, span)
         elif cell.kind is CabinetCellKind.NICHE:
             builder.region(cell.name or "int", (c.left, c.front, span[0]), (c.right, c.back, span[1]))
         elif cell.kind is CabinetCellKind.FALSE:
-            _false_front(builder, c, cell, z, top)
+            _false_front(builder, c, cell, front, top)
         z = top
     return level
 
@@ -103,21 +103,21 @@ def finish_cabinet(builder: AssetBuilder, width: float, depth: float, height: fl
 
 def _grooved(c: Carcass, cell: CabinetCell) -> bool:
     """True where the front stays below a finger channel."""
-    by_top = cell.kind in (CabinetCellKind.DRAWER, CabinetCellKind.FALSE) or cell.reach is HandleHeight.HIGH
+    by_top = cell.kind in (CabinetCellKind.DRAWER, CabinetCellKind.FALSE) or cell.handle_height is HandleHeight.HIGH
     fronted = cell.kind not in (CabinetCellKind.OPEN, CabinetCellKind.NICHE, CabinetCellKind.VOID)
     return c.look.handle is HandleKind.FINGER_GROOVE and fronted and by_top
 
 
-def _gaps(c: Carcass, cell: CabinetCell, z: float, top: float, last: bool) -> tuple[float, float]:
-    """Lower and upper edge of a cell's front."""
+def _front_span(c: Carcass, cell: CabinetCell, z: float, top: float, last: bool) -> Vec2:
+    """Lower and upper edge of a cell's front, metres."""
     upper = CHANNEL_REVEAL if _grooved(c, cell) else FRONT_GAP if last else FRONT_GAP / 2
     return z + (FRONT_GAP / 2 if z > c.plinth else 0.0), top - upper
 
 
-def _room(
+def _clear_span(
     builder: AssetBuilder, c: Carcass, cells: tuple[CabinetCell, ...], k: int, z: float, top: float
-) -> tuple[float, float]:
-    """Clear heights of a cell; puts the board over it, or the channel."""
+) -> Vec2:
+    """Lower and upper end of the clear height of a cell, metres; adds the board or the channel above it."""
     cell = cells[k]
     last = k == len(cells) - 1
     bottom = c.floor if k == 0 else z + (BOARD_THICKNESS / 2 if _boarded(cells[k - 1], cell) else 0.0)
@@ -153,29 +153,23 @@ def _channel(builder: AssetBuilder, c: Carcass, top: float, bottom: float) -> No
         builder.add(ROOT, solid, c.look.metal, label="channel", grain=ACROSS, density="metal_rod", collider=collider)
 
 
-def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float, last: bool) -> None:
-    front_z0, front_z1 = _gaps(c, cell, z, top, last)
+def _doors(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2) -> None:
     left, right = c.x + FRONT_GAP / 2, c.x + c.width - FRONT_GAP / 2
-    n, r = cell.name, cell.reach
+    (z, top), n, r = front, cell.name, cell.handle_height
     if cell.kind is CabinetCellKind.DOOR:
         link = f"{n}door" if n else "door"
-        doors = [CabinetDoor(link, f"{link}hinge", cell.hinge, left, front_z0, right - left, front_z1 - front_z0, r)]
+        doors = [CabinetDoor(link, f"{link}hinge", cell.hinge, left, z, right - left, top - z, r)]
     else:
         w = (right - left - FRONT_GAP) / 2
         doors = [
-            CabinetDoor(f"{n}leftdoor", f"{n}leftdoorhinge", HingeSide.LEFT, left, front_z0, w, front_z1 - front_z0, r),
-            CabinetDoor(
-                f"{n}rightdoor", f"{n}rightdoorhinge", HingeSide.RIGHT, right - w, front_z0, w, front_z1 - front_z0, r
-            ),
+            CabinetDoor(f"{n}leftdoor", f"{n}leftdoorhinge", HingeSide.LEFT, left, z, w, top - z, r),
+            CabinetDoor(f"{n}rightdoor", f"{n}rightdoorhinge", HingeSide.RIGHT, right - w, z, w, top - z, r),
         ]
     for door in doors:
         hang_door(builder, c.look, door)
 
 
-def _drawer(
-    builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float, span: tuple[float, float]
-) -> None:
-    front_z0, front_z1 = _gaps(c, cell, z, top, top >= c.height - 1e-6)
+def _drawer(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2, span: Vec2) -> None:
     solo = cell.name in ("", "drawer")
     link = "drawer" if solo else cell.name
     drawer = CabinetDrawer(
@@ -183,12 +177,12 @@ def _drawer(
         joint="slidejoint" if solo else f"{link}_slidejoint",
         region="int" if solo else f"{link}_int",
         x=c.x + FRONT_GAP / 2,
-        z=front_z0,
+        z=front[0],
         width=c.width - FRONT_GAP,
-        height=front_z1 - front_z0,
+        height=front[1] - front[0],
         left=c.left,
         right=c.right,
-        floor=max(span[0], front_z0),
+        floor=max(span[0], front[0]),
         ceiling=span[1],
         front=c.front,
         back=c.back,
@@ -196,9 +190,9 @@ def _drawer(
     drawers.add_drawer(builder, c.look, drawer)
 
 
-def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, z: float, top: float) -> None:
+def _false_front(builder: AssetBuilder, c: Carcass, cell: CabinetCell, front: Vec2, top: float) -> None:
     """A front that does not move, as before a sink; blocks carry it."""
-    front_z0, front_z1 = _gaps(c, cell, z, top, top >= c.height - 1e-6)
+    front_z0, front_z1 = front
     w, h = c.width - FRONT_GAP, front_z1 - front_z0
     parts = fronts.front_parts(c.look.front, w, h, FRONT_THICKNESS, drawer=True)
     at: Vec3 = (c.x + FRONT_GAP / 2, 0.0, front_z0)

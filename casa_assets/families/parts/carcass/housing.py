@@ -74,11 +74,11 @@ class Housing(Params):
 def build_housing(builder: AssetBuilder, p: Housing, panelled: bool = False) -> None:
     """The front stands in y = 0, the left side in x = 0, on the floor; `panelled` ones are finished like the fronts."""
     look = p.look.replace(inside=p.look.face) if panelled else p.look
-    skinned = finished_faces(p.left_end, p.right_end, "top")
+    faces = finished_faces(p.left_end, p.right_end, "top")
     on_floor = p.niche_from == 0
     open_back = p.niche_from + p.niche if on_floor else 0.0
     body = Carcass(
-        p.width, p.depth, p.height, p.plinth, look, open_bottom=on_floor, skinned=skinned, back_from=open_back
+        p.width, p.depth, p.height, p.plinth, look, open_bottom=on_floor, finished_faces=faces, back_from=open_back
     )
     top = p.niche_from + p.niche
     cells = [] if on_floor else _cells(p.under, p.niche_from - p.plinth, p.hinge, HandleHeight.HIGH, "lower_", look)

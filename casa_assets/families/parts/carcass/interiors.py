@@ -32,18 +32,18 @@ FRIDGE_LOOK = ApplianceLook()
 
 @dataclass(frozen=True)
 class Interior:
-    """A room, metres, z up, the front faces -y.
+    """A cavity behind a door or a drawer's front; metres, z up, the front faces -y.
 
     Attributes:
-        name: of its region. low, high: inner corners; low[1] is its front. outer: corners of the walls round it.
+        name: of its region. lower, upper: inner corners; lower[1] is its front. outer: corners of the walls round it.
         door: joint that stands open before anything in it moves.
         clear: what moves keeps so far from the left and the right wall, for the door that stands open there.
         first: number of the first tray.
     """
 
     name: str
-    low: Vec3
-    high: Vec3
+    lower: Vec3
+    upper: Vec3
     outer: tuple[Vec3, Vec3]
     door: str = ""
     clear: tuple[float, float] = (0.0, 0.0)
@@ -52,27 +52,27 @@ class Interior:
     @property
     def size(self) -> Vec3:
         """Width, depth, height inside."""
-        (a, b, c), (x, y, z) = self.low, self.high
+        (a, b, c), (x, y, z) = self.lower, self.upper
         return (x - a, y - b, z - c)
 
 
 def add_walls(builder: AssetBuilder, interior: Interior, finish: str) -> None:
     """Left, right, floor, roof and back; their front edges lie round the mouth."""
     (x, mouth, z), upper = interior.outer
-    for corners in cavity_walls(((x, mouth + FRONT_CLEARANCE, z), upper), (interior.low, interior.high)):
+    for corners in cavity_walls(((x, mouth + FRONT_CLEARANCE, z), upper), (interior.lower, interior.upper)):
         builder.add(ROOT, board(*corners, 0.0), finish, label="liner", density=0.0)
 
 
 def furnish_oven(builder: AssetBuilder, interior: Interior) -> None:
     """Racks on ledges, a grill element, a fan and a lamp."""
-    (x0, y0, z0), (x1, y1, _) = interior.low, interior.high
+    (x0, y0, z0), (x1, y1, _) = interior.lower, interior.upper
     width, depth, height = interior.size
     if min(width, depth) < 0.2 or height < OVEN_MIN_HEIGHT:
         return
     if height >= 0.22:
-        oven.furnish_cavity(builder, (x0, y0, z0), interior.high, f"{interior.name}_lamp")
+        oven.furnish_cavity(builder, (x0, y0, z0), interior.upper, f"{interior.name}_lamp")
     count = 1 if height < 2 * OVEN_PITCH - 0.02 else 2
-    head = interior.high[2] - (0.045 if height >= 0.22 else 0.01)
+    head = interior.upper[2] - (0.045 if height >= 0.22 else 0.01)
     for k in range(count):
         z = z0 + (0.04 + 0.28 * (height - 0.08) * (k + 1) if count == 2 else max(0.03, 0.3 * height))
         above = z0 + 0.04 + 0.56 * (height - 0.08) - 0.03 if k < count - 1 else head
@@ -84,30 +84,30 @@ def furnish_microwave(builder: AssetBuilder, interior: Interior) -> None:
     """A turntable, where there is room for one."""
     width, depth, height = interior.size
     if min(width, depth) >= 0.16 and height >= 0.09:
-        add_turntable(builder, interior.low, interior.high)
+        add_turntable(builder, interior.lower, interior.upper)
 
 
 def furnish_cold(builder: AssetBuilder, interior: Interior) -> None:
     """Panes on ledges."""
     width, depth, height = interior.size
     count = max(0, int(height / FRIDGE_SHELF_PITCH) - 1) if min(width, depth) >= 0.18 else 0
-    front = interior.low[1] + max(0.022, 0.14 * depth)
-    inside = case.Compartment(interior.name, interior.low, interior.high)
+    front = interior.lower[1] + max(0.022, 0.14 * depth)
+    inside = case.Compartment(interior.name, interior.lower, interior.upper)
     for k in range(1, count + 1):
-        z = interior.low[2] + height * k / (count + 1)
+        z = interior.lower[2] + height * k / (count + 1)
         case.add_shelf(builder, f"{interior.name}_shelf{k}", inside, z, front, FRIDGE_LOOK)
 
 
 def furnish_dishwasher(builder: AssetBuilder, interior: Interior) -> None:
     """One basket of wire, or two."""
-    (x0, y0, z0), (x1, y1, _) = interior.low, interior.high
+    (x0, y0, z0), (x1, y1, _) = interior.lower, interior.upper
     width, depth, height = interior.size
     if min(width, depth) < 0.25 or height < DISH_MIN_HEIGHT:
         return
     floors = [z0 + 0.04] if height < 2 * DISH_PITCH - 0.06 else [z0 + 0.045, z0 + 0.52 * height]
     front, back = y0 + 0.03, y1 - 0.02
     for k, z in enumerate(floors):
-        top = min(z + 0.19, (floors[1] - 0.02 if k == 0 and len(floors) > 1 else interior.high[2]) - 0.02)
+        top = min(z + 0.19, (floors[1] - 0.02 if k == 0 and len(floors) > 1 else interior.upper[2]) - 0.02)
         lower, upper = (x0 + 0.02 + interior.clear[0], front, z), (x1 - 0.02 - interior.clear[1], back, top)
         coat, metal = "plastic_grey_light", "stainless_brushed"
         travel = round(0.85 * (back - front), 3)
@@ -126,7 +126,7 @@ def furnish_dishwasher(builder: AssetBuilder, interior: Interior) -> None:
 
 def furnish_cabinet(builder: AssetBuilder, interior: Interior) -> None:
     """Boards between the walls."""
-    (x0, y0, z0), (x1, y1, _) = interior.low, interior.high
+    (x0, y0, z0), (x1, y1, _) = interior.lower, interior.upper
     _, depth, height = interior.size
     count = 0 if height < SHELF_MIN_HEIGHT or depth < 0.12 else max(1, round(height / SHELF_PITCH) - 1)
     front = y0 + min(0.03, 0.1 * depth)
@@ -142,7 +142,7 @@ def add_drawer_box(builder: AssetBuilder, link: str, interior: Interior, finish:
     Args:
         link: of the drawer, its frame that of the room.
     """
-    (x0, y0, z0), (x1, y1, z1) = interior.low, interior.high
+    (x0, y0, z0), (x1, y1, z1) = interior.lower, interior.upper
     beside, above = min(DRAWER_SIDE_CLEARANCE, 0.04 * (x1 - x0)), min(DRAWER_TOP_CLEARANCE, 0.1 * (z1 - z0))
     side, base = min(DRAWER_SIDE_THICKNESS, 0.05 * (x1 - x0)), min(DRAWER_BASE_THICKNESS, 0.08 * (z1 - z0))
     x0, x1, y0, y1 = x0 + beside, x1 - beside, y0 + 0.0002, y1 - 0.5 * beside

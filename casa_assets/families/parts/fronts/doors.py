@@ -50,7 +50,7 @@ class CabinetDoor:
     Attributes:
         link, joint: their names. hinge: its side.
         x, z: lower left corner of its room; width, height: of its room, all metres; gaps are the caller's.
-        reach: where its handle is. floor: height of the cabinet's underside above the floor, metres.
+        handle_height: where its handle is. floor: height of the cabinet's underside above the floor, metres.
         turn: angle about z of the plane in which it lies, radians; (x, y) is its origin.
     """
 
@@ -61,7 +61,7 @@ class CabinetDoor:
     z: float
     width: float
     height: float
-    reach: HandleHeight
+    handle_height: HandleHeight
     turn: float = 0.0
     y: float = 0.0
 
@@ -69,12 +69,14 @@ class CabinetDoor:
 def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> None:
     """Put a door on the cabinet. Its face lies in y = 0 where it is not turned."""
     kind = look.handle
-    if kind is HandleKind.FINGER_GROOVE and door.reach is HandleHeight.MIDDLE:
+    if kind is HandleKind.FINGER_GROOVE and door.handle_height is HandleHeight.MIDDLE:
         kind = HandleKind.EDGE_PULL
     if kind is HandleKind.CUP or (kind not in handles.EDGE_HANDLES and door.height < MIN_UPRIGHT_BAR_DOOR):
         kind = HandleKind.KNOB
     free = FrontEdge.RIGHT if door.hinge is HingeSide.LEFT else FrontEdge.LEFT
-    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[door.reach]
+    edge = {HandleHeight.HIGH: FrontEdge.TOP, HandleHeight.LOW: FrontEdge.BOTTOM, HandleHeight.MIDDLE: free}[
+        door.handle_height
+    ]
     w, h, x, z = door.width, door.height, 0.0, 0.0
     if kind is HandleKind.EDGE_PULL:
         w, h, x, z = _shortened(w, h, edge)
@@ -115,7 +117,7 @@ def hang_door(builder: AssetBuilder, look: CabinetLook, door: CabinetDoor) -> No
 
 def max_swing(pull: handles.Handle) -> float:
     """Largest angle of a door about the axis x = y = 0 with its handle within the door's own width, radians."""
-    points = np.concatenate([s.points for s in (*pull.metal, *pull.hide)])
+    points = np.concatenate([s.points for s in (*pull.metal, *pull.leather)])
     out = points[points[:, 1] < 0.0]
     if not len(out):
         return DOOR_TRAVEL
@@ -163,7 +165,7 @@ def _handle(
         inset = max(inset, length / 2 + 0.005)
     offset = (length / 2 if upright else 0.02) + max(0.045, 0.5 * rail)
     z = {HandleHeight.HIGH: h - offset, HandleHeight.LOW: offset}.get(
-        door.reach, min(max(HAND_HEIGHT - door.z, offset), h - offset)
+        door.handle_height, min(max(HAND_HEIGHT - door.z, offset), h - offset)
     )
     x = w - inset if door.hinge is HingeSide.LEFT else inset
     half = max(0.0, length / 2 - 0.03) if upright else 0.0

@@ -16,12 +16,12 @@ from casa_assets.families.parts.hardware.handles import HandleKind
 SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides and bottom, metres
 RUNNER_THICKNESS = 0.008  # of the runner, which fills most of the room beside the box
 SIDE_CLEARANCE = 0.013  # room beside the box, as side-mounted runners need it
-MAX_TRAVEL = 0.65  # metres, the longest full extension of the trade
+MAX_TRAVEL = 0.65  # metres; runners of full extension are hardly made longer
 BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
 
 
 def min_front_height(look: CabinetLook, boarded: bool = True) -> float:
-    """The lowest front that leaves a box into which things can be laid, metres.
+    """Height of the lowest front behind which there is room for a drawer's box, metres.
 
     Args:
         boarded: whether it runs over a board, which takes a part of its room, or over another drawer.
@@ -93,7 +93,7 @@ def _box(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer) -> float:
     x0, x1 = d.left + SIDE_CLEARANCE - d.x, d.right - SIDE_CLEARANCE - d.x
     y0, y1 = FRONT_THICKNESS, d.back - 0.03
     bottom, top = d.floor + 0.008 - d.z, d.ceiling - 0.016 - d.z
-    top = min(top, bottom + 0.22)  # deep fronts hide boxes of the trade's greatest height
+    top = min(top, bottom + 0.22)  # boxes of drawers are not made higher, whatever the front
     across, along = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
     for x in (x0, x1 - SIDE_THICKNESS):
         side = board((x, y0 + SIDE_THICKNESS, bottom), (x + SIDE_THICKNESS, y1, top))

@@ -54,24 +54,24 @@ class Handle:
     """A handle along x on the plane y = 0 of a front, standing out to -y; the middle of its foot is the origin.
 
     Attributes:
-        metal, hide: solids of metal and of leather. shapes: colliders; the first is the one that a hand takes.
+        metal, leather: solids by what they are made of. shapes: colliders; the first is the one that a hand takes.
     """
 
     metal: tuple[Solid, ...]
     shapes: tuple[Placed, ...]
-    hide: tuple[Solid, ...] = ()
+    leather: tuple[Solid, ...] = ()
 
     @property
     def reach(self) -> float:
         """Distance that it stands out, metres."""
-        return -min(float(solid.bounds[0, 1]) for solid in (*self.metal, *self.hide))
+        return -min(float(solid.bounds[0, 1]) for solid in (*self.metal, *self.leather))
 
     def transformed(self, pose: Pose) -> Handle:
         """Moved by `pose`."""
         return Handle(
             tuple(s.transformed(pose) for s in self.metal),
             tuple((shape, pose @ at) for shape, at in self.shapes),
-            tuple(s.transformed(pose) for s in self.hide),
+            tuple(s.transformed(pose) for s in self.leather),
         )
 
 
@@ -99,7 +99,7 @@ def add_handle(builder: AssetBuilder, link: str, pull: Handle, metal: str, name:
     """Put a handle on a link; its grip's collider is called `name`, its mesh `<name>_visual`."""
     for solid in pull.metal:
         builder.add(link, solid, metal, label=label, name=name, collider=False, density="handle_casting")
-    for solid in pull.hide:
+    for solid in pull.leather:
         builder.add(link, solid, LEATHER, label=label, name=f"{name}_hide", collider=False, density="leather")
     builder.add_collider(link, pull.metal[0].with_shapes(*pull.shapes), metal, label, name)
 

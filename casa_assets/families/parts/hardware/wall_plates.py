@@ -17,7 +17,7 @@ def upright_on_wall(solid: Solid) -> Solid:
 
 
 def plate(builder: AssetBuilder, width: float, height: float, radius: float, finish: str, screws: bool = True) -> None:
-    """A plate with eased edges about x = 0, z = 0, its back on the wall y = 0; its collider is a box."""
+    """A plate with rounded edges about x = 0, z = 0, its back on the wall y = 0; its collider is a box."""
     body = upright_on_wall(prism(rectangle(width, height, radius, 5), PLATE_THICKNESS, 0.0025))
     shape = box_shape((-width / 2, -PLATE_THICKNESS, -height / 2), (width / 2, 0.0, height / 2))
     builder.add(ROOT, body.with_shapes(shape), finish, label="plate", name="plate", density="hard_plastic")

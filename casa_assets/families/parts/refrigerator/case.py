@@ -27,11 +27,11 @@ LINER_FINISH = "plastic_white"
 
 @dataclass(frozen=True)
 class Compartment:
-    """A cooled compartment: its name (`fridge` or `freezer`) and inner corners, metres; low[1] = 0 is the front."""
+    """A cooled compartment: its name (`fridge` or `freezer`) and inner corners, metres; lower[1] = 0 is the front."""
 
     name: str
-    low: Vec3
-    high: Vec3
+    lower: Vec3
+    upper: Vec3
 
 
 def compartment(name: str, left: float, right: float, bottom: float, top: float, depth: float) -> Compartment:
@@ -59,7 +59,7 @@ def add_case(
     """
     edge_radius, steps = {ApplianceFront.ROUND: (0.022, 4), ApplianceFront.SOFT: (0.006, 2)}.get(look.form, (0.0025, 1))
     body = board((0.0, 0.0, base_height), (width, depth, top), edge_radius, steps)
-    holes = [board((r.low[0], -0.05, r.low[2]), r.high, 0.0) for r in compartments]
+    holes = [board((r.lower[0], -0.05, r.lower[2]), r.upper, 0.0) for r in compartments]
     shapes = _walls(width, depth, top, base_height, compartments)
     builder.add(ROOT, subtract(body, *holes, shapes=shapes), look.body, label="case", density="foamed_wall")
     for r in compartments:
@@ -76,25 +76,25 @@ def add_case(
 def _walls(
     width: float, depth: float, top: float, base_height: float, compartments: Sequence[Compartment]
 ) -> list[Placed]:
-    left, right = min(r.low[0] for r in compartments), max(r.high[0] for r in compartments)
-    floor, ceiling = min(r.low[2] for r in compartments), max(r.high[2] for r in compartments)
-    back = compartments[0].high[1]
+    left, right = min(r.lower[0] for r in compartments), max(r.upper[0] for r in compartments)
+    floor, ceiling = min(r.lower[2] for r in compartments), max(r.upper[2] for r in compartments)
+    back = compartments[0].upper[1]
     outer = ((0.0, 0.0, base_height), (width, depth, top))
     shapes = list(cavity_colliders(outer, ((left, 0.0, floor), (right, back, ceiling))))
-    ordered = sorted(compartments, key=lambda r: (r.low[2], r.low[0]))
+    ordered = sorted(compartments, key=lambda r: (r.lower[2], r.lower[0]))
     for first, second in pairwise(ordered):
-        if second.low[2] >= first.high[2]:
-            shapes.append(box_shape((left, 0, first.high[2]), (right, back, second.low[2])))
+        if second.lower[2] >= first.upper[2]:
+            shapes.append(box_shape((left, 0, first.upper[2]), (right, back, second.lower[2])))
         else:
-            shapes.append(box_shape((first.high[0], 0, first.low[2]), (second.low[0], back, first.high[2])))
+            shapes.append(box_shape((first.upper[0], 0, first.lower[2]), (second.lower[0], back, first.upper[2])))
     return shapes
 
 
 def _line(builder: AssetBuilder, r: Compartment) -> None:
     """Sheets of a liner, an air duct at the back and a lamp under the roof."""
-    (x0, y0, z0), (x1, y1, z1) = r.low, r.high
+    (x0, y0, z0), (x1, y1, z1) = r.lower, r.upper
     y0, e = y0 + 0.0012, LINER_THICKNESS
-    add_liner(builder, (x0, y0, z0), r.high, LINER_FINISH, "liner_sheet", e)
+    add_liner(builder, (x0, y0, z0), r.upper, LINER_FINISH, "liner_sheet", e)
     middle, height = (x0 + x1) / 2, z1 - z0
     duct_width = min(0.16, 0.4 * (x1 - x0))
     duct = board(
@@ -157,7 +157,7 @@ def add_hinge_cover(builder: AssetBuilder, x: float, top: float, thickness: floa
 
 def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, look: ApplianceLook) -> None:
     """A pane with a moulded edge on ledges; its upper side is z, its front edge y = front. Metres."""
-    x0, x1, y1 = r.low[0] + LINER_THICKNESS + 0.002, r.high[0] - LINER_THICKNESS - 0.002, r.high[1] - 0.012
+    x0, x1, y1 = r.lower[0] + LINER_THICKNESS + 0.002, r.upper[0] - LINER_THICKNESS - 0.002, r.upper[1] - 0.012
     pane = board((x0 + 0.006, front + 0.01, z - 0.005), (x1 - 0.006, y1 - 0.008, z - 0.001), 0.0005)
     builder.add(ROOT, pane, "glass_clear", label="shelf", collider=False)
     edge = board((x0, front, z - 0.016), (x1, front + 0.014, z), 0.003, 2)
@@ -175,5 +175,5 @@ def region_above_shelf(
     builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, ceiling: float
 ) -> None:
     """The region above a shelf: from z to the ceiling, from its front edge to the back, metres."""
-    lower = (r.low[0] + 0.006, front + 0.004, z)
-    builder.region(name, lower, (r.high[0] - 0.006, r.high[1] - 0.016, ceiling))
+    lower = (r.lower[0] + 0.006, front + 0.004, z)
+    builder.region(name, lower, (r.upper[0] - 0.006, r.upper[1] - 0.016, ceiling))

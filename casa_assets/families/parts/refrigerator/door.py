@@ -1,4 +1,4 @@
-"""Doors of refrigerators: a foamed leaf on a hinge at its outer front corner, with gasket, liner, bins and a pull."""
+"""Doors of refrigerators: a foamed slab on a hinge at its outer front corner, with gasket, liner, bins and a pull."""
 
 from __future__ import annotations
 
@@ -33,20 +33,20 @@ class FridgeDoor:
 
     Attributes:
         name: `fridge`, `fridge_left`, `freezer`: prefix of its link, joint and colliders; may be empty.
-        low, high: corners in x and z, asset frame, metres. right: whether it is hinged on the right.
-        room: what it shuts. far: x of the nearest thing on its free side that its bins must swing clear of.
-        face: finish of its front. across: whether its pull lies across, `drop` metres below its upper edge.
+        lower, upper: corners in x and z, asset frame, metres. right: whether it is hinged on the right.
+        compartment: what it shuts. clearance_x: x of the wall on its free side that its bins must swing clear of.
+        face: finish of its front. across: whether its pull lies across, `pull_drop` metres below its upper edge.
     """
 
     name: str
-    low: Vec2
-    high: Vec2
+    lower: Vec2
+    upper: Vec2
     right: bool
-    room: Compartment
-    far: float
+    compartment: Compartment
+    clearance_x: float
     face: str
     across: bool = False
-    drop: float = 0.07
+    pull_drop: float = 0.07
 
     @property
     def link(self) -> str:
@@ -61,18 +61,18 @@ class FridgeDoor:
     @property
     def width(self) -> float:
         """Metres."""
-        return self.high[0] - self.low[0]
+        return self.upper[0] - self.lower[0]
 
     @property
     def height(self) -> float:
         """Metres."""
-        return self.high[1] - self.low[1]
+        return self.upper[1] - self.lower[1]
 
     def inwards(self, x: float) -> float:
         """Distance of an x of the asset from the hinge's axis, metres."""
-        return self.high[0] - x if self.right else x - self.low[0]
+        return self.upper[0] - x if self.right else x - self.lower[0]
 
-    def put(
+    def add_part(
         self,
         builder: AssetBuilder,
         solid: Solid,
@@ -82,45 +82,44 @@ class FridgeDoor:
         *,
         collider: str | bool = False,
         density: float | str | None = None,
-        visible: bool = True,
         grain: Vec3 = (0.0, 0.0, 1.0),
     ) -> None:
-        """Add a solid that is given with the hinge's axis on its left at the origin."""
-        pull = solid.mirrored_x() if self.right else solid
-        builder.add(self.link, pull, finish, label, name, grain, collider=collider, density=density, visible=visible)
+        """Add a solid that is given with the hinge's axis on its left at the origin; arguments as of the builder."""
+        placed = solid.mirrored_x() if self.right else solid
+        builder.add(self.link, placed, finish, label, name, grain, collider=collider, density=density)
 
 
 def hang_fridge_door(
     builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, rows: int, above: float, niche: bool = False
 ) -> None:
-    """A leaf with everything on it, and its hinge.
+    """Add a door with everything on it, and its hinge.
 
     Args:
         rows: bins on its inside. above: z below which there are none (crispers), asset frame, metres.
         niche: a dispenser of water and ice in its front.
     """
-    x = door.high[0] if door.right else door.low[0]
-    builder.link(door.link, at=(x, -DOOR_GAP - look.thick, door.low[1]))
+    x = door.upper[0] if door.right else door.lower[0]
+    builder.link(door.link, at=(x, -DOOR_GAP - look.thick, door.lower[1]))
     t, w, h = look.thick, door.width, door.height
     hole = _niche_hole(door, look) if niche else None
     add_face(builder, door, look, hole)
     if hole is not None:
         _dispenser(builder, door, hole)
-    door.put(
+    door.add_part(
         builder,
         gasket_frame((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4),
         "gasket_grey",
         "gasket",
         density="magnetic_gasket",
     )
-    r = door.room
-    a, b = sorted((door.inwards(r.low[0]), door.inwards(r.high[0])))
-    c, d = r.low[2] - door.low[1], r.high[2] - door.low[1]
+    r = door.compartment
+    a, b = sorted((door.inwards(r.lower[0]), door.inwards(r.upper[0])))
+    c, d = r.lower[2] - door.lower[1], r.upper[2] - door.lower[1]
     a, b = max(a, 0.03) + 0.01, min(b, w - 0.03) - 0.014
     plug = board((a, t - 0.0002, c + 0.012), (b, t + 0.012, d - 0.012), 0.004, 2)
-    door.put(builder, plug, LINER_FINISH, "liner", collider=f"{door.link}_liner", density="liner_plug")
+    door.add_part(builder, plug, LINER_FINISH, "liner", collider=f"{door.link}_liner", density="liner_plug")
     if rows:
-        _bins(builder, door, look, rows, max(above - door.low[1], c + 0.02), d - 0.015)
+        _bins(builder, door, look, rows, max(above - door.lower[1], c + 0.02), d - 0.015)
     add_pull(builder, door, look)
     span = (0.0, DOOR_TRAVEL) if door.right else (-DOOR_TRAVEL, 0.0)
     builder.hinge(door.joint, door.link, (0.0, 0.0, 1.0), span, f"{door.link}_handle_main", start_n=10.0)
@@ -129,18 +128,19 @@ def hang_fridge_door(
 def add_face(
     builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, hole: tuple[Vec2, Vec2] | None = None
 ) -> None:
-    """The slab of a leaf in its form; `<name>_door_main` is its collider."""
+    """Add the slab of a door in the form of its look; its collider is `<link>_main`."""
     t, w, h = look.thick, door.width, door.height
     name = f"{door.link}_main"
     if look.form is ApplianceFront.PANEL:
         parts = fronts.front_parts(look.front, w, h)
         for k, part in enumerate(parts):
             finish = "glass_clear" if part.pane else door.face
-            door.put(builder, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
+            door.add_part(builder, part.solid, finish, "door", None if k else name, density="board", grain=part.grain)
         core = board((0.004, fronts.FRONT_THICKNESS + 2e-4, 0.004), (w - 0.004, t, h - 0.004), 0.002)
-        door.put(builder, core, LINER_FINISH, "door", density="foamed_door_core")
+        door.add_part(builder, core, LINER_FINISH, "door", density="foamed_door_core")
         full_box = board((0.0, 0.0, 0.0), (w, t, h), 0.0)
-        door.put(builder, full_box, LINER_FINISH, "door", collider=name, density=0.0, visible=False)
+        collider = full_box.mirrored_x() if door.right else full_box
+        builder.add_collider(door.link, collider, LINER_FINISH, "door", name)
         return
     edge_radius, steps = {ApplianceFront.ROUND: (0.03, 5), ApplianceFront.SOFT: (0.011, 3)}.get(look.form, (0.003, 2))
     front = 0.0042 if look.form is ApplianceFront.GLASS else 0.0
@@ -150,7 +150,7 @@ def add_face(
         slab = subtract(slab, _opening(hole))
         shapes = _around(hole, w, t, h)
     body = look.body if look.form is ApplianceFront.GLASS else door.face
-    door.put(
+    door.add_part(
         builder,
         slab.with_shapes(*shapes),
         body,
@@ -161,10 +161,10 @@ def add_face(
     )
     if look.form is ApplianceFront.GLASS:
         pane = board((0.001, 0.0, 0.001), (w - 0.001, 0.004, h - 0.001), 0.0012)
-        door.put(builder, subtract(pane, _opening(hole)) if hole else pane, door.face, "door", density="glass")
+        door.add_part(builder, subtract(pane, _opening(hole)) if hole else pane, door.face, "door", density="glass")
     if look.form is ApplianceFront.ROUND and h > 0.6:
         band = board((0.05, -0.0022, 0.0), (w - 0.05, 0.003, 0.012), 0.0018, 2)
-        door.put(builder, band.translated(z=0.09), look.metal, "trim")
+        door.add_part(builder, band.translated(z=0.09), look.metal, "trim")
 
 
 NICHE_DEPTH = 0.042
@@ -173,7 +173,7 @@ NICHE_DEPTH = 0.042
 def _niche_hole(door: FridgeDoor, look: ApplianceLook) -> tuple[Vec2, Vec2]:
     """Corners of the dispenser's niche on the door, metres from the hinge's side and from its lower edge."""
     width, height = min(0.2, door.width - 0.15), 0.32
-    z = min(max(1.0 - door.low[1], 0.1), door.height - height - 0.2)
+    z = min(max(1.0 - door.lower[1], 0.1), door.height - height - 0.2)
     middle = door.width / 2 - (0.012 if look.pull is not AppliancePull.LATCH else 0.0)
     return (middle - width / 2, z), (middle + width / 2, z + height)
 
@@ -201,31 +201,31 @@ def _dispenser(builder: AssetBuilder, door: FridgeDoor, hole: tuple[Vec2, Vec2])
     dark = "plastic_black_gloss"
     outer, inner = ((x0, 0.0003, z0), (x1, back, z1)), ((x0 + e, 0.0003, z0 + e), (x1 - e, back - e, z1 - e))
     for corners in cavity_walls(outer, inner):
-        door.put(builder, board(*corners, 0.0), dark, "dispenser", density="dispenser_lining")
+        door.add_part(builder, board(*corners, 0.0), dark, "dispenser", density="dispenser_lining")
     rim = 0.009
     ring = subtract(
         board((x0 - rim, -0.0018, z0 - rim), (x1 + rim, 0.0, z1 + rim + 0.062), 0.0006),
         board((x0, -0.1, z0), (x1, 0.1, z1), 0.0),
     )
-    door.put(builder, ring, dark, "dispenser", density="dispenser_lining")
+    door.add_part(builder, ring, dark, "dispenser", density="dispenser_lining")
     for k, x in enumerate((-0.055, -0.018, 0.018, 0.055)):
         key = box((0.014, 0.0006, 0.014), (middle + x, -0.00215, z1 + 0.034), 0.0)
-        door.put(builder, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)
+        door.add_part(builder, key, "display_blue" if k == 1 else "plastic_grey_light", "display", density=0.0)
     spout = box((0.05, 0.03, 0.03), (middle, back - 0.0165, z1 - e - 0.0155), 0.004, 2)
     paddle = box((0.04, 0.004, 0.09), (middle, back - 0.0125, z1 - 0.09), 0.0015).rotated(
         "x", -0.12, (middle, back - 0.0125, z1 - 0.05)
     )
-    door.put(builder, spout, "plastic_grey_dark", "dispenser")
-    door.put(builder, paddle, "plastic_grey_light", "dispenser")
+    door.add_part(builder, spout, "plastic_grey_dark", "dispenser")
+    door.add_part(builder, paddle, "plastic_grey_light", "dispenser")
     count = int((x1 - x0 - 0.03) / 0.012)
     for k in range(count):
         x = x0 + 0.015 + (x1 - x0 - 0.03) * (k + 0.5) / count
         slat = box((0.006, back - 0.012, 0.004), (x, (back - 0.004) / 2, z0 + e + 0.0023), 0.0008)
-        door.put(builder, slat, "stainless_brushed", "dispenser")
+        door.add_part(builder, slat, "stainless_brushed", "dispenser")
 
 
 def add_pull(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> None:
-    """The pull of a leaf, near its free side at the height of a hand, or across its top where it says so."""
+    """Add the pull: near the free side at the height of a hand, or across the top where `door.across` is set."""
     w, h = door.width, door.height
     name = f"{door.link}_handle_main"
     latch = look.pull is AppliancePull.LATCH
@@ -233,13 +233,13 @@ def add_pull(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook) -> No
     if door.across or latch:
         length = LATCH_LENGTH if latch else min(w - 0.12, max(0.24, look.share * 1.2 * w))
         middle = w / 2 if door.across else w - 0.03 - LATCH_LENGTH / 2
-        z = h - min(door.drop, 0.3 * h) if door.across else min(max(HAND_HEIGHT - door.low[1], 0.1), h - 0.1)
+        z = h - min(door.pull_drop, 0.3 * h) if door.across else min(max(HAND_HEIGHT - door.lower[1], 0.1), h - 0.1)
         y = _depth(door, look, (middle - length / 2 + 0.05, z), (middle + length / 2 - 0.05, z))
         pull = handles.placed_handle(appliance_pull(look.pull, length), "z", 0.0, (middle, y, z))
     else:
         length = min(h - 0.12, max(0.26, look.share * h, 0.34 if look.pull is AppliancePull.PRO else 0.0))
         z_min, z_max = 0.06 + length / 2, h - 0.06 - length / 2
-        z = min(max(HAND_HEIGHT - door.low[1], z_min), z_max)
+        z = min(max(HAND_HEIGHT - door.lower[1], z_min), z_max)
         inset = min(inset, 0.03) if look.form is ApplianceFront.PANEL and look.front in FRAMED_FRONTS else inset
         y = _depth(door, look, (w - inset, z - length / 2 + 0.05), (w - inset, z + length / 2 - 0.05))
         pull = handles.placed_handle(appliance_pull(look.pull, length), "y", -DOOR_TRAVEL, (w - inset, y, z))
@@ -260,9 +260,9 @@ def _depth(door: FridgeDoor, look: ApplianceLook, *points: Vec2) -> float:
 
 def _bins(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, rows: int, bottom: float, top: float) -> None:
     """Clear bins above each other; low and high are z on the door, metres."""
-    t, r = look.thick, door.room
-    a = min(door.inwards(r.low[0]), door.inwards(r.high[0])) + 0.012
-    far = door.inwards(door.far) - 0.006
+    t, r = look.thick, door.compartment
+    a = min(door.inwards(r.lower[0]), door.inwards(r.upper[0])) + 0.012
+    far = door.inwards(door.clearance_x) - 0.006
     # The far front corner swings round the hinge: by then it must have passed the wall beside it.
     b = math.sqrt(far * far - (t + DOOR_GAP + BIN_DEPTH) ** 2 + t * t)
     rows = min(rows, max(1, int((top - bottom) / MIN_BIN_PITCH)))
@@ -283,9 +283,9 @@ def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, l
         (board((x1 - e, y0, z + e), (x1, y1 - e, z + lip), 0.001), f"{name}_side_b"),
     )
     for solid, collider in boards:
-        door.put(builder, solid, "plastic_clear", "bin", collider=collider)
+        door.add_part(builder, solid, "plastic_clear", "bin", collider=collider)
     rail = board((x0 - 0.001, y1 - 0.0055, z + lip), (x1 + 0.001, y1 + 0.0015, z + lip + 0.006), 0.001)
-    door.put(builder, rail, look.trim, "bin")
+    door.add_part(builder, rail, look.trim, "bin")
     corners = ((x0 + e, y0, z + e), (x1 - e, y1 - e, top - 0.012))
     if door.right:
         corners = ((-x1 + e, y0, z + e), (-x0 - e, y1 - e, top - 0.012))

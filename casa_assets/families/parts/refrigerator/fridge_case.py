@@ -122,7 +122,7 @@ class FridgeCase:
 
         Args:
             doors: doors at the top, which turn on covered hinges. other_joints: joints of further doors and drawers.
-            badge_door: the leaf that carries the badge. fridge_doors: leaves whose opening lights the lamp.
+            badge_door: the door with the badge. fridge_doors: doors whose opening lights the lamp.
         """
         p = self.p
         for right in sorted({door.right for door in doors}):

@@ -22,7 +22,7 @@ CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, 
 
 
 def center_gap(width: float, thickness: float) -> float:
-    """Between two leaves of a width that part in the middle: the rear corner swings out by so much, metres."""
+    """Gap between two doors of a width that meet in the middle: the rear corner of one swings out by it, metres."""
     return math.hypot(width, thickness) - width + 0.0014
 
 
@@ -42,8 +42,8 @@ def furnish_compartment(
         doors: in front of it, one or two from left to right.
         shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. height: height of each.
     """
-    floor, top = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
-    level, first = r.low[2] + LINER_THICKNESS, BIN_DEPTH + 0.012
+    floor, top = r.lower[2] + LINER_THICKNESS + 0.004, r.upper[2] - 0.014
+    level, first = r.lower[2] + LINER_THICKNESS, BIN_DEPTH + 0.012
     if drawers:
         level = _crispers(builder, r, look, doors, drawers, height, stacked, floor)
         add_shelf(builder, f"{r.name}_shelf0", r, level, 0.022, look)
@@ -68,13 +68,13 @@ def _crispers(
     floor: float,
 ) -> float:
     """Crispers; returns the z of the pane that covers them, metres."""
-    x0, x1 = r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE, r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE
-    # An open leaf stands before the wall of its hinge: what slides out passes it.
+    x0, x1 = r.lower[0] + LINER_THICKNESS + SIDE_CLEARANCE, r.upper[0] - LINER_THICKNESS - SIDE_CLEARANCE
+    # An open door stands before the wall of its hinge; what slides out must pass beside it.
     for door in doors:
         open_leaf = look.thick + 0.012 + SIDE_CLEARANCE
-        x0 = max(x0, door.low[0] + open_leaf) if not door.right else x0
-        x1 = min(x1, door.high[0] - open_leaf) if door.right else x1
-    back = r.high[1] - 0.02
+        x0 = max(x0, door.lower[0] + open_leaf) if not door.right else x0
+        x1 = min(x1, door.upper[0] - open_leaf) if door.right else x1
+    back = r.upper[1] - 0.02
     for k in range(drawers):
         name = f"{r.name}_drawer{k}"
         if stacked:
@@ -94,7 +94,7 @@ def _crispers(
 
 def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook, door: FridgeDoor, count: int) -> None:
     """A room that is nothing but baskets above each other."""
-    floor, ceiling = r.low[2] + LINER_THICKNESS + 0.004, r.high[2] - 0.014
+    floor, ceiling = r.lower[2] + LINER_THICKNESS + 0.004, r.upper[2] - 0.014
     _crispers(builder, r, look, (door,), count, (ceiling - floor) / count - 0.012, True, floor)
 
 

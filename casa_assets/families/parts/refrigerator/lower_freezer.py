@@ -62,7 +62,7 @@ def add_lower_fronts(
                 (middle - half, top),
                 False,
                 compartments[0],
-                compartments[0].high[0],
+                compartments[0].upper[0],
                 face,
             ),
             FridgeDoor(
@@ -71,22 +71,22 @@ def add_lower_fronts(
                 (width, top),
                 True,
                 compartments[1],
-                compartments[1].low[0],
+                compartments[1].lower[0],
                 face,
             ),
         ]
         for door in doors:
             hang_fridge_door(builder, door, look, 0, 0.0)
-            fill_with_baskets(builder, door.room, look, door, 2)
+            fill_with_baskets(builder, door.compartment, look, door, 2)
         return [door.joint for door in doors]
     if kind is FreezerFront.DOOR:
         r = compartments[0]
-        door = FridgeDoor("freezer", (0.0, bottom), (width, top), right, r, r.low[0] if right else r.high[0], face)
+        door = FridgeDoor("freezer", (0.0, bottom), (width, top), right, r, r.lower[0] if right else r.upper[0], face)
         hang_fridge_door(builder, door, look, 0, 0.0)
         fill_with_baskets(builder, r, look, door, 3 if top - bottom > 0.6 else 2)
         return [door.joint]
     joints = []
-    planes = [bottom, *((a.high[2] + b.low[2]) / 2 for a, b in pairwise(compartments)), top]
+    planes = [bottom, *((a.upper[2] + b.lower[2]) / 2 for a, b in pairwise(compartments)), top]
     for k, r in enumerate(compartments):
         under, over = planes[k] + (0.003 if k else 0.0), planes[k + 1] - (0.003 if k + 1 < len(compartments) else 0.0)
         door = FridgeDoor(r.name, (0.0, under), (width, over), False, r, 0.0, face, across=True)

@@ -64,21 +64,21 @@ def add_crisper(
 
 
 def add_pull_out(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, region: str) -> None:
-    """A front with a deep basket that is pulled out as one; its link and joint are the leaf's."""
-    t, w, h, r = look.thick, door.width, door.height, door.room
-    builder.link(door.link, at=(door.low[0], -DOOR_GAP - t, door.low[1]))
+    """Add a front with a deep basket behind it that slide out together; link and joint are those of `door`."""
+    t, w, h, r = look.thick, door.width, door.height, door.compartment
+    builder.link(door.link, at=(door.lower[0], -DOOR_GAP - t, door.lower[1]))
     add_face(builder, door, look)
     seal = gasket_frame((0.012, 0.012), (w - 0.012, h - 0.012), t + 2e-4, t + DOOR_GAP - 3e-4)
     builder.add(door.link, seal, "gasket_grey", "gasket", collider=False, density="magnetic_gasket")
     add_pull(builder, door, look)
     x0, x1 = (
-        r.low[0] + LINER_THICKNESS + SIDE_CLEARANCE + 0.012 - door.low[0],
-        r.high[0] - LINER_THICKNESS - SIDE_CLEARANCE - 0.012 - door.low[0],
+        r.lower[0] + LINER_THICKNESS + SIDE_CLEARANCE + 0.012 - door.lower[0],
+        r.upper[0] - LINER_THICKNESS - SIDE_CLEARANCE - 0.012 - door.lower[0],
     )
-    z0 = max(r.low[2] + 0.012 - door.low[1], 0.03)
-    z1 = min(r.high[2] - 0.02 - door.low[1], h - 0.03)
+    z0 = max(r.lower[2] + 0.012 - door.lower[1], 0.03)
+    z1 = min(r.upper[2] - 0.02 - door.lower[1], h - 0.03)
     z1 = z0 + 0.8 * (z1 - z0)
-    y0, y1, e = t + DOOR_GAP, t + DOOR_GAP + r.high[1] - 0.03, 0.004
+    y0, y1, e = t + DOOR_GAP, t + DOOR_GAP + r.upper[1] - 0.03, 0.004
     for solid, part in (
         (board((x0, y0, z0), (x1, y1, z0 + e), 0.001), "bottom"),
         (board((x0, t + 1e-4, z0 + e), (x1, y0 + 0.01, z1), 0.001), "front"),
