@@ -114,16 +114,18 @@ class Tally:
 
     def __str__(self) -> str:
         """Such as `74 of 74 that apply`, with what was not run where there is any."""
-        told = f"{self.passed:,} of {self.applying:,} that apply"
-        return f"{told}, {self.not_run:,} not run" if self.not_run else told
+        counts = f"{self.passed:,} of {self.applying:,} that apply"
+        return f"{counts}, {self.not_run:,} not run" if self.not_run else counts
 
 
 def tally(results: Iterable[CheckResult]) -> Tally:
     """Counts of results by status."""
     found = list(results)
-    of = {status: sum(r.status is status for r in found) for status in Status}
+    counts = {status: sum(r.status is status for r in found) for status in Status}
     advice = sum(r.status is Status.FAILED and r.severity is Severity.WARNING for r in found)
-    return Tally(of[Status.PASSED], of[Status.FAILED], of[Status.NOT_RUN], of[Status.NOT_APPLICABLE], advice)
+    return Tally(
+        counts[Status.PASSED], counts[Status.FAILED], counts[Status.NOT_RUN], counts[Status.NOT_APPLICABLE], advice
+    )
 
 
 class Report(Record):
@@ -142,11 +144,11 @@ class Report(Record):
     @model_validator(mode="before")
     @classmethod
     def _of_schema_1(cls, data: Any) -> Any:
-        """Read reports of older libraries, whose results said `passed` alone, also of what was not measured."""
+        """Read reports of schema version 1, whose results have `passed` in place of `status`."""
         if not isinstance(data, dict) or not any("passed" in r for r in data.get("results", ()) if isinstance(r, dict)):
             return data
         warned = {i["code"] for i in data.get("issues", ()) if i["severity"] == Severity.WARNING}
-        return {**data, "results": [_of_schema_1(r, warned) for r in data["results"]]}
+        return {**data, "results": [_current_result(r, warned) for r in data["results"]]}
 
     @property
     def errors(self) -> tuple[Issue, ...]:
@@ -178,12 +180,12 @@ class Report(Record):
         return Report(subject=self.subject, results=self.results + other.results, issues=self.issues + other.issues)
 
 
-def _of_schema_1(old: dict[str, Any], warned: set[str]) -> dict[str, Any]:
+def _current_result(old: dict[str, Any], warned: set[str]) -> dict[str, Any]:
     """A result as it is written now; one that passed without a number is taken for one that did not apply."""
-    told = {key: value for key, value in old.items() if key != "passed"}
+    kept = {key: value for key, value in old.items() if key != "passed"}
     if not old["passed"]:
         severity = Severity.WARNING if old["code"] in warned else Severity.ERROR
-        return {**told, "status": Status.FAILED, "severity": severity}
+        return {**kept, "status": Status.FAILED, "severity": severity}
     if old.get("number") is None:
-        return {**told, "status": Status.NOT_APPLICABLE, "reason": "an earlier version told no number"}
-    return {**told, "status": Status.PASSED}
+        return {**kept, "status": Status.NOT_APPLICABLE, "reason": "an earlier version told no number"}
+    return {**kept, "status": Status.PASSED}

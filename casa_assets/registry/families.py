@@ -88,22 +88,22 @@ def family_groups() -> Mapping[str, tuple[Family[Any], ...]]:
 
 def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:
     """The family that a document describes. Raises RegistryError with file, line, pointer, expected and got."""
-    page = read_record(FamilyFile, document.value, document, ())
+    file = read_record(FamilyFile, document.value, document, ())
     categories = load().fixtures
-    if page.category not in categories:
-        raise document.fault(("category",), expected_one_of(tuple(categories), page.category), repr(page.category))
-    if (page.sample is None) == (model.sample is None):
-        expected = "rules" if page.sample is None else "no rules, since its code has `sample`"
-        raise document.fault(("sample",), expected, "nothing" if page.sample is None else "rules")
-    presets = {name: _preset(model, name, row, document) for name, row in page.presets.items()}
+    if file.category not in categories:
+        raise document.fault(("category",), expected_one_of(tuple(categories), file.category), repr(file.category))
+    if (file.sample is None) == (model.sample is None):
+        expected = "rules" if file.sample is None else "no rules, since its code has `sample`"
+        raise document.fault(("sample",), expected, "nothing" if file.sample is None else "rules")
+    presets = {name: _preset(model, name, row, document) for name, row in file.presets.items()}
     return Family(
         name=model.name,
         params=model.params,
         build=model.build,
-        sample=model.sample or read_sample_rules(model.params, page.sample or {}, document),
-        title=page.title,
-        category=page.category,
-        description=page.description,
+        sample=model.sample or read_sample_rules(model.params, file.sample or {}, document),
+        title=file.title,
+        category=file.category,
+        description=file.description,
         presets=MappingProxyType(presets),
     )
 
@@ -122,10 +122,10 @@ def _preset(model: ParametricModel[Any], name: str, row: Any, document: Document
 
 
 def _look(name: str, document: Document, at: KeyPath) -> CabinetLook:
-    known = looks()
-    if name not in known:
-        raise document.fault(at, expected_one_of(tuple(known), name), repr(name))
-    return known[name]
+    named = looks()
+    if name not in named:
+        raise document.fault(at, expected_one_of(tuple(named), name), repr(name))
+    return named[name]
 
 
 @lru_cache(maxsize=1)

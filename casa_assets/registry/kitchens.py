@@ -46,15 +46,15 @@ def read_plan(path: Path) -> tuple[Plan, Document]:
     return read_record(Plan, document.value, document, (), id=path.stem), document
 
 
-def _load(kind: type[R], where: str, what: str, name: str) -> tuple[R, Document]:
-    path = data_root() / where / f"{name}.yaml"
-    if name not in _names(where):
-        raise UnknownId(what, name, _names(where))
+def _load(kind: type[R], folder: str, noun: str, name: str) -> tuple[R, Document]:
+    path = data_root() / folder / f"{name}.yaml"
+    if name not in _names(folder):
+        raise UnknownId(noun, name, _names(folder))
     document = read_document(path)
     if not isinstance(document.value, dict):
-        raise RegistryError(path.name, 1, "", f"a {what}", type(document.value).__name__)
+        raise RegistryError(path.name, 1, "", f"a {noun}", type(document.value).__name__)
     return read_record(kind, document.value, document, (), id=name), document
 
 
-def _names(where: str) -> tuple[str, ...]:
-    return tuple(sorted(p.stem for p in (data_root() / where).glob("*.yaml")))
+def _names(folder: str) -> tuple[str, ...]:
+    return tuple(sorted(p.stem for p in (data_root() / folder).glob("*.yaml")))

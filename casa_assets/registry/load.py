@@ -1,4 +1,4 @@
-"""The only door to registry/: YAML into frozen records; unknown keys, duplicates and dangling names are errors."""
+"""Read registry/: YAML into frozen records; unknown keys, duplicate keys and unresolved names are errors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FILES = (
     "waivers",
     "words",
 )
-FALLBACK = "object"  # the category of what has no other; never found by its name, which every second node carries
+FALLBACK = "object"  # category of an asset that has no other; not found by name, since many nodes are called so
 YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
 R = TypeVar("R", bound=Record)
 
@@ -106,10 +106,10 @@ def read_document(path: Path) -> Document:
     lines: dict[KeyPath, int] = {}
     loader = yaml.SafeLoader("")
 
-    def plain(node: yaml.Node, at: KeyPath) -> Any:
+    def parse(node: yaml.Node, at: KeyPath) -> Any:
         lines.setdefault(at, node.start_mark.line + 1)
         if isinstance(node, yaml.SequenceNode):
-            return [plain(item, (*at, i)) for i, item in enumerate(node.value)]
+            return [parse(item, (*at, i)) for i, item in enumerate(node.value)]
         if not isinstance(node, yaml.MappingNode):
             return loader.construct_object(node)
         values: dict[str, Any] = {}
@@ -120,16 +120,16 @@ def read_document(path: Path) -> Document:
                     path.name, line, ".".join(map(str, (*at, name))), "each key once", f"{name!r} again"
                 )
             lines[(*at, name)] = line
-            values[name] = plain(item, (*at, name))
+            values[name] = parse(item, (*at, name))
         return values
 
     try:
         text = path.read_text(encoding="utf-8")
         try:
             root = yaml.compose(text, Loader=YAML_LOADER)
-        except yaml.YAMLError:  # Python tells faults better than libyaml
+        except yaml.YAMLError:  # again in Python, whose messages are better than libyaml's
             root = yaml.compose(text, Loader=yaml.SafeLoader)
-        value = plain(root, ()) if root else {}
+        value = parse(root, ()) if root else {}
     except OSError as error:
         raise RegistryError(path.name, 1, "", "a readable file", error.strerror or str(error)) from None
     except yaml.MarkedYAMLError as error:
@@ -149,7 +149,7 @@ def read_record(kind: type[R], row: Any, document: Document, path: KeyPath, **gi
     try:
         return kind.model_validate({**row, **given})
     except ValidationError as error:
-        # A name that is misspelt is also one that is missing: the former says more.
+        # A misspelt name is reported as unknown and as missing: the former is more helpful.
         first = next((e for e in error.errors() if e["type"] == "extra_forbidden"), error.errors()[0])
         at = (*path, *first["loc"])
         if first["type"] == "extra_forbidden":
@@ -251,12 +251,12 @@ def read_densities(document: Document, substances: Mapping[str, Substance]) -> d
     return found
 
 
-def read_contracts(pages: Sequence[Path]) -> dict[str, Contract]:
-    """The contracts, one file each; the stem of a file is the id of its contract."""
+def read_contracts(paths: Sequence[Path]) -> dict[str, Contract]:
+    """The contracts, one file each, called after its id."""
     contracts: dict[str, Contract] = {}
-    for page in pages:
-        document = replace(read_document(page), file=f"{page.parent.name}/{page.name}")
-        contracts[page.stem] = read_record(Contract, document.value, document, (), id=page.stem)
+    for path in paths:
+        document = replace(read_document(path), file=f"{path.parent.name}/{path.name}")
+        contracts[path.stem] = read_record(Contract, document.value, document, (), id=path.stem)
     return contracts
 
 
@@ -292,9 +292,9 @@ def load(root: Path | None = None) -> Registry:
     digest = hashlib.sha256()
     for name in FILES:
         digest.update(name.encode() + b"\0" + hashlib.sha256((folder / f"{name}.yaml").read_bytes()).digest())
-    pages = sorted((folder / "contracts").glob("*.yaml"))
-    for page in pages:
-        digest.update(page.name.encode() + b"\0" + hashlib.sha256(page.read_bytes()).digest())
+    contracts = sorted((folder / "contracts").glob("*.yaml"))
+    for path in contracts:
+        digest.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
     substances = read_table(Substance, documents["substances"])
     classes = read_classes(documents["classes"])
     categories = read_categories(documents["categories"], classes, substances)
@@ -312,7 +312,7 @@ def load(root: Path | None = None) -> Registry:
         limit_units=MappingProxyType({name: limit.unit for name, limit in limits.items()}),
         waivers=tuple(read_record(Waiver, row, waivers, (i,)) for i, row in enumerate(waivers.value or [])),
         rejections=MappingProxyType(read_table(Rejection, documents["rejections"], "code")),
-        contracts=MappingProxyType(read_contracts(pages)),
+        contracts=MappingProxyType(read_contracts(contracts)),
         digest=digest.hexdigest(),
         vocabulary=read_vocabulary(documents["categories"], categories, words),
     )

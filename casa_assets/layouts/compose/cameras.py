@@ -15,11 +15,11 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
 FOV_DEG = 50.0
-ASPECT = 4 / 3  # of the pictures that the overview has to fit into
+ASPECT = 4 / 3  # width over height of the overview
 FRAME_FILL = 0.95  # share of the overview that the room fills
-EYE_HEIGHT_M = 1.45  # metres: eye of a robot of human height
-ROBOT_CLEARANCE_M = 0.3  # metres that it stands from what is on the floor
-FAN_DEG, SIGHT = (-24, -16, -8, 0, 8, 16, 24), 40  # directions in which its outlook is tried, and decimetres
+EYE_HEIGHT_M = 1.45  # of a robot of human height
+ROBOT_CLEARANCE_M = 0.3  # between the robot and what is on the floor
+VIEW_ANGLES_DEG, VIEW_STEPS, VIEW_STEP_M = (-24, -16, -8, 0, 8, 16, 24), 40, 0.1  # rays that measure its view
 Box = tuple[float, float, float, float]
 WORKPLACES = {
     BaseKind.SINK: "sink",
@@ -35,7 +35,7 @@ def cameras(kitchen: KitchenRequest) -> tuple[Camera, ...]:
     """Overview from above the open side, straight from above, at each place of work, and two robot eyes."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)
-    out = [_overview(kitchen, x0, y0, x1, y1), _above(middle, x1 - x0, y1 - y0)]
+    out = [_overview(kitchen, x0, y0, x1, y1), _top_view(middle, x1 - x0, y1 - y0)]
     seen: set[str] = set()
     for row in kitchen.slots.values():
         for slot in row:
@@ -60,7 +60,7 @@ def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:
     for shares, way in (((0.35, 0.28, 0.42, 0.5), 1.0), ((0.65, 0.72, 0.58, 0.5), -1.0)):
         places = [(x0 + fx * (x1 - x0), y0 + fy * (y1 - y0)) for fy in (0.3, 0.2, 0.4, 0.1) for fx in shares]
         target = ((x0 + x1) / 2 - way * 0.3, y1)
-        best = max(places, key=lambda at: _outlook(kitchen, boxes, at, target))
+        best = max(places, key=lambda at: _view(kitchen, boxes, at, target))
         found.append(((*best, EYE_HEIGHT_M), (*target, 1.05)))
     return found
 
@@ -73,23 +73,23 @@ def _box(slot: UnitSlot) -> Box:
     return min(xs), min(ys), max(xs), max(ys)
 
 
-def _outlook(kitchen: KitchenRequest, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
+def _view(kitchen: KitchenRequest, boxes: Sequence[tuple[Box, bool]], at: Vec2, target: Vec2) -> tuple[bool, float]:
     """True if a robot has room at a point, and its mean free sight from there in half metres."""
-    free = kitchen.room.contains(*at) and all(_away(box, at) > ROBOT_CLEARANCE_M for box, _ in boxes)
+    free = kitchen.room.contains(*at) and all(_distance(box, at) > ROBOT_CLEARANCE_M for box, _ in boxes)
     ahead = math.atan2(target[1] - at[1], target[0] - at[0])
     tall = [box for box, high in boxes if high]
     total = 0.0
-    for turn in FAN_DEG:
-        way = (math.cos(ahead + math.radians(turn)), math.sin(ahead + math.radians(turn)))
-        for step in range(1, SIGHT + 1):
-            x, y = at[0] + 0.1 * step * way[0], at[1] + 0.1 * step * way[1]
-            if not kitchen.room.contains(x, y) or any(_away(box, (x, y)) <= 0 for box in tall):
+    for turn in VIEW_ANGLES_DEG:
+        direction = (math.cos(ahead + math.radians(turn)), math.sin(ahead + math.radians(turn)))
+        for step in range(1, VIEW_STEPS + 1):
+            x, y = at[0] + VIEW_STEP_M * step * direction[0], at[1] + VIEW_STEP_M * step * direction[1]
+            if not kitchen.room.contains(x, y) or any(_distance(box, (x, y)) <= 0 for box in tall):
                 break
-            total += 0.1
-    return free, round(2 * total / len(FAN_DEG)) / 2
+            total += VIEW_STEP_M
+    return free, round(2 * total / len(VIEW_ANGLES_DEG)) / 2
 
 
-def _away(box: Box, at: Vec2) -> float:
+def _distance(box: Box, at: Vec2) -> float:
     """Metres from a point to a box; none within."""
     return math.hypot(max(box[0] - at[0], 0.0, at[0] - box[2]), max(box[1] - at[1], 0.0, at[1] - box[3]))
 
@@ -112,12 +112,12 @@ def _overview(kitchen: KitchenRequest, x0: float, y0: float, x1: float, y1: floa
     for _ in range(30):
         middle = (low + high) / 2
         low, high = (low, middle) if _fits(corners, target + middle * away, target) else (middle, high)
-    return Camera(name="overview", pose=look_at(_vec(target + high * away), _vec(target)), fov_y_deg=FOV_DEG)
+    return Camera(name="overview", pose=look_at(_vec3(target + high * away), _vec3(target)), fov_y_deg=FOV_DEG)
 
 
 def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
     """True if the overview shows all points, with a little air round them."""
-    pose = look_at(_vec(eye), _vec(target))
+    pose = look_at(_vec3(eye), _vec3(target))
     seen = pose.inverse().apply(points)
     reach = FRAME_FILL * math.tan(math.radians(FOV_DEG / 2)) * -seen[:, 2]
     return bool(
@@ -125,7 +125,7 @@ def _fits(points: np.ndarray, eye: np.ndarray, target: np.ndarray) -> bool:
     )
 
 
-def _above(middle: tuple[float, float], width: float, depth: float) -> Camera:
+def _top_view(middle: tuple[float, float], width: float, depth: float) -> Camera:
     high = max(width / ASPECT, depth) / 2 / math.tan(math.radians(20.0)) * 1.06 + 2.4
     return Camera(name="above", pose=Pose(position=(middle[0], middle[1], round(high, 4))), fov_y_deg=40.0)
 
@@ -144,8 +144,8 @@ def look_at(eye: Vec3, target: Vec3) -> Pose:
     z = math.copysign(math.sqrt(max(0.0, 1 - m[0, 0] - m[1, 1] + m[2, 2])) / 2, m[1, 0] - m[0, 1])
     q = np.round(np.array([w, x, y, z]), 9)
     q /= np.linalg.norm(q)
-    return Pose(position=_vec(np.round(eye, 6)), quaternion=(float(q[0]), float(q[1]), float(q[2]), float(q[3])))
+    return Pose(position=_vec3(np.round(eye, 6)), quaternion=(float(q[0]), float(q[1]), float(q[2]), float(q[3])))
 
 
-def _vec(values: np.ndarray | Vec3) -> Vec3:
+def _vec3(values: np.ndarray | Vec3) -> Vec3:
     return (float(values[0]), float(values[1]), float(values[2]))

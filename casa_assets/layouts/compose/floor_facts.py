@@ -39,7 +39,7 @@ from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
-# What layouts call a thing -> what it is there for; others are told by where they are.
+# Role of an ordered item -> role of the fixture; items that are not listed get theirs from their position.
 ROLES = {
     **{r.value: r for r in Role if r not in (Role.ISLAND, Role.CORNER)},
     "counter": Role.WORKTOP,
@@ -49,29 +49,28 @@ ROLES = {
     "lamp": Role.HUNG,
     **dict.fromkeys(("filler", "panel", "backsplash", "cornice", "skirting", "splash"), Role.TRIM),
 }
-BASES = {"drawer_stack": Role.DRAWERS, "island_base": Role.ISLAND}
-WORKTOP_FROM, WORKTOP_TO = 0.85, 1.15  # heights at which a thing stands on a worktop, metres
-ON_FLOOR = 0.1
+BASE_ROLES = {"drawer_stack": Role.DRAWERS, "island_base": Role.ISLAND}
+WORKTOP_FROM_M, WORKTOP_TO_M = 0.85, 1.15  # heights of the foot of what stands on a worktop
+FLOOR_TO_M = 0.1  # height of the foot of what stands on the floor
 
 
 def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
     """Floor plan of a kitchen and of the scene that was composed of it."""
-    wanted = {w.name: w for w in kitchen.items}
+    items = {item.name: item for item in kitchen.items}
     assets = scene.asset_of
     outlines = {a.id: AssetOutlines(a) for a in scene.assets}
-    fixtures = tuple(_fixture(p, assets[p.name], wanted[p.name], outlines) for p in scene.placements)
-    of = {f.name: f for f in fixtures}
-    drawn = {w.name for w in kitchen.items}
+    fixtures = tuple(_fixture(p, assets[p.name], items[p.name], outlines) for p in scene.placements)
+    by_name = {f.name: f for f in fixtures}
     walls = tuple(
         RoomWall(
             id=w.id,
             start=_flat(w.frame.at(0.0, 0.0)),
             end=_flat(w.frame.at(w.length, 0.0)),
-            is_open=f"wall_{w.id}" not in drawn,
+            is_open=f"wall_{w.id}" not in items,
         )
         for w in kitchen.room.walls
     )
-    rows = tuple(_row(kitchen, line, kitchen.slots[name], of) for name, line in kitchen.lines.items())
+    rows = tuple(_run(kitchen, line, kitchen.slots[name], by_name) for name, line in kitchen.lines.items())
     outline = kitchen.room.outline
     closed = {w.id for w in walls if not w.is_open}
     holes = [h for h in kitchen.holes if h.wall.id in closed]
@@ -82,49 +81,49 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
         outline=outline,
         height=kitchen.room.height,
         walls=walls,
-        openings=tuple(_way(h, assets.get(h.opening.id), of.get(h.opening.id)) for h in holes),
+        openings=tuple(_opening(h, assets.get(h.opening.id), by_name.get(h.opening.id)) for h in holes),
         runs=rows,
         fixtures=fixtures,
         aisles=find_aisles(rows, walls, outline),
     )
 
 
-def _role(wanted: OrderItem, place: Placement, asset: Asset, low: float) -> Role:
+def _role(item: OrderItem, place: Placement, asset: Asset, low: float) -> Role:
     if place.layer is not Layer.THINGS:
         return Role.ROOM
-    if wanted.role == "base":
-        return BASES.get(asset.labels.category, Role.CABINET)
-    if wanted.role == "corner":
+    if item.role == "base":
+        return BASE_ROLES.get(asset.labels.category, Role.CABINET)
+    if item.role == "corner":
         return Role.UPPER if low > 1.0 else Role.CORNER
-    if wanted.role in ROLES:
-        return ROLES[wanted.role]
-    if low < ON_FLOOR:
+    if item.role in ROLES:
+        return ROLES[item.role]
+    if low < FLOOR_TO_M:
         return Role.ON_FLOOR
-    return Role.THING if asset.base is Base.FREE and WORKTOP_FROM < low < WORKTOP_TO else Role.HUNG
+    return Role.THING if asset.base is Base.FREE and WORKTOP_FROM_M < low < WORKTOP_TO_M else Role.HUNG
 
 
-def _fixture(place: Placement, asset: Asset, wanted: OrderItem, outlines: Mapping[str, AssetOutlines]) -> Fixture:
+def _fixture(place: Placement, asset: Asset, item: OrderItem, outlines: Mapping[str, AssetOutlines]) -> Fixture:
     middle, size = box_of(asset)
     x, y, z = _at(place.pose, middle)
-    foot = Footprint(center=(_tidy(x), _tidy(y)), size=(size[0], size[1]), yaw=_yaw(place.pose))
-    low, high = _tidy(z - size[2] / 2), _tidy(z + size[2] / 2)
-    around = outlines[asset.id]
-    role = _role(wanted, place, asset, low)
+    footprint = Footprint(center=(_rounded(x), _rounded(y)), size=(size[0], size[1]), yaw=_yaw(place.pose))
+    low, high = _rounded(z - size[2] / 2), _rounded(z + size[2] / 2)
+    own = outlines[asset.id]
+    role = _role(item, place, asset, low)
     return Fixture(
         name=place.name,
         role=role,
         category=asset.labels.category,
-        unit=wanted.unit,
-        run=wanted.run,
-        footprint=foot,
+        unit=item.unit,
+        run=item.run,
+        footprint=footprint,
         bottom=low,
         top=high,
         is_movable=asset.base is Base.FREE or role is Role.SEAT,
-        joints=tuple(_joints(place, asset, around, foot)),
-        regions=tuple(_volumes(place, asset, around)),
-        sites=tuple(_mark(s.name, place.pose @ around.poses[s.link] @ s.pose) for s in asset.sites),
+        joints=tuple(_joints(place, asset, own, footprint)),
+        regions=tuple(_regions(place, asset, own)),
+        sites=tuple(_site(s.name, place.pose @ own.poses[s.link] @ s.pose) for s in asset.sites),
         buttons=tuple(
-            _mark(c.name, place.pose @ around.poses[k.name] @ c.pose)
+            _site(c.name, place.pose @ own.poses[k.name] @ c.pose)
             for k in asset.links
             for c in k.colliders
             if c.label == "button" or "button" in c.name
@@ -132,46 +131,45 @@ def _fixture(place: Placement, asset: Asset, wanted: OrderItem, outlines: Mappin
     )
 
 
-def _mark(name: str, pose: Pose) -> FixtureSite:
+def _site(name: str, pose: Pose) -> FixtureSite:
     return FixtureSite(name=name, position=_at(pose, (0.0, 0.0, 0.0)))
 
 
-def _joints(place: Placement, asset: Asset, around: AssetOutlines, foot: Footprint) -> Iterator[FixtureJoint]:
+def _joints(place: Placement, asset: Asset, outlines: AssetOutlines, footprint: Footprint) -> Iterator[FixtureJoint]:
     for joint in asset.joints:
-        grip = around.grip_point(joint)
+        grip = outlines.grip_point(joint)
         yield FixtureJoint(
             name=joint.name,
             kind=joint.kind,
             range=joint.range,
             behind=joint.behind,
             grip_point=None if grip is None else _at(place.pose, grip),
-            swept_area=around.swept_area(joint, place.pose, foot),
+            swept_area=outlines.swept_area(joint, place.pose, footprint),
         )
 
 
-def _volumes(place: Placement, asset: Asset, around: AssetOutlines) -> Iterator[FixtureRegion]:
+def _regions(place: Placement, asset: Asset, outlines: AssetOutlines) -> Iterator[FixtureRegion]:
     for region in asset.regions:
-        pose = place.pose @ around.poses[region.link] @ region.pose
+        pose = place.pose @ outlines.poses[region.link] @ region.pose
         (x, y, z), (w, d, h) = pose.position, region.size
         yield FixtureRegion(
             name=region.name,
-            footprint=Footprint(center=(_tidy(x), _tidy(y)), size=(w, d), yaw=_yaw(pose)),
-            bottom=_tidy(z - h / 2),
-            top=_tidy(z + h / 2),
+            footprint=Footprint(center=(_rounded(x), _rounded(y)), size=(w, d), yaw=_yaw(pose)),
+            bottom=_rounded(z - h / 2),
+            top=_rounded(z + h / 2),
             is_cylinder=region.kind == "cylinder",
             is_moving=region.link != asset.root.name,
         )
 
 
-def _way(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> WallOpening:
+def _opening(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> WallOpening:
     frame, opening = hole.wall.frame, hole.opening
-    clear = hole.right - hole.left
-    leaf = None
+    clear_width, swept_area = hole.right - hole.left, None
     if opening.kind is OpeningKind.DOOR and asset is not None and fixture is not None:
-        for joint, known in zip(asset.joints, fixture.joints, strict=True):
-            if known.swept_area is not None:
-                width, taken = door_leaf_widths(asset, joint)
-                clear, leaf = width - taken, known.swept_area
+        for joint, placed in zip(asset.joints, fixture.joints, strict=True):
+            if placed.swept_area is not None:
+                width, obstructed = door_leaf_widths(asset, joint)
+                clear_width, swept_area = width - obstructed, placed.swept_area
     return WallOpening(
         id=opening.id,
         kind=opening.kind,
@@ -180,13 +178,15 @@ def _way(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> WallOp
         end=_flat(frame.at(hole.right, 0.0)),
         bottom=hole.bottom,
         top=hole.top,
-        clear_width=round(clear, 4),
+        clear_width=round(clear_width, 4),
         can_open=asset is not None and bool(asset.joints),
-        swept_area=leaf,
+        swept_area=swept_area,
     )
 
 
-def _row(kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], of: Mapping[str, Fixture]) -> PlacedRun:
+def _run(
+    kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], fixtures: Mapping[str, Fixture]
+) -> PlacedRun:
     corner = line.right.corner
     behind = 0.0
     if not line.at_wall:
@@ -209,16 +209,16 @@ def _row(kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], of: 
         corner_right=line.right.base_length,
         overhang=line.run.overhang,
         units=tuple(
-            _unit(line, slot, slot.name not in tall, of)
+            _unit(line, slot, slot.name not in tall, fixtures)
             for slot in slots
             if not slot.is_upper and not (isinstance(slot.kind, CornerPart) and slot.corner is not None)
         ),
     )
 
 
-def _unit(line: RunLine, slot: UnitSlot, worktop: bool, of: Mapping[str, Fixture]) -> PlacedUnit:
+def _unit(line: RunLine, slot: UnitSlot, worktop: bool, fixtures: Mapping[str, Fixture]) -> PlacedUnit:
     fronts = [slot.depth + (standard_sizes.WORKTOP_OVERHANG if worktop else 0.0)]
-    for fixture in of.values():
+    for fixture in fixtures.values():
         if fixture.unit == slot.name and fixture.bottom < 0.3 and slot.kind is not BaseKind.GAP:
             fronts.append(line.frame.to_local(*fixture.footprint.at(0.0, 0.0))[1])
     return PlacedUnit(
@@ -240,12 +240,12 @@ def _yaw(pose: Pose) -> float:
 
 def _at(pose: Pose, point: Vec3) -> Vec3:
     x, y, z = pose.apply(np.array([point]))[0]
-    return (_tidy(x), _tidy(y), _tidy(z))
+    return (_rounded(x), _rounded(y), _rounded(z))
 
 
 def _flat(point: Vec3) -> Vec2:
     return (point[0], point[1])
 
 
-def _tidy(value: float) -> float:
+def _rounded(value: float) -> float:
     return decimals(float(value), 4)

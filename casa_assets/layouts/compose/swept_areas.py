@@ -14,9 +14,8 @@ from casa_assets.model.kitchen.floor import Corners, Footprint, SweptArea
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-HINGE_POSES = 10  # poses of a hinge between shut and open: an arc of 90 degrees is met to 0.3 % of its radius
-# A part that reaches out less than this is a knob, a key or a rack that stays in its fixture; metres.
-MIN_REACH_M = 0.06
+HINGE_POSES = 10  # sampled poses of a hinge; the outline of a 90 degree arc is within 0.3 % of its radius
+MIN_REACH_M = 0.06  # a part that reaches out less is a knob, a key or a rack that stays in its fixture
 _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
 
@@ -31,7 +30,7 @@ class AssetOutlines:
         self.points = {k.name: self.poses[k.name].apply(_points(k)) for k in asset.links}
 
     def grip_point(self, joint: Joint) -> Vec3 | None:
-        """Middle of what a hand takes, asset frame, metres."""
+        """Centre of the grip, joints at zero, asset frame, metres; None where there is none."""
         for link in self.asset.links:
             for collider in link.colliders:
                 if collider.name == joint.grip:
@@ -39,61 +38,61 @@ class AssetOutlines:
         return None
 
     def moved_points(self, joint: Joint) -> Floats:
-        """(N, 3) points of all that a joint moves, while all joints are at zero; asset frame."""
-        moved = [joint.child]
+        """(N, 3) points of everything that a joint moves, joints at zero, asset frame, metres."""
+        links = [joint.child]
         for link in self.asset.links:
-            if link.parent in moved:
-                moved.append(link.name)
-        return np.concatenate([self.points[name] for name in moved])
+            if link.parent in links:
+                links.append(link.name)
+        return np.concatenate([self.points[name] for name in links])
 
     def swept_points(self, joint: Joint) -> Floats:
-        """(S, N, 3) points of all that a joint moves, from shut to open; asset frame."""
-        shut = self.moved_points(joint)
-        low, high = joint.range
-        far = high if abs(high) >= abs(low) else low
+        """(S, N, 3) points of everything that a joint moves, from closed to open, asset frame, metres."""
+        closed = self.moved_points(joint)
+        lower, upper = joint.range
+        opened = upper if abs(upper) >= abs(lower) else lower
         pose = self.poses[joint.child]
         axis = pose.rotation @ np.array(joint.axis)
         if joint.kind is JointKind.SLIDE:
-            return np.stack([shut, shut + far * axis])
+            return np.stack([closed, closed + opened * axis])
         anchor = pose.apply(np.array([joint.anchor]))[0]
-        return np.stack([(shut - anchor) @ about_axis(axis, a).T + anchor for a in np.linspace(0.0, far, HINGE_POSES)])
+        return np.stack(
+            [(closed - anchor) @ about_axis(axis, a).T + anchor for a in np.linspace(0.0, opened, HINGE_POSES)]
+        )
 
-    def swept_area(self, joint: Joint, world: Pose, foot: Footprint) -> SweptArea | None:
+    def swept_area(self, joint: Joint, world_from_asset: Pose, footprint: Footprint) -> SweptArea | None:
         """Area that a joint's parts sweep, or None where they stay within the fixture's footprint."""
-        passed = self.swept_points(joint)
-        if not passed.shape[1] or np.abs(passed[-1] - passed[0])[:, :2].max() < MIN_REACH_M:
+        local = self.swept_points(joint)
+        if not local.shape[1] or np.abs(local[-1] - local[0])[:, :2].max() < MIN_REACH_M:
             return None
-        points = world.apply(passed.reshape(-1, 3)).reshape(passed.shape)
-        last = outline_of(points[-1, :, :2])
-        if len(last) < 3 or distance(foot.corners, last).max() < MIN_REACH_M:
+        points = world_from_asset.apply(local.reshape(-1, 3)).reshape(local.shape)
+        open_outline = outline_of(points[-1, :, :2])
+        if len(open_outline) < 3 or distance(footprint.corners, open_outline).max() < MIN_REACH_M:
             return None
-        upright = joint.kind is JointKind.HINGE and abs(joint.axis[2]) > 0.5
+        is_side_hinge = joint.kind is JointKind.HINGE and abs(joint.axis[2]) > 0.5
         return SweptArea(
             outline=_corners(outline_of(points[..., :2].reshape(-1, 2))),
-            open_outline=_corners(last),
+            open_outline=_corners(open_outline),
             bottom=round(float(points[..., 2].min()), 4),
             top=round(float(points[..., 2].max()), 4),
-            sweeps_front=not upright,
+            sweeps_front=not is_side_hinge,
         )
 
 
 def door_leaf_widths(asset: Asset, joint: Joint) -> tuple[float, float]:
     """Width of a door's leaf, and of the part that obstructs the open doorway; metres. Levers do not count."""
     link = asset.link(joint.child)
-    slabs = [c for c in link.colliders if c.label not in ("handle", "lever", "knob")]
-    points = asset.asset_from_link(link.name).apply(_points(link.replace(colliders=tuple(slabs))))
-    outlines = AssetOutlines(asset)
-    pose = outlines.poses[joint.child]
+    leaf = tuple(c for c in link.colliders if c.label not in ("handle", "lever", "knob"))
+    pose = asset.asset_from_link(link.name)
+    points = pose.apply(_points(link.replace(colliders=leaf)))
     anchor, axis = pose.apply(np.array([joint.anchor]))[0], pose.rotation @ np.array(joint.axis)
-    far = max(joint.range, key=abs)
-    opened = (points - anchor) @ about_axis(axis, far).T + anchor
-    low, high = float(points[:, 0].min()), float(points[:, 0].max())
-    taken = min(high, float(opened[:, 0].max())) - max(low, float(opened[:, 0].min()))
-    return high - low, max(0.0, taken)
+    opened = (points - anchor) @ about_axis(axis, max(joint.range, key=abs)).T + anchor
+    left, right = float(points[:, 0].min()), float(points[:, 0].max())
+    obstructed = min(right, float(opened[:, 0].max())) - max(left, float(opened[:, 0].min()))
+    return right - left, max(0.0, obstructed)
 
 
 def _points(link: Link) -> Floats:
-    """(N, 3) points around the colliders of a link, its own frame."""
+    """(N, 3) vertices of the colliders of a link, or corners of boxes around round ones; link frame, metres."""
     out = [np.empty((0, 3))]
     for collider in link.colliders:
         shape = collider.shape

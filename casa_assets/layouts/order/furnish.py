@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.beams import BeamGrid
 from casa_assets.layouts.order.build_order import BuildOrder, DepthReference, HeightReference, OrderItem, Spot
-from casa_assets.layouts.order.room_shell import position_on_wall, wall_of
+from casa_assets.layouts.order.room_shell import position_on_wall
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import Room, resolve_length
+from casa_assets.layouts.plan.room import Room, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
@@ -113,7 +113,7 @@ def order_wall_items(
         at = ("wall_items", item.id)
         if not models.has(item.item):
             continue  # a style may leave a wall bare
-        wall = wall_of(plan, room, item.wall, *at)
+        wall = wall_of(plan, room, item.wall, *at, "wall")
         u = position_on_wall(plan, wall, item, parameters, slots, *at)
         model = models.for_role(item.item)
         is_over_worktop = item.over and standard_sizes.WORKTOP_HEIGHT < item.height < standard_sizes.UPPER_FROM
@@ -202,7 +202,7 @@ def order_floor_items(
         at = ("floor_items", item.id)
         if not models.has(item.item):
             continue
-        wall = wall_of(plan, room, item.wall, *at)
+        wall = wall_of(plan, room, item.wall, *at, "wall")
         u = resolve_length(plan, item.at, parameters, *at, "at")
         v = resolve_length(plan, item.from_wall, parameters, *at, "from_wall")
         spot = Spot(wall.frame, u, v, 0.0005, item.turn_deg, DepthReference.MIDDLE)

@@ -9,7 +9,7 @@ from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.beams import BeamGrid
 from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, WallLine, resolve_length
+from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, WallLine, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
@@ -34,7 +34,7 @@ def find_holes(
     out: list[WallHole] = []
     for opening in plan.openings:
         at = ("openings", opening.id)
-        wall = wall_of(plan, room, opening.wall, *at)
+        wall = wall_of(plan, room, opening.wall, *at, "wall")
         middle = position_on_wall(plan, wall, opening, parameters, slots, *at)
         left, right = round(middle - opening.width / 2, 4), round(middle + opening.width / 2, 4)
         high = round(opening.bottom + opening.height, 4)
@@ -43,14 +43,6 @@ def find_holes(
             raise PlanConflict(plan.id, at, f"a hole inside {wall.length:.2f} x {room.height:.2f} m", got)
         out.append(WallHole(opening, wall, left, right, opening.bottom, high))
     return tuple(out)
-
-
-def wall_of(plan: Plan, room: Room, name: str, *pointer: str) -> WallLine:
-    """The wall of that id. Raises PlanConflict, with the pointer of the row that names it."""
-    walls = {wall.id: wall for wall in room.walls}
-    if name not in walls:
-        raise PlanConflict(plan.id, (*pointer, "wall"), f"one of {', '.join(walls)}", repr(name))
-    return walls[name]
 
 
 def position_on_wall(

@@ -12,9 +12,9 @@ from casa_assets.geometry.planar import contains_point
 from casa_assets.model.kitchen.floor import Aisle, AisleKind, Corners, PlacedRun, RoomWall, RunEnd
 from casa_assets.model.record import Vec2
 
-RAY_SPACING_M = 0.05  # metres between the rays that are cast from a face
-MIN_OVERLAP_M = 0.02
-PASSAGE_BEYOND_M = 0.3  # metres past the end of a strip at which it has to go on, for people to pass through
+RAY_SPACING_M = 0.05  # between the rays that are cast from a face
+MIN_WIDTH_M = 0.02  # nearer faces touch
+PASSAGE_BEYOND_M = 0.3  # how far beyond its ends a strip has to be free, to count as a passage
 
 
 class FaceKind(StrEnum):
@@ -49,46 +49,48 @@ class RunFace:
         return np.array([y, -x])
 
 
-def find_aisles(rows: Sequence[PlacedRun], walls: Sequence[RoomWall], outline: Corners) -> tuple[Aisle, ...]:
+def find_aisles(runs: Sequence[PlacedRun], walls: Sequence[RoomWall], outline: Corners) -> tuple[Aisle, ...]:
     """Narrowest place between each two faces that look at each other."""
-    faces = [f for row in rows for f in _faces(row)]
+    faces = [f for run in runs for f in _faces(run)]
     faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.is_open]
-    bodies = [_body(row) for row in rows]
-    best: dict[tuple[str, str, str], Aisle] = {}
+    bodies = [_body(run) for run in runs]
+    narrowest: dict[tuple[str, str, str], Aisle] = {}
     for face in faces:
         if face.kind is FaceKind.WALL:
             continue
-        for aisle in _seen(face, faces, bodies, outline):
-            one, other = sorted((aisle.first, aisle.second))
-            key = (aisle.kind.value, one, other)
-            if key not in best or aisle.width < best[key].width:
-                best[key] = Aisle(kind=aisle.kind, first=one, second=other, width=aisle.width, position=aisle.position)
-    return tuple(best[key] for key in sorted(best))
+        for aisle in _aisles_before(face, faces, bodies, outline):
+            first, second = sorted((aisle.first, aisle.second))
+            key = (aisle.kind.value, first, second)
+            if key not in narrowest or aisle.width < narrowest[key].width:
+                narrowest[key] = Aisle(
+                    kind=aisle.kind, first=first, second=second, width=aisle.width, position=aisle.position
+                )
+    return tuple(narrowest[key] for key in sorted(narrowest))
 
 
-def _faces(row: PlacedRun) -> Iterator[RunFace]:
+def _faces(run: PlacedRun) -> Iterator[RunFace]:
     """Sides of a run: fronts of its units, its back where it stands away from walls, and its free ends."""
-    for unit in row.units:
+    for unit in run.units:
         if unit.kind != "gap":
-            yield RunFace(FaceKind.FRONT, row.id, row.at(unit.left, unit.front), row.at(unit.right, unit.front))
-    if not row.units:
+            yield RunFace(FaceKind.FRONT, run.id, run.at(unit.left, unit.front), run.at(unit.right, unit.front))
+    if not run.units:
         return
-    first, last = row.units[0].left, row.units[-1].right
-    if not row.at_wall:
-        yield RunFace(FaceKind.BACK, row.id, row.at(last, -row.depth_behind), row.at(first, -row.depth_behind))
-    if row.left_end is RunEnd.FREE:
-        yield RunFace(FaceKind.END, row.id, row.at(first, -row.depth_behind), row.at(first, row.units[0].front))
-    if row.right_end is RunEnd.FREE:
-        yield RunFace(FaceKind.END, row.id, row.at(last, row.units[-1].front), row.at(last, -row.depth_behind))
+    first, last = run.units[0].left, run.units[-1].right
+    if not run.at_wall:
+        yield RunFace(FaceKind.BACK, run.id, run.at(last, -run.depth_behind), run.at(first, -run.depth_behind))
+    if run.left_end is RunEnd.FREE:
+        yield RunFace(FaceKind.END, run.id, run.at(first, -run.depth_behind), run.at(first, run.units[0].front))
+    if run.right_end is RunEnd.FREE:
+        yield RunFace(FaceKind.END, run.id, run.at(last, run.units[-1].front), run.at(last, -run.depth_behind))
 
 
-def _body(row: PlacedRun) -> tuple[PlacedRun, float, float, float]:
+def _body(run: PlacedRun) -> tuple[PlacedRun, float, float, float]:
     """A run and its bounds: left, right, front."""
-    left, right = row.span
-    return row, left, right, max((u.front for u in row.units), default=row.depth_before)
+    left, right = run.span
+    return run, left, right, max((u.front for u in run.units), default=run.depth_before)
 
 
-def _seen(
+def _aisles_before(
     face: RunFace, faces: Sequence[RunFace], bodies: Sequence[tuple[PlacedRun, float, float, float]], outline: Corners
 ) -> Iterator[Aisle]:
     """Aisles that rays from a face find: the first other face that they meet."""
@@ -104,7 +106,7 @@ def _seen(
             far = float((np.array(other.start) - start) @ face.normal)
             side = float((start + far * face.normal - np.array(other.start)) @ other.direction)
             size = float(np.linalg.norm(np.subtract(other.end, other.start)))
-            if far > MIN_OVERLAP_M and 0.0 <= side <= size and (nearest is None or far < nearest[0]):
+            if far > MIN_WIDTH_M and 0.0 <= side <= size and (nearest is None or far < nearest[0]):
                 nearest = (far, k)
         if nearest is not None:
             found.setdefault(nearest[1], []).append((float(u), nearest[0]))
@@ -117,7 +119,7 @@ def _seen(
         both = {face.kind, other.kind}
         if both == {FaceKind.FRONT}:
             kind = AisleKind.WORK
-        elif FaceKind.FRONT in both or _passes(face, hits, width, bodies, outline):
+        elif FaceKind.FRONT in both or _is_passage(face, hits, width, bodies, outline):
             kind = AisleKind.WALK
         else:
             continue
@@ -125,7 +127,7 @@ def _seen(
         yield Aisle(kind=kind, first=face.owner, second=other.owner, width=round(width, 4), position=middle)
 
 
-def _passes(
+def _is_passage(
     face: RunFace,
     hits: Sequence[tuple[float, float]],
     width: float,
@@ -137,8 +139,8 @@ def _passes(
         x, y = np.array(face.start) + u * face.direction + width / 2 * face.normal
         if not contains_point(outline, (float(x), float(y))):
             return False
-        for row, left, right, front in bodies:
-            along, before = row.to_local((float(x), float(y)))
-            if left < along < right and -row.depth_behind < before < front:
+        for run, left, right, front in bodies:
+            along, before = run.to_local((float(x), float(y)))
+            if left < along < right and -run.depth_behind < before < front:
                 return False
     return True

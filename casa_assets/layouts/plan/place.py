@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from casa_assets.errors import PlanConflict, UnknownId
+from casa_assets.errors import PlanConflict
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import Room, resolve_length
+from casa_assets.layouts.plan.room import Room, WallLine, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import TOUCH_M, LineEnd, RunLine, base_slots
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import CornerKind, Plan, Run, RunCorner
 from casa_assets.model.kitchen.units import BaseKind, RunSide
+
+MIN_LENGTH_M = 0.3  # of a run at a wall
 
 
 def place_runs(plan: Plan, room: Room, parameters: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
@@ -28,7 +30,11 @@ def place_runs(plan: Plan, room: Room, parameters: Mapping[str, float], models: 
     for run in plan.runs:
         left = ends.get((run.id, RunSide.LEFT), LineEnd(RunEnd.FREE))
         right = ends.get((run.id, RunSide.RIGHT), LineEnd(RunEnd.FREE))
-        lines[run.id] = _place(plan, run, room, parameters, models, lines, left, right)
+        if run.on is not None:
+            wall = wall_of(plan, room, run.on, "runs", run.id, "on")
+            lines[run.id] = _place_at_wall(plan, run, wall, parameters, left, right)
+        else:
+            lines[run.id] = _place_free(plan, run, parameters, models, lines, left, right)
     return lines
 
 
@@ -51,40 +57,40 @@ def _corner_end(corner: RunCorner, index: int) -> LineEnd:
     return LineEnd(RunEnd.CORNER, corner, base, upper)
 
 
-def _place(
+def _place_at_wall(
+    plan: Plan, run: Run, wall: WallLine, parameters: Mapping[str, float], left: LineEnd, right: LineEnd
+) -> RunLine:
+    at = ("runs", run.id)
+    start, end = (resolve_length(plan, x, parameters, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
+    length = round(wall.length - start - end, 4)
+    if run.length is not None:
+        surplus = round(length - resolve_length(plan, run.length, parameters, *at, "length"), 4)
+        if surplus < 0:
+            raise PlanConflict(plan.id, (*at, "length"), f"at most {length:.2f} m", f"{length - surplus:.2f} m")
+        keeps_right = right.kind is RunEnd.CORNER and left.kind is RunEnd.FREE
+        start, end = (start + surplus, end) if keeps_right else (start, end + surplus)
+        length = round(length - surplus, 4)
+    if length <= MIN_LENGTH_M:
+        expected = f"a start and an end that leave some of {wall.length:.2f} m"
+        raise PlanConflict(plan.id, at, expected, f"{length:.2f} m")
+    if left.kind is RunEnd.FREE and start < TOUCH_M and not wall.left_bare:
+        left = LineEnd(RunEnd.WALL)
+    if right.kind is RunEnd.FREE and end < TOUCH_M and not wall.right_bare:
+        right = LineEnd(RunEnd.WALL)
+    return RunLine(run, wall.frame.offset(start), length, standard_sizes.BASE_DEPTH, left, right)
+
+
+def _place_free(
     plan: Plan,
     run: Run,
-    room: Room,
     parameters: Mapping[str, float],
     models: StyleModels,
     lines: Mapping[str, RunLine],
     left: LineEnd,
     right: LineEnd,
 ) -> RunLine:
+    """Place a peninsula across the end of another run, or an island in front of one."""
     at = ("runs", run.id)
-    if run.on is not None:
-        try:
-            wall = room.wall(run.on)
-        except UnknownId as error:
-            raise PlanConflict(plan.id, (*at, "on"), "a wall of the plan", str(error)) from None
-        start, end = (resolve_length(plan, x, parameters, *at, n) for x, n in ((run.start, "start"), (run.end, "end")))
-        length = round(wall.length - start - end, 4)
-        if run.length is not None:
-            surplus = round(length - resolve_length(plan, run.length, parameters, *at, "length"), 4)
-            if surplus < 0:
-                raise PlanConflict(plan.id, (*at, "length"), f"at most {length:.2f} m", f"{length - surplus:.2f} m")
-            keeps_right = right.kind is RunEnd.CORNER and left.kind is RunEnd.FREE
-            start, end = (start + surplus, end) if keeps_right else (start, end + surplus)
-            length = round(length - surplus, 4)
-        if length <= 0.3:
-            raise PlanConflict(
-                plan.id, at, f"a start and an end that leave some of {wall.length:.2f} m", f"{length:.2f} m"
-            )
-        if left.kind is RunEnd.FREE and start < TOUCH_M and not wall.left_bare:
-            left = LineEnd(RunEnd.WALL)
-        if right.kind is RunEnd.FREE and end < TOUCH_M and not wall.right_bare:
-            right = LineEnd(RunEnd.WALL)
-        return RunLine(run, wall.frame.offset(start), length, standard_sizes.BASE_DEPTH, left, right)
     length = _own_length(plan, run, parameters, models, left, right)
     other_id = run.faces.run if run.faces else run.joins.run if run.joins else ""
     if other_id not in lines:
@@ -92,23 +98,19 @@ def _place(
     other = lines[other_id]
     if run.joins is not None:
         if run.joins.end is RunSide.RIGHT:
-            return RunLine(
-                run, other.frame.offset(other.length, 0.0, -1), length, standard_sizes.BASE_DEPTH, left, right
-            )
-        frame = other.frame.offset(0.0, 0.0, 1)
-        return RunLine(run, frame.offset(-length), length, standard_sizes.BASE_DEPTH, left, right)
-    assert run.faces is not None
-    depth = (
-        standard_sizes.ISLAND_DEPTH if run.base and run.base[0].kind is BaseKind.ISLAND else standard_sizes.BASE_DEPTH
-    )
-    middle = other.length / 2
-    if run.faces.in_front_of is not None:
+            frame = other.frame.offset(other.length, 0.0, -1)
+        else:
+            frame = other.frame.offset(0.0, 0.0, 1).offset(-length)
+        return RunLine(run, frame, length, standard_sizes.BASE_DEPTH, left, right)
+    assert run.faces is not None, "the record has one of `on`, `faces` and `joins`"
+    is_island = bool(run.base) and run.base[0].kind is BaseKind.ISLAND
+    depth = standard_sizes.ISLAND_DEPTH if is_island else standard_sizes.BASE_DEPTH
+    unit, middle = run.faces.in_front_of, other.length / 2
+    if unit is not None:
         slots = {s.name: s for s in base_slots(plan, other, models)}
-        if run.faces.in_front_of not in slots:
-            raise PlanConflict(
-                plan.id, (*at, "faces", "in_front_of"), f"a unit of {other.id}", repr(run.faces.in_front_of)
-            )
-        middle = slots[run.faces.in_front_of].middle
+        if unit not in slots:
+            raise PlanConflict(plan.id, (*at, "faces", "in_front_of"), f"a unit of {other.id}", repr(unit))
+        middle = slots[unit].middle
     middle += run.faces.shift
     back = standard_sizes.WORKTOP_DEPTH + run.faces.aisle + standard_sizes.WORKTOP_OVERHANG + depth
     return RunLine(run, other.frame.offset(middle + length / 2, back, 2), length, depth, left, right)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from casa_assets.errors import PlanConflict, UnknownId
+from casa_assets.errors import PlanConflict
+from casa_assets.geometry.planar import contains_point
 from casa_assets.layouts.plan.wall_frame import QUARTERS, WallFrame
 from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, PlanOpening
 from casa_assets.model.kitchen.units import Length
@@ -45,13 +46,6 @@ class Room:
     outline: tuple[Vec2, ...]
     height: float
 
-    def wall(self, name: str) -> WallLine:
-        """The wall of that id. Raises UnknownId."""
-        for wall in self.walls:
-            if wall.id == name:
-                return wall
-        raise UnknownId("wall", name, [w.id for w in self.walls])
-
     def bounds(self) -> tuple[Vec2, Vec2]:
         """Lower and upper corner (x, y), metres."""
         xs, ys = zip(*self.outline, strict=True)
@@ -59,11 +53,7 @@ class Room:
 
     def contains(self, x: float, y: float) -> bool:
         """True if a point of the floor lies inside."""
-        inside = False
-        for (ax, ay), (bx, by) in zip(self.outline, (*self.outline[1:], self.outline[0]), strict=True):
-            if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-                inside = not inside
-        return inside
+        return contains_point(self.outline, (x, y))
 
 
 @dataclass(frozen=True)
@@ -81,6 +71,14 @@ class WallHole:
     def is_window(self) -> bool:
         """True if it is a window."""
         return self.opening.kind is OpeningKind.WINDOW
+
+
+def wall_of(plan: Plan, room: Room, name: str, *pointer: str) -> WallLine:
+    """The wall of that id. Raises PlanConflict, at the pointer of the key that names it."""
+    walls = {wall.id: wall for wall in room.walls}
+    if name not in walls:
+        raise PlanConflict(plan.id, pointer, f"one of {', '.join(walls)}", repr(name))
+    return walls[name]
 
 
 def resolve_length(plan: Plan, value: Length, parameters: Mapping[str, float], *at: str | int) -> float:

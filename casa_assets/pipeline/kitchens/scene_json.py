@@ -116,13 +116,8 @@ def _fixture(place: Placement, asset: Asset, wanted: OrderItem) -> dict[str, Any
 
 def _region(place: Placement, asset: Asset, region: Region) -> dict[str, Any]:
     """A region where it is while all joints are at zero."""
-    at = place.pose @ _link_pose(asset, region.link) @ region.pose
+    at = place.pose @ asset.asset_from_link(region.link) @ region.pose
     return {"link": region.link, "kind": region.kind, "size": list(region.size), **_pose(at)}
-
-
-def _link_pose(asset: Asset, name: str) -> Pose:
-    link = asset.link(name)
-    return link.pose if link.parent is None else _link_pose(asset, link.parent) @ link.pose
 
 
 def _pose(pose: Pose) -> dict[str, Any]:
