@@ -12,6 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 
+def srgb_from_hex(color: str) -> tuple[float, float, float]:
+    """Display values in 0..1 of `#rrggbb`."""
+    red, green, blue = (int(color[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
+
+
 def linear_from_srgb(value: float) -> float:
     """One channel, display value in 0..1 -> linear light in 0..1."""
     return value / 12.92 if value <= 0.04045 else float(((value + 0.055) / 1.055) ** 2.4)

@@ -11,7 +11,7 @@ from PIL import Image
 from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.finish import Finish
-from casa_assets.textures.layers import Layers, Map
+from casa_assets.textures.canvas import Layers, Map
 
 Pixels = npt.NDArray[np.uint8]
 # Normals and roughness are written at half the size: they hold no finer detail that is seen beside the colour.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
@@ -10,24 +9,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood_grain
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
-from casa_assets.textures.wood_grain import GrainMaps, GrowthRings, SawCut, WoodSpecies
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
+from casa_assets.textures.wood_grain import GrainMaps, SawCut, WoodSpecies, grain_maps
 
-__all__ = [
-    "BoardLayers",
-    "SawCut",
-    "GrainMaps",
-    "WoodPalette",
-    "GrowthRings",
-    "WoodSpecies",
-    "board",
-    "dress",
-    "grain_of",
-    "rgb",
-]
-
-grain_of = wood_grain.grain
 # Between the deepest pore and the face of a planed board. Ref: about the vessel diameter of open woods, 0.1 to 0.3 mm.
 _PORE_DEPTH_M = 0.00018
 _RING_DEPTH_M = 0.00008
@@ -58,24 +42,9 @@ class WoodPalette(Record):
     brushed: Share = 0.0
 
 
-@dataclass(frozen=True)
-class BoardLayers:
-    """A dressed face, as `Layers` without the metal.
-
-    Attributes:
-        albedo: (H, W, 3) float32 sRGB 0..1.
-        height_m: (H, W) float32 metres, 0 on the planed face.
-        roughness: (H, W) float32 0..1.
-    """
-
-    albedo: Map
-    height_m: Map
-    roughness: Map
-
-
 def board(
-    sheet: Sheet, species: WoodSpecies, cut: SawCut, palette: WoodPalette, rng: np.random.Generator, leaves: int = 1
-) -> BoardLayers:
+    canvas: Canvas, species: WoodSpecies, cut: SawCut, palette: WoodPalette, rng: np.random.Generator, leaves: int = 1
+) -> Layers:
     """A face that tiles in both directions, grain along the height.
 
     Args:
@@ -86,20 +55,20 @@ def board(
         rng: all of the randomness.
         leaves: boards or veneers side by side.
     """
-    return dress(wood_grain.grain(sheet, species, cut, leaves, rng), species, palette, sheet, rng)
+    return dress(grain_maps(canvas, species, cut, leaves, rng), species, palette, canvas, rng)
 
 
 def dress(
-    grain: GrainMaps, species: WoodSpecies, palette: WoodPalette, sheet: Sheet, rng: np.random.Generator
-) -> BoardLayers:
+    grain: GrainMaps, species: WoodSpecies, palette: WoodPalette, canvas: Canvas, rng: np.random.Generator
+) -> Layers:
     """Give maps of a face their colours, relief and gloss."""
     light, dark, pore, heart = (rgb(c) for c in (palette.light, palette.dark, palette.pore, palette.heart))
     cloud = np.clip(0.5 + 0.22 * grain.zone, 0.0, 1.0)
     mix = species.contrast * grain.ring * (0.75 + 0.5 * cloud) + 0.75 * species.clouds * (cloud - 0.35)
     mix = mix + 0.5 * palette.variety * grain.tone + 0.10 * species.fibre * grain.fibre
-    albedo = _blend(light, dark, np.clip(mix, -0.35, 1.0))
+    albedo = _toward(light, dark, np.clip(mix, -0.35, 1.0))
     if palette.streaks > 0:
-        vein = 1.0 * grain.zone + 0.6 * sheet.noise(1.8, 0.022, rng) + 0.12 * grain.fibre
+        vein = 1.0 * grain.zone + 0.6 * canvas.noise(1.8, 0.022, rng) + 0.12 * grain.fibre
         edge = 1.5 - 2.2 * palette.streaks
         albedo = _toward(albedo, heart, 0.6 * smoothstep(edge, edge + 2.0, vein))
     shade = 1.0 + 0.035 * species.fibre * grain.fibre + 0.07 * grain.sheen + 0.03 * palette.variety * grain.tone
@@ -119,22 +88,9 @@ def dress(
     relief = relief + 0.00001 * grain.fibre - _JOINT_DEPTH_M * grain.joint
     roughness = palette.gloss + 0.10 * open_pores - 0.06 * species.rays * grain.fleck - 0.03 * grain.sheen
     roughness = roughness + 0.015 * grain.fibre + 0.05 * grain.knot
-    return BoardLayers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=relief.astype(np.float32),
-        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
-    )
-
-
-def rgb(color: str) -> Map:
-    """(3,) sRGB 0..1 of `#rrggbb`."""
-    return np.array([int(color[i : i + 2], 16) / 255.0 for i in (1, 3, 5)], dtype=np.float32)
-
-
-def _blend(light: Map, dark: Map, share: Map) -> Map:
-    """Between two colours; below 0 it goes on past the light one."""
-    return np.asarray(light + (dark - light) * share[..., None], dtype=np.float32)
+    return Layers.of(albedo, relief, roughness)
 
 
 def _toward(albedo: Map, color: Map, share: Map) -> Map:
-    return np.asarray(albedo + (color - albedo) * share[..., None], dtype=np.float32)
+    """`blend` in single precision; a share below 0 goes on past `albedo`."""
+    return np.asarray(blend(albedo, color, share), dtype=np.float32)

@@ -12,7 +12,7 @@ from pydantic import Field
 from scipy import ndimage
 
 from casa_assets.model.record import Record
-from casa_assets.textures.sheet import Map, Share, Sheet, covered, curve, smoothstep
+from casa_assets.textures.canvas import Canvas, Map, Share, line_coverage, periodic_curve, smoothstep, stratified
 
 # A glued joint is a hair line; it is drawn as wide as it looks from arm's length.
 _JOINT_M = 0.001
@@ -101,7 +101,7 @@ class GrainMaps:
     edge_m: Map
 
 
-def grain(sheet: Sheet, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.random.Generator) -> GrainMaps:
+def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.random.Generator) -> GrainMaps:
     """Maps of a face made of `leaves` boards or veneers side by side; 1 is one piece without a joint.
 
     Args:
@@ -111,43 +111,45 @@ def grain(sheet: Sheet, species: WoodSpecies, cut: SawCut, leaves: int, rng: np.
         leaves: number of pieces across the width; a flat-cut face without joints is not possible, so 1 gives 1 joint.
         rng: all of the randomness; the maps hang on it and on metres, not on the number of pixels.
     """
-    x, y = sheet.axes()
-    leaf, edge, left, wide = _leaves(sheet, x, leaves, rng)
+    x, y = canvas.axes()
+    leaf, edge, left, wide = _leaves(canvas, x, leaves, rng)
     seeds = rng.uniform(0.0, 1.0, (6, leaves)).astype(np.float32)
-    wander = 0.010 * sheet.noise(0.9, 0.35, rng) + 0.0006 * sheet.noise(0.15, 0.05, rng)
-    # Tones are dealt out, not drawn: a face of few leaves is as dark as one of many.
-    tones = rng.permutation(np.linspace(-1.0, 1.0, leaves) if leaves > 1 else np.zeros(1)).astype(np.float32)
+    wander = 0.010 * canvas.noise(0.9, 0.35, rng) + 0.0006 * canvas.noise(0.15, 0.05, rng)
+    # Tones are stratified out, not drawn: a face of few leaves is as dark as one of many.
+    tones = stratified(leaves, rng).astype(np.float32)
     # A leaf of its own has bends of its own: what is drawn once for the sheet is read at another height for each.
-    drop = seeds[0][leaf] * sheet.tile_m[1] if leaves > 1 else np.zeros_like(x)
-    wander = sheet.shifted(wander, np.zeros_like(x), drop)
-    knot, push = _knots(sheet, x, y, species, rng)
+    drop = seeds[0][leaf] * canvas.tile_m[1] if leaves > 1 else np.zeros_like(x)
+    wander = canvas.shifted(wander, np.zeros_like(x), drop)
+    knot, push = _knots(canvas, x, y, species, rng)
     across = wander + push
-    radius = _radius(sheet, cut, x + across - (left + wide * (0.25 + 0.5 * seeds[1][leaf])), y + drop, rng)
+    radius = _radius(canvas, cut, x + across - (left + wide * (0.25 + 0.5 * seeds[1][leaf])), y + drop, rng)
     if cut in (SawCut.QUARTER, SawCut.RIFT):
         radius = x + across * (0.5 if cut is SawCut.QUARTER else 1.2) + seeds[2][leaf] * (leaves > 1)
-    jagged = min(0.1 * species.ring_m, 0.0003) * sheet.seen(0.06, 0.0025)
-    radius = radius + jagged * sheet.noise(0.06, 0.0025, rng)
-    ring, early, zone = years(sheet, species, radius, rng)
-    fine = sheet.shifted(
-        sheet.seen(0.06, 0.0016) * sheet.noise(0.06, 0.0016, rng) + 0.7 * sheet.noise(0.22, 0.005, rng), across, drop
+    jagged = min(0.1 * species.ring_m, 0.0003) * canvas.resolved(0.06, 0.0025)
+    radius = radius + jagged * canvas.noise(0.06, 0.0025, rng)
+    ring, early, zone = ring_maps(canvas, species, radius, rng)
+    fine = canvas.shifted(
+        canvas.resolved(0.06, 0.0016) * canvas.noise(0.06, 0.0016, rng) + 0.7 * canvas.noise(0.22, 0.005, rng),
+        across,
+        drop,
     )
     # Two sizes that share no lattice: pores of one noise would stand in rows.
-    pores = sheet.noise(species.pore_m, 0.0017, rng) + 0.9 * sheet.noise(1.7 * species.pore_m, 0.0027, rng)
-    pores = sheet.shifted(pores, across, drop)
-    clouds = 0.6 * zone + 0.8 * sheet.shifted(sheet.noise(0.5, 0.06, rng, 2), across, drop)
+    pores = canvas.noise(species.pore_m, 0.0017, rng) + 0.9 * canvas.noise(1.7 * species.pore_m, 0.0027, rng)
+    pores = canvas.shifted(pores, across, drop)
+    clouds = 0.6 * zone + 0.8 * canvas.shifted(canvas.noise(0.5, 0.06, rng, 2), across, drop)
     clouds = clouds - clouds.mean()  # a board is neither paler nor darker than its palette says
     return GrainMaps(
         ring=ring,
         early=early,
         fibre=fine / 1.6,
         zone=clouds,
-        pore=_kept(smoothstep(0.4, 2.6, pores), sheet.seen(species.pore_m, 0.0017)),
-        fleck=_flecks(sheet, across, rng) if cut is SawCut.QUARTER else np.zeros_like(ring),
-        dash=_dashes(sheet, across, rng),
-        sheen=_sheen(sheet, species, across, rng),
+        pore=_kept(smoothstep(0.4, 2.6, pores), canvas.resolved(species.pore_m, 0.0017)),
+        fleck=_flecks(canvas, across, rng) if cut is SawCut.QUARTER else np.zeros_like(ring),
+        dash=_dashes(canvas, across, rng),
+        sheen=_sheen(canvas, species, across, rng),
         knot=knot,
         tone=np.broadcast_to(tones[leaf], ring.shape),
-        joint=np.broadcast_to(covered(edge, _JOINT_M, sheet.tile_m[0] / sheet.size_px[1]), ring.shape),
+        joint=np.broadcast_to(line_coverage(edge, _JOINT_M, canvas.pixel_width_m), ring.shape),
         edge_m=np.broadcast_to(edge, ring.shape),
     )
 
@@ -157,10 +159,10 @@ def _kept(mask: Map, seen: float) -> Map:
     return np.asarray(mask.mean() + (mask - mask.mean()) * seen, dtype=np.float32)
 
 
-def _leaves(sheet: Sheet, x: Map, count: int, rng: np.random.Generator) -> tuple[npt.NDArray[np.intp], Map, Map, Map]:
+def _leaves(canvas: Canvas, x: Map, count: int, rng: np.random.Generator) -> tuple[npt.NDArray[np.intp], Map, Map, Map]:
     """Number of the leaf, metres to its nearer edge, its left edge and its width, each (1, W)."""
     widths = rng.uniform(0.75, 1.25, count)
-    edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * sheet.tile_m[0]
+    edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * canvas.tile_m[0]
     leaf = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, count - 1)
     near = np.abs(x[..., None] - edges).min(axis=-1) if count > 1 else np.ones_like(x)
     return (
@@ -171,20 +173,20 @@ def _leaves(sheet: Sheet, x: Map, count: int, rng: np.random.Generator) -> tuple
     )
 
 
-def _radius(sheet: Sheet, cut: SawCut, x: Map, y: Map, rng: np.random.Generator) -> Map:
+def _radius(canvas: Canvas, cut: SawCut, x: Map, y: Map, rng: np.random.Generator) -> Map:
     """Distance from the pith in metres: flat and rotary cuts."""
-    tall = sheet.tile_m[1]
-    warp = 0.0016 * sheet.noise(0.35, 0.06, rng) + 0.0007 * sheet.noise(0.09, 0.02, rng)
+    tall = canvas.tile_m[1]
+    warp = 0.0016 * canvas.noise(0.35, 0.06, rng) + 0.0007 * canvas.noise(0.09, 0.02, rng)
     if cut is SawCut.ROTARY:
-        field = sheet.noise(0.6, 0.16, rng) + 0.25 * sheet.noise(0.2, 0.06, rng)
+        field = canvas.noise(0.6, 0.16, rng) + 0.25 * canvas.noise(0.2, 0.06, rng)
         return np.asarray(0.03 * field + warp, dtype=np.float32)
     # The pith leans and the trunk tapers, so the face comes nearer to it and leaves it again: that makes the arches.
-    depth = 0.045 + 0.05 * curve(y, tall, 0.8, rng) + 0.006 * curve(y, tall, 0.2, rng)
+    depth = 0.045 + 0.05 * periodic_curve(y, tall, 0.8, rng) + 0.006 * periodic_curve(y, tall, 0.2, rng)
     depth = 0.004 + 0.012 * np.logaddexp(0.0, depth / 0.012)
     return np.asarray(np.hypot(x, depth) + warp, dtype=np.float32)
 
 
-def years(sheet: Sheet, species: WoodSpecies, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def ring_maps(canvas: Canvas, species: WoodSpecies, radius: Map, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Darkness of the year, its porous part, and the slow change of tone over the years, each (H, W).
 
     Args:
@@ -193,7 +195,7 @@ def years(sheet: Sheet, species: WoodSpecies, radius: Map, rng: np.random.Genera
         radius: (H, W) metres from the pith.
         rng: draws the widths and strengths of the years.
     """
-    length = sheet.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
+    length = canvas.tile_m[0]  # years repeat over the width, so that straight grain closes at the border
     count = max(4, round(length / species.ring_m))
     widths = np.exp(species.unevenness * (rng.normal(0, 0.45, count) + 0.8 * _slow(count, rng)))
     edges = np.concatenate([[0.0], np.cumsum(widths / widths.sum())]) * length
@@ -233,39 +235,39 @@ def _slow(count: int, rng: np.random.Generator) -> npt.NDArray[np.float64]:
     return np.asarray(ndimage.map_coordinates(coarse, [where], order=3, mode="grid-wrap"))
 
 
-def _sheen(sheet: Sheet, species: WoodSpecies, across: Map, rng: np.random.Generator) -> Map:
+def _sheen(canvas: Canvas, species: WoodSpecies, across: Map, rng: np.random.Generator) -> Map:
     """Stripes of interlocked grain, and waves across it."""
-    ribbon = sheet.shifted(sheet.noise(0.4, species.ribbon_m, rng), across)
-    curl = sheet.noise(0.013, 0.14, rng) * smoothstep(-1.2, 1.0, sheet.noise(0.5, 0.2, rng))
-    bent = sheet.shifted(curl, np.zeros_like(across), 0.0018 * sheet.noise(0.2, 0.05, rng))
-    return np.asarray(species.ribbon * ribbon + species.curl * sheet.seen(0.006, 1.0) * bent)
+    ribbon = canvas.shifted(canvas.noise(0.4, species.ribbon_m, rng), across)
+    curl = canvas.noise(0.013, 0.14, rng) * smoothstep(-1.2, 1.0, canvas.noise(0.5, 0.2, rng))
+    bent = canvas.shifted(curl, np.zeros_like(across), 0.0018 * canvas.noise(0.2, 0.05, rng))
+    return np.asarray(species.ribbon * ribbon + species.curl * canvas.resolved(0.006, 1.0) * bent)
 
 
-def _dashes(sheet: Sheet, across: Map, rng: np.random.Generator) -> Map:
+def _dashes(canvas: Canvas, across: Map, rng: np.random.Generator) -> Map:
     """Ends of rays on a flat face: dashes of a few millimetres."""
-    dashes = sheet.shifted(sheet.noise(0.004, 0.0016, rng), across)
-    return _kept(smoothstep(1.1, 1.7, dashes), sheet.seen(0.004, 0.0016))
+    dashes = canvas.shifted(canvas.noise(0.004, 0.0016, rng), across)
+    return _kept(smoothstep(1.1, 1.7, dashes), canvas.resolved(0.004, 0.0016))
 
 
-def _flecks(sheet: Sheet, across: Map, rng: np.random.Generator) -> Map:
+def _flecks(canvas: Canvas, across: Map, rng: np.random.Generator) -> Map:
     """Rays of a quartered face: short level ribbons that lean and break off."""
-    lean = 0.05 * sheet.noise(0.05, 0.2, rng)
-    rays = sheet.noise(0.006, 0.022, rng) + 0.7 * sheet.noise(0.0035, 0.009, rng)
-    rays = sheet.shifted(rays, np.zeros_like(across), 0.12 * lean + 0.001 * sheet.noise(0.02, 0.006, rng))
-    patch = sheet.noise(0.35, 0.04, rng)
-    return _kept(smoothstep(0.7, 2.2, rays + 0.6 * patch), sheet.seen(0.003, 0.01))
+    lean = 0.05 * canvas.noise(0.05, 0.2, rng)
+    rays = canvas.noise(0.006, 0.022, rng) + 0.7 * canvas.noise(0.0035, 0.009, rng)
+    rays = canvas.shifted(rays, np.zeros_like(across), 0.12 * lean + 0.001 * canvas.noise(0.02, 0.006, rng))
+    patch = canvas.noise(0.35, 0.04, rng)
+    return _kept(smoothstep(0.7, 2.2, rays + 0.6 * patch), canvas.resolved(0.003, 0.01))
 
 
-def _knots(sheet: Sheet, x: Map, y: Map, species: WoodSpecies, rng: np.random.Generator) -> tuple[Map, Map]:
+def _knots(canvas: Canvas, x: Map, y: Map, species: WoodSpecies, rng: np.random.Generator) -> tuple[Map, Map]:
     """Darkness of the knots, and how far the grain gives way to them in metres."""
-    wide, tall = sheet.tile_m
-    dark = np.zeros(sheet.size_px, dtype=np.float32)
-    push = np.zeros(sheet.size_px, dtype=np.float32)
+    wide, tall = canvas.tile_m
+    dark = np.zeros(canvas.size_px, dtype=np.float32)
+    push = np.zeros(canvas.size_px, dtype=np.float32)
     count = round(species.knots_per_m2 * wide * tall)
     # One to a cell of a jittered grid: knots that touch look like a fault of the picture.
     columns = max(1, round(np.sqrt(count * wide / tall)))
     rows = max(1, round(count / columns)) if count else 0
-    rough = 0.16 * sheet.noise(0.02, 0.01, rng) if rows else dark
+    rough = 0.16 * canvas.noise(0.02, 0.01, rng) if rows else dark
     for cell in range(rows * columns):
         spot = (np.array(divmod(cell, columns)) + rng.uniform(0.15, 0.85, 2)) / (rows, columns)
         size = 0.008 * np.exp(rng.normal(0.0, 0.4))

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.core.color import linear_from_srgb
+from casa_assets.core.color import linear_from_srgb, srgb_from_hex
 from casa_assets.errors import UnknownId
 from casa_assets.families.family import AvailableFinishes
 from casa_assets.model.asset.material import Material
@@ -47,8 +47,7 @@ def plain_finish(row: Plain, data: registry.Registry) -> Finish:
 
 def linear(color: str, opacity: float = 1.0) -> Vec4:
     """`#rrggbb` in sRGB as linear RGBA."""
-    parts = [int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)]
-    r, g, b = (round(linear_from_srgb(v), 6) for v in parts)
+    r, g, b = (round(linear_from_srgb(v), 6) for v in srgb_from_hex(color))
     return (r, g, b, opacity)
 
 

@@ -8,10 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from casa_assets.textures.kind import Canvas
-from casa_assets.textures.layers import Layers
+from casa_assets.textures.canvas import Canvas, Layers, Map
 from casa_assets.textures.laying.pieces import Array, PieceMap
-from casa_assets.textures.sheet import Map
 
 
 @dataclass(frozen=True)
@@ -61,11 +59,6 @@ def inlay(
         height[here] = _read(slab.face.height_m, at)
         roughness[here] = _read(slab.face.roughness, at)
     return Layers(albedo=albedo, height_m=height, roughness=roughness, metallic=slabs[0].face.metallic)
-
-
-def dealt(count: int, rng: np.random.Generator) -> Array:
-    """(N,) values of even steps in -1..1, dealt out at random: no draw comes out darker than another."""
-    return np.asarray(rng.permutation(np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)))
 
 
 def _read(image: Map, at: list[Map]) -> Map:

@@ -10,11 +10,8 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas
-from casa_assets.textures.layers import Layers
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb
 from casa_assets.textures.laying.pieces import PieceMap
-from casa_assets.textures.sheet import Map, Share, Sheet
 
 
 class TileEdge(StrEnum):
@@ -53,8 +50,7 @@ def rim(joint: Joint, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator
     """(H, W) metres from the rim of the piece, positive on it, with the strayings of hand-made pieces."""
     inside = pieces.inside_m - np.float32(joint.width_m / 2)
     if joint.wobble_m > 0:
-        sheet = Sheet(canvas.size_px, canvas.tile_m)
-        stray = 0.7 * sheet.noise(0.03, 0.03, rng, 2) + 0.5 * sheet.noise(0.008, 0.008, rng, 2)
+        stray = 0.7 * canvas.noise(0.03, 0.03, rng, 2) + 0.5 * canvas.noise(0.008, 0.008, rng, 2)
         inside = inside - np.float32(0.5 * joint.wobble_m) * np.maximum(stray, -0.6)
     return np.asarray(inside, dtype=np.float32)
 
@@ -86,17 +82,16 @@ def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.
         face: colour, relief and gloss of the pieces, everywhere.
         joint: what lies between. rim_m: of `rim`.
     """
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
     share = gap(joint, rim_m, canvas)
-    sand = sheet.seen(0.003, 0.003) * sheet.noise(0.003, 0.003, rng) + 0.5 * sheet.noise(0.012, 0.012, rng, 3)
-    stain = sheet.noise(0.3, 0.3, rng, 3)
+    sand = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.5 * canvas.noise(0.012, 0.012, rng, 3)
+    stain = canvas.noise(0.3, 0.3, rng, 3)
     shade = 1.0 + joint.sand * 0.06 * sand + 0.03 * stain
-    mortar = wood.rgb(joint.color) * shade[..., None]
+    mortar = rgb(joint.color) * shade[..., None]
     height = face.height_m + profile(joint, rim_m)
     low = -joint.drop_m - joint.depth_m + 0.0004 * joint.sand * sand
-    return Layers(
-        albedo=np.clip(face.albedo + (mortar - face.albedo) * share[..., None], 0, 1).astype(np.float32),
-        height_m=(height + (low - height) * share).astype(np.float32),
-        roughness=np.clip(face.roughness + (joint.rough - face.roughness) * share, 0.04, 1).astype(np.float32),
-        metallic=face.metallic,
+    return Layers.of(
+        blend(face.albedo, mortar, share),
+        height + (low - height) * share,
+        face.roughness + (joint.rough - face.roughness) * share,
+        face.metallic,
     )

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from casa_assets.model.record import Record
-from casa_assets.textures.kind import Canvas
+from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.laying import bonds, rubble, shapes
 from casa_assets.textures.laying.pieces import PieceMap, PlacedOutline, raster
 

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.textures.kind import Canvas
-from casa_assets.textures.layers import Map
+from casa_assets.textures.canvas import Canvas, Map
 
 Array = npt.NDArray[np.floating[Any]]
 # (u, v) in metres from the middle of the piece -> metres to its nearest edge, positive inside.

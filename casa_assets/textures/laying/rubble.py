@@ -5,22 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.textures import noise
-from casa_assets.textures.kind import Canvas
+from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.laying.pieces import PieceMap, PlacedOutline, box, raster, whole
-from casa_assets.textures.sheet import Sheet
 
 
 def fieldstone(canvas: Canvas, width: float, height: float, rng: np.random.Generator) -> PieceMap:
     """Irregular round stones of about this size, metres; `inside_m` is the distance to the border between two."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    rows, columns = sheet.cells(height, width)
+    rows, columns = canvas.cells(height, width)
     rows += rows % 2
     off = 0.78 * (rng.random((2, rows, columns)) - 0.5)
     size = rng.uniform(0.75, 1.25, (rows, columns)).astype(np.float32)
     bend = np.float32(0.05 * min(width, height))
-    x, y = sheet.axes()
-    x = x + bend * sheet.noise(0.5 * height, 0.5 * width, rng)
-    y = y + bend * sheet.noise(0.5 * height, 0.5 * width, rng)
+    x, y = canvas.axes()
+    x = x + bend * canvas.noise(0.5 * height, 0.5 * width, rng)
+    y = y + bend * canvas.noise(0.5 * height, 0.5 * width, rng)
     wide, tall = canvas.tile_m[0] / columns, canvas.tile_m[1] / rows
     row, column = np.floor(y / tall).astype(np.int64), np.floor(x / wide).astype(np.int64)
     first = np.full(canvas.size_px, 9.0, dtype=np.float32)

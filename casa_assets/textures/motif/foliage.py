@@ -6,7 +6,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from casa_assets.textures.kind import Canvas
+from casa_assets.textures.canvas import Canvas
 from casa_assets.textures.laying.pieces import PlacedOutline, window
 from casa_assets.textures.motif.figures import Array, disc, flower, ink, lens
 

@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.finish import Surface
-from casa_assets.textures.layers import Layers
+from casa_assets.textures.canvas import Layers
 from casa_assets.textures.packs.faults import PackFault, refuse
 from casa_assets.textures.seam import jump, repair, seam
 
@@ -89,12 +89,7 @@ def layers(base: Floats, surface: Surface, roughness: float | None) -> Layers:
     detail = ndimage.gaussian_filter(detail, 0.8, mode="wrap")
     detail = np.clip(detail / max(float(np.abs(detail).max()), 0.08), -1.0, 1.0)
     mean = _GLOSS[surface] if roughness is None else roughness
-    return Layers(
-        albedo=base,
-        height_m=(_RELIEF_M * detail).astype(np.float32),
-        roughness=np.clip(mean - _UNEVEN * detail, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    return Layers.of(base, _RELIEF_M * detail, mean - _UNEVEN * detail)
 
 
 def png(image: Floats) -> bytes:

@@ -8,9 +8,8 @@ import pytest
 from casa_assets.core.sampling import rng_for
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.textures.recipes import recipes
-from casa_assets.textures import wood
+from casa_assets.textures.canvas import Canvas, Map, rgb
 from casa_assets.textures.distance import oklab
-from casa_assets.textures.kind import Canvas
 from casa_assets.textures.kinds import KINDS, cabinets, counters, floors, walls
 from casa_assets.textures.kinds.cabinets.board import FrontFace, PressedFront
 from casa_assets.textures.kinds.cabinets.board import paint as paint_pressed
@@ -18,10 +17,10 @@ from casa_assets.textures.kinds.cabinets.painted import PaintCoat, PaintedFront
 from casa_assets.textures.kinds.cabinets.painted import paint as paint_painted
 from casa_assets.textures.kinds.cabinets.veneer import Veneer
 from casa_assets.textures.kinds.cabinets.veneer import paint as paint_veneer
-from casa_assets.textures.layers import Map
 from casa_assets.textures.make import make
 from casa_assets.textures.seam import seam
-from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
+from casa_assets.textures.wood import WoodPalette
+from casa_assets.textures.wood_grain import SawCut, WoodSpecies
 
 RECIPES = recipes()[Surface.CABINET]
 CANVAS = Canvas((240, 240), (0.6, 0.6))
@@ -79,7 +78,7 @@ def test_colours_are_muted(name: str) -> None:
 @pytest.mark.parametrize("coat", [PaintCoat.SPRAYED, PaintCoat.BRUSHED, PaintCoat.CHALK])
 def test_paint_has_its_colour(coat: PaintCoat) -> None:
     made = paint_painted(PaintedFront(color="#6d8a78", coat=coat, gloss=0.5), CANVAS, rng_for(1, "p"))
-    assert made.albedo.mean(axis=(0, 1)) == pytest.approx(wood.rgb("#6d8a78"), abs=0.01)
+    assert made.albedo.mean(axis=(0, 1)) == pytest.approx(rgb("#6d8a78"), abs=0.01)
     assert float(made.roughness.mean()) == pytest.approx(0.5, abs=0.02)
     across, along = steps(made.height_m)
     if coat is PaintCoat.BRUSHED:

@@ -10,8 +10,7 @@ import pytest
 from casa_assets.core.sampling import rng_for
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.textures.recipes import recipes
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas
+from casa_assets.textures.canvas import Canvas, Layers, Map, rgb
 from casa_assets.textures.kinds import counters
 from casa_assets.textures.kinds.counters.butcher import ButcherBlock, EndGrain, paint_blocks, paint_staves
 from casa_assets.textures.kinds.counters.crystals import crystal_cells
@@ -34,11 +33,10 @@ from casa_assets.textures.kinds.counters.speckled import ChipSize, MadeStone
 from casa_assets.textures.kinds.counters.speckled import paint as paint_made
 from casa_assets.textures.kinds.counters.veined import Vein, VeinCourse, VeinedStone
 from casa_assets.textures.kinds.counters.veined import paint as paint_veined
-from casa_assets.textures.layers import Layers, Map
 from casa_assets.textures.make import make
 from casa_assets.textures.seam import seam
-from casa_assets.textures.sheet import Sheet
-from casa_assets.textures.wood import WoodPalette, WoodSpecies
+from casa_assets.textures.wood import WoodPalette
+from casa_assets.textures.wood_grain import WoodSpecies
 
 RECIPES = recipes()[Surface.COUNTER]
 CANVAS = Canvas((240, 240), (0.6, 0.6))
@@ -90,8 +88,8 @@ def test_another_size_shows_the_same_design(name: str) -> None:
 
 
 def test_cells_have_their_size_and_close() -> None:
-    sheet = Sheet((200, 200), (0.5, 0.5))
-    found = crystal_cells(sheet, 0.05, rng_for(1, "cells"))
+    canvas = Canvas((200, 200), (0.5, 0.5))
+    found = crystal_cells(canvas, 0.05, rng_for(1, "cells"))
     assert found.count == 100
     assert len(np.unique(found.id)) == 100
     assert np.all(found.near_m <= found.second_m)
@@ -242,8 +240,8 @@ def test_patina_and_spots_age_the_metal() -> None:
 
 @pytest.mark.parametrize("pattern", list(LaminatePattern))
 def test_prints_use_their_inks(pattern: LaminatePattern) -> None:
-    sheet = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
-    made: Layers = paint_print(sheet, CANVAS, rng_for(1, "p"))
+    canvas = PrintedLaminate(ground=WHITE, inks=("#ff0000", "#0000ff"), pattern=pattern, size_m=0.04)
+    made: Layers = paint_print(canvas, CANVAS, rng_for(1, "p"))
     inked = made.albedo.min(axis=2) < 0.7
     assert 0.01 < inked.mean() < 0.95
     assert seam(made.albedo).worst < 1.6
@@ -257,4 +255,4 @@ def test_crackle_is_a_fine_net() -> None:
 
 
 def test_wood_and_stone_share_their_colours_exactly() -> None:
-    assert wood.rgb("#336699") == pytest.approx([0.2, 0.4, 0.6])
+    assert rgb("#336699") == pytest.approx([0.2, 0.4, 0.6])

@@ -9,6 +9,7 @@ from casa_assets.core.sampling import rng_for
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures import noise
+from casa_assets.textures.canvas import Map
 from casa_assets.textures.distance import (
     NEARLY_ALIKE,
     TextureDescriptor,
@@ -18,7 +19,6 @@ from casa_assets.textures.distance import (
     oklab,
     pairwise,
 )
-from casa_assets.textures.layers import Map
 from casa_assets.textures.make import make
 
 TILE = (0.8, 0.8)

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from casa_assets.core.sampling import rng_for
-from casa_assets.textures.kind import Canvas
-from casa_assets.textures.layers import Layers
+from casa_assets.textures.canvas import Canvas, Layers, stratified
 from casa_assets.textures.laying import rubble
-from casa_assets.textures.laying.inlay import Slab, dealt, inlay
+from casa_assets.textures.laying.inlay import Slab, inlay
 from casa_assets.textures.laying.joint import Joint, TileEdge, gap, profile
 from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
 from casa_assets.textures.laying.pieces import PieceMap, box, disc, polygon, whole
@@ -103,8 +102,8 @@ def test_design_does_not_hang_on_pixels() -> None:
 def test_pennies_leave_the_gaps_of_circles() -> None:
     canvas = Canvas((round(0.1 * R3 * 2 * 400), 160), (0.4, 0.1 * R3 * 2))
     pieces = lay(Laying(pattern=LayingPattern.PENNY, width_m=0.1), canvas, rng_for(1, "p"))
-    covered = float((pieces.inside_m > 0).mean())
-    assert covered == pytest.approx(np.pi * 0.0475**2 / (0.1 * 0.1 * R3 / 2), abs=0.01)
+    line_coverage = float((pieces.inside_m > 0).mean())
+    assert line_coverage == pytest.approx(np.pi * 0.0475**2 / (0.1 * 0.1 * R3 / 2), abs=0.01)
 
 
 def test_fieldstones_are_of_the_stated_size() -> None:
@@ -164,6 +163,6 @@ def test_every_piece_shows_its_own_place_of_the_slab() -> None:
 
 
 def test_tones_are_dealt_out_evenly() -> None:
-    tones = dealt(9, rng_for(1, "t"))
+    tones = stratified(9, rng_for(1, "t"))
     np.testing.assert_allclose(np.sort(tones), np.linspace(-1, 1, 9))
-    assert dealt(1, rng_for(1, "t")).tolist() == [0.0]
+    assert stratified(1, rng_for(1, "t")).tolist() == [0.0]

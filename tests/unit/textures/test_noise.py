@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.textures import noise
-from casa_assets.textures.layers import Map
+from casa_assets.textures.canvas import Map
 
 SIZE, CELLS = (96, 128), (6, 4)
 MAKERS: dict[str, Callable[[tuple[int, int]], Map]] = {

@@ -11,7 +11,7 @@ from casa_assets.core.sampling import rng_for
 from casa_assets.model.registry.finish import Surface
 from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.textures.recipes import recipes
-from casa_assets.textures.kind import Canvas
+from casa_assets.textures.canvas import Canvas, Map
 from casa_assets.textures.kinds import floors, walls
 from casa_assets.textures.kinds.floors.encaustic import Encaustic
 from casa_assets.textures.kinds.floors.encaustic import paint as paint_cement
@@ -27,7 +27,6 @@ from casa_assets.textures.kinds.walls.clay import paint as paint_clay
 from casa_assets.textures.kinds.walls.paper import FoliagePaper, PrintedPaper, paint_foliage, paint_printed
 from casa_assets.textures.kinds.walls.plaster import Plaster, PlasterFinish
 from casa_assets.textures.kinds.walls.plaster import paint as paint_plaster
-from casa_assets.textures.layers import Map
 from casa_assets.textures.laying.joint import Joint
 from casa_assets.textures.laying.laying import Laying, LayingPattern
 from casa_assets.textures.make import make

@@ -8,11 +8,10 @@ from scipy import ndimage
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.textures import wood
-from casa_assets.textures.layers import Map
+from casa_assets.textures.canvas import Canvas, Layers, Map, rgb
 from casa_assets.textures.seam import seam
-from casa_assets.textures.sheet import Sheet
-from casa_assets.textures.wood import BoardLayers, GrowthRings, SawCut, WoodPalette, WoodSpecies
-from casa_assets.textures.wood_grain import GrainMaps
+from casa_assets.textures.wood import WoodPalette
+from casa_assets.textures.wood_grain import GrainMaps, GrowthRings, SawCut, WoodSpecies, grain_maps
 
 PALETTE = WoodPalette(light="#d8b98a", dark="#8a5a30", pore="#5a3a20", heart="#402818")
 PLAIN = WoodSpecies(
@@ -21,18 +20,16 @@ PLAIN = WoodSpecies(
 SIZE = (240, 240)
 
 
-def sheet(size: tuple[int, int] = SIZE, tile: tuple[float, float] = (0.8, 0.8)) -> Sheet:
-    return Sheet(size, tile)
+def canvas(size: tuple[int, int] = SIZE, tile: tuple[float, float] = (0.8, 0.8)) -> Canvas:
+    return Canvas(size, tile)
 
 
-def board(
-    species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3, size: tuple[int, int] = SIZE
-) -> BoardLayers:
-    return wood.board(sheet(size), species, cut, PALETTE, rng_for(seed, "board"), leaves)
+def board(species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3, size: tuple[int, int] = SIZE) -> Layers:
+    return wood.board(canvas(size), species, cut, PALETTE, rng_for(seed, "board"), leaves)
 
 
 def grain(species: WoodSpecies, cut: SawCut, leaves: int = 1, seed: int = 3) -> GrainMaps:
-    return wood.grain_of(sheet(), species, cut, leaves, rng_for(seed, "board"))
+    return grain_maps(canvas(), species, cut, leaves, rng_for(seed, "board"))
 
 
 def steps(image: Map) -> tuple[float, float]:
@@ -125,8 +122,8 @@ def test_the_design_hangs_on_metres_not_on_pixels() -> None:
 def test_colours_are_those_of_the_palette() -> None:
     quiet = WoodSpecies(rings=GrowthRings.DIFFUSE, contrast=0.0, pores=0.0, fibre=0.0, clouds=0.0)
     mean = board(quiet, SawCut.RIFT).albedo.mean(axis=(0, 1))
-    assert mean == pytest.approx(wood.rgb(PALETTE.light), abs=0.02)
-    streaked = wood.board(sheet(), quiet, SawCut.RIFT, PALETTE.replace(streaks=0.8), rng_for(3, "board")).albedo
+    assert mean == pytest.approx(rgb(PALETTE.light), abs=0.02)
+    streaked = wood.board(canvas(), quiet, SawCut.RIFT, PALETTE.replace(streaks=0.8), rng_for(3, "board")).albedo
     assert streaked.mean() < mean.mean() - 0.05
 
 
@@ -134,13 +131,13 @@ def test_limed_pores_are_paler_than_the_wood() -> None:
     open_grained = WoodSpecies(rings=GrowthRings.RING_POROUS, pores=1.0, contrast=0.2)
     means = {}
     for pore in ("#f4f0e8", "#302010"):
-        made = wood.board(sheet(), open_grained, SawCut.RIFT, PALETTE.replace(pore=pore), rng_for(1, "b"))
+        made = wood.board(canvas(), open_grained, SawCut.RIFT, PALETTE.replace(pore=pore), rng_for(1, "b"))
         means[pore] = float(made.albedo.mean())
     assert means["#f4f0e8"] > means["#302010"] + 0.02
 
 
 def test_a_brushed_face_is_deeper() -> None:
-    smooth = wood.board(sheet(), PLAIN, SawCut.RIFT, PALETTE, rng_for(1, "b")).height_m
-    brushed = wood.board(sheet(), PLAIN, SawCut.RIFT, PALETTE.replace(brushed=1.0), rng_for(1, "b")).height_m
+    smooth = wood.board(canvas(), PLAIN, SawCut.RIFT, PALETTE, rng_for(1, "b")).height_m
+    brushed = wood.board(canvas(), PLAIN, SawCut.RIFT, PALETTE.replace(brushed=1.0), rng_for(1, "b")).height_m
     assert np.ptp(brushed) > 3.0 * np.ptp(smooth)
     assert np.ptp(brushed) < 0.002

@@ -10,11 +10,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
-from casa_assets.textures.wood import SawCut, WoodSpecies
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
+from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.wood_grain import SawCut, WoodSpecies, grain_maps
 
 
 class PaintCoat(StrEnum):
@@ -52,69 +50,60 @@ class PaintedFront(Record):
 
 def paint(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of paint, brush strokes and grain along v."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    color, under = wood.rgb(params.color), wood.rgb(params.under)
-    tone, height, gloss = _coat(params.coat, sheet, rng)
+    color, under = rgb(params.color), rgb(params.under)
+    tone, height, gloss = _coat(params.coat, canvas, rng)
     albedo = color * (1.0 + tone)[..., None]
     roughness = params.gloss + gloss
     if params.telegraph > 0:
-        grain = wood.grain_of(sheet, params.species, SawCut.RIFT, 1, rng)
+        grain = grain_maps(canvas, params.species, SawCut.RIFT, 1, rng)
         open_grain = params.telegraph * (0.55 * grain.pore * (0.3 + 0.7 * grain.early) + 0.35 * grain.ring)
         depth = 0.35 * open_grain + 0.05 * params.telegraph * grain.fibre
         albedo = albedo * (1.0 - 0.28 * depth)[..., None]
         height = height - 0.00025 * open_grain
     if params.coat is PaintCoat.LIMEWASH:
-        thin = smoothstep(-0.2, 1.6, sheet.noise(0.25, 0.006, rng) + 0.6 * sheet.noise(0.5, 0.06, rng))
-        albedo = albedo + (under - albedo) * (0.42 * thin)[..., None]
+        thin = smoothstep(-0.2, 1.6, canvas.noise(0.25, 0.006, rng) + 0.6 * canvas.noise(0.5, 0.06, rng))
+        albedo = blend(albedo, under, 0.42 * thin)
     if params.worn > 0:
-        bare = _rubbed(params.worn, sheet, rng)
-        fibre = 1.0 + 0.07 * sheet.noise(0.08, 0.002, rng)
-        albedo = albedo + (under * fibre[..., None] - albedo) * bare[..., None]
+        bare = _rubbed(params.worn, canvas, rng)
+        fibre = 1.0 + 0.07 * canvas.noise(0.08, 0.002, rng)
+        albedo = blend(albedo, under * fibre[..., None], bare)
         height = height - 0.00008 * bare
         roughness = roughness + 0.12 * bare
     if params.grooves_m > 0:
-        depth = _grooves(params.grooves_m, sheet)
+        depth = _grooves(params.grooves_m, canvas)
         albedo = albedo * (1.0 - 0.30 * depth)[..., None]
         height = height - 0.0025 * depth
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=height.astype(np.float32),
-        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    return Layers.of(albedo, height, roughness)
 
 
-def _coat(coat: PaintCoat, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def _coat(coat: PaintCoat, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Relative tone, height in metres and change of roughness that the tool leaves."""
-    cloud = sheet.noise(0.5, 0.4, rng, 2)
+    cloud = canvas.noise(0.5, 0.4, rng, 2)
     if coat is PaintCoat.SPRAYED:
-        peel = sheet.noise(0.004, 0.004, rng)
+        peel = canvas.noise(0.004, 0.004, rng)
         return 0.004 * cloud, 0.000004 * peel, 0.01 * cloud
     if coat is PaintCoat.CHALK:
-        mottle = sheet.noise(0.08, 0.06, rng, 4)
-        stroke = sheet.noise(0.12, 0.003, rng)
+        mottle = canvas.noise(0.08, 0.06, rng, 4)
+        stroke = canvas.noise(0.12, 0.003, rng)
         return 0.010 * mottle + 0.007 * stroke, 0.00003 * stroke + 0.00001 * mottle, 0.03 * mottle
     # A brush leaves hair lines a hand long, and laps where one stroke ends on another.
-    lines = sheet.shifted(sheet.noise(0.28, 0.0017, rng), 0.003 * sheet.noise(0.4, 0.2, rng))
-    broad = sheet.noise(0.45, 0.035, rng)
+    lines = canvas.shifted(canvas.noise(0.28, 0.0017, rng), 0.003 * canvas.noise(0.4, 0.2, rng))
+    broad = canvas.noise(0.45, 0.035, rng)
     return 0.007 * lines + 0.004 * broad + 0.004 * cloud, 0.000025 * lines, 0.025 * lines
 
 
-def _rubbed(worn: float, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _rubbed(worn: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: where the paint is gone: in streaks along the grain, in patches."""
-    streaks = sheet.noise(0.07, 0.004, rng) + 0.8 * sheet.noise(0.02, 0.0022, rng)
-    patch = sheet.noise(0.3, 0.12, rng, 3)
+    streaks = canvas.noise(0.07, 0.004, rng) + 0.8 * canvas.noise(0.02, 0.0022, rng)
+    patch = canvas.noise(0.3, 0.12, rng, 3)
     edge = 3.0 - 2.2 * worn
     return smoothstep(edge, edge + 0.5, streaks + 0.8 * patch)
 
 
-def _grooves(distance_m: float, sheet: Sheet) -> Map:
+def _grooves(distance_m: float, canvas: Canvas) -> Map:
     """Mask 0..1: depth of a rounded groove at every board edge; the boards are fitted to the width of the picture."""
-    x, _ = sheet.axes()
-    count = max(1, round(sheet.tile_m[0] / distance_m))
-    pitch = sheet.tile_m[0] / count
-    off = np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch
-    return np.broadcast_to(np.clip(1.0 - off / 0.0035, 0.0, 1.0), sheet.size_px).astype(np.float32)
+    off = canvas.groove_distance(distance_m)
+    return np.broadcast_to(np.clip(1.0 - off / 0.0035, 0.0, 1.0), canvas.size_px).astype(np.float32)
 
 
 PAINTED = TextureKind("painted_front", PaintedFront, paint)

@@ -9,10 +9,10 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, covered, smoothstep
-from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, line_coverage, smoothstep
+from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.wood import WoodPalette
+from casa_assets.textures.wood_grain import SawCut, WoodSpecies, grain_maps
 
 
 class Veneer(Record):
@@ -40,41 +40,35 @@ class Veneer(Record):
 
 def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of fronts, grain along v."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    grain = wood.grain_of(sheet, params.species, params.cut, params.leaves, rng)
-    face = wood.dress(grain, params.species, params.palette, sheet, rng)
+    grain = grain_maps(canvas, params.species, params.cut, params.leaves, rng)
+    face = wood.dress(grain, params.species, params.palette, canvas, rng)
     albedo, height, roughness = face.albedo, face.height_m, face.roughness
     if params.weather > 0:
         grey = np.array([0.60, 0.57, 0.53], dtype=np.float32) * (0.9 + 0.08 * grain.fibre[..., None])
-        patch = params.weather * smoothstep(-1.4, 1.2, sheet.noise(0.35, 0.09, rng, 3) + 0.4 * grain.tone)
-        albedo = albedo + (grey - albedo) * (0.75 * patch)[..., None]
-        crack = smoothstep(2.0, 2.5, sheet.noise(0.18, 0.0022, rng) + 0.5 * sheet.noise(0.5, 0.05, rng))
+        patch = params.weather * smoothstep(-1.4, 1.2, canvas.noise(0.35, 0.09, rng, 3) + 0.4 * grain.tone)
+        albedo = blend(albedo, grey, 0.75 * patch)
+        crack = smoothstep(2.0, 2.5, canvas.noise(0.18, 0.0022, rng) + 0.5 * canvas.noise(0.5, 0.05, rng))
         albedo = albedo * (1.0 - 0.6 * params.weather * crack)[..., None]
         height = height - 0.0006 * params.weather * crack
         roughness = roughness + 0.25 * params.weather * patch
     if params.saw_marks > 0:
-        lines = sheet.noise(0.0045, 0.25, rng) * smoothstep(-0.8, 1.2, sheet.noise(0.3, 0.1, rng) + grain.tone)
+        lines = canvas.noise(0.0045, 0.25, rng) * smoothstep(-0.8, 1.2, canvas.noise(0.3, 0.1, rng) + grain.tone)
         albedo = albedo * (1.0 - 0.07 * params.saw_marks * np.maximum(lines, -0.6))[..., None]
         height = height - 0.00012 * params.saw_marks * np.maximum(lines, 0.0)
     if params.nodes_m > 0:
-        node = _nodes(params.nodes_m, sheet, grain.tone)
+        node = _nodes(params.nodes_m, canvas, grain.tone)
         albedo = albedo * (1.0 - 0.2 * node)[..., None]
     if params.gap_m > 0:
-        gap = covered(grain.edge_m, params.gap_m, canvas.tile_m[0] / canvas.size_px[1])
+        gap = line_coverage(grain.edge_m, params.gap_m, canvas.pixel_width_m)
         albedo = albedo * (1.0 - 0.75 * gap)[..., None]
         height = height - 0.002 * gap
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=height.astype(np.float32),
-        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    return Layers.of(albedo, height, roughness)
 
 
-def _nodes(distance_m: float, sheet: Sheet, tone: Map) -> Map:
+def _nodes(distance_m: float, canvas: Canvas, tone: Map) -> Map:
     """Mask 0..1: a dark line across each strip, at another height in each."""
-    _, y = sheet.axes()
-    pitch = sheet.tile_m[1] / max(1, round(sheet.tile_m[1] / distance_m))
+    _, y = canvas.axes()
+    pitch = canvas.tile_m[1] / max(1, round(canvas.tile_m[1] / distance_m))
     off = (np.mod(y / pitch + 7.3 * tone, 1.0) - 0.5) * pitch
     line = np.exp(-((off / 0.0022) ** 2)) + 0.35 * np.exp(-np.maximum(off, 0.0) / 0.012) * (off > 0)
     return np.clip(line, 0.0, 1.0).astype(np.float32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -10,11 +11,10 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Sheet, covered, smoothstep
-from casa_assets.textures.wood import BoardLayers, GrainMaps, SawCut, WoodPalette, WoodSpecies
-from casa_assets.textures.wood_grain import years
+from casa_assets.textures.canvas import Canvas, Layers, Map, blend, line_coverage, rgb, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.wood import WoodPalette
+from casa_assets.textures.wood_grain import GrainMaps, SawCut, WoodSpecies, ring_maps
 
 Ids = npt.NDArray[np.intp]
 _GLUE_M = 0.001  # as wide as a joint looks from arm's length
@@ -55,71 +55,61 @@ class EndGrain(Record):
 
 def paint_staves(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one worktop, grain along u."""
-    upright = Sheet(canvas.size_px[::-1], canvas.tile_m[::-1])
-    face = _glued(params, upright, rng)
-    return Layers(
-        albedo=np.ascontiguousarray(face.albedo.swapaxes(0, 1)),
-        height_m=np.ascontiguousarray(face.height_m.T),
-        roughness=np.ascontiguousarray(face.roughness.T),
-        metallic=0.0,
-    )
+    return _glued(params, canvas.transposed, rng).transposed
 
 
-def _glued(params: ButcherBlock, sheet: Sheet, rng: np.random.Generator) -> BoardLayers:
+def _glued(params: ButcherBlock, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """The worktop with its grain along v: every piece is read from another place of one sheet of wood."""
     plain = params.palette.replace(variety=0.0)
-    face = wood.board(sheet, params.species, params.cut, plain, rng)
-    piece, edge_m, count = _pieces(sheet, params.stave_m, params.length_m, rng)
-    dx = rng.uniform(0.0, sheet.tile_m[0], count).astype(np.float32)[piece]
-    dy = rng.uniform(0.0, sheet.tile_m[1], count).astype(np.float32)[piece]
-    moved = [sheet.shifted(plane, dx, dy) for plane in (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)]
+    face = wood.board(canvas, params.species, params.cut, plain, rng)
+    piece, edge_m, count = _pieces(canvas, params.stave_m, params.length_m, rng)
+    dx = rng.uniform(0.0, canvas.tile_m[0], count).astype(np.float32)[piece]
+    dy = rng.uniform(0.0, canvas.tile_m[1], count).astype(np.float32)[piece]
+    moved = [
+        canvas.shifted(plane, dx, dy) for plane in (*np.moveaxis(face.albedo, 2, 0), face.height_m, face.roughness)
+    ]
     # Most staves are much alike and a few stand out: a cube of the lot keeps it so. Pale ones stand out less.
-    lot = rng.permutation(np.linspace(-1.0, 1.0, count))
+    lot = stratified(count, rng)
     tones = 0.35 * lot + 0.65 * lot**3
     tones = np.where(tones < 0.0, 0.5 * tones, tones) * params.palette.variety
     tone = tones.astype(np.float32)[piece]
     albedo = np.stack(moved[:3], axis=-1)
-    dark, light = wood.rgb(params.palette.dark), wood.rgb(params.palette.light)
+    dark, light = rgb(params.palette.dark), rgb(params.palette.light)
     albedo = albedo + 0.9 * (dark - light) * tone[..., None]
     albedo = albedo * (1.0 + 0.04 * tone)[..., None]
-    pixel = max(sheet.tile_m[0] / sheet.size_px[1], sheet.tile_m[1] / sheet.size_px[0])
-    glue = covered(edge_m, _GLUE_M, pixel)
-    albedo = albedo + (wood.rgb(params.palette.heart) - albedo) * (0.42 * glue)[..., None]
-    return BoardLayers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=(moved[3] - 0.00004 * glue).astype(np.float32),
-        roughness=np.clip(moved[4] + 0.04 * glue, 0.04, 1.0).astype(np.float32),
-    )
+    pixel = max(canvas.pixel_width_m, canvas.tile_m[1] / canvas.size_px[0])
+    glue = line_coverage(edge_m, _GLUE_M, pixel)
+    albedo = blend(albedo, rgb(params.palette.heart), 0.42 * glue)
+    return Layers.of(albedo, moved[3] - 0.00004 * glue, moved[4] + 0.04 * glue)
 
 
-def _pieces(sheet: Sheet, stave_m: float, length_m: float, rng: np.random.Generator) -> tuple[Ids, Map, int]:
+def _pieces(canvas: Canvas, stave_m: float, length_m: float, rng: np.random.Generator) -> tuple[Ids, Map, int]:
     """Number of the piece, metres to its edge, count of pieces. Staves upright, ends at random heights."""
-    x, y = sheet.axes()
-    columns = max(2, round(sheet.tile_m[0] / stave_m))
-    rows = max(1, round(sheet.tile_m[1] / length_m))
-    pitch = sheet.tile_m[0] / columns
+    x, y = canvas.axes()
+    columns = max(2, round(canvas.tile_m[0] / stave_m))
+    rows = max(1, round(canvas.tile_m[1] / length_m))
+    pitch = canvas.tile_m[0] / columns
     column = np.minimum((x / pitch).astype(np.intp), columns - 1)
     # Ends may not come to lie beside those of the next stave: golden steps keep them apart.
     start = np.mod(np.arange(columns) * 0.618 + rng.uniform(0.0, 0.12, columns), 1.0) / rows
     ends = np.sort(np.mod(start[:, None] + (np.arange(rows) + rng.uniform(-0.22, 0.22, (columns, rows))) / rows, 1.0))
-    at = np.mod(y / np.float32(sheet.tile_m[1]), 1.0)
-    row = np.zeros(sheet.size_px, dtype=np.intp)
-    off = np.full(sheet.size_px, np.inf, dtype=np.float32)
+    at = np.mod(y / np.float32(canvas.tile_m[1]), 1.0)
+    row = np.zeros(canvas.size_px, dtype=np.intp)
+    off = np.full(canvas.size_px, np.inf, dtype=np.float32)
     for n in range(rows if rows > 1 else 0):  # a stave as long as the picture has no ends
         end = ends[:, n][column]
         row = row + (at >= end)
-        off = np.minimum(off, np.abs(np.mod(at - end + 0.5, 1.0) - 0.5) * sheet.tile_m[1])
+        off = np.minimum(off, np.abs(np.mod(at - end + 0.5, 1.0) - 0.5) * canvas.tile_m[1])
     side = np.abs(np.mod(x / pitch + 0.5, 1.0) - 0.5) * pitch
     return np.mod(row, rows) + column * rows, np.minimum(off, side).astype(np.float32), rows * columns
 
 
 def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one block worktop: years as arcs around piths that lie outside the blocks, pores as dots, rays between."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    x, y = sheet.axes()
-    rows = 2 * max(1, round(sheet.tile_m[1] / params.block_m / 2.0))
-    columns = 2 * max(1, round(sheet.tile_m[0] / params.block_m / 2.0))
-    tall, wide = sheet.tile_m[1] / rows, sheet.tile_m[0] / columns
+    x, y = canvas.axes()
+    rows = 2 * max(1, round(canvas.tile_m[1] / params.block_m / 2.0))
+    columns = 2 * max(1, round(canvas.tile_m[0] / params.block_m / 2.0))
+    tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
     row = np.minimum((y / tall).astype(np.intp), rows - 1)
     along = x / wide + params.bond * np.mod(row, 2)
     column = np.mod(np.floor(along).astype(np.intp), columns)
@@ -129,38 +119,31 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     far = rng.uniform(0.6, 3.5, rows * columns) * params.block_m
     dx = in_x - (far * np.cos(angle)).astype(np.float32)[block]
     dy = in_y - (far * np.sin(angle)).astype(np.float32)[block]
-    lot = rng.uniform(0.0, sheet.tile_m[0], rows * columns).astype(np.float32)[block]
-    radius = np.hypot(dx, dy) + lot + 0.0006 * sheet.noise(0.015, 0.015, rng)
-    grain = _end_maps(sheet, params.species, radius.astype(np.float32), np.arctan2(dy, dx), rng)
-    tone = rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block]
-    grain = _with_tone(grain, tone)
-    face = wood.dress(grain, params.species, params.palette, sheet, rng)
+    lot = rng.uniform(0.0, canvas.tile_m[0], rows * columns).astype(np.float32)[block]
+    radius = np.hypot(dx, dy) + lot + 0.0006 * canvas.noise(0.015, 0.015, rng)
+    grain = _end_maps(canvas, params.species, radius.astype(np.float32), np.arctan2(dy, dx), rng)
+    grain = replace(grain, tone=rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block])
+    face = wood.dress(grain, params.species, params.palette, canvas, rng)
     albedo = face.albedo
     if params.second is not None:
-        other = wood.dress(grain, params.species, params.second, sheet, rng)
+        other = wood.dress(grain, params.species, params.second, canvas, rng)
         albedo = np.where((np.mod(row + column, 2) == 1)[..., None], other.albedo, albedo)
     edge = np.minimum(wide / 2.0 - np.abs(in_x), tall / 2.0 - np.abs(in_y))
-    pixel = sheet.tile_m[0] / sheet.size_px[1]
-    glue = covered(edge, _GLUE_M, pixel)
-    albedo = albedo + (wood.rgb(params.palette.heart) - albedo) * (0.5 * glue)[..., None]
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=(face.height_m - 0.00004 * glue).astype(np.float32),
-        roughness=np.clip(face.roughness + 0.04 * glue, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    glue = line_coverage(edge, _GLUE_M, canvas.pixel_width_m)
+    albedo = blend(albedo, rgb(params.palette.heart), 0.5 * glue)
+    return Layers.of(albedo, face.height_m - 0.00004 * glue, face.roughness + 0.04 * glue)
 
 
-def _end_maps(sheet: Sheet, species: WoodSpecies, radius: Map, angle: Map, rng: np.random.Generator) -> GrainMaps:
+def _end_maps(canvas: Canvas, species: WoodSpecies, radius: Map, angle: Map, rng: np.random.Generator) -> GrainMaps:
     """Maps of wood seen from its end."""
-    ring, early, zone = years(sheet, species, radius, rng)
-    dots = sheet.noise(0.0012, 0.0012, rng)
+    ring, early, zone = ring_maps(canvas, species, radius, rng)
+    dots = canvas.noise(0.0012, 0.0012, rng)
     zero = np.zeros_like(ring)
     rays = np.cos(angle * 160.0).astype(np.float32)
     return GrainMaps(
         ring=ring,
         early=early,
-        fibre=0.5 * sheet.noise(0.002, 0.002, rng) + 0.25 * rays,
+        fibre=0.5 * canvas.noise(0.002, 0.002, rng) + 0.25 * rays,
         zone=zone,
         pore=smoothstep(0.5, 1.6, dots),
         fleck=zero,
@@ -171,11 +154,6 @@ def _end_maps(sheet: Sheet, species: WoodSpecies, radius: Map, angle: Map, rng: 
         joint=zero,
         edge_m=zero + 1.0,
     )
-
-
-def _with_tone(grain: GrainMaps, tone: Map) -> GrainMaps:
-    maps = {name: getattr(grain, name) for name in GrainMaps.__dataclass_fields__}
-    return GrainMaps(**{**maps, "tone": tone})
 
 
 STAVES = TextureKind("butcher_block", ButcherBlock, paint_staves)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.textures.sheet import Map, Sheet
+from casa_assets.textures.canvas import Canvas, Map
 
 Ids = npt.NDArray[np.intp]
 
@@ -43,7 +43,7 @@ class CrystalCells:
 
 
 def crystal_cells(
-    sheet: Sheet, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0
+    canvas: Canvas, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0
 ) -> CrystalCells:
     """Assign every pixel of the sheet to the nearest jittered seed, periodically.
 
@@ -54,18 +54,18 @@ def crystal_cells(
         stretch: how much longer cells are along x.
         bend_m: how far borders are bent, metres.
     """
-    rows, columns = sheet.cells(size_m, size_m * stretch)
-    tall, wide = sheet.tile_m[1] / rows, sheet.tile_m[0] / columns
+    rows, columns = canvas.cells(size_m, size_m * stretch)
+    tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
     seed_y, seed_x = rng.uniform(0.08, 0.92, (2, rows, columns)).astype(np.float32)
-    x, y = sheet.axes()
+    x, y = canvas.axes()
     if bend_m > 0:
-        x = x + bend_m * sheet.noise(size_m * 0.7, size_m * 0.7 * stretch, rng)
-        y = y + bend_m * sheet.noise(size_m * 0.7, size_m * 0.7 * stretch, rng)
+        x = x + bend_m * canvas.noise(size_m * 0.7, size_m * 0.7 * stretch, rng)
+        y = y + bend_m * canvas.noise(size_m * 0.7, size_m * 0.7 * stretch, rng)
     x, y = np.broadcast_arrays(x / np.float32(wide), y / np.float32(tall))
     column, row = np.floor(x).astype(np.intp), np.floor(y).astype(np.intp)
-    near = np.full(sheet.size_px, np.inf, dtype=np.float32)
+    near = np.full(canvas.size_px, np.inf, dtype=np.float32)
     second, best_x, best_y = near.copy(), near.copy(), near.copy()
-    ids = np.zeros(sheet.size_px, dtype=np.intp)
+    ids = np.zeros(canvas.size_px, dtype=np.intp)
     for step in range(9):
         r, c = row + step // 3 - 1, column + step % 3 - 1
         id_ = np.mod(r, rows) * columns + np.mod(c, columns)

@@ -10,11 +10,9 @@ from scipy import ndimage
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.kinds.counters.veined import Vein, lines
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, rgb_table, smoothstep
+from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.kinds.counters.veined import Vein, add_vein
 
 
 class BandedStone(Record):
@@ -50,63 +48,55 @@ class BandedStone(Record):
 
 def paint(params: BandedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab, layers along u."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    x, y = sheet.axes()
+    x, y = canvas.axes()
     size = params.fold_size_m
-    fold = params.fold_m * (sheet.noise(0.7 * size, size, rng) + 0.35 * sheet.noise(0.25 * size, 0.4 * size, rng, 3))
-    depth = y + fold + params.shear * x * np.float32(sheet.tile_m[1] / sheet.tile_m[0])
-    part = depth / np.float32(sheet.tile_m[1]) * params.layers + 0.03 * params.mottle * sheet.noise(0.06, 0.2, rng, 5)
+    fold = params.fold_m * (canvas.noise(0.7 * size, size, rng) + 0.35 * canvas.noise(0.25 * size, 0.4 * size, rng, 3))
+    depth = y + fold + params.shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0])
+    part = depth / np.float32(canvas.tile_m[1]) * params.layers + 0.03 * params.mottle * canvas.noise(0.06, 0.2, rng, 5)
     albedo = _ramp(params.colors, part)
-    thread = sheet.noise(0.0045, 1.2, rng) + 0.7 * sheet.noise(0.016, 1.6, rng)
-    thread = sheet.shifted(thread, np.zeros_like(x), depth - y)
-    cloud = sheet.noise(0.25, 0.3, rng, 5)
-    grain = sheet.noise(0.003, 0.003, rng)
+    thread = canvas.noise(0.0045, 1.2, rng) + 0.7 * canvas.noise(0.016, 1.6, rng)
+    thread = canvas.shifted(thread, np.zeros_like(x), depth - y)
+    cloud = canvas.noise(0.25, 0.3, rng, 5)
+    grain = canvas.noise(0.003, 0.003, rng)
     shade = 1.0 + 0.055 * params.fine * thread + 0.05 * params.mottle * cloud + 0.012 * grain
     albedo = albedo * shade[..., None]
     for vein in params.veins:
-        line, halo = lines(vein, sheet, rng)
-        share = vein.strength * np.clip(line + vein.bleed * halo, 0.0, 1.0)
-        albedo = albedo + (wood.rgb(vein.color) - albedo) * share[..., None]
+        albedo, _ = add_vein(albedo, vein, canvas, rng)
     if params.fossils > 0:
-        albedo = _fossils(params, albedo, sheet, rng)
+        albedo = _fossils(params, albedo, canvas, rng)
     height = 0.000002 * grain + params.cleft_m * (0.3 * cloud + 0.12 * thread)
     roughness = params.gloss + 0.02 * params.fine * thread + 0.02 * grain
     if params.pits > 0:
-        pit = _pits(params, depth - y, sheet, rng)
+        pit = _pits(params, depth - y, canvas, rng)
         albedo = albedo * (1.0 - 0.45 * pit)[..., None]
         height = height - 0.0012 * pit
         roughness = roughness + 0.3 * pit
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=height.astype(np.float32),
-        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    return Layers.of(albedo, height, roughness)
 
 
 def _ramp(colors: tuple[str, ...], part: Map) -> Map:
     """(H, W, 3) colour at a place in the order of layers, smooth from one to the next."""
-    table = np.stack([wood.rgb(c) for c in colors])
+    table = rgb_table(colors)
     at = np.mod(part, 1.0) * len(colors)
     sharp = np.floor(at) + smoothstep(0.15, 0.85, at - np.floor(at))
     planes = [ndimage.map_coordinates(plane, [sharp], order=1, mode="grid-wrap") for plane in table.T]
     return np.stack(planes, axis=-1).astype(np.float32)
 
 
-def _pits(params: BandedStone, fold: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _pits(params: BandedStone, fold: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: holes longer than high that lie in rows."""
-    x, _ = sheet.axes()
-    holes = sheet.noise(0.006, 0.018, rng) + 0.5 * sheet.noise(0.003, 0.006, rng)
-    rows = sheet.noise(0.05, 0.9, rng)
-    field = sheet.shifted(holes + 0.8 * rows, np.zeros_like(x), fold)
+    x, _ = canvas.axes()
+    holes = canvas.noise(0.006, 0.018, rng) + 0.5 * canvas.noise(0.003, 0.006, rng)
+    rows = canvas.noise(0.05, 0.9, rng)
+    field = canvas.shifted(holes + 0.8 * rows, np.zeros_like(x), fold)
     edge = 3.2 - 1.9 * params.pits
     return smoothstep(edge, edge + 0.45, field)
 
 
-def _fossils(params: BandedStone, albedo: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _fossils(params: BandedStone, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Shell fragments a few millimetres long, pale and dark."""
     for tone, size in ((1.10, 0.006), (0.82, 0.004)):
-        shell = smoothstep(1.7, 2.1, sheet.noise(size, 1.8 * size, rng) + 0.4 * sheet.noise(0.2, 0.2, rng))
+        shell = smoothstep(1.7, 2.1, canvas.noise(size, 1.8 * size, rng) + 0.4 * canvas.noise(0.2, 0.2, rng))
         albedo = albedo * (1.0 + (tone - 1.0) * params.fossils * shell)[..., None]
     return albedo
 

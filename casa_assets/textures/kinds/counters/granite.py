@@ -9,11 +9,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds.counters.crystals import crystal_cells
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 
@@ -81,67 +79,61 @@ class Granite(Record):
 
 def paint(params: Granite, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    swarm = streams(sheet, params.cloud_m, params.flow, params.shear, rng)
-    albedo = _mosaic(params, sheet, swarm, rng)
+    swarm = streams(canvas, params.cloud_m, params.flow, params.shear, rng)
+    albedo = _mosaic(params, canvas, swarm, rng)
     if params.orb is not None:
-        albedo = _orbs(params, params.orb, albedo, sheet, rng)
-    rough = np.zeros(sheet.size_px, dtype=np.float32)
+        albedo = _orbs(params, params.orb, albedo, canvas, rng)
+    rough = np.zeros(canvas.size_px, dtype=np.float32)
     for speck in params.specks:
-        mask = _scatter(speck, sheet, swarm, rng)
-        albedo = albedo + (wood.rgb(speck.color) - albedo) * mask[..., None]
+        mask = _scatter(speck, canvas, swarm, rng)
+        albedo = blend(albedo, rgb(speck.color), mask)
         rough = np.maximum(rough, mask)
-    cloud = sheet.noise(0.004, 0.004, rng)
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=(-0.000004 * rough + 0.000001 * cloud).astype(np.float32),
-        roughness=np.clip(params.gloss + 0.06 * rough, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    cloud = canvas.noise(0.004, 0.004, rng)
+    return Layers.of(albedo, -0.000004 * rough + 0.000001 * cloud, params.gloss + 0.06 * rough)
 
 
-def streams(sheet: Sheet, size_m: float, flow: float, shear: int, rng: np.random.Generator) -> Map:
+def streams(canvas: Canvas, size_m: float, flow: float, shear: int, rng: np.random.Generator) -> Map:
     """Broad noise of deviation 1, drawn out along x by `flow` and slanted by whole turns, so that it closes."""
-    field = sheet.noise(size_m, size_m * (1.0 + 7.0 * flow), rng, 4)
-    x, _ = sheet.axes()
-    wave = 0.5 * size_m * sheet.noise(0.4, 0.4, rng, 2) * (0.3 + flow)
-    return sheet.shifted(field, np.zeros_like(x), shear * x * np.float32(sheet.tile_m[1] / sheet.tile_m[0]) + wave)
+    field = canvas.noise(size_m, size_m * (1.0 + 7.0 * flow), rng, 4)
+    x, _ = canvas.axes()
+    wave = 0.5 * size_m * canvas.noise(0.4, 0.4, rng, 2) * (0.3 + flow)
+    return canvas.shifted(field, np.zeros_like(x), shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0]) + wave)
 
 
-def _mosaic(params: Granite, sheet: Sheet, swarm: Map, rng: np.random.Generator) -> Map:
+def _mosaic(params: Granite, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
     """(H, W, 3) crystals side by side; which mineral each is hangs on its swarm."""
-    mosaic = crystal_cells(sheet, params.grain_m, rng, bend_m=0.18 * params.grain_m)
+    mosaic = crystal_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
     # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
-    coarse = crystal_cells(sheet, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
+    coarse = crystal_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
     large = coarse.draw(rng) < 0.35
     lot = np.where(large, coarse.draw(rng), mosaic.draw(rng))
     shade = np.where(large, coarse.draw(rng), mosaic.draw(rng)) - 0.5
     weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
     edges = np.cumsum(weights / weights.sum(axis=0), axis=0)
     pick = np.minimum((lot > edges).sum(axis=0), len(params.minerals) - 1)
-    colors = np.stack([wood.rgb(m.color) for m in params.minerals])[pick]
+    colors = np.stack([rgb(m.color) for m in params.minerals])[pick]
     spreads = np.array([m.spread for m in params.minerals], dtype=np.float32)[pick]
     # Within a crystal the light changes a little: cleavage and what lies below the polish.
-    inside = 0.10 * sheet.noise(params.grain_m * 0.6, params.grain_m * 0.6, rng)
+    inside = 0.10 * canvas.noise(params.grain_m * 0.6, params.grain_m * 0.6, rng)
     return np.asarray(colors * (1.0 + spreads * (1.1 * shade + inside))[..., None], dtype=np.float32)
 
 
-def _orbs(params: Granite, color: str, albedo: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Round feldspars with a rim, packed as they grew."""
-    orbs = crystal_cells(sheet, params.orb_m, rng, bend_m=0.10 * params.orb_m)
+    orbs = crystal_cells(canvas, params.orb_m, rng, bend_m=0.10 * params.orb_m)
     size = params.orb_m * (0.24 + 0.22 * orbs.draw(rng))
     edge = np.minimum(size - orbs.near_m, orbs.border_m - 0.04 * params.orb_m) / params.orb_m
-    shade = 1.0 + 0.25 * (orbs.draw(rng) - 0.5) + 0.05 * sheet.noise(0.003, 0.003, rng)
-    mixed = 0.28 * albedo + 0.72 * wood.rgb(color) * shade[..., None]
+    shade = 1.0 + 0.25 * (orbs.draw(rng) - 0.5) + 0.05 * canvas.noise(0.003, 0.003, rng)
+    mixed = 0.28 * albedo + 0.72 * rgb(color) * shade[..., None]
     body = smoothstep(0.02, 0.06, edge)
     rim = smoothstep(-0.06, 0.0, edge) * (1.0 - smoothstep(0.03, 0.09, edge))
-    albedo = albedo + (mixed - albedo) * body[..., None]
-    return np.asarray(albedo + (wood.rgb(params.orb_rim) - albedo) * (0.75 * rim)[..., None], dtype=np.float32)
+    albedo = blend(albedo, mixed, body)
+    return np.asarray(blend(albedo, rgb(params.orb_rim), 0.75 * rim), dtype=np.float32)
 
 
-def _scatter(speck: Speck, sheet: Sheet, swarm: Map, rng: np.random.Generator) -> Map:
+def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
     """Mask 0..1: crystals of one speck; the share is kept, whatever the swarms do."""
-    grains = crystal_cells(sheet, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
+    grains = crystal_cells(canvas, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
     odds = speck.share * np.exp(1.2 * speck.flock * swarm)
     chosen = grains.draw(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
     return np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)

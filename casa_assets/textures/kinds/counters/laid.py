@@ -10,11 +10,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds.counters.crystals import crystal_cells
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class TiledCounter(Record):
@@ -88,13 +86,12 @@ class PrintedLaminate(Record):
 
 def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of tiles."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    x, y = sheet.axes()
-    rows = max(1, round(sheet.tile_m[1] / params.height_m))
-    columns = max(1, round(sheet.tile_m[0] / params.width_m))
+    x, y = canvas.axes()
+    rows = max(1, round(canvas.tile_m[1] / params.height_m))
+    columns = max(1, round(canvas.tile_m[0] / params.width_m))
     if params.bond > 0 or params.checker:  # two rows that differ have to close over the border
         rows, columns = rows + rows % 2, columns + (columns % 2 if params.checker else 0)
-    tall, wide = sheet.tile_m[1] / rows, sheet.tile_m[0] / columns
+    tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
     row = np.minimum((y / tall).astype(np.intp), rows - 1)
     along = x / wide + params.bond * np.mod(row, 2)
     column = np.mod(np.floor(along).astype(np.intp), columns)
@@ -104,72 +101,59 @@ def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) 
     tile = row * columns + column
     lot = rng.uniform(0.0, 1.0, (2, rows * columns)).astype(np.float32)
     pick = np.mod(row + column, len(params.colors)) if params.checker else (lot[0][tile] * len(params.colors))
-    colors = np.stack([wood.rgb(c) for c in params.colors])[np.asarray(pick).astype(np.intp)]
-    glaze = sheet.noise(0.05, 0.05, rng, 4)
+    colors = rgb_table(params.colors)[np.asarray(pick).astype(np.intp)]
+    glaze = canvas.noise(0.05, 0.05, rng, 4)
     shade = 1.0 + params.uneven * (0.16 * (lot[1][tile] - 0.5) + 0.035 * glaze)
     rim = np.exp(-np.maximum(edge, 0.0) / 0.006)  # glaze is thinner at the edge
     albedo = colors * (shade * (1.0 - 0.06 * params.uneven * rim))[..., None]
-    sand = sheet.noise(0.0025, 0.0025, rng)
-    grout = wood.rgb(params.grout) * (1.0 + 0.03 * sand + 0.03 * sheet.noise(0.15, 0.15, rng, 2))[..., None]
+    sand = canvas.noise(0.0025, 0.0025, rng)
+    grout = rgb(params.grout) * (1.0 + 0.03 * sand + 0.03 * canvas.noise(0.15, 0.15, rng, 2))[..., None]
     face = smoothstep(-0.0004, 0.0008, edge)
-    albedo = grout + (albedo - grout) * face[..., None]
+    albedo = blend(grout, albedo, face)
     dome = params.pillow_m * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.uneven * glaze
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=(face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand).astype(np.float32),
-        roughness=np.clip(0.85 + (params.gloss - 0.85) * face, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
+    return Layers.of(
+        albedo, face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand, 0.85 + (params.gloss - 0.85) * face
     )
 
 
 def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one glazed slab."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    pool = smoothstep(-1.5, 2.0, sheet.noise(0.3, 0.3, rng, 5))
-    color, deep = wood.rgb(params.color), wood.rgb(params.deep)
-    albedo = color + (deep - color) * (0.8 * pool)[..., None]
-    net = crystal_cells(sheet, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
-    pixel = sheet.tile_m[0] / sheet.size_px[1]
+    pool = smoothstep(-1.5, 2.0, canvas.noise(0.3, 0.3, rng, 5))
+    color, deep = rgb(params.color), rgb(params.deep)
+    albedo = blend(color, deep, 0.8 * pool)
+    net = crystal_cells(canvas, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
+    pixel = canvas.pixel_width_m
     crack = np.clip(1.3 - net.border_m / max(0.00035, 0.6 * pixel), 0.0, 1.0) * min(1.0, 0.0007 / pixel)
-    crack = crack * (0.3 + 0.7 * smoothstep(-1.0, 1.0, sheet.noise(0.15, 0.15, rng)))
-    albedo = albedo + (deep * 0.45 - albedo) * (params.crackle * crack)[..., None]
-    wave = sheet.noise(0.06, 0.06, rng, 2)
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=(0.00004 * wave - 0.00002 * crack).astype(np.float32),
-        roughness=np.clip(params.gloss + 0.1 * params.crackle * crack + 0.02 * pool, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
+    crack = crack * (0.3 + 0.7 * smoothstep(-1.0, 1.0, canvas.noise(0.15, 0.15, rng)))
+    albedo = blend(albedo, deep * 0.45, params.crackle * crack)
+    wave = canvas.noise(0.06, 0.06, rng, 2)
+    return Layers.of(
+        albedo, 0.00004 * wave - 0.00002 * crack, params.gloss + 0.1 * params.crackle * crack + 0.02 * pool
     )
 
 
 def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of laminate."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    albedo: Map = np.broadcast_to(wood.rgb(params.ground), (*sheet.size_px, 3))
+    albedo: Map = np.broadcast_to(rgb(params.ground), (*canvas.size_px, 3))
     for n, ink in enumerate(params.inks):
-        mask = _figures(params, n, sheet, rng)
-        albedo = albedo + (wood.rgb(ink) - albedo) * mask[..., None]
-    peel = sheet.noise(0.004, 0.004, rng)
-    return Layers(
-        albedo=np.clip(albedo * (1.0 + 0.004 * peel)[..., None], 0.0, 1.0).astype(np.float32),
-        height_m=(0.000004 * peel).astype(np.float32),
-        roughness=np.clip(params.gloss + 0.01 * peel, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+        mask = _figures(params, n, canvas, rng)
+        albedo = blend(albedo, rgb(ink), mask)
+    peel = canvas.noise(0.004, 0.004, rng)
+    return Layers.of(albedo * (1.0 + 0.004 * peel)[..., None], 0.000004 * peel, params.gloss + 0.01 * peel)
 
 
-def _figures(params: PrintedLaminate, ink: int, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: what is printed in one ink."""
     size = params.size_m
     if params.pattern is LaminatePattern.CRACKED_ICE:
-        shards = crystal_cells(sheet, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
+        shards = crystal_cells(canvas, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
         lit = shards.draw(rng) ** 2
         return np.asarray(0.75 * lit * smoothstep(0.0, 0.03, shards.border_m / size), dtype=np.float32)
-    places = crystal_cells(sheet, size * (1.25 if params.pattern is LaminatePattern.BOOMERANG else 1.0), rng)
+    places = crystal_cells(canvas, size * (1.25 if params.pattern is LaminatePattern.BOOMERANG else 1.0), rng)
     turn = 2.0 * np.pi * places.draw(rng)
     u = (np.cos(turn) * places.dx_m + np.sin(turn) * places.dy_m) / size
     v = (np.cos(turn) * places.dy_m - np.sin(turn) * places.dx_m) / size
-    soft = sheet.tile_m[0] / sheet.size_px[1] / size
+    soft = canvas.pixel_width_m / size
     if params.pattern is LaminatePattern.BOOMERANG:
         # A bent bar: distance to a parabola, the bar thins out to its tips; only its outline is inked.
         bar = np.abs(v + 0.10 - 1.6 * u * u) / np.sqrt(1.0 + (3.2 * u) ** 2) - 0.10 * np.sqrt(

@@ -9,12 +9,10 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds.counters.crystals import crystal_cells
-from casa_assets.textures.kinds.counters.veined import Vein, lines
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
+from casa_assets.textures.kinds.counters.veined import Vein, add_vein
 
 
 class ChipSize(Record):
@@ -60,54 +58,46 @@ class MadeStone(Record):
 
 def paint(params: MadeStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    cloud = 0.7 * sheet.noise(params.cloud_m, params.cloud_m, rng, 6) + 0.5 * sheet.noise(0.06, 0.09, rng, 5)
-    fine = sheet.noise(0.003, 0.003, rng)
-    albedo = wood.rgb(params.binder) * (1.0 + params.clouds * (0.075 * cloud + 0.02 * fine))[..., None]
+    cloud = 0.7 * canvas.noise(params.cloud_m, params.cloud_m, rng, 6) + 0.5 * canvas.noise(0.06, 0.09, rng, 5)
+    fine = canvas.noise(0.003, 0.003, rng)
+    albedo = rgb(params.binder) * (1.0 + params.clouds * (0.075 * cloud + 0.02 * fine))[..., None]
     for vein in params.veins:
-        line, halo = lines(vein, sheet, rng)
-        share = vein.strength * np.clip(line + vein.bleed * halo, 0.0, 1.0)
-        albedo = albedo + (wood.rgb(vein.color) - albedo) * share[..., None]
+        albedo, _ = add_vein(albedo, vein, canvas, rng)
     height = 0.000001 * fine
     roughness = params.gloss + params.clouds * 0.05 * cloud
-    free = np.ones(sheet.size_px, dtype=np.float32)
+    free = np.ones(canvas.size_px, dtype=np.float32)
     for chips in params.chips:
-        color, mask = _chips(chips, sheet, rng)
+        color, mask = _chips(chips, canvas, rng)
         mask = mask * free
-        albedo = albedo + (color - albedo) * mask[..., None]
+        albedo = blend(albedo, color, mask)
         height = height + 0.000003 * mask
         roughness = roughness + chips.gloss * mask
         free = free * (1.0 - mask)  # a small chip lies beside a large one, never on it
     if params.pinholes > 0:
-        hole = _pinholes(params.pinholes, sheet, rng)
+        hole = _pinholes(params.pinholes, canvas, rng)
         albedo = albedo * (1.0 - 0.4 * hole)[..., None]
         height = height - 0.0006 * hole
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=height.astype(np.float32),
-        roughness=np.clip(roughness, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    return Layers.of(albedo, height, roughness)
 
 
-def _chips(chips: ChipSize, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map]:
+def _chips(chips: ChipSize, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map]:
     """(H, W, 3) colours and (H, W) 0..1 where there is a chip."""
-    places = crystal_cells(sheet, chips.size_m, rng, bend_m=0.10 * chips.round * chips.size_m)
+    places = crystal_cells(canvas, chips.size_m, rng, bend_m=0.10 * chips.round * chips.size_m)
     taken = places.draw(rng) < chips.share
     small = chips.size_m * (0.03 + 0.16 * places.draw(rng))  # how far the chip stays off its neighbours
     broken = places.border_m - small
     pebble = chips.size_m * 0.42 - small - places.near_m
     edge = np.where(chips.round > 0.5, np.minimum(broken, pebble), broken) / (0.04 * chips.size_m)
-    colors = np.stack([wood.rgb(c) for c in chips.colors])
+    colors = rgb_table(chips.colors)
     pick = np.minimum((places.draw(rng) * len(colors)).astype(np.intp), len(colors) - 1)
     shade = 1.0 + chips.spread * (places.draw(rng) - 0.5)
-    inside = 1.0 + 0.06 * chips.spread * sheet.noise(0.4 * chips.size_m, 0.4 * chips.size_m, rng)
+    inside = 1.0 + 0.06 * chips.spread * canvas.noise(0.4 * chips.size_m, 0.4 * chips.size_m, rng)
     return np.asarray(colors[pick] * (shade * inside)[..., None]), smoothstep(0.0, 1.0, edge) * taken
 
 
-def _pinholes(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _pinholes(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: round holes of one to three millimetres, far apart."""
-    places = crystal_cells(sheet, 0.012, rng)
+    places = crystal_cells(canvas, 0.012, rng)
     radius = 0.0004 + 0.0013 * places.draw(rng) ** 3
     return np.asarray((places.draw(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
 

@@ -10,11 +10,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds.counters.crystals import crystal_cells
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class VeinCourse(StrEnum):
@@ -77,78 +75,78 @@ class VeinedStone(Record):
 
 def paint(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    clouds = _clouds(params, sheet, rng)
-    ground, cloud = wood.rgb(params.ground), wood.rgb(params.cloud)
-    albedo = ground + (cloud - ground) * (params.cloudy * clouds)[..., None]
-    cut = np.zeros(sheet.size_px, dtype=np.float32)
+    clouds = _clouds(params, canvas, rng)
+    ground, cloud = rgb(params.ground), rgb(params.cloud)
+    albedo = blend(ground, cloud, params.cloudy * clouds)
+    cut = np.zeros(canvas.size_px, dtype=np.float32)
     for vein in params.veins:
-        line, halo = lines(vein, sheet, rng)
-        share = vein.strength * np.clip(line + vein.bleed * halo, 0.0, 1.0)
-        albedo = albedo + (wood.rgb(vein.color) - albedo) * share[..., None]
+        albedo, line = add_vein(albedo, vein, canvas, rng)
         cut = np.maximum(cut, line)
-    sugar = sheet.noise(0.0025, 0.0025, rng)
+    sugar = canvas.noise(0.0025, 0.0025, rng)
     albedo = albedo * (1.0 + 0.012 * params.crystal * sugar)[..., None]
-    return Layers(
-        albedo=np.clip(albedo, 0.0, 1.0).astype(np.float32),
-        height_m=(0.000001 * sugar - 0.000006 * cut).astype(np.float32),
-        roughness=np.clip(params.gloss + 0.05 * cut + 0.008 * sugar, 0.04, 1.0).astype(np.float32),
-        metallic=0.0,
-    )
+    return Layers.of(albedo, 0.000001 * sugar - 0.000006 * cut, params.gloss + 0.05 * cut + 0.008 * sugar)
 
 
-def slanted(sheet: Sheet, image: Map, shear: int) -> Map:
+def slanted(canvas: Canvas, image: Map, shear: int) -> Map:
     """`image` climbing `shear` times its height over its width; it still closes over the border."""
-    x, _ = sheet.axes()
-    return sheet.shifted(image, np.zeros_like(x), shear * x * np.float32(sheet.tile_m[1] / sheet.tile_m[0]))
+    x, _ = canvas.axes()
+    return canvas.shifted(image, np.zeros_like(x), shear * x * np.float32(canvas.tile_m[1] / canvas.tile_m[0]))
 
 
-def lines(vein: Vein, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map]:
+def add_vein(albedo: Map, vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map]:
+    """Colours with a family of veins drawn over them, and the mask 0..1 of the veins without their halos."""
+    line, halo = _lines(vein, canvas, rng)
+    return blend(albedo, rgb(vein.color), vein.strength * np.clip(line + vein.bleed * halo, 0.0, 1.0)), line
+
+
+def _lines(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map]:
     """Vein and its halo, each (H, W) 0..1."""
-    main, branch, side = _courses(vein, sheet, rng)
+    main, branch, side = _courses(vein, canvas, rng)
     # A vein swells and dies away along its course; its branches die first.
-    life = slanted(sheet, sheet.noise(0.28, 0.28 * vein.stretch**0.5, rng, 2), vein.shear)
+    life = slanted(canvas, canvas.noise(0.28, 0.28 * vein.stretch**0.5, rng, 2), vein.shear)
     edge = 2.2 * vein.gaps - 1.6
     alive = smoothstep(edge, edge + 1.5, life)
-    swell = np.exp(0.45 * sheet.noise(0.07, 0.07, rng, 2) - 0.2)
+    swell = np.exp(0.45 * canvas.noise(0.07, 0.07, rng, 2) - 0.2)
     width = vein.width_m * swell * (0.12 + 0.88 * alive**1.5)
-    line = alive * _drawn(main * np.where(side > 0, 0.8, 1.5), width, sheet)
-    twig = smoothstep(edge + 0.5, edge + 1.8, life) * _drawn(branch, 0.28 * width, sheet)
-    line = np.maximum(line, 0.8 * twig) * np.clip(0.85 + 0.2 * sheet.noise(0.025, 0.025, rng, 2), 0.3, 1.1)
+    line = alive * _drawn(main * np.where(side > 0, 0.8, 1.5), width, canvas)
+    twig = smoothstep(edge + 0.5, edge + 1.8, life) * _drawn(branch, 0.28 * width, canvas)
+    line = np.maximum(line, 0.8 * twig) * np.clip(0.85 + 0.2 * canvas.noise(0.025, 0.025, rng, 2), 0.3, 1.1)
     # Halos lean to one side, as the water came from there.
     halo = alive * np.exp(-main / (vein.halo_m * np.where(side > 0, 1.0, 0.4)))
-    torn = np.clip(0.75 + 0.3 * sheet.noise(0.06, 0.06, rng, 3), 0.0, 1.3)
+    torn = np.clip(0.75 + 0.3 * canvas.noise(0.06, 0.06, rng, 3), 0.0, 1.3)
     return np.clip(line, 0.0, 1.0).astype(np.float32), np.asarray(halo * torn, dtype=np.float32)
 
 
-def _drawn(off: Map, width: Map, sheet: Sheet) -> Map:
+def _drawn(off: Map, width: Map, canvas: Canvas) -> Map:
     """A soft line; thinner than a pixel it is paler, not broader."""
-    pixel = sheet.tile_m[0] / sheet.size_px[1]
+    pixel = canvas.pixel_width_m
     drawn = np.maximum(width, 1.2 * pixel)
     return np.asarray(np.exp(-((off / (0.6 * drawn)) ** 2)) * np.minimum(width / (1.2 * pixel), 1.0) ** 0.7)
 
 
-def _courses(vein: Vein, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def _courses(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Metres to the nearest vein, metres to the nearest branch, and a field that tells the sides of a vein apart."""
     size = vein.spacing_m
-    bend = vein.wobble * size * 0.10 * sheet.noise(0.8 * size, 0.8 * size, rng, 2)
-    fine = vein.wobble * (0.0022 * sheet.noise(0.03, 0.03, rng, 3) + 0.012 * size * sheet.noise(0.12, 0.12, rng, 2))
+    bend = vein.wobble * size * 0.10 * canvas.noise(0.8 * size, 0.8 * size, rng, 2)
+    fine = vein.wobble * (0.0022 * canvas.noise(0.03, 0.03, rng, 3) + 0.012 * size * canvas.noise(0.12, 0.12, rng, 2))
     if vein.course is VeinCourse.NET:
-        pieces = crystal_cells(sheet, size, rng, stretch=vein.stretch)
-        smaller = crystal_cells(sheet, 0.45 * size, rng, stretch=vein.stretch)
+        pieces = crystal_cells(canvas, size, rng, stretch=vein.stretch)
+        smaller = crystal_cells(canvas, 0.45 * size, rng, stretch=vein.stretch)
         # Cells lie square to the picture: slanted, they no longer do.
-        moved = [slanted(sheet, m, vein.shear) for m in (pieces.border_m, smaller.border_m, pieces.draw(rng) - 0.5)]
-        near, twig, side = (sheet.shifted(m, 1.6 * bend + fine, fine - 1.6 * bend) for m in moved)
+        moved = [slanted(canvas, m, vein.shear) for m in (pieces.border_m, smaller.border_m, pieces.draw(rng) - 0.5)]
+        near, twig, side = (canvas.shifted(m, 1.6 * bend + fine, fine - 1.6 * bend) for m in moved)
         return near, twig + 0.0012, side
-    tilt = sheet.noise(size, size * vein.stretch, rng) + 0.25 * sheet.noise(0.4 * size, 0.4 * size * vein.stretch, rng)
-    field = slanted(sheet, sheet.shifted(tilt, bend, 0.6 * bend + fine), vein.shear)
-    split = 0.45 * slanted(sheet, sheet.noise(0.5 * size, 0.8 * size * vein.stretch, rng, 2), vein.shear)
-    return _off(field, size, sheet), _off(field + split, size, sheet), field
+    tilt = canvas.noise(size, size * vein.stretch, rng) + 0.25 * canvas.noise(
+        0.4 * size, 0.4 * size * vein.stretch, rng
+    )
+    field = slanted(canvas, canvas.shifted(tilt, bend, 0.6 * bend + fine), vein.shear)
+    split = 0.45 * slanted(canvas, canvas.noise(0.5 * size, 0.8 * size * vein.stretch, rng, 2), vein.shear)
+    return _off(field, size, canvas), _off(field + split, size, canvas), field
 
 
-def _off(field: Map, size_m: float, sheet: Sheet) -> Map:
+def _off(field: Map, size_m: float, canvas: Canvas) -> Map:
     """About the metres to where a field is 0."""
-    step_x, step_y = (m / p for m, p in zip(sheet.tile_m, sheet.size_px[::-1], strict=True))
+    step_x, step_y = (m / p for m, p in zip(canvas.tile_m, canvas.size_px[::-1], strict=True))
     rise_x = (np.roll(field, -1, axis=1) - np.roll(field, 1, axis=1)) / (2.0 * step_x)
     rise_y = (np.roll(field, -1, axis=0) - np.roll(field, 1, axis=0)) / (2.0 * step_y)
     # Near a saddle the slope vanishes, and a vein would run out into a blot.
@@ -156,12 +154,12 @@ def _off(field: Map, size_m: float, sheet: Sheet) -> Map:
     return np.asarray(np.abs(field) / slope, dtype=np.float32)
 
 
-def _clouds(params: VeinedStone, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _clouds(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: banks of cloud drawn out along the slant."""
     size = params.cloud_m
-    field = sheet.noise(0.6 * size, 1.5 * size, rng, 5)
-    bend = 0.25 * size * sheet.noise(size, size, rng, 2)
-    return smoothstep(-1.2, 1.8, slanted(sheet, sheet.shifted(field, bend, bend), params.shear))
+    field = canvas.noise(0.6 * size, 1.5 * size, rng, 5)
+    bend = 0.25 * size * canvas.noise(size, size, rng, 2)
+    return smoothstep(-1.2, 1.8, slanted(canvas, canvas.shifted(field, bend, bend), params.shear))
 
 
 VEINED = TextureKind("veined_stone", VeinedStone, paint)

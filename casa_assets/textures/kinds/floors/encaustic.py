@@ -9,15 +9,12 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import dealt
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, LayingPattern, lay
 from casa_assets.textures.motif.encaustic import DESIGNS, TileDesign
 from casa_assets.textures.motif.figures import ink
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class Encaustic(Record):
@@ -46,24 +43,23 @@ def paint(params: Encaustic, canvas: Canvas, rng: np.random.Generator) -> Layers
     """Paint one field of tiles."""
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=params.side_m, length_m=params.side_m, upright=True)
     pieces = lay(laying, canvas, rng)
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
     side = np.float32(2.0 * pieces.half_m[0, 0])
     shake = np.float32(0.0007 * params.bleed)  # the divider is pulled out by hand
-    u = (pieces.u_m + shake * sheet.noise(0.012, 0.012, rng, 2)) / side
-    v = (pieces.v_m + shake * sheet.noise(0.012, 0.012, rng, 2)) / side
+    u = (pieces.u_m + shake * canvas.noise(0.012, 0.012, rng, 2)) / side
+    v = (pieces.v_m + shake * canvas.noise(0.012, 0.012, rng, 2)) / side
     soft = (canvas.pixel_m + 0.0008 * params.bleed) / float(side)
-    colors = [wood.rgb(c) for c in params.colors]
-    albedo: Map = np.broadcast_to(colors[0], (*sheet.size_px, 3))
-    mottle = sheet.noise(0.05, 0.05, rng, 5)
+    colors = [rgb(c) for c in params.colors]
+    albedo: Map = np.broadcast_to(colors[0], (*canvas.size_px, 3))
+    mottle = canvas.noise(0.05, 0.05, rng, 5)
     for depth, number in DESIGNS[params.design](u, v):
         share = ink(np.asarray(depth), soft)[..., None]
         albedo = albedo + (colors[number % len(colors)] - albedo) * share
-    tone = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
-    grain = sheet.noise(0.004, 0.004, rng, 2)
+    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    grain = canvas.noise(0.004, 0.004, rng, 2)
     shade = 1.0 + 0.12 * params.variety * tone + 0.035 * mottle + 0.012 * grain
     pale = albedo.mean(axis=2, keepdims=True) * 0.5 + 0.36
-    feet = params.worn * 0.35 * smoothstep(-0.6, 2.0, sheet.noise(0.3, 0.3, rng, 4) + 0.4 * mottle)
-    albedo = (albedo + (pale - albedo) * feet[..., None]) * shade[..., None]
+    feet = params.worn * 0.35 * smoothstep(-0.6, 2.0, canvas.noise(0.3, 0.3, rng, 4) + 0.4 * mottle)
+    albedo = (blend(albedo, pale, feet)) * shade[..., None]
     face = Layers(
         np.clip(albedo, 0, 1).astype(np.float32),
         (0.00002 * grain + 0.00003 * mottle).astype(np.float32),

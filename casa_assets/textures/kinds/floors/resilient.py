@@ -11,14 +11,12 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import noise, wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import dealt
+from casa_assets.textures import noise
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
 from casa_assets.textures.laying.pieces import whole
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class ResilientSort(StrEnum):
@@ -56,8 +54,7 @@ class ResilientFloor(Record):
 
 def paint(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one floor."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    albedo, height, gloss = _SORTS[params.sort](params, sheet, rng)
+    albedo, height, gloss = _SORTS[params.sort](params, canvas, rng)
     face = Layers.of(albedo, height, params.gloss + gloss)
     if params.laying is None:
         return face
@@ -66,13 +63,13 @@ def paint(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> L
         jump = rng.random((2, pieces.count)).astype(np.float32)
         size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
         dx, dy = (jump * size)[:, pieces.owner]
-        at_x, at_y = pieces.u_m + dx - sheet.axes()[0], pieces.v_m + dy - sheet.axes()[1]
-        tone = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
-        planes = [sheet.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
+        at_x, at_y = pieces.u_m + dx - canvas.axes()[0], pieces.v_m + dy - canvas.axes()[1]
+        tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+        planes = [canvas.shifted(face.albedo[..., n], at_x, at_y) * (1.0 + 0.04 * tone) for n in range(3)]
         face = Layers.of(
             np.stack(planes, axis=2),
-            sheet.shifted(face.height_m, at_x, at_y),
-            sheet.shifted(face.roughness, at_x, at_y),
+            canvas.shifted(face.height_m, at_x, at_y),
+            canvas.shifted(face.roughness, at_x, at_y),
         )
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
@@ -80,57 +77,57 @@ def paint(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> L
 _Parts = tuple[Map, Map, Map]
 
 
-def _marbled(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _marbled(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     size = params.grain_m
-    albedo: Map = np.broadcast_to(wood.rgb(params.colors[0]), (*sheet.size_px, 3))
-    bend = 0.7 * size * sheet.noise(6 * size, 3 * size, rng, 2)
+    albedo: Map = np.broadcast_to(rgb(params.colors[0]), (*canvas.size_px, 3))
+    bend = 0.7 * size * canvas.noise(6 * size, 3 * size, rng, 2)
     for color in params.colors[1:]:
-        streak = sheet.noise(4.0 * size, 0.45 * size, rng, 3) + 0.6 * sheet.noise(1.2 * size, 0.3 * size, rng, 2)
-        share = smoothstep(0.1, 1.9, sheet.shifted(streak, bend))
-        albedo = albedo + (wood.rgb(color) - albedo) * (params.strength * share)[..., None]
-    crumb = sheet.noise(0.004, 0.003, rng, 2)
+        streak = canvas.noise(4.0 * size, 0.45 * size, rng, 3) + 0.6 * canvas.noise(1.2 * size, 0.3 * size, rng, 2)
+        share = smoothstep(0.1, 1.9, canvas.shifted(streak, bend))
+        albedo = blend(albedo, rgb(color), params.strength * share)
+    crumb = canvas.noise(0.004, 0.003, rng, 2)
     return albedo * (1.0 + 0.015 * crumb)[..., None], 0.000005 * crumb, 0.02 * crumb
 
 
-def _flecked(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    albedo: Map = wood.rgb(params.colors[0]) * (1.0 + 0.015 * sheet.noise(0.3, 0.3, rng, 3))[..., None]
+def _flecked(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    albedo: Map = rgb(params.colors[0]) * (1.0 + 0.015 * canvas.noise(0.3, 0.3, rng, 3))[..., None]
     for n, color in enumerate(params.colors[1:]):
         size = params.grain_m * (1.0 - 0.18 * n)
-        first, second, owner = noise.worley(sheet.size_px, sheet.cells(size, size), rng, 0.95)
+        first, second, owner = noise.worley(canvas.size_px, canvas.cells(size, size), rng, 0.95)
         lot = rng.random((2, int(owner.max()) + 1)).astype(np.float32)
         reach = 0.14 + 0.28 * lot[0][owner]
         crumb = smoothstep(reach, reach - 0.10, first) * (lot[1][owner] < 0.55) * smoothstep(0.0, 0.12, second - first)
-        albedo = albedo + (wood.rgb(color) - albedo) * (params.strength * crumb)[..., None]
-    peel = sheet.noise(0.005, 0.005, rng, 2)
+        albedo = blend(albedo, rgb(color), params.strength * crumb)
+    peel = canvas.noise(0.005, 0.005, rng, 2)
     return albedo, 0.00003 * peel, 0.02 * peel
 
 
-def _studded(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _studded(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     """Round studs with flat tops in a square net."""
-    x, y = sheet.axes()
-    pixel = sheet.tile_m[0] / sheet.size_px[1]
-    _, wide = whole(sheet.tile_m[0], params.grain_m)
-    _, tall = whole(sheet.tile_m[1], params.grain_m)
+    x, y = canvas.axes()
+    pixel = canvas.pixel_width_m
+    _, wide = whole(canvas.tile_m[0], params.grain_m)
+    _, tall = whole(canvas.tile_m[1], params.grain_m)
     far = np.hypot((np.mod(x / wide, 1.0) - 0.5) * wide, (np.mod(y / tall, 1.0) - 0.5) * tall)
     radius = 0.40 * params.grain_m
     rise = np.clip((radius - far) / max(0.0015, pixel) + 0.5, 0.0, 1.0)
-    scuff = sheet.noise(0.12, 0.12, rng, 5)
-    top, ground = wood.rgb(params.colors[-1]), wood.rgb(params.colors[0])
-    albedo = ground + (top - ground) * rise[..., None]
+    scuff = canvas.noise(0.12, 0.12, rng, 5)
+    top, ground = rgb(params.colors[-1]), rgb(params.colors[0])
+    albedo = blend(ground, top, rise)
     foot = np.exp(-((far - radius - 0.0012) ** 2) / (2.0 * max(0.0014, 0.7 * pixel) ** 2))
     albedo = albedo * (1.0 - 0.30 * foot + 0.02 * scuff)[..., None]
-    grain = sheet.noise(0.004, 0.004, rng)
+    grain = canvas.noise(0.004, 0.004, rng)
     return albedo, np.asarray(0.0011 * rise + 0.00001 * grain), -0.06 * rise + 0.03 * scuff
 
 
-def _cork(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _cork(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     """Granules of bark pressed together, with dark crumbs between."""
     size = params.grain_m
-    albedo: Map = np.broadcast_to(wood.rgb(params.colors[0]), (*sheet.size_px, 3))
-    colors = np.stack([wood.rgb(c) for c in params.colors])
-    height = np.zeros(sheet.size_px, dtype=np.float32)
+    albedo: Map = np.broadcast_to(rgb(params.colors[0]), (*canvas.size_px, 3))
+    colors = rgb_table(params.colors)
+    height = np.zeros(canvas.size_px, dtype=np.float32)
     for scale in (1.0, 0.5):
-        first, second, owner = noise.worley(sheet.size_px, sheet.cells(scale * size, scale * size), rng, 0.95)
+        first, second, owner = noise.worley(canvas.size_px, canvas.cells(scale * size, scale * size), rng, 0.95)
         count = int(owner.max()) + 1
         pick = rng.integers(0, len(colors), count)
         tone = rng.normal(0.0, 1.0, count).clip(-2, 2).astype(np.float32)
@@ -138,50 +135,50 @@ def _cork(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Pa
         granule = colors[pick][owner] * (1.0 + 0.10 * tone[owner])[..., None]
         edge = smoothstep(0.02, 0.14, second - first)
         share = (edge if scale < 1 else np.ones_like(edge)) * (1.0 if scale == 1 else (rng.random(count) < 0.45)[owner])
-        dx, dy = bend * sheet.noise(size, size, rng), bend * sheet.noise(size, size, rng)
-        share = sheet.shifted(np.asarray(share, dtype=np.float32), dx, dy)
-        granule = np.stack([sheet.shifted(granule[..., n], dx, dy) for n in range(3)], axis=2)
-        albedo = albedo + (granule - albedo) * (params.strength * share)[..., None]
-        height = height + np.float32(0.00008 * scale) * sheet.shifted(edge, dx, dy)
-    lenticel = smoothstep(2.0, 2.5, sheet.noise(0.5 * size, 0.16 * size, rng) + 0.5 * sheet.noise(0.2, 0.2, rng))
-    grain = sheet.noise(0.003, 0.003, rng)
+        dx, dy = bend * canvas.noise(size, size, rng), bend * canvas.noise(size, size, rng)
+        share = canvas.shifted(np.asarray(share, dtype=np.float32), dx, dy)
+        granule = np.stack([canvas.shifted(granule[..., n], dx, dy) for n in range(3)], axis=2)
+        albedo = blend(albedo, granule, params.strength * share)
+        height = height + np.float32(0.00008 * scale) * canvas.shifted(edge, dx, dy)
+    lenticel = smoothstep(2.0, 2.5, canvas.noise(0.5 * size, 0.16 * size, rng) + 0.5 * canvas.noise(0.2, 0.2, rng))
+    grain = canvas.noise(0.003, 0.003, rng)
     albedo = albedo * (1.0 - 0.45 * lenticel + 0.02 * grain)[..., None]
     return albedo, height - 0.0003 * lenticel, 0.1 * lenticel
 
 
-def _woven(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _woven(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     """Round yarns, two over and two under, so that slanting ribs appear."""
-    x, y = sheet.axes()
-    columns, wide = whole(sheet.tile_m[0], params.grain_m)
-    rows, tall = whole(sheet.tile_m[1], params.grain_m)
+    x, y = canvas.axes()
+    columns, wide = whole(canvas.tile_m[0], params.grain_m)
+    rows, tall = whole(canvas.tile_m[1], params.grain_m)
     column, row = (x / wide).astype(np.intp) % columns, (y / tall).astype(np.intp) % rows
     upright = (column + row) % 4 < 2
     across = np.where(upright, np.mod(x / wide, 1.0) - 0.5 + 0 * y, np.mod(y / tall, 1.0) - 0.5 + 0 * x)
-    yarn = np.sqrt(np.clip(1.0 - (2.0 * across) ** 2, 0.0, 1.0)) * sheet.seen(params.grain_m, params.grain_m)
-    colors = np.stack([wood.rgb(c) for c in params.colors])
+    yarn = np.sqrt(np.clip(1.0 - (2.0 * across) ** 2, 0.0, 1.0)) * canvas.resolved(params.grain_m, params.grain_m)
+    colors = rgb_table(params.colors)
     warp, weft = colors[rng.integers(0, len(colors), columns)][column], colors[rng.integers(0, len(colors), rows)][row]
     albedo = np.where(upright[..., None], warp, weft) * (0.78 + 0.22 * yarn)[..., None]
     return np.asarray(albedo), np.asarray(0.2 * params.grain_m * yarn), np.asarray(-0.05 * yarn)
 
 
-def _tread(params: ResilientFloor, sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _tread(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> _Parts:
     """Raised lozenges, each at right angles to its neighbours."""
-    x, y = sheet.axes()
-    columns, wide = whole(sheet.tile_m[0], params.grain_m, even=True)
-    rows, tall = whole(sheet.tile_m[1], params.grain_m, even=True)
+    x, y = canvas.axes()
+    columns, wide = whole(canvas.tile_m[0], params.grain_m, even=True)
+    rows, tall = whole(canvas.tile_m[1], params.grain_m, even=True)
     turned = ((x / wide).astype(np.intp) % columns + (y / tall).astype(np.intp) % rows) % 2 == 0
     a, b = np.mod(x / wide, 1.0) - 0.5, np.mod(y / tall, 1.0) - 0.5
     s, t = (a + b) / np.sqrt(2.0), (a - b) / np.sqrt(2.0)
     long, short = np.where(turned, s, t), np.where(turned, t, s)
     bar = 0.11 * (1.0 - (long / 0.5) ** 2) - np.abs(short)
     rise = np.clip(bar / 0.05, 0.0, 1.0)
-    scuff = sheet.noise(0.1, 0.1, rng, 5)
-    ground, top = wood.rgb(params.colors[0]), wood.rgb(params.colors[-1])
-    albedo = (ground + (top - ground) * (params.strength * rise)[..., None]) * (1.0 + 0.025 * scuff)[..., None]
+    scuff = canvas.noise(0.1, 0.1, rng, 5)
+    ground, top = rgb(params.colors[0]), rgb(params.colors[-1])
+    albedo = (blend(ground, top, params.strength * rise)) * (1.0 + 0.025 * scuff)[..., None]
     return albedo, np.asarray(0.0016 * rise), -0.08 * rise + 0.04 * scuff
 
 
-_SORTS: dict[ResilientSort, Callable[[ResilientFloor, Sheet, np.random.Generator], _Parts]] = {
+_SORTS: dict[ResilientSort, Callable[[ResilientFloor, Canvas, np.random.Generator], _Parts]] = {
     ResilientSort.MARBLED: _marbled,
     ResilientSort.FLECKED: _flecked,
     ResilientSort.STUDDED: _studded,

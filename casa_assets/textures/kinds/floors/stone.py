@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
 from casa_assets.model.record import Record
-from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, stratified
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds.counters import flow, granite, speckled, veined
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import Slab, dealt, inlay, slab_canvas
+from casa_assets.textures.laying.inlay import Slab, inlay, slab_canvas
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
-from casa_assets.textures.sheet import Map, Share, Sheet
 
 
 class StoneTile(Record):
@@ -67,32 +67,22 @@ class ChipTile(StoneTile):
     accent: speckled.MadeStone | None = None
 
 
-def paint_marble(params: MarbleTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Paint one field of marble tiles."""
-    stones = [s for s in (params.stone, params.accent) if s is not None]
-    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
-    return _laid(params, [veined.paint(s, small, rng) for s in stones], canvas, rng)
+_PAINT_SLAB: dict[type[Record], Callable[[Any, Canvas, np.random.Generator], Layers]] = {
+    veined.VeinedStone: veined.paint,
+    flow.BandedStone: flow.paint,
+    granite.Granite: granite.paint,
+    speckled.MadeStone: speckled.paint,
+}
 
 
-def paint_layered(params: LayeredTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Paint one field of layered stone tiles."""
-    stones = [s for s in (params.stone, params.accent) if s is not None]
-    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
-    return _laid(params, [flow.paint(s, small, rng) for s in stones], canvas, rng, along=True)
-
-
-def paint_granite(params: GraniteTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Paint one field of granite tiles."""
-    stones = [s for s in (params.stone, params.accent) if s is not None]
-    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
-    return _laid(params, [granite.paint(s, small, rng) for s in stones], canvas, rng)
-
-
-def paint_chips(params: ChipTile, canvas: Canvas, rng: np.random.Generator) -> Layers:
-    """Paint one field of terrazzo tiles."""
-    stones = [s for s in (params.stone, params.accent) if s is not None]
-    small = slab_canvas(canvas, (params.slab_m, params.slab_m))
-    return _laid(params, [speckled.paint(s, small, rng) for s in stones], canvas, rng)
+def paint(
+    params: MarbleTile | LayeredTile | GraniteTile | ChipTile, canvas: Canvas, rng: np.random.Generator
+) -> Layers:
+    """Paint one field of stone tiles."""
+    slab = slab_canvas(canvas, (params.slab_m, params.slab_m))
+    stones = [stone for stone in (params.stone, params.accent) if stone is not None]
+    faces = [_PAINT_SLAB[type(stone)](stone, slab, rng) for stone in stones]
+    return _laid(params, faces, canvas, rng, along=isinstance(params, LayeredTile))
 
 
 def _laid(
@@ -102,14 +92,13 @@ def _laid(
     pieces = lay(params.laying, canvas, rng)
     if along:
         pieces = replace(pieces, u_m=pieces.v_m, v_m=-pieces.u_m)
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
     slabs = tuple(Slab(face, (params.slab_m, params.slab_m)) for face in faces)
     pick = pieces.sort % len(slabs)
     at = rng.uniform(0.0, params.slab_m, (2, pieces.count))
     mirrored = rng.permutation(np.arange(pieces.count) % 2) * 2.0 - 1.0
     face = inlay(pieces, slabs, pick, at[0], at[1], mirrored if params.turned else np.ones(pieces.count))
-    tone = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
-    warm = dealt(pieces.count, rng).astype(np.float32)[pieces.owner] * np.float32(params.warmth)
+    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    warm = stratified(pieces.count, rng).astype(np.float32)[pieces.owner] * np.float32(params.warmth)
     hue = np.stack([1.0 + 0.035 * warm, 1.0 + 0.008 * warm, 1.0 - 0.06 * warm], axis=2)
     albedo = face.albedo * hue * (1.0 + 0.16 * params.variety * tone)[..., None]
     height: Map = face.height_m
@@ -117,20 +106,20 @@ def _laid(
         out = rng.normal(0.0, 1.0, pieces.count).clip(-2, 2).astype(np.float32) * np.float32(params.proud_m)
         height = height + out[pieces.owner]
     if params.cleft_m > 0:
-        height = height + np.float32(params.cleft_m) * _cleft(sheet, rng)
+        height = height + np.float32(params.cleft_m) * _cleft(canvas, rng)
     laid = Layers.of(albedo, height, face.roughness)
     return fill(laid, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
-def _cleft(sheet: Sheet, rng: np.random.Generator) -> Map:
+def _cleft(canvas: Canvas, rng: np.random.Generator) -> Map:
     """Terraces of a split face: flat ground and short steps, about -1..1."""
-    ground = sheet.noise(0.12, 0.16, rng, 5)
+    ground = canvas.noise(0.12, 0.16, rng, 5)
     steps = np.round(2.0 * ground) / 2.0
     soft = steps + 0.5 * np.tanh(6.0 * (ground - steps) * 2.0) / 2.0
-    return np.asarray(0.45 * soft + 0.08 * sheet.noise(0.015, 0.015, rng, 3), dtype=np.float32)
+    return np.asarray(0.45 * soft + 0.08 * canvas.noise(0.015, 0.015, rng, 3), dtype=np.float32)
 
 
-MARBLE = TextureKind("marble_tile", MarbleTile, paint_marble)
-LAYERED = TextureKind("layered_stone_tile", LayeredTile, paint_layered)
-GRANITE = TextureKind("granite_tile", GraniteTile, paint_granite)
-CHIPS = TextureKind("chip_tile", ChipTile, paint_chips)
+MARBLE = TextureKind("marble_tile", MarbleTile, paint)
+LAYERED = TextureKind("layered_stone_tile", LayeredTile, paint)
+GRANITE = TextureKind("granite_tile", GraniteTile, paint)
+CHIPS = TextureKind("chip_tile", ChipTile, paint)

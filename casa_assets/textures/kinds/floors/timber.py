@@ -9,14 +9,14 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import Slab, dealt, inlay, slab_canvas
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.laying.inlay import Slab, inlay, slab_canvas
 from casa_assets.textures.laying.joint import Joint, TileEdge, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
 from casa_assets.textures.laying.pieces import PieceMap
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
-from casa_assets.textures.wood import SawCut, WoodPalette, WoodSpecies
+from casa_assets.textures.wood import WoodPalette
+from casa_assets.textures.wood_grain import SawCut, WoodSpecies
 
 _SLAB_LONG_M = 1.6
 _SHORTEST_SLAB_M = 0.12
@@ -52,26 +52,25 @@ class TimberFloor(Record):
 def paint(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of boards."""
     pieces = lay(params.laying, canvas, rng)
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
     face = _boards(params, pieces, canvas, rng)
-    tone = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
-    warm = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
+    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    warm = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
     hue = np.stack([1.0 + 0.03 * params.warmth * warm, np.ones_like(warm), 1.0 - 0.07 * params.warmth * warm], axis=2)
     shade = 1.0 + 0.26 * params.variety * tone
     albedo = face.albedo * hue * shade[..., None]
     height: Map = face.height_m
     rough: Map = face.roughness
     if params.scrape_m > 0:
-        hollow = sheet.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
+        hollow = canvas.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
         height = height + np.float32(0.4 * params.scrape_m) * hollow
     if params.saw > 0:
         phase = rng.uniform(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
         lines = np.sin(2 * np.pi * (pieces.v_m + 0.6 * pieces.u_m**2 / 0.1) / 0.006 + 20.0 * phase)
-        lines = lines * sheet.seen(0.003, 1.0) * smoothstep(-0.2, 1.6, sheet.noise(0.2, 0.1, rng, 2) + 1.5 * tone)
+        lines = lines * canvas.resolved(0.003, 1.0) * smoothstep(-0.2, 1.6, canvas.noise(0.2, 0.1, rng, 2) + 1.5 * tone)
         albedo = albedo * (1.0 - 0.09 * params.saw * np.maximum(lines, -0.4))[..., None]
         height = height - np.float32(0.00015 * params.saw) * lines
     if params.wear > 0:
-        dirt = smoothstep(-0.4, 2.2, sheet.noise(0.25, 0.25, rng, 5))
+        dirt = smoothstep(-0.4, 2.2, canvas.noise(0.25, 0.25, rng, 5))
         rims = np.exp(-np.maximum(pieces.inside_m, 0.0) / 0.006)
         albedo = albedo * (1.0 - params.wear * (0.22 * dirt + 0.3 * rims))[..., None]
         rough = rough + 0.12 * params.wear * dirt
@@ -87,9 +86,7 @@ def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.rando
         # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
         room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
         tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
-        small = slab_canvas(canvas, tile_m)
-        made = wood.board(Sheet(small.size_px, tile_m), params.species, cut, params.palette, rng)
-        slabs.append(Slab(Layers.of(made.albedo, made.height_m, made.roughness), tile_m))
+        slabs.append(Slab(wood.board(slab_canvas(canvas, tile_m), params.species, cut, params.palette, rng), tile_m))
         roots.append(0.5 * room if cut is SawCut.FLAT else 0.0)
     pick = rng.permutation(np.arange(pieces.count) % len(slabs))
     rooms = np.array([s.tile_m[0] for s in slabs])[pick]
@@ -120,22 +117,21 @@ class EndGrainFloor(Record):
 def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of blocks: arcs of rings, each about a pith of its own."""
     pieces = lay(params.laying, canvas, rng)
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
     wide = float(pieces.half_m.max())
     angle = rng.uniform(0.0, 2 * np.pi, pieces.count)
     far = wide * rng.uniform(0.3, 3.2, pieces.count)
     pu, pv = (far * np.cos(angle)).astype(np.float32), (far * np.sin(angle)).astype(np.float32)
     radius = np.hypot(pieces.u_m - pu[pieces.owner], pieces.v_m - pv[pieces.owner])
-    radius = radius + 0.0012 * sheet.noise(0.03, 0.03, rng, 3)
+    radius = radius + 0.0012 * canvas.noise(0.03, 0.03, rng, 3)
     part = np.mod(radius / params.species.ring_m + rng.random(pieces.count).astype(np.float32)[pieces.owner], 1.0)
     seen = np.float32(min(1.0, 0.5 * params.species.ring_m / canvas.pixel_m))
     ring = 0.4 + (smoothstep(0.2, 0.9, part) * (1.0 - smoothstep(0.94, 1.0, part)) - 0.4) * seen
-    tone = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
-    check = _checks(pieces, pu, pv, sheet, rng)
-    light, dark = wood.rgb(params.palette.light), wood.rgb(params.palette.dark)
-    fibre = sheet.seen(0.002, 0.002) * sheet.noise(0.002, 0.002, rng)
+    tone = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
+    check = _checks(pieces, pu, pv, canvas, rng)
+    light, dark = rgb(params.palette.light), rgb(params.palette.dark)
+    fibre = canvas.resolved(0.002, 0.002) * canvas.noise(0.002, 0.002, rng)
     mix = np.clip(params.species.contrast * ring + 0.35 * params.variety * tone + 0.045 * fibre + 0.2, 0.0, 1.0)
-    albedo = (light + (dark - light) * mix[..., None]) * (1.0 - 0.5 * check)[..., None]
+    albedo = blend(light, dark, mix) * (1.0 - 0.5 * check)[..., None]
     face = Layers(
         albedo.astype(np.float32),
         np.asarray(0.00006 * ring - 0.0008 * check, dtype=np.float32),
@@ -144,12 +140,12 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
-def _checks(pieces: PieceMap, pu: Map, pv: Map, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _checks(pieces: PieceMap, pu: Map, pv: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: cracks that run out from the pith of some blocks."""
     bearing = np.arctan2(pieces.v_m - pv[pieces.owner], pieces.u_m - pu[pieces.owner])
     crack = rng.uniform(-np.pi, np.pi, pieces.count).astype(np.float32)[pieces.owner]
     has = (rng.random(pieces.count) < 0.35).astype(np.float32)[pieces.owner]
-    off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * sheet.noise(0.03, 0.03, rng, 2))
+    off = np.abs(np.mod(bearing - crack + np.pi, 2 * np.pi) - np.pi + 0.02 * canvas.noise(0.03, 0.03, rng, 2))
     return np.asarray(has * np.clip(1.2 - off / 0.03, 0.0, 1.0), dtype=np.float32)
 
 

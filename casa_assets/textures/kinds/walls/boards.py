@@ -10,12 +10,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import dealt
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.laying.pieces import Array, whole
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class BoardProfile(StrEnum):
@@ -61,48 +58,41 @@ class PaintedBoards(Record):
 
 def paint(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one wall. Boards are painted upright and turned over where they are level."""
-    size, tile = canvas.size_px, canvas.tile_m
     if params.level:
-        size, tile = (size[1], size[0]), (tile[1], tile[0])
-    sheet = Sheet(size, tile)
-    count, pitch = whole(tile[0], params.pitch_m)
-    x, _ = sheet.axes()
+        return _upright(params, canvas.transposed, rng).transposed
+    return _upright(params, canvas, rng)
+
+
+def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) -> Layers:
+    count, pitch = whole(canvas.tile_m[0], params.pitch_m)
+    x, _ = canvas.axes()
     board = np.minimum((x / pitch).astype(np.intp), count - 1)
     off = np.abs(np.mod(x / pitch, 1.0) - 0.5) * pitch  # 0 in the middle of a board
     edge = pitch / 2 - off
-    height, groove, open_ = _profile(params, edge, pitch, tile[0] / size[1])
-    lines = sheet.noise(0.5, 0.004, rng) + 0.6 * sheet.noise(0.9, 0.012, rng)
-    lines = sheet.shifted(lines, np.zeros_like(x), rng.random(count).astype(np.float32)[board] * np.float32(tile[1]))
-    brush = sheet.noise(0.35, 0.0025, rng) * sheet.seen(1.0, 0.0025)
-    tone = dealt(count, rng).astype(np.float32)[board]
-    shade = 1.0 + 0.05 * params.variety * tone + 0.010 * lines + 0.006 * brush + 0.012 * sheet.noise(0.5, 0.3, rng, 3)
-    albedo = wood.rgb(params.color) * (shade * (1.0 - 0.28 * groove))[..., None]
+    height, groove, open_ = _profile(params, edge, pitch, canvas.pixel_width_m)
+    lines = canvas.noise(0.5, 0.004, rng) + 0.6 * canvas.noise(0.9, 0.012, rng)
+    lines = canvas.shifted(
+        lines, np.zeros_like(x), rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[1])
+    )
+    brush = canvas.noise(0.35, 0.0025, rng) * canvas.resolved(1.0, 0.0025)
+    tone = stratified(count, rng).astype(np.float32)[board]
+    shade = 1.0 + 0.05 * params.variety * tone + 0.010 * lines + 0.006 * brush + 0.012 * canvas.noise(0.5, 0.3, rng, 3)
+    albedo = rgb(params.color) * (shade * (1.0 - 0.28 * groove))[..., None]
     if params.worn > 0:
         start = 2.5 - 1.6 * params.worn
-        rubbed = smoothstep(start, start + 0.6, _rubbed(sheet, lines, edge, rng))
-        bare = wood.rgb(params.bare) * (1.0 + 0.07 * lines)[..., None]
-        albedo = albedo + (bare - albedo) * (rubbed * (1 - groove))[..., None]
-    albedo = albedo + (wood.rgb(params.ground) - albedo) * open_[..., None]
+        rubbed = smoothstep(start, start + 0.6, _rubbed(canvas, lines, edge, rng))
+        bare = rgb(params.bare) * (1.0 + 0.07 * lines)[..., None]
+        albedo = blend(albedo, bare, rubbed * (1 - groove))
+    albedo = blend(albedo, rgb(params.ground), open_)
     relief = height + params.grain * (0.00012 * lines + 0.00004 * brush) * (1.0 - open_)
     rough = params.gloss + 0.02 * lines + 0.25 * open_ + 0.1 * groove
-    return _turned(Layers.of(albedo, relief, rough), params.level)
+    return Layers.of(albedo, relief, rough)
 
 
-def _turned(made: Layers, level: bool) -> Layers:
-    if not level:
-        return made
-    return Layers(
-        np.ascontiguousarray(made.albedo.swapaxes(0, 1)),
-        np.ascontiguousarray(made.height_m.T),
-        np.ascontiguousarray(made.roughness.T),
-        made.metallic,
-    )
-
-
-def _rubbed(sheet: Sheet, lines: Map, edge_m: Array, rng: np.random.Generator) -> Map:
+def _rubbed(canvas: Canvas, lines: Map, edge_m: Array, rng: np.random.Generator) -> Map:
     """Wear: along the grain, more at the edges of a board."""
     rims = np.exp(-edge_m / 0.006)
-    return np.asarray(0.9 * sheet.noise(0.3, 0.08, rng, 4) + 0.7 * lines + 1.2 * rims, dtype=np.float32)
+    return np.asarray(0.9 * canvas.noise(0.3, 0.08, rng, 4) + 0.7 * lines + 1.2 * rims, dtype=np.float32)
 
 
 def _profile(params: PaintedBoards, edge: Array, pitch: float, pixel: float) -> tuple[Array, Array, Array]:

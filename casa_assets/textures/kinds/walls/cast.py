@@ -10,12 +10,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import dealt
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.laying.pieces import Array, whole
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class Formwork(StrEnum):
@@ -49,49 +46,48 @@ class Concrete(Record):
 
 def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one wall or floor."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    cloud = 0.7 * sheet.noise(0.5, 0.45, rng, 6) + 0.5 * sheet.noise(0.08, 0.10, rng, 5)
-    fine = sheet.noise(0.006, 0.006, rng, 2)
+    cloud = 0.7 * canvas.noise(0.5, 0.45, rng, 6) + 0.5 * canvas.noise(0.08, 0.10, rng, 5)
+    fine = canvas.noise(0.006, 0.006, rng, 2)
     # Trowel arcs: streaks of a noise that is bent round and round.
-    arcs = sheet.shifted(
-        sheet.noise(0.02, 0.24, rng, 2), 0.11 * sheet.noise(0.4, 0.4, rng), 0.11 * sheet.noise(0.4, 0.4, rng)
+    arcs = canvas.shifted(
+        canvas.noise(0.02, 0.24, rng, 2), 0.11 * canvas.noise(0.4, 0.4, rng), 0.11 * canvas.noise(0.4, 0.4, rng)
     )
     share = 0.40 * params.cloudy * cloud + 0.06 * fine + 0.28 * params.swirl * arcs
-    hole = _bubbles(params.holes, sheet, rng)
+    hole = _bubbles(params.holes, canvas, rng)
     height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
     dark = 0.42 * hole
     if params.form is Formwork.BOARDS:
-        share, height, dark = _board_marks(params, sheet, share, height, dark, rng)
+        share, height, dark = _board_marks(params, canvas, share, height, dark, rng)
     elif params.form is Formwork.PANELS:
-        joint, tie, tone = _plates(params, sheet, canvas.pixel_m, rng)
+        joint, tie, tone = _plates(params, canvas, canvas.pixel_m, rng)
         share, height = share + 0.22 * tone, height - 0.004 * joint - 0.012 * tie
         dark = np.maximum(dark, np.maximum(0.45 * joint, 0.6 * tie))
-    color, second = wood.rgb(params.color), wood.rgb(params.second)
-    albedo = (color + (second - color) * np.clip(share, -0.8, 1.2)[..., None]) * (1.0 - dark)[..., None]
+    color, second = rgb(params.color), rgb(params.second)
+    albedo = (blend(color, second, np.clip(share, -0.8, 1.2))) * (1.0 - dark)[..., None]
     rough = params.gloss + 0.05 * cloud * params.cloudy + 0.15 * (hole > 0.5) + 0.05 * params.swirl * arcs
     return Layers.of(albedo, height, rough)
 
 
-def _bubbles(share: float, sheet: Sheet, rng: np.random.Generator) -> Map:
+def _bubbles(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: round holes of a few millimetres that come in swarms."""
-    dots = sheet.noise(0.009, 0.009, rng) + 0.45 * sheet.noise(0.2, 0.3, rng, 2)
+    dots = canvas.noise(0.009, 0.009, rng) + 0.45 * canvas.noise(0.2, 0.3, rng, 2)
     edge = 3.4 - 1.3 * share
     return np.asarray(smoothstep(edge, edge + 0.25, dots) * (share > 0), dtype=np.float32)
 
 
 def _board_marks(
-    params: Concrete, sheet: Sheet, share: Map, height: Map, dark: Map, rng: np.random.Generator
+    params: Concrete, canvas: Canvas, share: Map, height: Map, dark: Map, rng: np.random.Generator
 ) -> tuple[Map, Map, Map]:
     """Grain and ridges of a formwork of level boards."""
-    _, y = sheet.axes()
-    count, pitch = whole(sheet.tile_m[1], params.unit_m)
+    _, y = canvas.axes()
+    count, pitch = whole(canvas.tile_m[1], params.unit_m)
     board = np.minimum((y / pitch).astype(np.intp), count - 1)
-    jump = rng.random(count).astype(np.float32)[board] * np.float32(sheet.tile_m[0])
-    lines = sheet.shifted(sheet.noise(0.0055, 0.7, rng) + 0.8 * sheet.noise(0.016, 1.0, rng, 2), jump + 0 * share)
+    jump = rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[0])
+    lines = canvas.shifted(canvas.noise(0.0055, 0.7, rng) + 0.8 * canvas.noise(0.016, 1.0, rng, 2), jump + 0 * share)
     edge = (0.5 - np.abs(np.mod(y / pitch, 1.0) - 0.5)) * pitch
-    pixel = sheet.tile_m[1] / sheet.size_px[0]
+    pixel = canvas.tile_m[1] / canvas.size_px[0]
     ridge = np.clip(1.4 - edge / max(0.0018, 0.7 * pixel), 0, 1) * min(1.0, 0.004 / pixel)
-    tone, step = dealt(count, rng).astype(np.float32)[board], rng.normal(0, 1, count).astype(np.float32)[board]
+    tone, step = stratified(count, rng).astype(np.float32)[board], rng.normal(0, 1, count).astype(np.float32)[board]
     return (
         np.asarray(share + 0.09 * lines + 0.30 * tone),
         np.asarray(height + 0.0005 * lines + 0.0011 * np.clip(step, -2, 2) + 0.0016 * ridge),
@@ -99,11 +95,11 @@ def _board_marks(
     )
 
 
-def _plates(params: Concrete, sheet: Sheet, pixel: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def _plates(params: Concrete, canvas: Canvas, pixel: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Joints, tie holes 0..1, and the tone of each plate."""
-    x, y = sheet.axes()
-    rows, tall = whole(sheet.tile_m[1], params.unit_m)
-    columns, wide = whole(sheet.tile_m[0], 2 * params.unit_m)
+    x, y = canvas.axes()
+    rows, tall = whole(canvas.tile_m[1], params.unit_m)
+    columns, wide = whole(canvas.tile_m[0], 2 * params.unit_m)
     row, column = np.minimum((y / tall).astype(np.intp), rows - 1), np.minimum((x / wide).astype(np.intp), columns - 1)
     in_x, in_y = np.mod(x, wide), np.mod(y, tall)
     edge = np.minimum(np.minimum(in_x, wide - in_x), np.minimum(in_y, tall - in_y))
@@ -111,7 +107,7 @@ def _plates(params: Concrete, sheet: Sheet, pixel: float, rng: np.random.Generat
     # Four ties to a plate, a quarter in from its ends and its edges.
     tx, ty = np.abs(np.abs(in_x - wide / 2) - wide / 4), np.abs(np.abs(in_y - tall / 2) - tall / 4)
     tie = np.clip((0.012 - np.hypot(tx, ty)) / pixel + 0.5, 0, 1)
-    tone = dealt(rows * columns, rng).astype(np.float32)[row * columns + column]
+    tone = stratified(rows * columns, rng).astype(np.float32)[row * columns + column]
     return joint.astype(np.float32), tie.astype(np.float32), tone
 
 
@@ -135,10 +131,9 @@ class PressedTin(Record):
 
 def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of plates."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    x, y = sheet.axes()
-    _, wide = whole(sheet.tile_m[0], params.plate_m)
-    _, tall = whole(sheet.tile_m[1], params.plate_m)
+    x, y = canvas.axes()
+    _, wide = whole(canvas.tile_m[0], params.plate_m)
+    _, tall = whole(canvas.tile_m[1], params.plate_m)
     u, v = np.mod(x / wide, 1.0) - 0.5, np.mod(y / tall, 1.0) - 0.5
     side, far = 2.0 * np.maximum(np.abs(u), np.abs(v)), 2.0 * np.hypot(u, v)
     height = _moulding(side, 0.93, 0.03) + 0.55 * _moulding(side, 0.80, 0.02)
@@ -150,11 +145,11 @@ def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> L
     height = height + 1.1 * np.sqrt(np.clip(1.0 - (corner / 0.09) ** 2, 0, 1)) + _scroll(u, v)
     height = np.asarray(height, dtype=np.float32)
     seam = np.clip(1.2 - (0.5 - np.maximum(np.abs(u), np.abs(v))) * params.plate_m / 0.0015, 0, 1)
-    dent = sheet.noise(0.12, 0.12, rng, 2)
-    tone = sheet.noise(0.25, 0.25, rng, 4)
+    dent = canvas.noise(0.12, 0.12, rng, 2)
+    tone = canvas.noise(0.25, 0.25, rng, 4)
     hollow = smoothstep(0.35, -0.05, height) * (0.6 + 0.25 * tone)
-    color, low = wood.rgb(params.color), wood.rgb(params.low)
-    albedo = color + (low - color) * np.clip(0.7 * hollow, 0, 1)[..., None]
+    color, low = rgb(params.color), rgb(params.low)
+    albedo = blend(color, low, np.clip(0.7 * hollow, 0, 1))
     return Layers.of(
         albedo * (1.0 + 0.025 * tone - 0.3 * seam)[..., None],
         0.005 * height + 0.00012 * dent - 0.001 * seam,

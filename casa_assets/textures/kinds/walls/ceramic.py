@@ -11,14 +11,11 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import dealt
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
 from casa_assets.textures.laying.pieces import PieceMap
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class ColorAssignment(StrEnum):
@@ -65,26 +62,27 @@ def paint(params: CeramicTile, canvas: Canvas, rng: np.random.Generator) -> Laye
     """Paint one field of tiles."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    number, tone = colors_of(params.deal, len(params.colors), pieces, rng), dealt(pieces.count, rng)
-    glaze = own(sheet.noise(0.035, 0.035, rng, 4), sheet, pieces, rng)
-    albedo = np.stack([wood.rgb(c) for c in params.colors])[number][pieces.owner]
+    number, tone = colors_of(params.deal, len(params.colors), pieces, rng), stratified(pieces.count, rng)
+    glaze = own(canvas.noise(0.035, 0.035, rng, 4), canvas, pieces, rng)
+    albedo = rgb_table(params.colors)[number][pieces.owner]
     shade = 1.0 + params.variety * 0.13 * tone.astype(np.float32)[pieces.owner] + params.pool * 0.045 * glaze
     albedo = albedo * shade[..., None]
     if params.pool > 0:
         # Glaze draws back from the rim and gathers in low spots.
         thin = np.exp(-np.maximum(rim_m, 0.0) / 0.0025) + 0.35 * smoothstep(0.9, 2.4, glaze)
         share = params.pool * np.clip(0.55 * thin, 0.0, 0.7)
-        albedo = albedo + (wood.rgb(params.body) * albedo**0.4 - albedo) * share[..., None]
+        albedo = blend(albedo, rgb(params.body) * albedo**0.4, share)
     if params.speckle > 0:
-        dots = sheet.noise(0.004, 0.004, rng) + 0.5 * sheet.noise(0.009, 0.009, rng)
+        dots = canvas.noise(0.004, 0.004, rng) + 0.5 * canvas.noise(0.009, 0.009, rng)
         edge = 3.2 - 1.6 * params.speckle
-        dots = smoothstep(edge, edge + 0.3, dots * (0.4 + 0.6 * sheet.seen(0.004, 0.004)))
+        dots = smoothstep(edge, edge + 0.3, dots * (0.4 + 0.6 * canvas.resolved(0.004, 0.004)))
         albedo = albedo * (1.0 - 0.55 * dots)[..., None]
     if params.crackle > 0:
-        albedo = albedo * (1.0 - 0.16 * params.crackle * _cracks(sheet, canvas, rng))[..., None]
+        albedo = albedo * (1.0 - 0.16 * params.crackle * _cracks(canvas, rng))[..., None]
     height = _relief(params, pieces, glaze, rng)
-    gloss = params.gloss + 0.02 * glaze * params.pool + 0.03 * params.variety * dealt(pieces.count, rng)[pieces.owner]
+    gloss = (
+        params.gloss + 0.02 * glaze * params.pool + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
+    )
     face = Layers.of(albedo, height, gloss, params.metallic)
     return fill(face, params.joint, rim_m, canvas, rng)
 
@@ -96,11 +94,11 @@ def colors_of(deal: ColorAssignment, count: int, pieces: PieceMap, rng: np.rando
     return np.asarray(rng.permutation(np.arange(pieces.count) % count))
 
 
-def own(image: Map, sheet: Sheet, pieces: PieceMap, rng: np.random.Generator) -> Map:
+def own(image: Map, canvas: Canvas, pieces: PieceMap, rng: np.random.Generator) -> Map:
     """A picture that each piece reads at a place of its own, so that nothing runs on across a joint."""
     jump = rng.random((2, pieces.count)).astype(np.float32)
-    dx, dy = jump[0] * np.float32(sheet.tile_m[0]), jump[1] * np.float32(sheet.tile_m[1])
-    return sheet.shifted(image, dx[pieces.owner], dy[pieces.owner])
+    dx, dy = jump[0] * np.float32(canvas.tile_m[0]), jump[1] * np.float32(canvas.tile_m[1])
+    return canvas.shifted(image, dx[pieces.owner], dy[pieces.owner])
 
 
 def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Generator) -> Map:
@@ -113,9 +111,9 @@ def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Ge
     return np.asarray(height, dtype=np.float32)
 
 
-def _cracks(sheet: Sheet, canvas: Canvas, rng: np.random.Generator) -> Map:
+def _cracks(canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: a net of hair lines."""
-    lines = np.minimum(np.abs(sheet.noise(0.02, 0.02, rng, 2)), np.abs(sheet.noise(0.035, 0.035, rng, 2)))
+    lines = np.minimum(np.abs(canvas.noise(0.02, 0.02, rng, 2)), np.abs(canvas.noise(0.035, 0.035, rng, 2)))
     wide = 0.05 * max(1.0, canvas.pixel_m / 0.001)
     return np.asarray(np.clip(1.3 - lines / wide, 0.0, 1.0) / max(1.0, canvas.pixel_m / 0.001), dtype=np.float32)
 

@@ -9,15 +9,12 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep, stratified
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds.walls.ceramic import ColorAssignment, colors_of, own
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.laying.inlay import dealt
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
 from casa_assets.textures.laying.pieces import PieceMap
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 
 class FiredClay(Record):
@@ -54,49 +51,45 @@ def paint(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> Layers
     """Paint one field of bricks."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    number, tone = colors_of(params.deal, len(params.colors), pieces, rng), dealt(pieces.count, rng)
-    cloud = own(sheet.noise(0.06, 0.06, rng, 5), sheet, pieces, rng)
-    grit = sheet.seen(0.004, 0.004) * sheet.noise(0.004, 0.004, rng) + 0.6 * sheet.noise(0.011, 0.011, rng, 2)
+    number, tone = colors_of(params.deal, len(params.colors), pieces, rng), stratified(pieces.count, rng)
+    cloud = own(canvas.noise(0.06, 0.06, rng, 5), canvas, pieces, rng)
+    grit = canvas.resolved(0.004, 0.004) * canvas.noise(0.004, 0.004, rng) + 0.6 * canvas.noise(0.011, 0.011, rng, 2)
     shade = 1.0 + params.variety * 0.17 * tone.astype(np.float32)[pieces.owner]
     shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
-    albedo = np.stack([wood.rgb(c) for c in params.colors])[number][pieces.owner] * shade[..., None]
+    albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
     if params.burn > 0:
         dark = _burnt(pieces, cloud, rng) * params.burn
         albedo = albedo * (1.0 - np.array([0.55, 0.5, 0.42], dtype=np.float32) * dark[..., None])
     proud = (rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.proud_m).astype(np.float32)[pieces.owner]
     lumps = 0.5 * grit + 0.6 * cloud - 1.2 * smoothstep(1.6, 2.3, cloud + 0.5 * grit)
     height = (proud + params.rough_m * 0.4 * lumps).astype(np.float32)
-    gloss = np.broadcast_to(np.float32(params.gloss), sheet.size_px) + np.float32(0.03) * cloud
+    gloss = np.broadcast_to(np.float32(params.gloss), canvas.size_px) + np.float32(0.03) * cloud
     laid = fill(Layers.of(albedo, height, gloss), params.joint, rim_m, canvas, rng)
-    return _coated(params, laid, rim_m, grit, sheet, rng) if params.wash_share > 0 else laid
+    return _coated(params, laid, rim_m, grit, canvas, rng) if params.wash_share > 0 else laid
 
 
 def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
     """Mask 0..1: dark toward one end of some bricks, as they lay in the kiln."""
     lean = rng.normal(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
-    share = dealt(pieces.count, rng).astype(np.float32)[pieces.owner]
+    share = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
     along = pieces.v_m / pieces.half_m[:, 1].astype(np.float32)[pieces.owner]
     return smoothstep(0.6, 2.2, along * lean + 1.3 * share + 0.4 * cloud)
 
 
-def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, sheet: Sheet, rng: np.random.Generator) -> Layers:
+def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """A coat of lime or paint; it wears off the faces first and stays in the joints."""
-    worn = 0.8 * sheet.noise(0.12, 0.16, rng, 4) + 0.7 * sheet.noise(0.02, 0.02, rng, 3) + 0.3 * grit
+    worn = 0.8 * canvas.noise(0.12, 0.16, rng, 4) + 0.7 * canvas.noise(0.02, 0.02, rng, 3) + 0.3 * grit
     low = smoothstep(0.004, -0.001, rim_m) * (1.0 - params.paint) if params.paint < 1 else 0.0 * rim_m
     edge = 2.4 - 4.8 * params.wash_share
     share = smoothstep(edge - 0.7, edge + 0.7, worn + 0.8 * low)
     share = np.maximum(share, params.paint) * (0.9 + 0.1 * params.paint)
-    coat = wood.rgb(params.wash) * (1.0 + 0.018 * sheet.noise(0.2, 0.2, rng, 3) + 0.006 * grit)[..., None]
+    coat = rgb(params.wash) * (1.0 + 0.018 * canvas.noise(0.2, 0.2, rng, 3) + 0.006 * grit)[..., None]
     # Mortar lies in its own shade: a coat of one colour still shows the bond a little.
     coat = coat * (1.0 - 0.05 * smoothstep(0.001, -0.002, rim_m))[..., None]
-    return Layers(
-        albedo=np.clip(laid.albedo + (coat - laid.albedo) * share[..., None], 0, 1).astype(np.float32),
-        height_m=(laid.height_m + 0.0002 * share).astype(np.float32),
-        roughness=np.clip(
-            laid.roughness + (params.gloss - 0.35 * params.paint - laid.roughness) * share, 0.1, 1
-        ).astype(np.float32),
-        metallic=0.0,
+    return Layers.of(
+        blend(laid.albedo, coat, share),
+        laid.height_m + 0.0002 * share,
+        np.clip(laid.roughness + (params.gloss - 0.35 * params.paint - laid.roughness) * share, 0.1, 1),
     )
 
 

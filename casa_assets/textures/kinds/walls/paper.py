@@ -10,14 +10,12 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep
+from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.laying.pieces import whole
 from casa_assets.textures.motif.figures import ink
 from casa_assets.textures.motif.foliage import FoliageKind, scatter
 from casa_assets.textures.motif.repeat import REPEATS, PaperRepeat
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep
 
 Inks = Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
 
@@ -85,80 +83,77 @@ class WovenPaper(Record):
 
 def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one stretch of paper."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    x, y = sheet.axes()
+    x, y = canvas.axes()
     _, wide = whole(canvas.tile_m[0], params.width_m)
     _, tall = whole(canvas.tile_m[1], params.height_m)
     u, v = np.mod(x / wide, 1.0) - 0.5 + 0.0 * y, np.mod(y / tall, 1.0) - 0.5 + 0.0 * x
-    colors = [wood.rgb(params.ground), *(wood.rgb(c) for c in params.inks)]
-    albedo: Map = np.broadcast_to(colors[0], (*sheet.size_px, 3))
-    inked = np.zeros(sheet.size_px, dtype=np.float32)
+    colors = [rgb(params.ground), *(rgb(c) for c in params.inks)]
+    albedo: Map = np.broadcast_to(colors[0], (*canvas.size_px, 3))
+    inked = np.zeros(canvas.size_px, dtype=np.float32)
     cover = 0.5 if params.repeat is PaperRepeat.GINGHAM else params.cover
-    dry = np.clip(1.0 - 0.12 * np.maximum(sheet.noise(0.005, 0.005, rng, 2), 0.0), 0.0, 1.0)
+    dry = np.clip(1.0 - 0.12 * np.maximum(canvas.noise(0.005, 0.005, rng, 2), 0.0), 0.0, 1.0)
     for depth, number in REPEATS[params.repeat](u, v):
         share = ink(depth, canvas.pixel_m / wide)
         if number:
             share = share * cover * dry
-            albedo = albedo + (colors[1 + (number - 1) % len(params.inks)] - albedo) * share[..., None]
+            albedo = blend(albedo, colors[1 + (number - 1) % len(params.inks)], share)
             inked = np.maximum(inked, share)
         else:
-            albedo = albedo + (colors[0] - albedo) * share[..., None]
+            albedo = blend(albedo, colors[0], share)
             inked = inked * (1.0 - share)
-    return _paper(albedo, inked * np.float32(params.emboss_m), params.gloss - 0.4 * params.sheen * inked, sheet, rng)
+    return _paper(albedo, inked * np.float32(params.emboss_m), params.gloss - 0.4 * params.sheen * inked, canvas, rng)
 
 
 def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one stretch of paper."""
-    inks = np.stack([wood.rgb(c) for c in params.inks])
-    albedo = scatter(canvas, params.growth, params.size_m, inks, wood.rgb(params.ground), rng)
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    wash = 1.0 + 0.012 * sheet.noise(0.03, 0.03, rng, 4)
-    flat = np.zeros(sheet.size_px, dtype=np.float32)
-    return _paper(albedo * wash[..., None], flat, params.gloss + flat, sheet, rng)
+    inks = rgb_table(params.inks)
+    albedo = scatter(canvas, params.growth, params.size_m, inks, rgb(params.ground), rng)
+    wash = 1.0 + 0.012 * canvas.noise(0.03, 0.03, rng, 4)
+    flat = np.zeros(canvas.size_px, dtype=np.float32)
+    return _paper(albedo * wash[..., None], flat, params.gloss + flat, canvas, rng)
 
 
-def _paper(albedo: Map, height: Map, gloss: Map, sheet: Sheet, rng: np.random.Generator) -> Layers:
+def _paper(albedo: Map, height: Map, gloss: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """The tooth of the paper under the print."""
-    tooth = sheet.seen(0.003, 0.003) * sheet.noise(0.003, 0.003, rng) + 0.4 * sheet.noise(0.012, 0.012, rng, 2)
-    albedo = albedo * (1.0 + 0.012 * tooth + 0.01 * sheet.noise(0.4, 0.4, rng, 2))[..., None]
+    tooth = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.4 * canvas.noise(0.012, 0.012, rng, 2)
+    albedo = albedo * (1.0 + 0.012 * tooth + 0.01 * canvas.noise(0.4, 0.4, rng, 2))[..., None]
     return Layers.of(albedo, height + 0.00003 * tooth, gloss + 0.01 * tooth)
 
 
 def paint_woven(params: WovenPaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one stretch of cloth."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
     size = params.thread_m
     if params.weave is PaperWeave.RAFFIA:
-        pick, height, open_ = _raffia(size, sheet, rng)
+        pick, height, open_ = _raffia(size, canvas, rng)
     elif params.weave is PaperWeave.GRASS:
         pick = (
-            0.8 * sheet.noise(size, 0.7, rng)
-            + 0.6 * sheet.noise(2.6 * size, 0.9, rng)
-            + 0.5 * sheet.noise(size, 0.12, rng)
+            0.8 * canvas.noise(size, 0.7, rng)
+            + 0.6 * canvas.noise(2.6 * size, 0.9, rng)
+            + 0.5 * canvas.noise(size, 0.12, rng)
         )
         height = 0.0002 * pick
-        upright = sheet.noise(0.5, 1.6 * size, rng) * sheet.seen(1.0, size)
-        open_ = 0.45 * smoothstep(0.9, 2.2, -sheet.noise(0.8 * size, 0.4, rng)) + 0.10 * smoothstep(0.8, 1.6, upright)
+        upright = canvas.noise(0.5, 1.6 * size, rng) * canvas.resolved(1.0, size)
+        open_ = 0.45 * smoothstep(0.9, 2.2, -canvas.noise(0.8 * size, 0.4, rng)) + 0.10 * smoothstep(0.8, 1.6, upright)
     else:
-        warp = sheet.noise(0.4, size, rng) + 0.4 * sheet.noise(0.06, 1.3 * size, rng)
-        weft = sheet.noise(size, 0.4, rng) + 0.4 * sheet.noise(1.3 * size, 0.06, rng)
+        warp = canvas.noise(0.4, size, rng) + 0.4 * canvas.noise(0.06, 1.3 * size, rng)
+        weft = canvas.noise(size, 0.4, rng) + 0.4 * canvas.noise(1.3 * size, 0.06, rng)
         pick, height = 0.7 * (warp + weft), np.asarray(0.00012 * np.maximum(warp, weft))
         open_ = 0.35 * smoothstep(0.4, 1.8, -np.maximum(warp, weft))
-    colors = np.stack([wood.rgb(c) for c in params.colors])
+    colors = rgb_table(params.colors)
     at = np.clip((0.5 + 0.24 * pick) * (len(colors) - 1), 0.0, len(colors) - 1.0)
     low = np.minimum(at.astype(np.intp), max(0, len(colors) - 2))
     share = (at - low)[..., None]
     albedo = colors[low] * (1.0 - share) + colors[np.minimum(low + 1, len(colors) - 1)] * share
     albedo = albedo * (1.0 + 0.03 * pick)[..., None]
-    albedo = albedo + (wood.rgb(params.ground) - albedo) * np.clip(open_, 0, 1)[..., None]
+    albedo = blend(albedo, rgb(params.ground), np.clip(open_, 0, 1))
     return Layers.of(albedo, height - 0.0003 * open_, params.gloss + 0.05 * open_)
 
 
-def _raffia(size: float, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, Map, Map]:
+def _raffia(size: float, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Flat strips over and under: tone, height in metres, and the holes between."""
-    x, y = sheet.axes()
-    columns, wide = whole(sheet.tile_m[0], size, even=True)
-    rows, tall = whole(sheet.tile_m[1], size, even=True)
+    x, y = canvas.axes()
+    columns, wide = whole(canvas.tile_m[0], size, even=True)
+    rows, tall = whole(canvas.tile_m[1], size, even=True)
     column, row = (x / wide).astype(np.intp) % columns, (y / tall).astype(np.intp) % rows
     a, b = np.mod(x / wide, 1.0) - 0.5, np.mod(y / tall, 1.0) - 0.5
     upright = (column + row) % 2 == 0
@@ -166,7 +161,7 @@ def _raffia(size: float, sheet: Sheet, rng: np.random.Generator) -> tuple[Map, M
     arch = np.cos(np.pi * along)
     tone = rng.normal(0.0, 1.0, columns).astype(np.float32)[column] * upright
     tone = tone + rng.normal(0.0, 1.0, rows).astype(np.float32)[row] * ~upright
-    fibre = np.where(upright, sheet.noise(0.2, 0.25 * size, rng), sheet.noise(0.25 * size, 0.2, rng))
+    fibre = np.where(upright, canvas.noise(0.2, 0.25 * size, rng), canvas.noise(0.25 * size, 0.2, rng))
     hole = smoothstep(0.40, 0.5, np.abs(across)) * (1.0 - 0.6 * arch)
     return (
         np.asarray(0.5 * tone + 0.35 * fibre + 0.5 * (arch - 0.6)),

@@ -11,10 +11,9 @@ from pydantic import Field
 
 from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
-from casa_assets.textures import noise, wood
-from casa_assets.textures.kind import Canvas, TextureKind
-from casa_assets.textures.layers import Layers
-from casa_assets.textures.sheet import Map, Share, Sheet, smoothstep, standard
+from casa_assets.textures import noise
+from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep, standardize
+from casa_assets.textures.kind import TextureKind
 
 
 class PlasterFinish(StrEnum):
@@ -55,70 +54,65 @@ _Parts = tuple[Map, Map, Map]
 
 def paint(params: Plaster, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one wall."""
-    sheet = Sheet(canvas.size_px, canvas.tile_m)
-    share, depth, gloss = _HANDS[params.hand](sheet, rng)
-    color, second = wood.rgb(params.color), wood.rgb(params.second)
-    albedo = color + (second - color) * np.clip(params.strength * share, -0.6, 1.0)[..., None]
-    return Layers(
-        albedo=np.clip(albedo, 0, 1).astype(np.float32),
-        height_m=(params.relief * depth).astype(np.float32),
-        roughness=np.clip(params.gloss + gloss, 0.05, 1).astype(np.float32),
-    )
+    share, depth, gloss = _HANDS[params.hand](canvas, rng)
+    color, second = rgb(params.color), rgb(params.second)
+    albedo = blend(color, second, np.clip(params.strength * share, -0.6, 1.0))
+    return Layers.of(albedo, params.relief * depth, np.clip(params.gloss + gloss, 0.05, 1))
 
 
-def _roller(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    peel = sheet.noise(0.006, 0.006, rng) * sheet.seen(0.004, 0.004) + 0.5 * sheet.noise(0.013, 0.013, rng)
-    lap = sheet.noise(0.9, 0.24, rng, 2)
+def _roller(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    peel = canvas.noise(0.006, 0.006, rng) * canvas.resolved(0.004, 0.004) + 0.5 * canvas.noise(0.013, 0.013, rng)
+    lap = canvas.noise(0.9, 0.24, rng, 2)
     return 0.35 * lap + 0.14 * peel, np.asarray(0.00022 * peel), 0.012 * lap
 
 
-def _sand(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    grains = sheet.seen(0.004, 0.004) * np.maximum(sheet.noise(0.0035, 0.0035, rng), -0.5)
-    grains = grains + 0.6 * sheet.noise(0.008, 0.008, rng, 2)
-    float_ = sheet.noise(0.25, 0.25, rng, 4)
+def _sand(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    grains = canvas.resolved(0.004, 0.004) * np.maximum(canvas.noise(0.0035, 0.0035, rng), -0.5)
+    grains = grains + 0.6 * canvas.noise(0.008, 0.008, rng, 2)
+    float_ = canvas.noise(0.25, 0.25, rng, 4)
     return 0.3 * float_ + 0.25 * grains, np.asarray(0.0006 * grains + 0.0006 * float_), 0.02 * grains
 
 
-def _skip_trowel(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    field = sheet.noise(0.06, 0.15, rng, 5) + 0.5 * sheet.noise(0.16, 0.2, rng, 3)
-    mud = smoothstep(0.0, 0.28, field) * (0.75 + 0.25 * smoothstep(-1.5, 1.5, sheet.noise(0.1, 0.1, rng, 3)))
-    second = smoothstep(0.5, 0.75, sheet.noise(0.09, 0.12, rng, 5))
-    drag = sheet.noise(0.004, 0.09, rng) * mud
+def _skip_trowel(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    field = canvas.noise(0.06, 0.15, rng, 5) + 0.5 * canvas.noise(0.16, 0.2, rng, 3)
+    mud = smoothstep(0.0, 0.28, field) * (0.75 + 0.25 * smoothstep(-1.5, 1.5, canvas.noise(0.1, 0.1, rng, 3)))
+    second = smoothstep(0.5, 0.75, canvas.noise(0.09, 0.12, rng, 5))
+    drag = canvas.noise(0.004, 0.09, rng) * mud
     return 0.55 * mud + 0.3 * second - 0.35, np.asarray(0.0016 * mud + 0.0008 * second + 0.0001 * drag), -0.03 * mud
 
 
-def _venetian(sheet: Sheet, rng: np.random.Generator) -> _Parts:
+def _venetian(canvas: Canvas, rng: np.random.Generator) -> _Parts:
     """Coat over coat of short strokes, each with one clean edge."""
-    total = np.zeros(sheet.size_px, dtype=np.float32)
+    total = np.zeros(canvas.size_px, dtype=np.float32)
     for size in (0.34, 0.24, 0.17, 0.12):
-        first, second, owner = noise.worley(sheet.size_px, sheet.cells(0.7 * size, size), rng)
+        first, second, owner = noise.worley(canvas.size_px, canvas.cells(0.7 * size, size), rng)
         tone = rng.normal(0.0, 1.0, int(owner.max()) + 1).astype(np.float32)[owner]
         stroke = tone * smoothstep(0.0, 0.5, second - first)
         bend = 0.35 * size
-        total += sheet.shifted(
-            np.asarray(stroke), bend * sheet.noise(size, size, rng), 0.6 * bend * sheet.noise(0.8 * size, size, rng)
+        total += canvas.shifted(
+            np.asarray(stroke), bend * canvas.noise(size, size, rng), 0.6 * bend * canvas.noise(0.8 * size, size, rng)
         )
-    cloud = standard(total) + 0.7 * sheet.noise(0.5, 0.5, rng, 4)
-    streak = sheet.noise(0.02, 0.2, rng, 3)
+    cloud = standardize(total) + 0.7 * canvas.noise(0.5, 0.5, rng, 4)
+    streak = canvas.noise(0.02, 0.2, rng, 3)
     share = 0.55 * cloud + 0.12 * streak
     return share, np.asarray(0.00005 * cloud), -0.05 * np.clip(cloud, -1, 1)
 
 
-def _limewash(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    one = sheet.noise(0.012, 0.22, rng, 2)
-    other = sheet.noise(0.22, 0.012, rng, 2)
-    bend = 0.009 * sheet.noise(0.3, 0.3, rng, 2)
-    one, other = sheet.shifted(one, bend, bend), sheet.shifted(other, bend, -bend)
-    level = smoothstep(-0.9, 0.9, sheet.noise(0.22, 0.22, rng, 4))
+def _limewash(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    one = canvas.noise(0.012, 0.22, rng, 2)
+    other = canvas.noise(0.22, 0.012, rng, 2)
+    bend = 0.009 * canvas.noise(0.3, 0.3, rng, 2)
+    one, other = canvas.shifted(one, bend, bend), canvas.shifted(other, bend, -bend)
+    level = smoothstep(-0.9, 0.9, canvas.noise(0.22, 0.22, rng, 4))
     cross = other + (one - other) * level
-    cloud = 0.7 * sheet.noise(0.5, 0.5, rng, 6) + 0.6 * sheet.noise(0.2, 0.25, rng, 5)
+    cloud = 0.7 * canvas.noise(0.5, 0.5, rng, 6) + 0.6 * canvas.noise(0.2, 0.25, rng, 5)
     return 0.45 * cloud + 0.17 * cross, np.asarray(0.0001 * cross), 0.01 * cloud
 
 
-def _tadelakt(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    cloud = 0.8 * sheet.noise(0.35, 0.35, rng, 6) + 0.5 * sheet.noise(0.07, 0.09, rng, 4)
-    stone = sheet.noise(0.035, 0.05, rng, 2)
-    pit = smoothstep(2.2, 2.8, sheet.noise(0.007, 0.007, rng) + 0.6 * cloud)
+def _tadelakt(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    cloud = 0.8 * canvas.noise(0.35, 0.35, rng, 6) + 0.5 * canvas.noise(0.07, 0.09, rng, 4)
+    stone = canvas.noise(0.035, 0.05, rng, 2)
+    pit = smoothstep(2.2, 2.8, canvas.noise(0.007, 0.007, rng) + 0.6 * cloud)
     return (
         0.55 * cloud + 0.1 * stone + 0.7 * pit,
         np.asarray(0.0003 * stone + 0.0005 * cloud - 0.0006 * pit),
@@ -126,31 +120,31 @@ def _tadelakt(sheet: Sheet, rng: np.random.Generator) -> _Parts:
     )
 
 
-def _stucco(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    blobs = noise.ridged(sheet.size_px, sheet.cells(0.03, 0.035), rng, 2) - 0.5
-    lumps = np.abs(sheet.noise(0.022, 0.022, rng)) + 0.6 * np.abs(sheet.noise(0.011, 0.011, rng)) - 1.0
-    mask = smoothstep(-0.7, 0.8, sheet.noise(0.08, 0.08, rng, 2))
+def _stucco(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    blobs = noise.ridged(canvas.size_px, canvas.cells(0.03, 0.035), rng, 2) - 0.5
+    lumps = np.abs(canvas.noise(0.022, 0.022, rng)) + 0.6 * np.abs(canvas.noise(0.011, 0.011, rng)) - 1.0
+    mask = smoothstep(-0.7, 0.8, canvas.noise(0.08, 0.08, rng, 2))
     body = mask * (lumps + blobs)
     return 0.35 * lumps - 0.2, np.asarray(0.0022 * body + 0.0006 * lumps), 0.02 * lumps
 
 
-def _combed(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    _, y = sheet.axes()
-    count = max(1, round(sheet.tile_m[1] / 0.009))
-    wander = 0.0022 * sheet.noise(0.2, 0.5, rng) + 0.0006 * sheet.noise(0.02, 0.06, rng, 2)
-    groove = np.cos(2 * np.pi * count / sheet.tile_m[1] * (y + wander)) * sheet.seen(0.0045, 1.0)
-    crumb = sheet.noise(0.006, 0.01, rng, 2)
+def _combed(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    _, y = canvas.axes()
+    count = max(1, round(canvas.tile_m[1] / 0.009))
+    wander = 0.0022 * canvas.noise(0.2, 0.5, rng) + 0.0006 * canvas.noise(0.02, 0.06, rng, 2)
+    groove = np.cos(2 * np.pi * count / canvas.tile_m[1] * (y + wander)) * canvas.resolved(0.0045, 1.0)
+    crumb = canvas.noise(0.006, 0.01, rng, 2)
     return np.asarray(0.35 * groove + 0.16 * crumb), np.asarray(0.0011 * groove + 0.0002 * crumb), 0.02 * crumb
 
 
-def _clay(sheet: Sheet, rng: np.random.Generator) -> _Parts:
-    cloud = sheet.noise(0.4, 0.4, rng, 5)
-    grain = sheet.noise(0.005, 0.005, rng, 2)
-    straw = np.zeros(sheet.size_px, dtype=np.float32)
+def _clay(canvas: Canvas, rng: np.random.Generator) -> _Parts:
+    cloud = canvas.noise(0.4, 0.4, rng, 5)
+    grain = canvas.noise(0.005, 0.005, rng, 2)
+    straw = np.zeros(canvas.size_px, dtype=np.float32)
     for along, across in ((0.003, 0.028), (0.028, 0.003), (0.010, 0.014)):
-        fibre = sheet.noise(along, across, rng)
-        bend = 0.012 * sheet.noise(0.05, 0.05, rng)
-        fibre = sheet.shifted(fibre, bend, -bend) * sheet.seen(0.003, 0.003)
+        fibre = canvas.noise(along, across, rng)
+        bend = 0.012 * canvas.noise(0.05, 0.05, rng)
+        fibre = canvas.shifted(fibre, bend, -bend) * canvas.resolved(0.003, 0.003)
         straw = np.maximum(straw, smoothstep(1.5, 2.1, fibre))
     return (
         0.35 * cloud + 0.15 * grain - 1.1 * straw,
@@ -159,7 +153,7 @@ def _clay(sheet: Sheet, rng: np.random.Generator) -> _Parts:
     )
 
 
-_HANDS: dict[PlasterFinish, Callable[[Sheet, np.random.Generator], _Parts]] = {
+_HANDS: dict[PlasterFinish, Callable[[Canvas, np.random.Generator], _Parts]] = {
     PlasterFinish.ROLLER: _roller,
     PlasterFinish.SAND: _sand,
     PlasterFinish.SKIP_TROWEL: _skip_trowel,

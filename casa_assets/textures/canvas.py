@@ -1,0 +1,176 @@
+"""Canvas of a periodic texture, measured in metres, the layers painted on it, and small functions on images."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import Field
+from scipy import ndimage
+
+from casa_assets.core.color import srgb_from_hex
+from casa_assets.model.record import Vec2
+from casa_assets.textures import noise
+
+Map = npt.NDArray[np.floating[Any]]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """A rectangle that repeats in both directions; row 0 is its upper edge.
+
+    Attributes:
+        size_px: (H, W). tile_m: (width, height) of the picture in metres.
+    """
+
+    size_px: tuple[int, int]
+    tile_m: Vec2
+
+    @property
+    def pixel_m(self) -> float:
+        """Mean side of a pixel, metres."""
+        return float(self.tile_m[0] / self.size_px[1] + self.tile_m[1] / self.size_px[0]) / 2
+
+    @property
+    def pixel_width_m(self) -> float:
+        """Width of a pixel, metres."""
+        return self.tile_m[0] / self.size_px[1]
+
+    @property
+    def transposed(self) -> Canvas:
+        """The canvas with x and y swapped."""
+        return Canvas(self.size_px[::-1], self.tile_m[::-1])
+
+    def axes(self) -> tuple[Map, Map]:
+        """(1, W) and (H, 1) middles of the pixels: metres from the left and from the upper edge."""
+        height, width = self.size_px
+        x = (np.arange(width, dtype=np.float32)[None, :] + 0.5) * np.float32(self.tile_m[0] / width)
+        y = (np.arange(height, dtype=np.float32)[:, None] + 0.5) * np.float32(self.tile_m[1] / height)
+        return x, y
+
+    def cells(self, along_m: float, across_m: float) -> tuple[int, int]:
+        """Noise cells (rows, columns) of about this height and width, one at least."""
+        return max(1, round(self.tile_m[1] / along_m)), max(1, round(self.tile_m[0] / across_m))
+
+    def noise(self, along_m: float, across_m: float, rng: np.random.Generator, octaves: int = 1) -> Map:
+        """(H, W) periodic noise of mean 0 and deviation 1 with features of this height and width."""
+        cells = self.cells(along_m, across_m)
+        if octaves == 1:
+            return standardize(noise.gradient(self.size_px, cells, rng))
+        return standardize(noise.fbm(self.size_px, cells, rng, octaves))
+
+    def resolved(self, along_m: float, across_m: float) -> float:
+        """0..1, the contrast that features of this height and width keep: less than 1 where a pixel is larger."""
+        return min(1.0, along_m * self.size_px[0] / self.tile_m[1]) * min(
+            1.0, across_m * self.size_px[1] / self.tile_m[0]
+        )
+
+    def shifted(self, image: Map, dx_m: Map, dy_m: Map | float = 0.0) -> Map:
+        """`image` looked up at (x + dx, y + dy), bilinear, around the edges."""
+        height, width = self.size_px
+        rows = np.arange(height, dtype=np.float32)[:, None] + np.float32(height / self.tile_m[1]) * dy_m
+        columns = np.arange(width, dtype=np.float32)[None, :] + np.float32(width / self.tile_m[0]) * dx_m
+        rows, columns = np.broadcast_arrays(rows, columns)
+        return np.asarray(ndimage.map_coordinates(image, [rows, columns], order=1, mode="grid-wrap"), dtype=np.float32)
+
+    def groove_distance(self, pitch_m: float) -> Map:
+        """(1, W) metres to the nearest of upright lines `pitch_m` apart, fitted to the width of the picture."""
+        pitch = self.tile_m[0] / max(1, round(self.tile_m[0] / pitch_m))
+        return np.asarray(np.abs(np.mod(self.axes()[0] / pitch + 0.5, 1.0) - 0.5) * pitch, dtype=np.float32)
+
+
+@dataclass(frozen=True)
+class Layers:
+    """One painted picture; row 0 is its upper edge.
+
+    Attributes:
+        albedo: (H, W, 3) float32, sRGB 0..1.
+        height_m: (H, W) float32, metres above a plane, out of the surface.
+        roughness: (H, W) float32, 0..1.
+        metallic: 0..1, of the whole surface.
+    """
+
+    albedo: Map
+    height_m: Map
+    roughness: Map
+    metallic: float = 0.0
+
+    @classmethod
+    def of(cls, albedo: Map, height_m: Map, roughness: Map, metallic: float = 0.0) -> Layers:
+        """Layers with colours and roughness kept within bounds, in single precision."""
+        return cls(
+            np.clip(albedo, 0.0, 1.0).astype(np.float32),
+            height_m.astype(np.float32),
+            np.clip(roughness, 0.04, 1.0).astype(np.float32),
+            metallic,
+        )
+
+    @property
+    def transposed(self) -> Layers:
+        """The picture with x and y swapped."""
+        return Layers(
+            np.ascontiguousarray(self.albedo.swapaxes(0, 1)),
+            np.ascontiguousarray(self.height_m.T),
+            np.ascontiguousarray(self.roughness.T),
+            self.metallic,
+        )
+
+
+def rgb(color: str) -> Map:
+    """(3,) sRGB 0..1 of `#rrggbb`."""
+    return np.array(srgb_from_hex(color), dtype=np.float32)
+
+
+def rgb_table(colors: Iterable[str]) -> Map:
+    """(N, 3) sRGB 0..1 of N colours `#rrggbb`."""
+    return np.stack([rgb(color) for color in colors])
+
+
+def blend(image: Map, color: Map, share: Map) -> Map:
+    """(H, W, 3) colours moved towards other colours by a (H, W) share: 0 keeps `image`, 1 gives `color`.
+
+    Args:
+        image, color: (H, W, 3) or (3,).
+    """
+    return np.asarray(image + (color - image) * share[..., None])
+
+
+def standardize(image: Map) -> Map:
+    """The image shifted and scaled to mean 0 and deviation 1."""
+    return np.asarray((image - image.mean()) / max(float(image.std()), 1e-6), dtype=np.float32)
+
+
+def smoothstep(low: float | Map, high: float | Map, value: Map) -> Map:
+    """0 at `low` and below, 1 at `high` and above, smooth between."""
+    t = np.clip((value - low) / (high - low), 0.0, 1.0)
+    return np.asarray(t * t * (3.0 - 2.0 * t), dtype=np.float32)
+
+
+def periodic_curve(at: Map, length: float, step: float, rng: np.random.Generator) -> Map:
+    """Smooth periodic function of one coordinate, about -1..1, with a bend every `step` of its `length`."""
+    count = max(2, round(length / step))
+    knots = rng.uniform(-1.0, 1.0, count).astype(np.float32)
+    where = np.mod(at / np.float32(length), 1.0) * count - 0.5
+    return np.asarray(ndimage.map_coordinates(knots, [where], order=3, mode="grid-wrap"), dtype=np.float32)
+
+
+def line_coverage(off_m: Map, width_m: float, pixel_m: float) -> Map:
+    """Share of each pixel that a line covers, so that a line thinner than a pixel is paler, not lost.
+
+    Args:
+        off_m: metres from the middle of the pixel to the middle of the line.
+        width_m: of the line, metres.
+        pixel_m: of a pixel across the line, metres.
+    """
+    near = np.maximum(-width_m / 2.0, off_m - pixel_m / 2.0)
+    far = np.minimum(width_m / 2.0, off_m + pixel_m / 2.0)
+    return np.asarray(np.clip(far - near, 0.0, None) / pixel_m, dtype=np.float32)
+
+
+def stratified(count: int, rng: np.random.Generator) -> Map:
+    """(count,) values in even steps from -1 to 1 in random order: no draw comes out higher than another on average."""
+    return np.asarray(rng.permutation(np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)))
