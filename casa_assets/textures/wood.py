@@ -28,7 +28,7 @@ class WoodPalette(Record):
         heart: of knots, mineral streaks and dark bands.
         variety: 0..1, how much the leaves differ from each other.
         streaks: 0..1, share of the face that leans to `heart` in long streaks.
-        gloss: roughness of the finish, 0..1.
+        roughness: of the finish, 0..1.
         brushed: 0..1, how far the soft wood was brushed out.
     """
 
@@ -38,7 +38,7 @@ class WoodPalette(Record):
     heart: HexColor
     variety: Share = 0.35
     streaks: Share = 0.0
-    gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.45
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.45
     brushed: Share = 0.0
 
 
@@ -86,7 +86,7 @@ def dress(
     relief = -_PORE_DEPTH_M * (1.0 + 2.0 * palette.brushed) * open_pores
     relief = relief + _RING_DEPTH_M * (0.3 + 4.0 * palette.brushed) * (grain.ring - 0.5)
     relief = relief + 0.00001 * grain.fibre - _JOINT_DEPTH_M * grain.joint
-    roughness = palette.gloss + 0.10 * open_pores - 0.06 * species.rays * grain.fleck - 0.03 * grain.sheen
+    roughness = palette.roughness + 0.10 * open_pores - 0.06 * species.rays * grain.fleck - 0.03 * grain.sheen
     roughness = roughness + 0.015 * grain.fibre + 0.05 * grain.knot
     return Layers.of(albedo, relief, roughness)
 

@@ -29,29 +29,29 @@ class Joint(Record):
         color: of the grout or mortar.
         width_m: metres; 0 where pieces touch.
         depth_m: how far it lies below the rim of the pieces, metres.
-        rough: roughness, 0..1.
-        edge: profile of the pieces; `edge_m` is how wide it is, `drop_m` how deep it falls, metres.
-        wobble_m: how far the rim of a piece strays from its outline, metres.
-        sand: 0..1, how coarse the filling is.
+        roughness: 0..1.
+        edge: profile of the pieces; `edge_width_m` is how wide it is, `rim_drop_m` how deep it falls, metres.
+        rim_noise_m: how far the rim of a piece strays from its outline, metres.
+        coarseness: 0..1, how coarse the filling is.
     """
 
     color: HexColor = "#b8b2a6"
     width_m: Annotated[float, Field(ge=0, le=0.03)] = 0.003
     depth_m: Annotated[float, Field(ge=0, le=0.02)] = 0.001
-    rough: Annotated[float, Field(ge=0.1, le=1)] = 0.88
+    roughness: Annotated[float, Field(ge=0.1, le=1)] = 0.88
     edge: TileEdge = TileEdge.SQUARE
-    edge_m: Annotated[float, Field(ge=0.0002, le=0.05)] = 0.001
-    drop_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0004
-    wobble_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    sand: Share = 0.3
+    edge_width_m: Annotated[float, Field(ge=0.0002, le=0.05)] = 0.001
+    rim_drop_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0004
+    rim_noise_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
+    coarseness: Share = 0.3
 
 
 def rim(joint: Joint, pieces: PieceMap, canvas: Canvas, rng: np.random.Generator) -> Map:
     """(H, W) metres from the rim of the piece, positive on it, with the strayings of hand-made pieces."""
     inside = pieces.inside_m - np.float32(joint.width_m / 2)
-    if joint.wobble_m > 0:
+    if joint.rim_noise_m > 0:
         stray = 0.7 * canvas.noise(0.03, 0.03, rng, 2) + 0.5 * canvas.noise(0.008, 0.008, rng, 2)
-        inside = inside - np.float32(0.5 * joint.wobble_m) * np.maximum(stray, -0.6)
+        inside = inside - np.float32(0.5 * joint.rim_noise_m) * np.maximum(stray, -0.6)
     return np.asarray(inside, dtype=np.float32)
 
 
@@ -65,14 +65,14 @@ def gap(joint: Joint, rim_m: Map, canvas: Canvas) -> Map:
 
 def profile(joint: Joint, rim_m: Map) -> Map:
     """(H, W) metres, 0 in the middle of a piece and -drop_m at its rim."""
-    t = np.clip(rim_m / np.float32(joint.edge_m), 0.0, None)
+    t = np.clip(rim_m / np.float32(joint.edge_width_m), 0.0, None)
     if joint.edge is TileEdge.BEVEL:
         rise = np.minimum(t, 1.0)
     elif joint.edge is TileEdge.PILLOW:
         rise = 1.0 - np.exp(-2.5 * t)
     else:
         rise = np.sqrt(np.clip(1.0 - (1.0 - np.minimum(t, 1.0)) ** 2, 0.0, 1.0))
-    return np.asarray((rise - 1.0) * joint.drop_m, dtype=np.float32)
+    return np.asarray((rise - 1.0) * joint.rim_drop_m, dtype=np.float32)
 
 
 def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -85,13 +85,13 @@ def fill(face: Layers, joint: Joint, rim_m: Map, canvas: Canvas, rng: np.random.
     share = gap(joint, rim_m, canvas)
     sand = canvas.resolved(0.003, 0.003) * canvas.noise(0.003, 0.003, rng) + 0.5 * canvas.noise(0.012, 0.012, rng, 3)
     stain = canvas.noise(0.3, 0.3, rng, 3)
-    shade = 1.0 + joint.sand * 0.06 * sand + 0.03 * stain
+    shade = 1.0 + joint.coarseness * 0.06 * sand + 0.03 * stain
     mortar = rgb(joint.color) * shade[..., None]
     height = face.height_m + profile(joint, rim_m)
-    low = -joint.drop_m - joint.depth_m + 0.0004 * joint.sand * sand
+    low = -joint.rim_drop_m - joint.depth_m + 0.0004 * joint.coarseness * sand
     return Layers.of(
         blend(face.albedo, mortar, share),
         height + (low - height) * share,
-        face.roughness + (joint.rough - face.roughness) * share,
+        face.roughness + (joint.roughness - face.roughness) * share,
         face.metallic,
     )

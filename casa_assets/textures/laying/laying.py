@@ -46,8 +46,8 @@ class Laying(Record):
         length_m: of a piece along its length, metres, joint included.
         bond: of a running bond: share of a length by which each row is moved on; 0 is stacked.
         upright: pieces stand (running bond, planks).
-        slant: the whole is turned by 45 degrees (herringbone).
-        widths: of planks: how many widths are mixed.
+        diagonal: the whole is turned by 45 degrees (herringbone).
+        width_count: of planks: how many widths are mixed.
         ends_m: of planks: by how much the joints at their ends are narrower than those along them, metres.
     """
 
@@ -56,8 +56,8 @@ class Laying(Record):
     length_m: Annotated[float, Field(gt=0.005, le=3)] = 0.1
     bond: Annotated[float, Field(ge=0, lt=1)] = 0.0
     upright: bool = False
-    slant: bool = False
-    widths: Annotated[int, Field(ge=1, le=8)] = 1
+    diagonal: bool = False
+    width_count: Annotated[int, Field(ge=1, le=8)] = 1
     ends_m: Annotated[float, Field(ge=0, le=0.03)] = 0.0
 
 
@@ -81,11 +81,11 @@ def _places(laying: Laying, tile_m: tuple[float, float], rng: np.random.Generato
         case LayingPattern.RUNNING:
             return bonds.running(tile_m, width, length, laying.bond, laying.upright)
         case LayingPattern.PLANKS:
-            return bonds.planks(tile_m, width, length, laying.widths, laying.upright, laying.ends_m, rng)
+            return bonds.planks(tile_m, width, length, laying.width_count, laying.upright, laying.ends_m, rng)
         case LayingPattern.BASKET:
             return bonds.basket(tile_m, width, length)
         case LayingPattern.HERRINGBONE:
-            return bonds.herringbone(tile_m, width, length, laying.slant)
+            return bonds.herringbone(tile_m, width, length, laying.diagonal)
         case LayingPattern.CHEVRON:
             return bonds.chevron(tile_m, width, length)
         case LayingPattern.ASHLAR:

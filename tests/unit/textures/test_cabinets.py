@@ -77,7 +77,7 @@ def test_colours_are_muted(name: str) -> None:
 
 @pytest.mark.parametrize("coat", [PaintCoat.SPRAYED, PaintCoat.BRUSHED, PaintCoat.CHALK])
 def test_paint_has_its_colour(coat: PaintCoat) -> None:
-    made = paint_painted(PaintedFront(color="#6d8a78", coat=coat, gloss=0.5), CANVAS, rng_for(1, "p"))
+    made = paint_painted(PaintedFront(color="#6d8a78", coat=coat, roughness=0.5), CANVAS, rng_for(1, "p"))
     assert made.albedo.mean(axis=(0, 1)) == pytest.approx(rgb("#6d8a78"), abs=0.01)
     assert float(made.roughness.mean()) == pytest.approx(0.5, abs=0.02)
     across, along = steps(made.height_m)
@@ -88,7 +88,7 @@ def test_paint_has_its_colour(coat: PaintCoat) -> None:
 def test_worn_paint_shows_what_is_under_it() -> None:
     bare = []
     for worn in (0.0, 0.5, 0.9):
-        front = PaintedFront(color="#ffffff", under="#000000", coat=PaintCoat.CHALK, worn=worn)
+        front = PaintedFront(color="#ffffff", undercoat="#000000", coat=PaintCoat.CHALK, wear=worn)
         made = paint_painted(front, CANVAS, rng_for(1, "p"))
         bare.append(float((made.albedo[..., 0] < 0.5).mean()))
     assert bare[0] == 0.0 < bare[1] < bare[2] < 0.9
@@ -104,7 +104,7 @@ def test_grain_telegraphs_through_the_paint() -> None:
 
 
 def test_grooves_and_ribs_are_counted() -> None:
-    boards = paint_painted(PaintedFront(color="#c0c0c0", grooves_m=0.1), CANVAS, rng_for(1, "p"))
+    boards = paint_painted(PaintedFront(color="#c0c0c0", groove_spacing_m=0.1), CANVAS, rng_for(1, "p"))
     assert rises(boards.height_m[5]) == 6
     for face in (FrontFace.RIBBED, FrontFace.FLUTED):
         front = PressedFront(color="#c0c0c0", second="#a0a0a0", face=face, pitch_m=0.03)
@@ -158,6 +158,6 @@ def test_bamboo_has_nodes() -> None:
         cut=SawCut.QUARTER,
         leaves=8,
     )
-    plain, jointed = (paint_veneer(strip.replace(nodes_m=n), CANVAS, rng_for(1, "v")) for n in (0.0, 0.2))
+    plain, jointed = (paint_veneer(strip.replace(node_spacing_m=n), CANVAS, rng_for(1, "v")) for n in (0.0, 0.2))
     darker = (plain.albedo - jointed.albedo)[:, 10, 0] > 0.05
     assert np.sum(darker & ~np.roll(darker, 1)) == 3

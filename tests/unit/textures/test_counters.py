@@ -116,7 +116,12 @@ def test_specks_have_their_share_however_they_flock() -> None:
 
 
 def test_orbs_are_round_and_larger_than_the_grain() -> None:
-    stone = Granite(minerals=(Mineral(color=WHITE, share=1, spread=0),), orb=BLACK, orb_m=0.05, orb_rim=BLACK)
+    stone = Granite(
+        minerals=(Mineral(color=WHITE, share=1, spread=0),),
+        phenocryst_color=BLACK,
+        phenocryst_m=0.05,
+        phenocryst_rim_color=BLACK,
+    )
     made = paint_granite(stone, CANVAS, rng_for(1, "g"))
     dark = made.albedo[..., 0] < 0.6
     assert 0.2 < dark.mean() < 0.8
@@ -195,7 +200,7 @@ def test_blocks_are_square_and_two_woods_take_turns() -> None:
 
 
 def test_tiles_and_joints_are_as_wide_as_stated() -> None:
-    tiles = TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, uneven=0)
+    tiles = TiledCounter(colors=(WHITE,), grout=BLACK, joint_m=0.01, width_m=0.15, height_m=0.1, unevenness=0)
     made = paint_tiles(tiles, CANVAS, rng_for(1, "t"))
     assert runs(made.albedo[20, :, 0]) == 4
     assert runs(made.albedo[:, 30, 0]) == 6
@@ -207,7 +212,9 @@ def test_tiles_and_joints_are_as_wide_as_stated() -> None:
 
 
 def test_checkered_tiles_take_turns_over_the_border() -> None:
-    tiles = TiledCounter(colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, uneven=0)
+    tiles = TiledCounter(
+        colors=(WHITE, "#404040"), grout=BLACK, width_m=0.12, height_m=0.12, checker=True, unevenness=0
+    )
     made = paint_tiles(tiles, CANVAS, rng_for(1, "t")).albedo[..., 0]  # five columns would not close: six are laid
     assert made[20, 20] != pytest.approx(made[20, 230], abs=0.2)
 
@@ -215,7 +222,7 @@ def test_checkered_tiles_take_turns_over_the_border() -> None:
 @pytest.mark.parametrize("tooling", list(MetalTooling))
 def test_metal_tiles_and_shows_its_tool(tooling: MetalTooling) -> None:
     made = paint_metal(
-        SheetMetal(color="#b0b0b0", aged="#707070", tooling=tooling, mark_m=0.03), CANVAS, rng_for(1, "m")
+        SheetMetal(color="#b0b0b0", patina_color="#707070", tooling=tooling, mark_m=0.03), CANVAS, rng_for(1, "m")
     )
     assert seam(made.albedo).worst < 1.6
     assert made.metallic == 1.0
@@ -230,7 +237,7 @@ def test_metal_tiles_and_shows_its_tool(tooling: MetalTooling) -> None:
 
 
 def test_patina_and_spots_age_the_metal() -> None:
-    clean = SheetMetal(color="#b0b0b0", aged="#303030", tooling=MetalTooling.ROLLED)
+    clean = SheetMetal(color="#b0b0b0", patina_color="#303030", tooling=MetalTooling.ROLLED)
     shares = [paint_metal(clean.replace(patina=p), CANVAS, rng_for(1, "m")) for p in (0.0, 0.4, 0.9)]
     assert shares[0].albedo.mean() > shares[1].albedo.mean() > shares[2].albedo.mean()
     assert shares[0].roughness.mean() < shares[2].roughness.mean()
@@ -248,7 +255,7 @@ def test_prints_use_their_inks(pattern: LaminatePattern) -> None:
 
 
 def test_crackle_is_a_fine_net() -> None:
-    plain = GlazedLava(color="#e0e0e0", deep="#e0e0e0", crackle=0.0, crackle_m=0.06)
+    plain = GlazedLava(color="#e0e0e0", pool_color="#e0e0e0", crackle=0.0, crackle_m=0.06)
     still, cracked = (paint_glaze(g, CANVAS, rng_for(1, "g")) for g in (plain, plain.replace(crackle=1.0)))
     lines = still.albedo[..., 0] - cracked.albedo[..., 0] > 0.05
     assert 0.005 < lines.mean() < 0.2

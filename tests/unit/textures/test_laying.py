@@ -23,7 +23,7 @@ TILINGS: dict[str, tuple[Laying, tuple[float, float], int]] = {
     "basket": (Laying(pattern=LayingPattern.BASKET, width_m=0.1, length_m=0.3), (1.2, 0.6), 24),
     "herringbone": (Laying(pattern=LayingPattern.HERRINGBONE, width_m=0.1, length_m=0.3), (0.6, 0.6), 12),
     "herringbone slant": (
-        Laying(pattern=LayingPattern.HERRINGBONE, width_m=0.1, length_m=0.3, slant=True), (0.6 * R2, 0.6 * R2), 24),
+        Laying(pattern=LayingPattern.HERRINGBONE, width_m=0.1, length_m=0.3, diagonal=True), (0.6 * R2, 0.6 * R2), 24),
     "chevron": (Laying(pattern=LayingPattern.CHEVRON, width_m=0.1, length_m=0.4), (0.8 / R2, 0.4 * R2), 8),
     "ashlar": (Laying(pattern=LayingPattern.ASHLAR, width_m=0.1), (1.0, 0.8), 0),
     "panel": (Laying(pattern=LayingPattern.PANEL, width_m=0.05, length_m=0.6), (0.6, 0.6), 0),
@@ -145,7 +145,7 @@ def test_a_joint_covers_its_width_at_any_resolution() -> None:
 
 @pytest.mark.parametrize("edge", TileEdge)
 def test_rims_fall_off_by_the_stated_drop(edge: TileEdge) -> None:
-    joint = Joint(edge=edge, edge_m=0.004, drop_m=0.001)
+    joint = Joint(edge=edge, edge_width_m=0.004, rim_drop_m=0.001)
     depth = profile(joint, np.array([[0.0, 0.002, 0.05]], dtype=np.float32))
     np.testing.assert_allclose(depth[0, [0, 2]], [-0.001, 0.0], atol=1e-5)
     assert -0.001 < depth[0, 1] < 0.0

@@ -39,7 +39,7 @@ WALLS, FLOORS = recipes()[Surface.WALL], recipes()[Surface.FLOOR]
 BOTH = {**WALLS, **FLOORS}
 KINDS = [*walls.KINDS, *floors.KINDS]
 WHITE, BLACK = "#ffffff", "#000000"
-GROUT = Joint(color=BLACK, width_m=0.006, sand=0.0, drop_m=0.0)
+GROUT = Joint(color=BLACK, width_m=0.006, coarseness=0.0, rim_drop_m=0.0)
 QUIET = {"variety": 0.0, "pool": 0.0, "tilt": 0.0, "wave_m": 0.0}
 
 
@@ -101,7 +101,7 @@ def test_a_coarse_picture_shows_the_same_design(kind: object) -> None:
 
 def test_subway_tiles_are_as_large_as_stated() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.15, bond=0.5)
-    params = CeramicTile(laying=laying, joint=GROUT, colors=(WHITE,), variety=0, pool=0, tilt=0, wave_m=0)
+    params = CeramicTile(laying=laying, joint=GROUT, colors=(WHITE,), variety=0, glaze_pooling=0, tilt=0, wave_m=0)
     made = paint_tiles(params, Canvas((300, 450), (0.9, 0.6)), rng_for(1, "t"))
     light = made.albedo[..., 0]
     assert runs(light[:, 4]) == 8
@@ -111,7 +111,9 @@ def test_subway_tiles_are_as_large_as_stated() -> None:
 
 def test_grout_lies_lower_and_is_rougher() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
-    params = CeramicTile(laying=laying, joint=Joint(width_m=0.004, depth_m=0.001), colors=(WHITE,), gloss=0.1, tilt=0)
+    params = CeramicTile(
+        laying=laying, joint=Joint(width_m=0.004, depth_m=0.001), colors=(WHITE,), roughness=0.1, tilt=0
+    )
     made = paint_tiles(params, Canvas((400, 400), (0.4, 0.4)), rng_for(1, "t"))
     assert made.height_m[50, 50] - made.height_m[0, 0] > 0.0008
     assert made.roughness[0, 0] - made.roughness[50, 50] > 0.5
@@ -119,7 +121,9 @@ def test_grout_lies_lower_and_is_rougher() -> None:
 
 def test_a_checker_takes_turns() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.1, length_m=0.1)
-    params = CeramicTile(laying=laying, colors=(WHITE, BLACK), deal=ColorAssignment.SORT, variety=0, pool=0)
+    params = CeramicTile(
+        laying=laying, colors=(WHITE, BLACK), color_order=ColorAssignment.SORT, variety=0, glaze_pooling=0
+    )
     light = paint_tiles(params, Canvas((200, 200), (0.4, 0.4)), rng_for(1, "t")).albedo[..., 0]
     middles = light[25::50, 25::50] > 0.5
     assert (middles != np.roll(middles, 1, axis=0)).all()
@@ -129,7 +133,7 @@ def test_a_checker_takes_turns() -> None:
 def test_a_full_coat_of_paint_hides_the_brick() -> None:
     laying = Laying(pattern=LayingPattern.RUNNING, width_m=0.075, length_m=0.225, bond=0.5)
     bare = FiredClay(laying=laying, colors=("#a03020",))
-    coated = bare.replace(wash=WHITE, wash_share=1.0, paint=1.0)
+    coated = bare.replace(coat_color=WHITE, coat_share=1.0, paint_share=1.0)
     canvas = Canvas((180, 180), (0.9, 0.9))
     assert paint_clay(bare, canvas, rng_for(1, "c")).albedo[..., 2].mean() < 0.5
     painted = paint_clay(coated, canvas, rng_for(1, "c"))
@@ -143,13 +147,13 @@ def test_boards_are_as_wide_as_stated(profile: BoardProfile) -> None:
     made = paint_boards(params, Canvas((100, 400), (0.8, 0.2)), rng_for(1, "b"))
     relief = made.height_m.mean(axis=0)
     assert runs(relief) == (16 if profile is BoardProfile.BEAD else 8)
-    level = paint_boards(params.replace(level=True), Canvas((400, 100), (0.2, 0.8)), rng_for(1, "b"))
+    level = paint_boards(params.replace(horizontal=True), Canvas((400, 100), (0.2, 0.8)), rng_for(1, "b"))
     np.testing.assert_array_equal(level.height_m, made.height_m.T)
 
 
 @pytest.mark.parametrize("hand", PlasterFinish)
 def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(hand: PlasterFinish) -> None:
-    params = Plaster(color="#808080", second="#606060", hand=hand, strength=0.5, relief=1.0)
+    params = Plaster(color="#808080", second="#606060", technique=hand, strength=0.5, relief=1.0)
     canvas = Canvas((256, 256), (0.8, 0.8))
     made = paint_plaster(params, canvas, rng_for(1, "p"))
     assert float(made.albedo.mean()) == pytest.approx(0.5, abs=0.05)
@@ -159,14 +163,14 @@ def test_plaster_holds_its_color_and_its_relief_hangs_on_relief(hand: PlasterFin
 
 @pytest.mark.parametrize("form", [Formwork.BOARDS, Formwork.PANELS])
 def test_formwork_is_as_large_as_stated(form: Formwork) -> None:
-    params = Concrete(color="#a0a0a0", second="#a0a0a0", form=form, unit_m=0.2, cloudy=0, holes=0)
+    params = Concrete(color="#a0a0a0", second="#a0a0a0", formwork=form, formwork_unit_m=0.2, cloudy=0, holes=0)
     made = paint_concrete(params, Canvas((400, 400), (0.8, 0.8)), rng_for(1, "c"))
     dark = made.albedo.mean(axis=(1, 2))
     assert runs(-dark) == 4
 
 
 def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
-    params = PressedTin(color="#c0c0c0", low="#404040", plate_m=0.3)
+    params = PressedTin(color="#c0c0c0", hollow_color="#404040", plate_m=0.3)
     made = paint_tin(params, Canvas((240, 240), (0.6, 0.6)), rng_for(1, "t"))
     first, second = made.height_m[:120, :120], made.height_m[120:, 120:]
     assert np.abs(first - second).max() < 0.001 < np.ptp(first)
@@ -176,7 +180,7 @@ def test_tin_plates_repeat_exactly_but_for_their_dents() -> None:
 def test_designs_use_all_their_inks_and_go_on_over_the_joint(design: TileDesign) -> None:
     inks = 1 + max(number for _, number in DESIGNS[design](np.zeros((1, 1)), np.zeros((1, 1))))
     colors = ("#ffffff", "#ff0000", "#00ff00", "#0000ff")[:inks]
-    params = Encaustic(design=design, colors=colors, worn=0, bleed=0, variety=0, joint=Joint(width_m=0))
+    params = Encaustic(design=design, colors=colors, wear=0, bleed=0, variety=0, joint=Joint(width_m=0))
     made = paint_cement(params, Canvas((128, 128), (0.4, 0.4)), rng_for(1, "e")).albedo
     for color in colors[1:]:
         wanted = np.array([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
@@ -208,7 +212,7 @@ def test_plants_grow_over_the_border(growth: FoliageKind) -> None:
 
 @pytest.mark.parametrize("sort", [ResilientSort.STUDDED, ResilientSort.WOVEN, ResilientSort.TREAD])
 def test_studs_are_as_far_apart_as_stated(sort: ResilientSort) -> None:
-    params = ResilientFloor(colors=("#404040", "#808080"), sort=sort, grain_m=0.05)
+    params = ResilientFloor(colors=("#404040", "#808080"), material=sort, grain_m=0.05)
     made = paint_soft(params, Canvas((240, 240), (0.4, 0.4)), rng_for(1, "s"))
     row = made.height_m[:, 15]
     assert runs(row) == (8 if sort is not ResilientSort.WOVEN else runs(row))

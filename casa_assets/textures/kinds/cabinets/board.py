@@ -36,7 +36,7 @@ class PressedFront(Record):
         color: of the face.
         second: colour of threads, clouds or lines on it.
         face: pattern.
-        gloss: roughness, 0..1.
+        roughness: 0..1.
         strength: 0..1, how plain the pattern is to see.
         pitch_m: distance of ribs, flutes or cane holes in metres.
     """
@@ -44,7 +44,7 @@ class PressedFront(Record):
     color: HexColor
     second: HexColor
     face: FrontFace = FrontFace.PLAIN
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.6
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.6
     strength: Share = 0.5
     pitch_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
 
@@ -54,7 +54,7 @@ def paint(params: PressedFront, canvas: Canvas, rng: np.random.Generator) -> Lay
     share, height, gloss, shade = _FACES[params.face](params, canvas, rng)
     color, second = rgb(params.color), rgb(params.second)
     albedo = blend(color, second, np.clip(params.strength * share, 0.0, 1.0)) * shade[..., None]
-    return Layers.of(albedo, np.broadcast_to(height, canvas.size_px), params.gloss + gloss)
+    return Layers.of(albedo, np.broadcast_to(height, canvas.size_px), params.roughness + gloss)
 
 
 _Parts = tuple[Map, Map, Map, Map]

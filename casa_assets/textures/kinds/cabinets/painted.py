@@ -29,31 +29,31 @@ class PaintedFront(Record):
 
     Attributes:
         color: of the paint.
-        under: what shows where it is rubbed away, and through a thin coat.
+        undercoat: what shows where it is rubbed away, and through a thin coat.
         coat: how it was laid on.
-        gloss: roughness of the paint, 0..1.
-        worn: 0..1, how much is rubbed away.
+        roughness: of the paint, 0..1.
+        wear: 0..1, how much is rubbed away.
         species: wood whose grain can be felt under the paint.
         telegraph: 0..1, how much of that grain can be seen.
-        grooves_m: distance of upright grooves in metres (tongue and groove boards), 0 for none.
+        groove_spacing_m: distance of upright grooves in metres (tongue and groove boards), 0 for none.
     """
 
     color: HexColor
-    under: HexColor = "#b08d63"
+    undercoat: HexColor = "#b08d63"
     coat: PaintCoat = PaintCoat.SPRAYED
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.4
-    worn: Share = 0.0
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.4
+    wear: Share = 0.0
     species: WoodSpecies = WoodSpecies()
     telegraph: Share = 0.0
-    grooves_m: Annotated[float, Field(ge=0, le=0.3)] = 0.0
+    groove_spacing_m: Annotated[float, Field(ge=0, le=0.3)] = 0.0
 
 
 def paint(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of paint, brush strokes and grain along v."""
-    color, under = rgb(params.color), rgb(params.under)
+    color, under = rgb(params.color), rgb(params.undercoat)
     tone, height, gloss = _coat(params.coat, canvas, rng)
     albedo = color * (1.0 + tone)[..., None]
-    roughness = params.gloss + gloss
+    roughness = params.roughness + gloss
     if params.telegraph > 0:
         grain = grain_maps(canvas, params.species, SawCut.RIFT, 1, rng)
         open_grain = params.telegraph * (0.55 * grain.pore * (0.3 + 0.7 * grain.early) + 0.35 * grain.ring)
@@ -63,14 +63,14 @@ def paint(params: PaintedFront, canvas: Canvas, rng: np.random.Generator) -> Lay
     if params.coat is PaintCoat.LIMEWASH:
         thin = smoothstep(-0.2, 1.6, canvas.noise(0.25, 0.006, rng) + 0.6 * canvas.noise(0.5, 0.06, rng))
         albedo = blend(albedo, under, 0.42 * thin)
-    if params.worn > 0:
-        bare = _rubbed(params.worn, canvas, rng)
+    if params.wear > 0:
+        bare = _rubbed(params.wear, canvas, rng)
         fibre = 1.0 + 0.07 * canvas.noise(0.08, 0.002, rng)
         albedo = blend(albedo, under * fibre[..., None], bare)
         height = height - 0.00008 * bare
         roughness = roughness + 0.12 * bare
-    if params.grooves_m > 0:
-        depth = _grooves(params.grooves_m, canvas)
+    if params.groove_spacing_m > 0:
+        depth = _grooves(params.groove_spacing_m, canvas)
         albedo = albedo * (1.0 - 0.30 * depth)[..., None]
         height = height - 0.0025 * depth
     return Layers.of(albedo, height, roughness)

@@ -23,7 +23,7 @@ class Veneer(Record):
         cut: what the face shows.
         leaves: veneers or boards side by side over the width of the picture.
         gap_m: open joint between boards in metres, 0 for a glued face.
-        nodes_m: distance of the nodes of bamboo along a strip in metres, 0 for wood.
+        node_spacing_m: distance of the nodes of bamboo along a strip in metres, 0 for wood.
         saw_marks: 0..1, strength of the level lines that a saw leaves.
         weather: 0..1, how grey and cracked the face has become.
     """
@@ -33,7 +33,7 @@ class Veneer(Record):
     cut: SawCut
     leaves: Annotated[int, Field(ge=1, le=64)] = 1
     gap_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    nodes_m: Annotated[float, Field(ge=0, le=1)] = 0.0
+    node_spacing_m: Annotated[float, Field(ge=0, le=1)] = 0.0
     saw_marks: Share = 0.0
     weather: Share = 0.0
 
@@ -55,8 +55,8 @@ def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
         lines = canvas.noise(0.0045, 0.25, rng) * smoothstep(-0.8, 1.2, canvas.noise(0.3, 0.1, rng) + grain.tone)
         albedo = albedo * (1.0 - 0.07 * params.saw_marks * np.maximum(lines, -0.6))[..., None]
         height = height - 0.00012 * params.saw_marks * np.maximum(lines, 0.0)
-    if params.nodes_m > 0:
-        node = _nodes(params.nodes_m, canvas, grain.tone)
+    if params.node_spacing_m > 0:
+        node = _nodes(params.node_spacing_m, canvas, grain.tone)
         albedo = albedo * (1.0 - 0.2 * node)[..., None]
     if params.gap_m > 0:
         gap = line_coverage(grain.edge_m, params.gap_m, canvas.pixel_width_m)

@@ -29,7 +29,7 @@ class BandedStone(Record):
         fossils: 0..1, small pale shells and dark grains.
         cleft_m: relief of a split face, metres.
         veins: laid over it.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     colors: Annotated[tuple[HexColor, ...], Field(min_length=2, max_length=16)]
@@ -43,7 +43,7 @@ class BandedStone(Record):
     fossils: Share = 0.0
     cleft_m: Annotated[float, Field(ge=0, le=0.004)] = 0.0
     veins: tuple[Vein, ...] = ()
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
 
 
 def paint(params: BandedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -65,7 +65,7 @@ def paint(params: BandedStone, canvas: Canvas, rng: np.random.Generator) -> Laye
     if params.fossils > 0:
         albedo = _fossils(params, albedo, canvas, rng)
     height = 0.000002 * grain + params.cleft_m * (0.3 * cloud + 0.12 * thread)
-    roughness = params.gloss + 0.02 * params.fine * thread + 0.02 * grain
+    roughness = params.roughness + 0.02 * params.fine * thread + 0.02 * grain
     if params.pits > 0:
         pit = _pits(params, depth - y, canvas, rng)
         albedo = albedo * (1.0 - 0.45 * pit)[..., None]

@@ -57,39 +57,39 @@ class Granite(Record):
         minerals: of the mosaic.
         grain_m: size of its crystals, metres.
         specks: over the mosaic, in order.
-        orb: colour of large round feldspars, None for a stone without; `orb_m` is their size.
-        orb_rim: colour of the rim around them.
+        phenocryst_color: colour of large round feldspars, None for a stone without; `phenocryst_m` is their size.
+        phenocryst_rim_color: colour of the rim around them.
         cloud_m: size of the swarms, metres.
         flow: 0..1, how far the swarms are drawn out into streams.
         shear: how often the streams climb the height of the picture over its width.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     minerals: tuple[Mineral, ...]
     grain_m: Size = 0.005
     specks: tuple[Speck, ...] = ()
-    orb: HexColor | None = None
-    orb_m: Size = 0.03
-    orb_rim: HexColor = "#2a2622"
+    phenocryst_color: HexColor | None = None
+    phenocryst_m: Size = 0.03
+    phenocryst_rim_color: HexColor = "#2a2622"
     cloud_m: Size = 0.08
     flow: Share = 0.0
     shear: Annotated[int, Field(ge=-3, le=3)] = 0
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.16
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.16
 
 
 def paint(params: Granite, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one slab."""
     swarm = streams(canvas, params.cloud_m, params.flow, params.shear, rng)
     albedo = _mosaic(params, canvas, swarm, rng)
-    if params.orb is not None:
-        albedo = _orbs(params, params.orb, albedo, canvas, rng)
+    if params.phenocryst_color is not None:
+        albedo = _orbs(params, params.phenocryst_color, albedo, canvas, rng)
     rough = np.zeros(canvas.size_px, dtype=np.float32)
     for speck in params.specks:
         mask = _scatter(speck, canvas, swarm, rng)
         albedo = blend(albedo, rgb(speck.color), mask)
         rough = np.maximum(rough, mask)
     cloud = canvas.noise(0.004, 0.004, rng)
-    return Layers.of(albedo, -0.000004 * rough + 0.000001 * cloud, params.gloss + 0.06 * rough)
+    return Layers.of(albedo, -0.000004 * rough + 0.000001 * cloud, params.roughness + 0.06 * rough)
 
 
 def streams(canvas: Canvas, size_m: float, flow: float, shear: int, rng: np.random.Generator) -> Map:
@@ -120,15 +120,15 @@ def _mosaic(params: Granite, canvas: Canvas, swarm: Map, rng: np.random.Generato
 
 def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Round feldspars with a rim, packed as they grew."""
-    orbs = crystal_cells(canvas, params.orb_m, rng, bend_m=0.10 * params.orb_m)
-    size = params.orb_m * (0.24 + 0.22 * orbs.draw(rng))
-    edge = np.minimum(size - orbs.near_m, orbs.border_m - 0.04 * params.orb_m) / params.orb_m
+    orbs = crystal_cells(canvas, params.phenocryst_m, rng, bend_m=0.10 * params.phenocryst_m)
+    size = params.phenocryst_m * (0.24 + 0.22 * orbs.draw(rng))
+    edge = np.minimum(size - orbs.near_m, orbs.border_m - 0.04 * params.phenocryst_m) / params.phenocryst_m
     shade = 1.0 + 0.25 * (orbs.draw(rng) - 0.5) + 0.05 * canvas.noise(0.003, 0.003, rng)
     mixed = 0.28 * albedo + 0.72 * rgb(color) * shade[..., None]
     body = smoothstep(0.02, 0.06, edge)
     rim = smoothstep(-0.06, 0.0, edge) * (1.0 - smoothstep(0.03, 0.09, edge))
     albedo = blend(albedo, mixed, body)
-    return np.asarray(blend(albedo, rgb(params.orb_rim), 0.75 * rim), dtype=np.float32)
+    return np.asarray(blend(albedo, rgb(params.phenocryst_rim_color), 0.75 * rim), dtype=np.float32)
 
 
 def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:

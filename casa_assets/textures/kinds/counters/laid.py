@@ -24,9 +24,9 @@ class TiledCounter(Record):
         width_m, height_m: of a tile.
         bond: 0..1, how far every other row is moved along.
         checker: colours take turns.
-        uneven: 0..1, how much tiles differ, and the glaze within one.
+        unevenness: 0..1, how much tiles differ, and the glaze within one.
         pillow_m: how much lower the edge of a tile is than its middle, metres.
-        gloss: roughness of the glaze.
+        roughness: 0..1, of the glaze.
     """
 
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
@@ -36,25 +36,25 @@ class TiledCounter(Record):
     height_m: Annotated[float, Field(gt=0.01, lt=1)] = 0.1
     bond: Annotated[float, Field(ge=0, le=1)] = 0.0
     checker: bool = False
-    uneven: Share = 0.3
+    unevenness: Share = 0.3
     pillow_m: Annotated[float, Field(ge=0, le=0.004)] = 0.0006
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.15
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.15
 
 
 class GlazedLava(Record):
     """Enamelled lava: thick glaze that pools and crackles.
 
     Attributes:
-        color: of the glaze; `deep` where it pools.
+        color: of the glaze; `pool_color` where it pools.
         crackle: 0..1, how plain its net of fine cracks is; `crackle_m` is the size of its pieces.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     color: HexColor
-    deep: HexColor
+    pool_color: HexColor
     crackle: Share = 0.4
     crackle_m: Annotated[float, Field(gt=0.003, lt=0.2)] = 0.02
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.08
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.08
 
 
 class LaminatePattern(StrEnum):
@@ -74,14 +74,14 @@ class PrintedLaminate(Record):
         inks: colours of the figures.
         pattern: which.
         size_m: of a figure, metres.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     ground: HexColor
     inks: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=6)]
     pattern: LaminatePattern
     size_m: Annotated[float, Field(gt=0.003, lt=0.3)] = 0.05
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.35
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.35
 
 
 def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -103,23 +103,23 @@ def paint_tiles(params: TiledCounter, canvas: Canvas, rng: np.random.Generator) 
     pick = np.mod(row + column, len(params.colors)) if params.checker else (lot[0][tile] * len(params.colors))
     colors = rgb_table(params.colors)[np.asarray(pick).astype(np.intp)]
     glaze = canvas.noise(0.05, 0.05, rng, 4)
-    shade = 1.0 + params.uneven * (0.16 * (lot[1][tile] - 0.5) + 0.035 * glaze)
+    shade = 1.0 + params.unevenness * (0.16 * (lot[1][tile] - 0.5) + 0.035 * glaze)
     rim = np.exp(-np.maximum(edge, 0.0) / 0.006)  # glaze is thinner at the edge
-    albedo = colors * (shade * (1.0 - 0.06 * params.uneven * rim))[..., None]
+    albedo = colors * (shade * (1.0 - 0.06 * params.unevenness * rim))[..., None]
     sand = canvas.noise(0.0025, 0.0025, rng)
     grout = rgb(params.grout) * (1.0 + 0.03 * sand + 0.03 * canvas.noise(0.15, 0.15, rng, 2))[..., None]
     face = smoothstep(-0.0004, 0.0008, edge)
     albedo = blend(grout, albedo, face)
-    dome = params.pillow_m * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.uneven * glaze
+    dome = params.pillow_m * (1.0 - np.exp(-np.maximum(edge, 0.0) / 0.008)) + 0.00002 * params.unevenness * glaze
     return Layers.of(
-        albedo, face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand, 0.85 + (params.gloss - 0.85) * face
+        albedo, face * (0.0008 + dome) + (1.0 - face) * 0.00004 * sand, 0.85 + (params.roughness - 0.85) * face
     )
 
 
 def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one glazed slab."""
     pool = smoothstep(-1.5, 2.0, canvas.noise(0.3, 0.3, rng, 5))
-    color, deep = rgb(params.color), rgb(params.deep)
+    color, deep = rgb(params.color), rgb(params.pool_color)
     albedo = blend(color, deep, 0.8 * pool)
     net = crystal_cells(canvas, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
     pixel = canvas.pixel_width_m
@@ -128,7 +128,7 @@ def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) ->
     albedo = blend(albedo, deep * 0.45, params.crackle * crack)
     wave = canvas.noise(0.06, 0.06, rng, 2)
     return Layers.of(
-        albedo, 0.00004 * wave - 0.00002 * crack, params.gloss + 0.1 * params.crackle * crack + 0.02 * pool
+        albedo, 0.00004 * wave - 0.00002 * crack, params.roughness + 0.1 * params.crackle * crack + 0.02 * pool
     )
 
 
@@ -139,7 +139,7 @@ def paint_print(params: PrintedLaminate, canvas: Canvas, rng: np.random.Generato
         mask = _figures(params, n, canvas, rng)
         albedo = blend(albedo, rgb(ink), mask)
     peel = canvas.noise(0.004, 0.004, rng)
-    return Layers.of(albedo * (1.0 + 0.004 * peel)[..., None], 0.000004 * peel, params.gloss + 0.01 * peel)
+    return Layers.of(albedo * (1.0 + 0.004 * peel)[..., None], 0.000004 * peel, params.roughness + 0.01 * peel)
 
 
 def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.Generator) -> Map:

@@ -32,21 +32,21 @@ class SheetMetal(Record):
 
     Attributes:
         color: of the clean metal.
-        aged: of its patina.
+        patina_color: of its patina.
         patina: 0..1, how much of the face has it.
         spots: 0..1, drops and rings that a used counter has.
         tooling: marks of the tool; `mark_m` is the size of one in metres, where it has one.
-        gloss: roughness.
+        roughness: 0..1.
         metallic: 0..1; a thick patina is hardly metal any more.
     """
 
     color: HexColor
-    aged: HexColor
+    patina_color: HexColor
     patina: Share = 0.0
     spots: Share = 0.0
     tooling: MetalTooling = MetalTooling.ALONG
     mark_m: Annotated[float, Field(gt=0.003, lt=0.4)] = 0.02
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.3
     metallic: Share = 1.0
 
 
@@ -55,18 +55,18 @@ def paint(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> Layer
     tone, height, gloss = _marks(params, canvas, rng)
     cloud = canvas.noise(0.5, 0.6, rng, 3)
     albedo = rgb(params.color) * (1.0 + 0.05 * tone + 0.012 * cloud)[..., None]
-    roughness = params.gloss + 0.04 * gloss + 0.015 * cloud
+    roughness = params.roughness + 0.04 * gloss + 0.015 * cloud
     if params.patina > 0:
         field = 0.8 * canvas.noise(0.25, 0.3, rng, 6) + 0.5 * canvas.noise(0.05, 0.06, rng, 5)
         edge = 1.6 - 3.0 * params.patina
         share = 0.6 * smoothstep(edge - 2.0, edge + 2.0, field)
         deep = 1.0 + 0.08 * canvas.noise(0.05, 0.05, rng, 4)
-        albedo = blend(albedo, rgb(params.aged) * deep[..., None], share)
+        albedo = blend(albedo, rgb(params.patina_color) * deep[..., None], share)
         roughness = roughness + 0.25 * share
         height = height + 0.000004 * share
     if params.spots > 0:
         mark = _spots(params.spots, canvas, rng)
-        albedo = blend(albedo, rgb(params.aged), 0.45 * mark)
+        albedo = blend(albedo, rgb(params.patina_color), 0.45 * mark)
         roughness = roughness + 0.1 * mark
     return Layers.of(albedo, height, np.clip(roughness, 0.06, 1.0), params.metallic)
 

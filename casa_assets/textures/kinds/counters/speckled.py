@@ -24,7 +24,7 @@ class ChipSize(Record):
         share: 0..1, how many of the places for a chip are taken.
         spread: 0..1, how much chips of a colour differ in brightness.
         round: 0..1, from broken stone to washed pebble.
-        gloss: change of roughness on a chip, such as -0.1 for glass.
+        roughness_change: change of roughness on a chip, such as -0.1 for glass.
     """
 
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=16)]
@@ -32,7 +32,7 @@ class ChipSize(Record):
     share: Share
     spread: Share = 0.15
     round: Share = 0.3
-    gloss: Annotated[float, Field(ge=-0.4, le=0.4)] = 0.0
+    roughness_change: Annotated[float, Field(ge=-0.4, le=0.4)] = 0.0
 
 
 class MadeStone(Record):
@@ -44,7 +44,7 @@ class MadeStone(Record):
         chips: from the largest to the smallest.
         veins: printed or poured over it.
         pinholes: 0..1, small open pores.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     binder: HexColor
@@ -53,7 +53,7 @@ class MadeStone(Record):
     chips: tuple[ChipSize, ...] = ()
     veins: tuple[Vein, ...] = ()
     pinholes: Share = 0.0
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.22
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.22
 
 
 def paint(params: MadeStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -64,14 +64,14 @@ def paint(params: MadeStone, canvas: Canvas, rng: np.random.Generator) -> Layers
     for vein in params.veins:
         albedo, _ = add_vein(albedo, vein, canvas, rng)
     height = 0.000001 * fine
-    roughness = params.gloss + params.clouds * 0.05 * cloud
+    roughness = params.roughness + params.clouds * 0.05 * cloud
     free = np.ones(canvas.size_px, dtype=np.float32)
     for chips in params.chips:
         color, mask = _chips(chips, canvas, rng)
         mask = mask * free
         albedo = blend(albedo, color, mask)
         height = height + 0.000003 * mask
-        roughness = roughness + chips.gloss * mask
+        roughness = roughness + chips.roughness_change * mask
         free = free * (1.0 - mask)  # a small chip lies beside a large one, never on it
     if params.pinholes > 0:
         hole = _pinholes(params.pinholes, canvas, rng)

@@ -60,7 +60,7 @@ class VeinedStone(Record):
         shear: slant of the clouds, as that of veins.
         veins: laid over it in order.
         crystal: 0..1, how much the sugar of the crystals sparkles.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     ground: HexColor
@@ -70,7 +70,7 @@ class VeinedStone(Record):
     shear: Annotated[int, Field(ge=-3, le=3)] = 1
     veins: tuple[Vein, ...] = ()
     crystal: Share = 0.3
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.2
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.2
 
 
 def paint(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -84,7 +84,7 @@ def paint(params: VeinedStone, canvas: Canvas, rng: np.random.Generator) -> Laye
         cut = np.maximum(cut, line)
     sugar = canvas.noise(0.0025, 0.0025, rng)
     albedo = albedo * (1.0 + 0.012 * params.crystal * sugar)[..., None]
-    return Layers.of(albedo, 0.000001 * sugar - 0.000006 * cut, params.gloss + 0.05 * cut + 0.008 * sugar)
+    return Layers.of(albedo, 0.000001 * sugar - 0.000006 * cut, params.roughness + 0.05 * cut + 0.008 * sugar)
 
 
 def slanted(canvas: Canvas, image: Map, shear: int) -> Map:

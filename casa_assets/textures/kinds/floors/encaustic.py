@@ -25,18 +25,18 @@ class Encaustic(Record):
         colors: the ground, then the inks in the order in which the design numbers them.
         side_m: of a tile, metres.
         joint: between tiles.
-        bleed: 0..1, how far colours run into each other; worn: how far feet have paled them; variety: between tiles.
-        gloss: roughness.
+        bleed: 0..1, how far colours run into each other; wear: how far feet have paled them; variety: between tiles.
+        roughness: 0..1.
     """
 
     design: TileDesign
     colors: Annotated[tuple[HexColor, ...], Field(min_length=2, max_length=6)]
     side_m: Annotated[float, Field(gt=0.05, le=0.6)] = 0.2
-    joint: Joint = Joint(width_m=0.0015, depth_m=0.0004, color="#b9b4aa", drop_m=0.0002)
+    joint: Joint = Joint(width_m=0.0015, depth_m=0.0004, color="#b9b4aa", rim_drop_m=0.0002)
     bleed: Share = 0.3
-    worn: Share = 0.3
+    wear: Share = 0.3
     variety: Share = 0.25
-    gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
 
 
 def paint(params: Encaustic, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -58,12 +58,12 @@ def paint(params: Encaustic, canvas: Canvas, rng: np.random.Generator) -> Layers
     grain = canvas.noise(0.004, 0.004, rng, 2)
     shade = 1.0 + 0.12 * params.variety * tone + 0.035 * mottle + 0.012 * grain
     pale = albedo.mean(axis=2, keepdims=True) * 0.5 + 0.36
-    feet = params.worn * 0.35 * smoothstep(-0.6, 2.0, canvas.noise(0.3, 0.3, rng, 4) + 0.4 * mottle)
+    feet = params.wear * 0.35 * smoothstep(-0.6, 2.0, canvas.noise(0.3, 0.3, rng, 4) + 0.4 * mottle)
     albedo = (blend(albedo, pale, feet)) * shade[..., None]
     face = Layers(
         np.clip(albedo, 0, 1).astype(np.float32),
         (0.00002 * grain + 0.00003 * mottle).astype(np.float32),
-        (params.gloss + 0.05 * mottle + 0.1 * feet).astype(np.float32),
+        (params.roughness + 0.05 * mottle + 0.1 * feet).astype(np.float32),
     )
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 

@@ -35,31 +35,31 @@ class ResilientFloor(Record):
 
     Attributes:
         colors: the ground, then what is mixed into it.
-        sort: of the sheet.
+        material: of the sheet.
         laying, joint: of its tiles; a sheet without joints where there is no laying. Tiles of a marbled sheet take
             turns in direction.
         grain_m: size of streaks, crumbs, studs or yarns, metres.
         strength: 0..1, how plain the other colours are.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=8)]
-    sort: ResilientSort
+    material: ResilientSort
     laying: Laying | None = None
     joint: Joint = Joint(color="#4c4a46", width_m=0.001, depth_m=0.0004)
     grain_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.02
     strength: Share = 0.6
-    gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.55
 
 
 def paint(params: ResilientFloor, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one floor."""
-    albedo, height, gloss = _SORTS[params.sort](params, canvas, rng)
-    face = Layers.of(albedo, height, params.gloss + gloss)
+    albedo, height, gloss = _SORTS[params.material](params, canvas, rng)
+    face = Layers.of(albedo, height, params.roughness + gloss)
     if params.laying is None:
         return face
     pieces = lay(params.laying, canvas, rng)
-    if params.sort is not ResilientSort.STUDDED:
+    if params.material is not ResilientSort.STUDDED:
         jump = rng.random((2, pieces.count)).astype(np.float32)
         size = np.array(canvas.tile_m, dtype=np.float32)[:, None]
         dx, dy = (jump * size)[:, pieces.owner]

@@ -25,7 +25,7 @@ class StoneTile(Record):
         laying, joint: how they lie and what is between them.
         variety: 0..1, how much pieces differ in tone; warmth: in hue.
         turned: whether pieces are laid with their grain in all directions.
-        cleft_m: relief of a split face, metres; proud_m: how far pieces stand out, standard deviation.
+        cleft_m: relief of a split face, metres; protrusion_m: how far pieces stand out, standard deviation.
         slab_m: side of the slab that pieces are cut from, metres.
     """
 
@@ -35,7 +35,7 @@ class StoneTile(Record):
     warmth: Share = 0.2
     turned: bool = True
     cleft_m: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    proud_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
+    protrusion_m: Annotated[float, Field(ge=0, le=0.02)] = 0.0
     slab_m: Annotated[float, Field(ge=0.4, le=3)] = 1.6
 
 
@@ -102,8 +102,8 @@ def _laid(
     hue = np.stack([1.0 + 0.035 * warm, 1.0 + 0.008 * warm, 1.0 - 0.06 * warm], axis=2)
     albedo = face.albedo * hue * (1.0 + 0.16 * params.variety * tone)[..., None]
     height: Map = face.height_m
-    if params.proud_m > 0:
-        out = rng.normal(0.0, 1.0, pieces.count).clip(-2, 2).astype(np.float32) * np.float32(params.proud_m)
+    if params.protrusion_m > 0:
+        out = rng.normal(0.0, 1.0, pieces.count).clip(-2, 2).astype(np.float32) * np.float32(params.protrusion_m)
         height = height + out[pieces.owner]
     if params.cleft_m > 0:
         height = height + np.float32(params.cleft_m) * _cleft(canvas, rng)

@@ -28,24 +28,24 @@ class TimberFloor(Record):
     Attributes:
         laying, joint: how boards lie and their edges.
         species, palette: anatomy of the wood and colours of its finish.
-        cuts: how boards were sawn, in equal parts.
+        saw_cuts: how boards were sawn, in equal parts.
         variety: 0..1, how much boards differ in tone; warmth: in hue.
-        scrape_m: depth of the hollows that a scraper left, metres.
-        saw: 0..1, strength of marks of the saw across the boards.
+        scraping_m: depth of the hollows that a scraper left, metres.
+        saw_marks: 0..1, strength of marks of the saw across the boards.
         wear: 0..1, how much dirt and light have marked it.
     """
 
     laying: Laying
     joint: Joint = Joint(
-        color="#2a2019", width_m=0.001, depth_m=0.0012, edge=TileEdge.BEVEL, edge_m=0.0015, drop_m=0.0006
+        color="#2a2019", width_m=0.001, depth_m=0.0012, edge=TileEdge.BEVEL, edge_width_m=0.0015, rim_drop_m=0.0006
     )
     species: WoodSpecies
     palette: WoodPalette
-    cuts: Annotated[tuple[SawCut, ...], Field(min_length=1, max_length=4)] = (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT)
+    saw_cuts: Annotated[tuple[SawCut, ...], Field(min_length=1, max_length=4)] = (SawCut.FLAT, SawCut.FLAT, SawCut.RIFT)
     variety: Share = 0.4
     warmth: Share = 0.3
-    scrape_m: Annotated[float, Field(ge=0, le=0.003)] = 0.0
-    saw: Share = 0.0
+    scraping_m: Annotated[float, Field(ge=0, le=0.003)] = 0.0
+    saw_marks: Share = 0.0
     wear: Share = 0.0
 
 
@@ -59,22 +59,22 @@ def paint(params: TimberFloor, canvas: Canvas, rng: np.random.Generator) -> Laye
     shade = 1.0 + 0.26 * params.variety * tone
     albedo = face.albedo * hue * shade[..., None]
     height: Map = face.height_m
-    rough: Map = face.roughness
-    if params.scrape_m > 0:
+    roughness: Map = face.roughness
+    if params.scraping_m > 0:
         hollow = canvas.noise(0.22, 0.22, rng) + 0.6 * pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
-        height = height + np.float32(0.4 * params.scrape_m) * hollow
-    if params.saw > 0:
+        height = height + np.float32(0.4 * params.scraping_m) * hollow
+    if params.saw_marks > 0:
         phase = rng.uniform(0.0, 1.0, pieces.count).astype(np.float32)[pieces.owner]
         lines = np.sin(2 * np.pi * (pieces.v_m + 0.6 * pieces.u_m**2 / 0.1) / 0.006 + 20.0 * phase)
         lines = lines * canvas.resolved(0.003, 1.0) * smoothstep(-0.2, 1.6, canvas.noise(0.2, 0.1, rng, 2) + 1.5 * tone)
-        albedo = albedo * (1.0 - 0.09 * params.saw * np.maximum(lines, -0.4))[..., None]
-        height = height - np.float32(0.00015 * params.saw) * lines
+        albedo = albedo * (1.0 - 0.09 * params.saw_marks * np.maximum(lines, -0.4))[..., None]
+        height = height - np.float32(0.00015 * params.saw_marks) * lines
     if params.wear > 0:
         dirt = smoothstep(-0.4, 2.2, canvas.noise(0.25, 0.25, rng, 5))
         rims = np.exp(-np.maximum(pieces.inside_m, 0.0) / 0.006)
         albedo = albedo * (1.0 - params.wear * (0.22 * dirt + 0.3 * rims))[..., None]
-        rough = rough + 0.12 * params.wear * dirt
-    dressed = Layers.of(albedo, height, rough)
+        roughness = roughness + 0.12 * params.wear * dirt
+    dressed = Layers.of(albedo, height, roughness)
     return fill(dressed, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 
 
@@ -82,7 +82,7 @@ def _boards(params: TimberFloor, pieces: PieceMap, canvas: Canvas, rng: np.rando
     """Every board cut from one of a few sawn faces, each at a place of its own."""
     wide = 2.0 * float(pieces.half_m[:, 0].max())
     slabs, roots = [], []
-    for n, cut in enumerate(params.cuts):
+    for n, cut in enumerate(params.saw_cuts):
         # A flat-cut face has its heart in the middle and a joint at its border: boards keep clear of it.
         room = max(_SHORTEST_SLAB_M, 1.35 * wide if cut is SawCut.FLAT else 2.5 * wide)
         tile_m = (room, _SLAB_LONG_M * (1.0 + 0.11 * n))
@@ -135,7 +135,7 @@ def paint_ends(params: EndGrainFloor, canvas: Canvas, rng: np.random.Generator) 
     face = Layers(
         albedo.astype(np.float32),
         np.asarray(0.00006 * ring - 0.0008 * check, dtype=np.float32),
-        np.asarray(params.palette.gloss + 0.1 * ring + 0.2 * check, dtype=np.float32),
+        np.asarray(params.palette.roughness + 0.1 * ring + 0.2 * check, dtype=np.float32),
     )
     return fill(face, params.joint, rim(params.joint, pieces, canvas, rng), canvas, rng)
 

@@ -35,11 +35,11 @@ class PaintedBoards(Record):
         profile: of the edges.
         pitch_m: from board to board, metres.
         gap_m: width of groove, batten or opening, metres; depth_m: its depth.
-        level: boards run along u, not along v.
-        grain: 0..1, how much of the wood shows in the relief of the paint; worn: how far it is rubbed off.
-        bare: colour of the wood where it is.
+        horizontal: boards run along u, not along v.
+        grain: 0..1, how much of the wood shows in the relief of the paint; wear: how far it is rubbed off.
+        bare_color: colour of the wood where it is.
         variety: 0..1, how much boards differ.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     color: HexColor
@@ -48,17 +48,17 @@ class PaintedBoards(Record):
     pitch_m: Annotated[float, Field(gt=0.01, le=1)] = 0.1
     gap_m: Annotated[float, Field(gt=0.001, le=0.2)] = 0.004
     depth_m: Annotated[float, Field(gt=0, le=0.03)] = 0.004
-    level: bool = False
+    horizontal: bool = False
     grain: Share = 0.25
-    worn: Share = 0.0
-    bare: HexColor = "#a98a63"
+    wear: Share = 0.0
+    bare_color: HexColor = "#a98a63"
     variety: Share = 0.2
-    gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.5
 
 
 def paint(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one wall. Boards are painted upright and turned over where they are level."""
-    if params.level:
+    if params.horizontal:
         return _upright(params, canvas.transposed, rng).transposed
     return _upright(params, canvas, rng)
 
@@ -78,14 +78,14 @@ def _upright(params: PaintedBoards, canvas: Canvas, rng: np.random.Generator) ->
     tone = stratified(count, rng).astype(np.float32)[board]
     shade = 1.0 + 0.05 * params.variety * tone + 0.010 * lines + 0.006 * brush + 0.012 * canvas.noise(0.5, 0.3, rng, 3)
     albedo = rgb(params.color) * (shade * (1.0 - 0.28 * groove))[..., None]
-    if params.worn > 0:
-        start = 2.5 - 1.6 * params.worn
+    if params.wear > 0:
+        start = 2.5 - 1.6 * params.wear
         rubbed = smoothstep(start, start + 0.6, _rubbed(canvas, lines, edge, rng))
-        bare = rgb(params.bare) * (1.0 + 0.07 * lines)[..., None]
+        bare = rgb(params.bare_color) * (1.0 + 0.07 * lines)[..., None]
         albedo = blend(albedo, bare, rubbed * (1 - groove))
     albedo = blend(albedo, rgb(params.ground), open_)
     relief = height + params.grain * (0.00012 * lines + 0.00004 * brush) * (1.0 - open_)
-    rough = params.gloss + 0.02 * lines + 0.25 * open_ + 0.1 * groove
+    rough = params.roughness + 0.02 * lines + 0.25 * open_ + 0.1 * groove
     return Layers.of(albedo, relief, rough)
 
 

@@ -28,20 +28,20 @@ class Concrete(Record):
 
     Attributes:
         color, second: of the cement and of its clouds.
-        form: what it was poured against.
-        unit_m: width of a board or height of a plate, metres; a plate is twice as wide.
-        cloudy: 0..1, how blotchy it is; holes: share of bubbles; swirl: arcs of the trowel, as on a floor.
-        gloss: roughness.
+        formwork: what it was poured against.
+        formwork_unit_m: width of a board or height of a plate, metres; a plate is twice as wide.
+        cloudy: 0..1, how blotchy it is; holes: share of bubbles; trowel_marks: arcs of the trowel, as on a floor.
+        roughness: 0..1.
     """
 
     color: HexColor
     second: HexColor
-    form: Formwork = Formwork.SMOOTH
-    unit_m: Annotated[float, Field(gt=0.05, le=2)] = 0.6
+    formwork: Formwork = Formwork.SMOOTH
+    formwork_unit_m: Annotated[float, Field(gt=0.05, le=2)] = 0.6
     cloudy: Share = 0.5
     holes: Share = 0.3
-    swirl: Share = 0.0
-    gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.7
+    trowel_marks: Share = 0.0
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.7
 
 
 def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -52,19 +52,19 @@ def paint_concrete(params: Concrete, canvas: Canvas, rng: np.random.Generator) -
     arcs = canvas.shifted(
         canvas.noise(0.02, 0.24, rng, 2), 0.11 * canvas.noise(0.4, 0.4, rng), 0.11 * canvas.noise(0.4, 0.4, rng)
     )
-    share = 0.40 * params.cloudy * cloud + 0.06 * fine + 0.28 * params.swirl * arcs
+    share = 0.40 * params.cloudy * cloud + 0.06 * fine + 0.28 * params.trowel_marks * arcs
     hole = _bubbles(params.holes, canvas, rng)
     height = 0.0001 * cloud + 0.00004 * fine - 0.0018 * hole
     dark = 0.42 * hole
-    if params.form is Formwork.BOARDS:
+    if params.formwork is Formwork.BOARDS:
         share, height, dark = _board_marks(params, canvas, share, height, dark, rng)
-    elif params.form is Formwork.PANELS:
+    elif params.formwork is Formwork.PANELS:
         joint, tie, tone = _plates(params, canvas, canvas.pixel_m, rng)
         share, height = share + 0.22 * tone, height - 0.004 * joint - 0.012 * tie
         dark = np.maximum(dark, np.maximum(0.45 * joint, 0.6 * tie))
     color, second = rgb(params.color), rgb(params.second)
     albedo = (blend(color, second, np.clip(share, -0.8, 1.2))) * (1.0 - dark)[..., None]
-    rough = params.gloss + 0.05 * cloud * params.cloudy + 0.15 * (hole > 0.5) + 0.05 * params.swirl * arcs
+    rough = params.roughness + 0.05 * cloud * params.cloudy + 0.15 * (hole > 0.5) + 0.05 * params.trowel_marks * arcs
     return Layers.of(albedo, height, rough)
 
 
@@ -80,7 +80,7 @@ def _board_marks(
 ) -> tuple[Map, Map, Map]:
     """Grain and ridges of a formwork of level boards."""
     _, y = canvas.axes()
-    count, pitch = whole(canvas.tile_m[1], params.unit_m)
+    count, pitch = whole(canvas.tile_m[1], params.formwork_unit_m)
     board = np.minimum((y / pitch).astype(np.intp), count - 1)
     jump = rng.random(count).astype(np.float32)[board] * np.float32(canvas.tile_m[0])
     lines = canvas.shifted(canvas.noise(0.0055, 0.7, rng) + 0.8 * canvas.noise(0.016, 1.0, rng, 2), jump + 0 * share)
@@ -98,8 +98,8 @@ def _board_marks(
 def _plates(params: Concrete, canvas: Canvas, pixel: float, rng: np.random.Generator) -> tuple[Map, Map, Map]:
     """Joints, tie holes 0..1, and the tone of each plate."""
     x, y = canvas.axes()
-    rows, tall = whole(canvas.tile_m[1], params.unit_m)
-    columns, wide = whole(canvas.tile_m[0], 2 * params.unit_m)
+    rows, tall = whole(canvas.tile_m[1], params.formwork_unit_m)
+    columns, wide = whole(canvas.tile_m[0], 2 * params.formwork_unit_m)
     row, column = np.minimum((y / tall).astype(np.intp), rows - 1), np.minimum((x / wide).astype(np.intp), columns - 1)
     in_x, in_y = np.mod(x, wide), np.mod(y, tall)
     edge = np.minimum(np.minimum(in_x, wide - in_x), np.minimum(in_y, tall - in_y))
@@ -115,18 +115,18 @@ class PressedTin(Record):
     """Pressed metal plates.
 
     Attributes:
-        color: of the metal or of the paint on it; `low` gathers in the hollows.
+        color: of the metal or of the paint on it; `hollow_color` gathers in the hollows.
         plate_m: side of a plate, metres. rings: how many mouldings frame its middle; petals: of the flower in it.
-        metallic: 0..1; gloss: roughness.
+        metallic: 0..1; roughness: 0..1.
     """
 
     color: HexColor
-    low: HexColor
+    hollow_color: HexColor
     plate_m: Annotated[float, Field(gt=0.1, le=1)] = 0.3
     rings: Annotated[int, Field(ge=1, le=5)] = 2
     petals: Annotated[int, Field(ge=0, le=16)] = 8
     metallic: Share = 0.0
-    gloss: Annotated[float, Field(ge=0.05, le=0.95)] = 0.4
+    roughness: Annotated[float, Field(ge=0.05, le=0.95)] = 0.4
 
 
 def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -148,12 +148,12 @@ def paint_tin(params: PressedTin, canvas: Canvas, rng: np.random.Generator) -> L
     dent = canvas.noise(0.12, 0.12, rng, 2)
     tone = canvas.noise(0.25, 0.25, rng, 4)
     hollow = smoothstep(0.35, -0.05, height) * (0.6 + 0.25 * tone)
-    color, low = rgb(params.color), rgb(params.low)
+    color, low = rgb(params.color), rgb(params.hollow_color)
     albedo = blend(color, low, np.clip(0.7 * hollow, 0, 1))
     return Layers.of(
         albedo * (1.0 + 0.025 * tone - 0.3 * seam)[..., None],
         0.005 * height + 0.00012 * dent - 0.001 * seam,
-        params.gloss + 0.15 * hollow + 0.03 * tone,
+        params.roughness + 0.15 * hollow + 0.03 * tone,
         params.metallic,
     )
 

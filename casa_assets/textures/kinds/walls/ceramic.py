@@ -30,31 +30,31 @@ class CeramicTile(Record):
 
     Attributes:
         laying, joint: how they lie and what is between them.
-        colors: of the glaze; `deal` says which piece gets which.
+        colors: of the glaze; `color_order` says which piece gets which.
         variety: 0..1, how much pieces of one colour differ in tone.
-        pool: 0..1, how unevenly the glaze flowed within a piece; where it is thin, `body` shows through.
+        glaze_pooling: 0..1, how unevenly the glaze flowed within a piece; where it is thin, `body` shows through.
         body: colour of the clay under the glaze.
         tilt: standard deviation of the slope of a piece, metres a metre.
         wave_m: height of the waves in the glaze, metres.
         crackle: 0..1, how plain the net of fine cracks is.
         speckle: 0..1, share of small dark specks.
-        ribs: relief lines along each piece; 0 for none.
-        gloss: roughness; metallic: 0..1.
+        rib_count: relief lines along each piece; 0 for none.
+        roughness: 0..1; metallic: 0..1.
     """
 
     laying: Laying
     joint: Joint = Joint()
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    deal: ColorAssignment = ColorAssignment.LOT
+    color_order: ColorAssignment = ColorAssignment.LOT
     variety: Share = 0.25
-    pool: Share = 0.2
+    glaze_pooling: Share = 0.2
     body: HexColor = "#cdb8a0"
     tilt: Annotated[float, Field(ge=0, le=0.05)] = 0.002
     wave_m: Annotated[float, Field(ge=0, le=0.001)] = 0.00003
     crackle: Share = 0.0
     speckle: Share = 0.0
-    ribs: Annotated[int, Field(ge=0, le=16)] = 0
-    gloss: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
+    rib_count: Annotated[int, Field(ge=0, le=16)] = 0
+    roughness: Annotated[float, Field(ge=0.04, le=0.95)] = 0.14
     metallic: Share = 0.0
 
 
@@ -62,15 +62,15 @@ def paint(params: CeramicTile, canvas: Canvas, rng: np.random.Generator) -> Laye
     """Paint one field of tiles."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
-    number, tone = colors_of(params.deal, len(params.colors), pieces, rng), stratified(pieces.count, rng)
+    number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
     glaze = own(canvas.noise(0.035, 0.035, rng, 4), canvas, pieces, rng)
     albedo = rgb_table(params.colors)[number][pieces.owner]
-    shade = 1.0 + params.variety * 0.13 * tone.astype(np.float32)[pieces.owner] + params.pool * 0.045 * glaze
+    shade = 1.0 + params.variety * 0.13 * tone.astype(np.float32)[pieces.owner] + params.glaze_pooling * 0.045 * glaze
     albedo = albedo * shade[..., None]
-    if params.pool > 0:
+    if params.glaze_pooling > 0:
         # Glaze draws back from the rim and gathers in low spots.
         thin = np.exp(-np.maximum(rim_m, 0.0) / 0.0025) + 0.35 * smoothstep(0.9, 2.4, glaze)
-        share = params.pool * np.clip(0.55 * thin, 0.0, 0.7)
+        share = params.glaze_pooling * np.clip(0.55 * thin, 0.0, 0.7)
         albedo = blend(albedo, rgb(params.body) * albedo**0.4, share)
     if params.speckle > 0:
         dots = canvas.noise(0.004, 0.004, rng) + 0.5 * canvas.noise(0.009, 0.009, rng)
@@ -81,7 +81,9 @@ def paint(params: CeramicTile, canvas: Canvas, rng: np.random.Generator) -> Laye
         albedo = albedo * (1.0 - 0.16 * params.crackle * _cracks(canvas, rng))[..., None]
     height = _relief(params, pieces, glaze, rng)
     gloss = (
-        params.gloss + 0.02 * glaze * params.pool + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
+        params.roughness
+        + 0.02 * glaze * params.glaze_pooling
+        + 0.03 * params.variety * stratified(pieces.count, rng)[pieces.owner]
     )
     face = Layers.of(albedo, height, gloss, params.metallic)
     return fill(face, params.joint, rim_m, canvas, rng)
@@ -105,9 +107,9 @@ def _relief(params: CeramicTile, pieces: PieceMap, glaze: Map, rng: np.random.Ge
     slope = rng.normal(0.0, 1.0, (2, pieces.count)).clip(-2, 2).astype(np.float32) * np.float32(params.tilt)
     height = slope[0][pieces.owner] * pieces.u_m + slope[1][pieces.owner] * pieces.v_m
     height = height + np.float32(params.wave_m) * glaze
-    if params.ribs:
+    if params.rib_count:
         across = pieces.u_m / pieces.half_m[:, 0].astype(np.float32)[pieces.owner]
-        height = height + 0.0022 * np.abs(np.sin(np.pi / 2 * params.ribs * (across + 1.0)))
+        height = height + 0.0022 * np.abs(np.sin(np.pi / 2 * params.rib_count * (across + 1.0)))
     return np.asarray(height, dtype=np.float32)
 
 

@@ -22,50 +22,50 @@ class FiredClay(Record):
 
     Attributes:
         laying, joint: how they lie and what is between them.
-        colors: of the fired clay; `deal` says which piece gets which.
+        colors: of the fired clay; `color_order` says which piece gets which.
         variety: 0..1, how much pieces of one colour differ.
         mottle: 0..1, clouds of stronger and weaker fire within a piece.
-        burn: 0..1, dark ends and patches of the kiln.
-        rough_m: relief of the face, metres; proud_m: how far pieces stand out, standard deviation.
-        wash, wash_share: a coat of lime over all, 0..1 how much of the wall it still hides.
-        paint: 0..1, how fully the coat is paint that also covers the joints.
-        gloss: roughness.
+        kiln_marks: 0..1, dark ends and patches of the kiln.
+        relief_m: relief of the face, metres; protrusion_m: how far pieces stand out, standard deviation.
+        coat_color, coat_share: a coat of lime over all, 0..1 how much of the wall it still hides.
+        paint_share: 0..1, how much the coat is paint, which covers the joints too.
+        roughness: 0..1.
     """
 
     laying: Laying
-    joint: Joint = Joint(width_m=0.01, depth_m=0.004, wobble_m=0.002)
+    joint: Joint = Joint(width_m=0.01, depth_m=0.004, rim_noise_m=0.002)
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
-    deal: ColorAssignment = ColorAssignment.LOT
+    color_order: ColorAssignment = ColorAssignment.LOT
     variety: Share = 0.4
     mottle: Share = 0.4
-    burn: Share = 0.0
-    rough_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0005
-    proud_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0006
-    wash: HexColor = "#eeeae1"
-    wash_share: Share = 0.0
-    paint: Share = 0.0
-    gloss: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
+    kiln_marks: Share = 0.0
+    relief_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0005
+    protrusion_m: Annotated[float, Field(ge=0, le=0.005)] = 0.0006
+    coat_color: HexColor = "#eeeae1"
+    coat_share: Share = 0.0
+    paint_share: Share = 0.0
+    roughness: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
 
 
 def paint(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one field of bricks."""
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
-    number, tone = colors_of(params.deal, len(params.colors), pieces, rng), stratified(pieces.count, rng)
+    number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
     cloud = own(canvas.noise(0.06, 0.06, rng, 5), canvas, pieces, rng)
     grit = canvas.resolved(0.004, 0.004) * canvas.noise(0.004, 0.004, rng) + 0.6 * canvas.noise(0.011, 0.011, rng, 2)
     shade = 1.0 + params.variety * 0.17 * tone.astype(np.float32)[pieces.owner]
     shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
-    if params.burn > 0:
-        dark = _burnt(pieces, cloud, rng) * params.burn
+    if params.kiln_marks > 0:
+        dark = _burnt(pieces, cloud, rng) * params.kiln_marks
         albedo = albedo * (1.0 - np.array([0.55, 0.5, 0.42], dtype=np.float32) * dark[..., None])
-    proud = (rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.proud_m).astype(np.float32)[pieces.owner]
+    proud = (rng.normal(0.0, 1.0, pieces.count).clip(-2, 2) * params.protrusion_m).astype(np.float32)[pieces.owner]
     lumps = 0.5 * grit + 0.6 * cloud - 1.2 * smoothstep(1.6, 2.3, cloud + 0.5 * grit)
-    height = (proud + params.rough_m * 0.4 * lumps).astype(np.float32)
-    gloss = np.broadcast_to(np.float32(params.gloss), canvas.size_px) + np.float32(0.03) * cloud
+    height = (proud + params.relief_m * 0.4 * lumps).astype(np.float32)
+    gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * cloud
     laid = fill(Layers.of(albedo, height, gloss), params.joint, rim_m, canvas, rng)
-    return _coated(params, laid, rim_m, grit, canvas, rng) if params.wash_share > 0 else laid
+    return _coated(params, laid, rim_m, grit, canvas, rng) if params.coat_share > 0 else laid
 
 
 def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
@@ -79,17 +79,17 @@ def _burnt(pieces: PieceMap, cloud: Map, rng: np.random.Generator) -> Map:
 def _coated(params: FiredClay, laid: Layers, rim_m: Map, grit: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """A coat of lime or paint; it wears off the faces first and stays in the joints."""
     worn = 0.8 * canvas.noise(0.12, 0.16, rng, 4) + 0.7 * canvas.noise(0.02, 0.02, rng, 3) + 0.3 * grit
-    low = smoothstep(0.004, -0.001, rim_m) * (1.0 - params.paint) if params.paint < 1 else 0.0 * rim_m
-    edge = 2.4 - 4.8 * params.wash_share
+    low = smoothstep(0.004, -0.001, rim_m) * (1.0 - params.paint_share) if params.paint_share < 1 else 0.0 * rim_m
+    edge = 2.4 - 4.8 * params.coat_share
     share = smoothstep(edge - 0.7, edge + 0.7, worn + 0.8 * low)
-    share = np.maximum(share, params.paint) * (0.9 + 0.1 * params.paint)
-    coat = rgb(params.wash) * (1.0 + 0.018 * canvas.noise(0.2, 0.2, rng, 3) + 0.006 * grit)[..., None]
+    share = np.maximum(share, params.paint_share) * (0.9 + 0.1 * params.paint_share)
+    coat = rgb(params.coat_color) * (1.0 + 0.018 * canvas.noise(0.2, 0.2, rng, 3) + 0.006 * grit)[..., None]
     # Mortar lies in its own shade: a coat of one colour still shows the bond a little.
     coat = coat * (1.0 - 0.05 * smoothstep(0.001, -0.002, rim_m))[..., None]
     return Layers.of(
         blend(laid.albedo, coat, share),
         laid.height_m + 0.0002 * share,
-        np.clip(laid.roughness + (params.gloss - 0.35 * params.paint - laid.roughness) * share, 0.1, 1),
+        np.clip(laid.roughness + (params.roughness - 0.35 * params.paint_share - laid.roughness) * share, 0.1, 1),
     )
 
 

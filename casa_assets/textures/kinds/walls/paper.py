@@ -26,8 +26,8 @@ class PrintedPaper(Record):
     Attributes:
         ground: colour of the paper; `inks` are numbered by the repeat from 1.
         repeat: what is on it; width_m, height_m: size of one repeat, metres.
-        cover: 0..1, how opaque the inks are; sheen: how much glossier they are; emboss_m: how far they stand out.
-        gloss: roughness of the paper.
+        opacity: 0..1, how opaque the inks are; sheen: how much glossier they are; emboss_m: how far they stand out.
+        roughness: 0..1, of the paper.
     """
 
     ground: HexColor
@@ -35,10 +35,10 @@ class PrintedPaper(Record):
     repeat: PaperRepeat
     width_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
     height_m: Annotated[float, Field(gt=0.01, le=1)] = 0.2
-    cover: Share = 0.95
+    opacity: Share = 0.95
     sheen: Share = 0.1
     emboss_m: Annotated[float, Field(ge=0, le=0.001)] = 0.00006
-    gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
+    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
 class FoliagePaper(Record):
@@ -47,14 +47,14 @@ class FoliagePaper(Record):
     Attributes:
         ground: colour of the paper; inks: of the plants.
         growth: what grows on it; size_m: length of a leaf or twig, metres.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     ground: HexColor
     inks: Inks
     growth: FoliageKind
     size_m: Annotated[float, Field(gt=0.02, le=1)] = 0.2
-    gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
+    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
 class PaperWeave(StrEnum):
@@ -71,14 +71,14 @@ class WovenPaper(Record):
     Attributes:
         colors: of the blades or threads; ground: what is seen between them.
         weave: which; thread_m: width of a blade or thread, metres.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     colors: Inks
     ground: HexColor
     weave: PaperWeave
     thread_m: Annotated[float, Field(gt=0.001, le=0.03)] = 0.003
-    gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.85
+    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.85
 
 
 def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -90,7 +90,7 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
     colors = [rgb(params.ground), *(rgb(c) for c in params.inks)]
     albedo: Map = np.broadcast_to(colors[0], (*canvas.size_px, 3))
     inked = np.zeros(canvas.size_px, dtype=np.float32)
-    cover = 0.5 if params.repeat is PaperRepeat.GINGHAM else params.cover
+    cover = 0.5 if params.repeat is PaperRepeat.GINGHAM else params.opacity
     dry = np.clip(1.0 - 0.12 * np.maximum(canvas.noise(0.005, 0.005, rng, 2), 0.0), 0.0, 1.0)
     for depth, number in REPEATS[params.repeat](u, v):
         share = ink(depth, canvas.pixel_m / wide)
@@ -101,7 +101,9 @@ def paint_printed(params: PrintedPaper, canvas: Canvas, rng: np.random.Generator
         else:
             albedo = blend(albedo, colors[0], share)
             inked = inked * (1.0 - share)
-    return _paper(albedo, inked * np.float32(params.emboss_m), params.gloss - 0.4 * params.sheen * inked, canvas, rng)
+    return _paper(
+        albedo, inked * np.float32(params.emboss_m), params.roughness - 0.4 * params.sheen * inked, canvas, rng
+    )
 
 
 def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -110,7 +112,7 @@ def paint_foliage(params: FoliagePaper, canvas: Canvas, rng: np.random.Generator
     albedo = scatter(canvas, params.growth, params.size_m, inks, rgb(params.ground), rng)
     wash = 1.0 + 0.012 * canvas.noise(0.03, 0.03, rng, 4)
     flat = np.zeros(canvas.size_px, dtype=np.float32)
-    return _paper(albedo * wash[..., None], flat, params.gloss + flat, canvas, rng)
+    return _paper(albedo * wash[..., None], flat, params.roughness + flat, canvas, rng)
 
 
 def _paper(albedo: Map, height: Map, gloss: Map, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -146,7 +148,7 @@ def paint_woven(params: WovenPaper, canvas: Canvas, rng: np.random.Generator) ->
     albedo = colors[low] * (1.0 - share) + colors[np.minimum(low + 1, len(colors) - 1)] * share
     albedo = albedo * (1.0 + 0.03 * pick)[..., None]
     albedo = blend(albedo, rgb(params.ground), np.clip(open_, 0, 1))
-    return Layers.of(albedo, height - 0.0003 * open_, params.gloss + 0.05 * open_)
+    return Layers.of(albedo, height - 0.0003 * open_, params.roughness + 0.05 * open_)
 
 
 def _raffia(size: float, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map, Map]:

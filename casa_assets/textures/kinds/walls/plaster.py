@@ -35,17 +35,17 @@ class Plaster(Record):
 
     Attributes:
         color: in the middle of its range; `second` is the colour of its clouds or strokes.
-        hand: how it was put on.
+        technique: how it was put on.
         strength: 0..1, how plain to see that is in colour; relief: in depth.
-        gloss: roughness.
+        roughness: 0..1.
     """
 
     color: HexColor
     second: HexColor
-    hand: PlasterFinish = PlasterFinish.ROLLER
+    technique: PlasterFinish = PlasterFinish.ROLLER
     strength: Share = 0.5
     relief: Share = 0.5
-    gloss: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
+    roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.8
 
 
 # Share of the second colour about 0, depth in metres, change of roughness.
@@ -54,10 +54,10 @@ _Parts = tuple[Map, Map, Map]
 
 def paint(params: Plaster, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one wall."""
-    share, depth, gloss = _HANDS[params.hand](canvas, rng)
+    share, depth, gloss = _HANDS[params.technique](canvas, rng)
     color, second = rgb(params.color), rgb(params.second)
     albedo = blend(color, second, np.clip(params.strength * share, -0.6, 1.0))
-    return Layers.of(albedo, params.relief * depth, np.clip(params.gloss + gloss, 0.05, 1))
+    return Layers.of(albedo, params.relief * depth, np.clip(params.roughness + gloss, 0.05, 1))
 
 
 def _roller(canvas: Canvas, rng: np.random.Generator) -> _Parts:

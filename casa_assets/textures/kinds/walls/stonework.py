@@ -23,24 +23,24 @@ class Stonework(Record):
         laying, joint: how they lie and what is between them.
         colors: of the stones, drawn with equal odds; `stain` gathers on parts of them.
         variety: 0..1, how much stones of one colour differ.
-        stained: 0..1, share of the face that leans to the stain.
+        stain_share: 0..1, share of the face that leans to the stain.
         layered: 0..1, strength of the lines along a stone.
-        rough_m: relief of a face, metres; proud_m: how far stones stand out, standard deviation; round_m: how far a
-            face falls off toward its rim.
-        gloss: roughness.
+        relief_m: relief of a face, metres; protrusion_m: how far stones stand out, standard deviation.
+        rim_rounding_m: how far a face falls off toward its rim, metres.
+        roughness: 0..1.
     """
 
     laying: Laying
-    joint: Joint = Joint(width_m=0.012, depth_m=0.006, wobble_m=0.004)
+    joint: Joint = Joint(width_m=0.012, depth_m=0.006, rim_noise_m=0.004)
     colors: Annotated[tuple[HexColor, ...], Field(min_length=1, max_length=12)]
     stain: HexColor = "#8a6a48"
     variety: Share = 0.5
-    stained: Share = 0.2
+    stain_share: Share = 0.2
     layered: Share = 0.2
-    rough_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
-    proud_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
-    round_m: Annotated[float, Field(ge=0, le=0.02)] = 0.004
-    gloss: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
+    relief_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
+    protrusion_m: Annotated[float, Field(ge=0, le=0.02)] = 0.003
+    rim_rounding_m: Annotated[float, Field(ge=0, le=0.02)] = 0.004
+    roughness: Annotated[float, Field(ge=0.1, le=0.98)] = 0.85
 
 
 def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers:
@@ -57,21 +57,23 @@ def paint(params: Stonework, canvas: Canvas, rng: np.random.Generator) -> Layers
     shade = 1.0 + params.variety * 0.24 * tone.astype(np.float32)[pieces.owner] + 0.07 * rock + 0.024 * grit
     shade = shade + 0.08 * params.layered * lines - 0.10 * crack * (1.0 - params.layered)
     albedo = rgb_table(params.colors)[number][pieces.owner] * shade[..., None]
-    if params.stained > 0:
+    if params.stain_share > 0:
         bias = stratified(pieces.count, rng).astype(np.float32)[pieces.owner]
-        edge = 2.2 - 3.6 * params.stained
+        edge = 2.2 - 3.6 * params.stain_share
         share = smoothstep(edge, edge + 1.8, own(rock, canvas, pieces, rng) + 0.9 * bias)
         albedo = blend(albedo, rgb(params.stain) * shade[..., None], 0.65 * share)
     dome = 1.0 - np.exp(-np.maximum(rim_m, 0.0) / 0.018)
-    out = (rng.normal(0.0, 1.0, pieces.count).clip(-1.6, 2) * params.proud_m).astype(np.float32)[pieces.owner]
+    out = (rng.normal(0.0, 1.0, pieces.count).clip(-1.6, 2) * params.protrusion_m).astype(np.float32)[pieces.owner]
     # Split faces are flats that meet in edges, not dunes.
     facets = np.abs(rock) * 0.9 - np.abs(own(canvas.noise(0.05, 0.05, rng, 2), canvas, pieces, rng)) * 0.6
     height = (
-        out + params.round_m * dome + params.rough_m * (0.45 * facets + 0.10 * grit + 0.25 * params.layered * lines)
+        out
+        + params.rim_rounding_m * dome
+        + params.relief_m * (0.45 * facets + 0.10 * grit + 0.25 * params.layered * lines)
     )
     # Little light reaches the foot of a deep joint.
     albedo = albedo * (0.62 + 0.38 * smoothstep(-0.001, 0.008, rim_m))[..., None]
-    gloss = np.broadcast_to(np.float32(params.gloss), canvas.size_px) + np.float32(0.03) * rock
+    gloss = np.broadcast_to(np.float32(params.roughness), canvas.size_px) + np.float32(0.03) * rock
     face = Layers.of(albedo, height, gloss)
     return fill(face, params.joint, rim_m, canvas, rng)
 
