@@ -34,7 +34,7 @@ def root(tmp_path: Path) -> Path:
 def test_a_sound_recipe_is_read_with_its_defaults(root: Path) -> None:
     found = recipes(root)[Surface.WALL]["one"]
     assert found.surface is Surface.WALL
-    assert '"hand":"roller"' in found.params
+    assert '"technique":"roller"' in found.params
 
 
 @pytest.mark.parametrize(
