@@ -17,7 +17,6 @@ import mujoco
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.model.record import Vec2
 from casa_assets.preview import renderer
 
 # Steps of these fractions fill a line or a square evenly. Ref: M. Roberts, the R2 sequence.
@@ -39,6 +38,9 @@ class LightRig:
         sky_rise: sine of the angle above the horizon where the sky begins, and how far up from there.
         bounce_rise: highest angle that light from below comes from, and how far down from there.
         sky_casts: whether the sky casts shadows.
+        distance: how far from the middle of the scene the lights stand, in radii of the scene.
+        shadow_reach: half the width of the shadow maps, in radii of the scene.
+        around_viewer: whether the lattice of the sky turns with the viewer.
     """
 
     ambient: float
@@ -55,6 +57,9 @@ class LightRig:
     bounces: int
     sky_rise: tuple[float, float]
     bounce_rise: tuple[float, float]
+    distance: float
+    shadow_reach: float
+    around_viewer: bool
     sky_casts: bool = True
 
     @property
@@ -62,12 +67,11 @@ class LightRig:
         """Number of lights in a drawing."""
         return 1 + self.domes + self.bounces
 
-    def light(self, scene: Any, i: int, passes: int, viewer: float = 0.0, around_viewer: bool = True) -> None:
+    def light(self, scene: Any, i: int, passes: int, viewer: float) -> None:
         """Set the lights of an MjvScene for drawing `i` of `passes`.
 
         Args:
-            viewer: direction that the viewer comes from, to the left of the x axis.
-            around_viewer: whether the lattice of the sky turns with the viewer.
+            viewer: direction that the viewer comes from, rad to the left of the x axis.
         """
         lights = scene.lights[: self.count]
         key, domes, bounces = lights[0], lights[1 : 1 + self.domes], lights[1 + self.domes :]
@@ -76,7 +80,7 @@ class LightRig:
         azimuth = viewer + self.key_sides[i % len(self.key_sides)] + spread * math.cos(turn)
         set_light(key, azimuth, self.key_up + spread * math.sin(turn), self.key, self.key_shine, casts=True)
         key.ambient = [self.ambient] * 3
-        facing = viewer if around_viewer else 0.0
+        facing = viewer if self.around_viewer else 0.0
         lowest, up = self.sky_rise
         for n, light in enumerate(domes, start=i * self.domes):
             # A Fibonacci lattice on the dome; no lower than where shadows would leave the map.
@@ -138,20 +142,38 @@ def visuals_only() -> Any:
     return option
 
 
+def set_quality(visual: Any, width_px: int, height_px: int, shadow_px: int) -> None:
+    """Set up the frame buffer of `MjSpec.visual` or `MjModel.vis`: its size, no headlight, no multisampling.
+
+    Args:
+        shadow_px: side of the shadow map of a light.
+    """
+    visual.headlight.active = 0
+    visual.global_.offwidth, visual.global_.offheight = width_px, height_px
+    visual.quality.offsamples, visual.quality.shadowsize = 0, shadow_px
+
+
+def set_extent(model: Any, radius: float, rig: LightRig) -> None:
+    """Fit the shadow maps of an MjModel to a scene of that radius, metres."""
+    model.stat.extent, model.vis.map.shadowclip = radius, rig.shadow_reach
+
+
 def mean_of_drawings(
-    canvas: renderer.Canvas, lens: Lens, light: Callable[[int], None], passes: int, center: Floats, away: Vec2
+    canvas: renderer.Canvas, lens: Lens, rig: LightRig, passes: int, viewer: float, center: Floats, radius: float
 ) -> Floats:
     """(H, W, 3) mean of the drawings, 0..1.
 
     Args:
-        light: sets the lights of a drawing. center: what they stand round. away: how far, in radii, and the radius.
+        passes: number of drawings.
+        viewer: direction that the viewer comes from, rad to the left of the x axis.
+        center, radius: of the scene, metres; (3,) in the world frame.
     """
     total: Floats = np.zeros(())
     for i in range(passes):
         lens.aim(canvas.scene, i)
-        light(i)
-        for each in canvas.scene.lights[: canvas.scene.nlight]:
-            each.pos = center - np.array(each.dir) * away[0] * away[1]
+        rig.light(canvas.scene, i, passes, viewer)
+        for light in canvas.scene.lights[: canvas.scene.nlight]:
+            light.pos = center - np.array(light.dir) * rig.distance * radius
         total = total + canvas.draw()
     return np.asarray(total / (255.0 * passes))
 

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,19 +18,27 @@ from PIL import Image
 
 from casa_assets.core.typing import Floats
 from casa_assets.preview import renderer, tonemap
-from casa_assets.preview.exposure import Lens, LightRig, ids_drawn, mean_of_drawings, visuals_only
+from casa_assets.preview.exposure import (
+    Lens,
+    LightRig,
+    ids_drawn,
+    mean_of_drawings,
+    set_extent,
+    set_quality,
+    visuals_only,
+)
 from casa_assets.preview.still import CannotDraw, add_highlights_to_model, set_keyframe
 from casa_assets.preview.tonemap import Pixels
 
-SEEN, CEILING, _HIDDEN = 1, 2, 5  # groups of geoms
-_WALL = "wall_"  # names of walls begin with it
-_ON_WALL = 0.12  # metres from the middle of a wall within which something hangs on it
-_SHADOW_REACH, _LIGHT_AT = 1.6, 3.0
-_PAPER = 0.955  # brightness of what lies beyond the room
-_WHITEST, _GAMMA = 0.93, 0.92
-# By eye: a white wall keeps its shading, a black front its form.
-_SKY_SEEN = 0.5  # of a place in the room, on average
-_SHINE = 0.8
+_VISUAL_GROUP, _HIDDEN_GROUP = 1, 5  # groups of geoms
+_WALL_PREFIX = "wall_"  # names of walls begin with it
+_ON_WALL_M = 0.12  # from the middle of a wall: what is nearer hangs on it
+_BACKGROUND_WHITE = 0.955  # brightness of what lies beyond the room
+# Brightness of the brightest surfaces, and the exponent of the tone curve. Chosen by eye, as are the lights: a white
+# wall keeps its shading, a black front its form.
+_SURFACE_WHITE, _GAMMA = 0.93, 0.92
+_SKY_SEEN = 0.5  # share of the sky that a place in the room sees, on average
+_SHINE = 0.8  # brightness of highlights over that of the light
 
 
 def _shine(around: float, diffuse: float) -> float:
@@ -54,6 +61,9 @@ _RIG = LightRig(
     bounces=3,
     sky_rise=(0.42, 0.58),
     bounce_rise=(0.15, 0.7),
+    distance=3.0,
+    shadow_reach=1.6,
+    around_viewer=False,
 )
 _RIG_WITHOUT_SHADOWS = replace(_RIG, sky=_SKY_SEEN * _RIG.sky, sky_casts=False)
 
@@ -111,9 +121,7 @@ def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureS
         CannotDraw: it has no such keyframe; it is called `name` then.
     """
     add_highlights_to_model(model)
-    model.vis.headlight.active = 0
-    model.vis.global_.offwidth, model.vis.global_.offheight = frame.width_px, frame.height_px
-    model.vis.quality.offsamples, model.vis.quality.shadowsize = 0, frame.shadow_px
+    set_quality(model.vis, frame.width_px, frame.height_px, frame.shadow_px)
     data = mujoco.MjData(model)
     set_keyframe(model, data, pose, name)
     mujoco.mj_forward(model, data)
@@ -131,7 +139,7 @@ def render_cameras(
     model, data = made.model, made.data
     lower, upper = _bounds(model, data)
     center, radius = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
-    model.stat.extent, model.vis.map.shadowclip = radius, _SHADOW_REACH
+    set_extent(model, radius, _RIG)
     numbers = {name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name) for name in cameras}
     for name, number in numbers.items():
         if number < 0:
@@ -145,12 +153,11 @@ def render_cameras(
                 canvas.refresh()
             _set_lights(canvas.scene)
             back = data.cam_xmat[number].reshape(3, 3)[:, 2]
-            behind = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
+            viewer = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
             rig = _RIG if frame.sky_casts else _RIG_WITHOUT_SHADOWS
-            light = partial(rig.light, canvas.scene, passes=frame.passes, viewer=behind, around_viewer=False)
             lens = _lens(data, model, number, frame, radius)
-            exposure = mean_of_drawings(canvas, lens, light, frame.passes, center, (_LIGHT_AT, radius))
-            yield name, _tone_map(exposure, _beyond(canvas))
+            exposure = mean_of_drawings(canvas, lens, rig, frame.passes, viewer, center, radius)
+            yield name, _tone_map(exposure, _background(canvas))
 
 
 @contextmanager
@@ -158,7 +165,7 @@ def _walls_before_eye_hidden(model: Any, data: Any, eye: Floats) -> Iterator[Non
     """While it lasts, walls that stand between the eye and the room are not seen, nor what hangs on them."""
     before = model.geom_group.copy()
     for wall in range(1, model.nbody):
-        if not model.body(wall).name.startswith(_WALL):
+        if not model.body(wall).name.startswith(_WALL_PREFIX):
             continue
         turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
         # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
@@ -167,8 +174,8 @@ def _walls_before_eye_hidden(model: Any, data: Any, eye: Floats) -> Iterator[Non
         reach = np.abs(model.geom_aabb[model.geom_bodyid == wall][:, [0, 3]]).sum(axis=1).max()
         for geom in range(model.ngeom):
             along, out, _ = (data.geom_xpos[geom] - at) @ turn
-            if abs(along) < reach + 0.1 and -_ON_WALL < out < 0.3:
-                model.geom_group[geom] = _HIDDEN
+            if abs(along) < reach + 0.1 and -_ON_WALL_M < out < 0.3:
+                model.geom_group[geom] = _HIDDEN_GROUP
     try:
         yield
     finally:
@@ -184,19 +191,19 @@ def render(
 
 
 def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
-    """Least and greatest corner of all that is seen, metres."""
-    lows, highs = [], []
+    """(3,) lower and (3,) upper corner of the bounds of all that is seen, world frame, metres."""
+    lower, upper = [], []
     for geom in range(model.ngeom):
-        if model.geom_group[geom] != SEEN:
+        if model.geom_group[geom] != _VISUAL_GROUP:
             continue
         middle, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
         turn = data.geom_xmat[geom].reshape(3, 3)
         at, reach = data.geom_xpos[geom] + turn @ middle, np.abs(turn) @ half
-        lows.append(at - reach)
-        highs.append(at + reach)
-    if not lows:
+        lower.append(at - reach)
+        upper.append(at + reach)
+    if not lower:
         raise CannotDraw("nothing in the scene is visible")
-    return np.min(lows, axis=0), np.max(highs, axis=0)
+    return np.min(lower, axis=0), np.max(upper, axis=0)
 
 
 def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: float) -> Lens:
@@ -224,21 +231,20 @@ def _set_lights(scene: Any) -> None:
         light.attenuation, light.cutoff, light.exponent = [0.0] * 3, 0.0, 0.0
 
 
-def _beyond(canvas: renderer.Canvas) -> Floats:
+def _background(canvas: renderer.Canvas) -> Floats:
     """(H, W, 1) 1 where nothing of the kitchen is seen."""
     with ids_drawn(canvas):
         seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
     return np.asarray(np.where(seen, 0.0, 1.0)[..., None])
 
 
-def _tone_map(exposure: Floats, beyond: Floats) -> Pixels:
+def _tone_map(exposure: Floats, background: Floats) -> Pixels:
     """Scale an exposure so that the brightest surfaces are near white; pixels beyond the room become background."""
-    inside = exposure[beyond[..., 0] < 0.5]
+    inside = exposure[background[..., 0] < 0.5]
     lit = float(np.percentile(inside, 97)) if len(inside) else 1.0
-    tone = np.clip(exposure * (_WHITEST / max(lit, 0.2)), 0.0, None)
+    tone = np.clip(exposure * (_SURFACE_WHITE / max(lit, 0.2)), 0.0, None)
     tone = np.where(tone > 0.8, 0.8 + 0.2 * np.tanh((tone - 0.8) / 0.2), tone) ** _GAMMA
-    tone = tone * (1.0 - beyond) + _PAPER * beyond
-    return np.asarray(np.clip(np.rint(tone * 255.0), 0, 255), dtype=np.uint8)
+    return tonemap.to_uint8(tone * (1.0 - background) + _BACKGROUND_WHITE * background)
 
 
 def picture(pixels: Pixels) -> Image.Image:

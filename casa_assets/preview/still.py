@@ -16,9 +16,9 @@ from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import View, fit
 
 _VISUAL, _COLLISION = 1, 0
-_GHOST = (0.86, 0.87, 0.88, 1.0)
-# How much of the colliders' colour lies over the thing.
-_STRENGTH = 0.68
+_UNDER_COLLIDERS_RGBA = (0.86, 0.87, 0.88, 1.0)
+# Share of the colliders' colour in a picture of both.
+_COLLIDER_OPACITY = 0.68
 _STANDARD = View()
 
 
@@ -38,7 +38,9 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pos
         CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
         NoRenderer: there is no OpenGL.
     """
-    model, data, points = load_into_studio(model_xml, view.size_px, _GHOST if collision else None, pose=pose)
+    model, data, points = load_into_studio(
+        model_xml, view.size_px, _UNDER_COLLIDERS_RGBA if collision else None, pose=pose
+    )
     if not collision:
         return tonemap.png(studio.render(model, data, points, fit(points, view), view))
     # Two pictures laid over each other: as one see-through scene, hull and thing would fight for the same depth.
@@ -47,7 +49,7 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pos
     camera = fit(np.concatenate([points, hull_points]), view)
     ghost = studio.render(model, data, points, camera, half).astype(np.float64)
     colliders = studio.render(shapes, at, hull_points, camera, half).astype(np.float64)
-    return tonemap.png(np.rint(ghost + _STRENGTH * (colliders - ghost)).astype(np.uint8))
+    return tonemap.png(np.rint(ghost + _COLLIDER_OPACITY * (colliders - ghost)).astype(np.uint8))
 
 
 def load_into_studio(
@@ -66,7 +68,7 @@ def load_into_studio(
     """
     try:
         spec = mujoco.MjSpec.from_file(str(model_xml))
-        _choose(spec, group, paint)
+        _keep_group(spec, group, paint)
         add_highlights(spec)
         studio.add_studio(spec, size_px)
         model = spec.compile()
@@ -97,39 +99,39 @@ def add_highlights(spec: Any) -> None:
     """Set specular and shininess of an MjSpec's materials from metallic and roughness."""
     for material in spec.materials:
         color = list(material.rgba)
-        gleam = _gleam(material.metallic, material.roughness, color, material.textures)
-        material.specular, material.shininess, dim = gleam
+        phong = _phong_terms(material.metallic, material.roughness, color, material.textures)
+        material.specular, material.shininess, factor = phong
         material.reflectance = 0.0
-        material.rgba = [*(dim * c for c in color[:3]), color[3]]
+        material.rgba = [*(factor * c for c in color[:3]), color[3]]
 
 
 def add_highlights_to_model(model: Any) -> None:
     """Set specular and shininess of a compiled model's materials from metallic and roughness."""
     for i in range(model.nmat):
         metallic, roughness = float(model.mat_metallic[i]), float(model.mat_roughness[i])
-        gleam = _gleam(metallic, roughness, model.mat_rgba[i], model.mat_texid[i] >= 0)
-        model.mat_specular[i], model.mat_shininess[i], dim = gleam
+        phong = _phong_terms(metallic, roughness, model.mat_rgba[i], model.mat_texid[i] >= 0)
+        model.mat_specular[i], model.mat_shininess[i], factor = phong
         model.mat_reflectance[i] = 0.0
-        model.mat_rgba[i, :3] *= dim
+        model.mat_rgba[i, :3] *= factor
 
 
-def _gleam(metallic: float, roughness: float, rgba: Any, pictures: Any) -> tuple[float, float, float]:
-    """Specular, shininess and what to multiply its colour by, of a material.
+def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) -> tuple[float, float, float]:
+    """Specular, shininess and factor of the colour that stand for the metallic and roughness of a material.
 
     Args:
         metallic, roughness: a negative value means that the file says nothing.
-        pictures: of which none is true where it has none.
+        textures: one item for each role, true where a picture fills it.
     """
     metallic = max(0.0, metallic)
     smooth = 1.0 - (roughness if roughness >= 0.0 else 0.5)
     # Metal mirrors in its own colour: a black one shines less than chrome.
-    bright = max(rgba[:3]) if not any(pictures) else 1.0
+    bright = max(rgba[:3]) if not any(textures) else 1.0
     specular = (1.0 - metallic) * (0.08 + 0.2 * smooth) + metallic * 0.9 * bright
     return specular, 0.05 + 0.45 * smooth**2, 1.0 - metallic * (0.14 + 0.42 * smooth)
 
 
-def _choose(spec: Any, group: int, paint: tuple[float, ...] | None) -> None:
-    """Takes out what is not to be seen, with the meshes that only it used, which would cost time to compile."""
+def _keep_group(spec: Any, group: int, paint: tuple[float, ...] | None) -> None:
+    """Delete all geoms of other groups, and the meshes that only they used, which would cost time to compile."""
     for geom in list(spec.geoms):
         if geom.group != group or geom.name.startswith("reg_"):
             spec.delete(geom)

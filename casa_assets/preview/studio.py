@@ -6,7 +6,6 @@ Each picture is the mean of many drawings; see `exposure.py` for the reason.
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any
 
 import mujoco
@@ -16,15 +15,22 @@ from PIL import Image, ImageFilter
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.preview import renderer, tonemap
 from casa_assets.preview.camera import Camera, View
-from casa_assets.preview.exposure import GOLDEN, Lens, LightRig, ids_drawn, mean_of_drawings, visuals_only
+from casa_assets.preview.exposure import (
+    GOLDEN,
+    Lens,
+    LightRig,
+    ids_drawn,
+    mean_of_drawings,
+    set_extent,
+    set_quality,
+    visuals_only,
+)
 from casa_assets.preview.tonemap import Pixels
 
-# Colour of the floor, and light of its own that softens the shadows on it.
-_PAPER, _GLOW = 0.66, 0.25
-# Half the width of the shadow maps, and how far off the lights stand, in radii of the thing.
-_SHADOW_REACH, _LIGHT_AT = 2.2, 4.0
-# A large mesh is drawn fewer times: this many faces are drawn the full number of times.
-_FACES, _FEWEST = 12_000, 12
+# Grey of the floor, 0..1, and its emission, which softens the shadows on it. Chosen by eye.
+_FLOOR_GREY, _FLOOR_EMISSION = 0.66, 0.25
+# A large mesh is drawn fewer times: up to this many faces it is drawn the full number of times, and 12 times at least.
+_FULL_PASSES_FACES, _MIN_PASSES = 12_000, 12
 _FLOOR = "studio__floor"
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
@@ -53,21 +59,21 @@ _RIG = LightRig(
     bounces=4,
     sky_rise=(0.14, 0.86),
     bounce_rise=(-0.05, 0.95),
+    distance=4.0,
+    shadow_reach=2.2,
+    around_viewer=True,
 )
 
 
 def add_studio(spec: Any, size_px: int) -> None:
     """Add the studio (floor, lights, frame buffer size) to an MjSpec, in place of its own lights and cameras."""
-    for thing in [*spec.lights, *spec.cameras]:
-        spec.delete(thing)
-    spec.visual.headlight.active = 0
-    spec.visual.global_.offwidth = spec.visual.global_.offheight = size_px
-    spec.visual.quality.offsamples = 0
-    spec.visual.quality.shadowsize = 1024
+    for item in [*spec.lights, *spec.cameras]:
+        spec.delete(item)
+    set_quality(spec.visual, size_px, size_px, shadow_px=1024)
     material = spec.add_material()
     material.name = "studio__paper"
-    material.rgba = [_PAPER, _PAPER, _PAPER, 1.0]
-    material.emission = _GLOW
+    material.rgba = [_FLOOR_GREY, _FLOOR_GREY, _FLOOR_GREY, 1.0]
+    material.emission = _FLOOR_EMISSION
     material.specular = material.shininess = material.reflectance = 0.0
     floor = spec.worldbody.add_geom()
     floor.name, floor.material, floor.group = _FLOOR, material.name, 1
@@ -91,7 +97,7 @@ def place_floor(model: Any, data: Any) -> Floats:
     radius = _radius(points)
     model.geom_size[floor] = 40.0 * radius
     data.geom_xpos[floor] = [*((lower + upper)[:2] / 2.0), lower[2] - 1e-4 * radius]
-    model.stat.extent, model.vis.map.shadowclip = radius, _SHADOW_REACH
+    set_extent(model, radius, _RIG)
     return points
 
 
@@ -110,8 +116,10 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
         NoRenderer: there is no OpenGL.
     """
     center, radius = (points.min(axis=0) + points.max(axis=0)) / 2.0, _radius(points)
-    passes = max(min(_FEWEST, view.passes), min(view.passes, view.passes * _FACES // max(1, model.nmeshface)))
-    facing = math.atan2(-camera.forward[1], -camera.forward[0])
+    passes = max(
+        min(_MIN_PASSES, view.passes), min(view.passes, view.passes * _FULL_PASSES_FACES // max(1, model.nmeshface))
+    )
+    viewer = math.atan2(-camera.forward[1], -camera.forward[0])
     near = 0.05 * radius
     half = camera.half * near
     lens = Lens(
@@ -127,10 +135,9 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
     )
     with renderer.canvas(model, data, visuals_only(), view.size_px, view.size_px) as canvas:
         canvas.scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = int(not both_sides)
-        light = partial(_RIG.light, canvas.scene, passes=passes, viewer=facing)
-        exposure = mean_of_drawings(canvas, lens, light, passes, center, (_LIGHT_AT, radius))
-        paper = _paper(canvas, int(model.geom(_FLOOR).id))
-    return tonemap.tone_map(tonemap.blur_background(exposure, paper), paper)
+        exposure = mean_of_drawings(canvas, lens, _RIG, passes, viewer, center, radius)
+        background = _background(canvas, int(model.geom(_FLOOR).id))
+    return tonemap.tone_map(tonemap.blur_background(exposure, background), background)
 
 
 def _radius(points: Floats) -> float:
@@ -159,10 +166,10 @@ def _ball() -> Floats:
     return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)
 
 
-def _paper(canvas: renderer.Canvas, floor: int) -> Mask:
-    """(size_px, size_px) where nothing but floor is seen, clear of the thing's edges."""
+def _background(canvas: renderer.Canvas, floor: int) -> Mask:
+    """(size_px, size_px) where nothing but floor is seen, clear of the asset's edges."""
     with ids_drawn(canvas):
-        number = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
+        floor_id = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
         ids = canvas.draw().astype(np.int32) @ np.array([1, 256, 65536])
-    alone = Image.fromarray(np.where(ids == number, 255, 0).astype(np.uint8))
-    return np.asarray(alone.filter(ImageFilter.MinFilter(5))) > 0
+    floor_only = Image.fromarray(np.where(ids == floor_id, 255, 0).astype(np.uint8))
+    return np.asarray(floor_only.filter(ImageFilter.MinFilter(5))) > 0

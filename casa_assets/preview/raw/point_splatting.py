@@ -15,11 +15,12 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.preview.camera import View, fit
 from casa_assets.preview.raw import raw_materials
-from casa_assets.preview.tonemap import Pixels
+from casa_assets.preview.tonemap import Pixels, to_uint8
 
 # Pixels are drawn this many times finer and then averaged; points per fine pixel of the frame.
 _FINER, _DENSITY = 2, 1.5
-_GOLDEN, _PLASTIC = 0.6180339887498949, 1.32471795724474602596
+# Ref: M. Roberts, the R2 sequence.
+_PLASTIC = 1.32471795724474602596
 _LIGHT = np.array([-0.55, -0.65, 0.85]) / np.linalg.norm([-0.55, -0.65, 0.85])
 _FLOOR, _SHADOW = 0.95, 0.35
 
@@ -53,8 +54,9 @@ def draw(parts: Sequence[RawPart], view: View) -> Pixels:
     order = np.argsort(np.tile(-depth, 3), kind="stable")
     frame = paper.reshape(-1, 3)
     frame[pixel[order]] = colors[order % len(colors)]
-    full = np.clip(np.rint(frame.reshape(size, size, 3) * 255.0), 0, 255).astype(np.uint8)
-    small = Image.fromarray(full).resize((view.size_px, view.size_px), Image.Resampling.BOX)
+    small = Image.fromarray(to_uint8(frame.reshape(size, size, 3))).resize(
+        (view.size_px, view.size_px), Image.Resampling.BOX
+    )
     return np.asarray(small)
 
 
