@@ -34,17 +34,17 @@ class UnknownId(CasaError):
 
     def __init__(self, kind: str, wanted: str, known: Iterable[str]) -> None:
         self.kind, self.wanted = kind, wanted
-        every = sorted(known)
-        self.nearest = tuple(difflib.get_close_matches(wanted, every, n=3, cutoff=0.5))
-        hint = f"; did you mean {', '.join(self.nearest)}?" if self.nearest else _some(every)
+        names = sorted(known)
+        self.nearest = tuple(difflib.get_close_matches(wanted, names, n=3, cutoff=0.5))
+        hint = f"; did you mean {', '.join(self.nearest)}?" if self.nearest else _some(names)
         super().__init__(f"unknown {kind} {wanted!r}{hint}")
 
 
-def _some(names: list[str], most: int = 6) -> str:
+def _some(names: list[str], count: int = 6) -> str:
     """What there is, for whoever asked for something like none of it."""
     if not names:
         return "; there are none"
-    return f"; there are {', '.join(names[:most])}" + (f" and {len(names) - most} more" if len(names) > most else "")
+    return f"; there are {', '.join(names[:count])}" + (f" and {len(names) - count} more" if len(names) > count else "")
 
 
 class Rejected(CasaError):

@@ -21,7 +21,7 @@ from casa_assets.pipeline.families.run import params_of as drawn
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.check import run_checks_on_scene as check_scene
 from casa_assets.pipeline.kitchens.resolve import build_scene, params_of
-from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_json import manifest_of
@@ -114,9 +114,9 @@ def check(subject: Asset | Kitchen | str | Path) -> Report:
         with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
             return check_scene(subject.resolved, subject.scene, subject.write(place))[0]
     folder = Path(subject)
-    if (folder / FACTS).is_file():
+    if (folder / SCENE_JSON).is_file():
         recipe = recipe_of(folder.absolute().name, (folder.absolute().parent,))
         return check_scene(*build_scene(recipe, cache_dir()), folder)[0]
     if (folder / disk.CERTIFICATE).is_file():
         return check_package(disk.read_asset(folder), folder)
-    raise OutputError(str(folder), f"holds neither {FACTS} of a scene nor {disk.CERTIFICATE} of an asset")
+    raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {disk.CERTIFICATE} of an asset")

@@ -25,7 +25,7 @@ from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of, swap_textures
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, draw_surfaces, ordered_surfaces, resolve
-from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     is_current,
@@ -273,7 +273,7 @@ def _is_path(scene: str | Path) -> bool:
 def _covers(folder: Path) -> Mapping[str, list[str]]:
     """Finishes that cover the surfaces of a scene on disk; empty where it does not say."""
     try:
-        told = json.loads((folder / FACTS).read_text(encoding="utf-8"))["covers"]
-        return {str(surface): [str(name) for name in names] for surface, names in told.items()}
+        covers = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))["covers"]
+        return {str(surface): [str(name) for name in names] for surface, names in covers.items()}
     except (OSError, ValueError, KeyError, AttributeError, TypeError):
         return {}

@@ -161,9 +161,9 @@ class Library:
         """An accepted asset, meshes and textures included. Raises UnknownId, or OutputError where it is damaged."""
         return disk.read_asset(self.folder(asset_id))
 
-    def search(self, words: str, most: int = 20) -> list[SearchHit]:
+    def search(self, words: str, limit: int = 20) -> list[SearchHit]:
         """Assets whose category, title, path or colours have most of the words, best first."""
-        return search_by_words(words, self._disk, most)
+        return search_by_words(words, self._disk, limit)
 
     def ingest(
         self, *inputs: Input | Sequence[Input], category: str = "", name: str = "", up: UpAxis = "", jobs: int = 0
@@ -220,13 +220,13 @@ def _sorted_inputs(
     """Paths, and meshes in memory under names that differ."""
     paths: list[Path] = []
     meshes: list[MeshInput] = []
-    for one in chain.from_iterable([one] if isinstance(one, Input) else one for one in inputs):
-        if isinstance(one, str | Path):
-            paths.append(Path(one))
-        elif isinstance(one, MeshInput):
-            meshes.append(one)
+    for item in chain.from_iterable([item] if isinstance(item, Input) else item for item in inputs):
+        if isinstance(item, str | Path):
+            paths.append(Path(item))
+        elif isinstance(item, MeshInput):
+            meshes.append(item)
         else:
-            meshes.append(MeshInput(one, name or str(one.metadata.get("name") or "mesh"), up=up))
+            meshes.append(MeshInput(item, name or str(item.metadata.get("name") or "mesh"), up=up))
     counts = Counter(mesh.name for mesh in meshes)
     numbers: Counter[str] = Counter()
     for i, mesh in enumerate(meshes):
@@ -318,14 +318,14 @@ def articulate(
     (path,) = _existing([mesh])
     if not path.is_file():
         raise CasaError(f"{path}: is not a file; give one mesh of one thing")
-    said = Decisions() if decisions is None else read_decisions(Path(decisions))
+    given = Decisions() if decisions is None else read_decisions(Path(decisions))
     try:
         axes = parse_direction(up) if up else None, parse_direction(front) if front else None
     except ValueError as error:
         raise CasaError(f"up or front: {error}") from error
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Path(temporary if library is None else library)
-        (done,) = run_articulate([ArticulateRequest(path, place, category, *axes, size_m, said, complete=complete)])
+        (done,) = run_articulate([ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete)])
         return _articulated(done, kept=library is not None)
 
 

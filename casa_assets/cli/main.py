@@ -27,7 +27,7 @@ from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.preview import preview
 from casa_assets.cli.verbs.report import index, report
 from casa_assets.cli.verbs.scenes import app as scenes
-from casa_assets.cli.verbs.scenes import one as scene
+from casa_assets.cli.verbs.scenes import scene_app as scene
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.errors import BatchFault, CasaError
 
@@ -59,8 +59,8 @@ class StopRequested(BaseException):
     """The user, or the system, asked the program to end; not an Exception, so that nothing on the way swallows it."""
 
 
-def _version(asked: bool) -> None:
-    if asked:
+def _version(requested: bool) -> None:
+    if requested:
         typer.echo(f"casa-assets {__version__}")
         raise typer.Exit
 
@@ -76,52 +76,54 @@ def common(
 
 def main() -> None:
     """Entry point; exit code 0 or 1 is the verb's answer, 2 misuse or a broken machine, 3 a bug, 130 Ctrl-C."""
-    sys.exit(supervised(run, _say))
+    sys.exit(supervised(run, _print_error))
 
 
 def run() -> int:
     """The command line in this process; returns its exit code. The only place that turns errors into codes."""
     for number in SIGNALS:
-        signal.signal(number, _stop)
+        signal.signal(number, _on_signal)
     # Names of strangers may hold what the terminal's encoding lacks.
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
     try:
         unblock()
-        return _answer()
+        return _run_app()
     except StopRequested as stop:
         return EXIT_SIGNAL_BASE + int(stop.args[0])
 
 
-def _answer() -> int:
+def _run_app() -> int:
     try:
         app()
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
     except CasaError as error:
-        _say("error:", str(error))
+        _print_error("error:", str(error))
         return EXIT_MISUSE
     except BatchFault as fault:
         if fault.traces:
             sys.stderr.write(f"{fault.traces.rstrip()}\n")
-        _say("bug:", f"{fault}; please report it with the traces of those")
+        _print_error("bug:", f"{fault}; please report it with the traces of those")
         return EXIT_FAULT
     except OSError as error:
         if error.errno not in ACCESS_ERRNOS:
-            return _crash()
+            return _report_crash()
         place = f"{error.filename}: " if error.filename else ""
-        _say("error:", f"{place}{error.strerror}; look at rights and at the room on the disk, or name another place")
+        _print_error(
+            "error:", f"{place}{error.strerror}; look at rights and at the room on the disk, or name another place"
+        )
         return EXIT_MISUSE
     except Exception:  # noqa: BLE001  exit code 1 would say that inputs were rejected
-        return _crash()
+        return _report_crash()
     return 0
 
 
-def _crash() -> int:
+def _report_crash() -> int:
     if _stopping:
-        return EXIT_FAULT  # of what was torn down on the way; the supervisor tells of the signal
+        return EXIT_FAULT  # an error of what the signal interrupted; the supervisor reports the signal
     traceback.print_exc()
-    _say("bug:", "this is a fault of the program; please report it with the lines above")
+    _print_error("bug:", "this is a fault of the program; please report it with the lines above")
     return EXIT_FAULT
 
 
@@ -129,15 +131,15 @@ def _crash() -> int:
 _stopping: list[int] = []
 
 
-def _stop(number: int, _: FrameType | None) -> NoReturn:
+def _on_signal(number: int, _: FrameType | None) -> NoReturn:
     for again in SIGNALS:
-        signal.signal(again, signal.SIG_IGN)  # what is under way is being put in order
+        signal.signal(again, signal.SIG_IGN)  # a second signal must not interrupt the cleaning up
     _stopping.append(number)
-    sys.unraisablehook = lambda _: None  # one line is told, by the supervisor
+    sys.unraisablehook = lambda _: None  # the supervisor prints the one line about the signal
     raise StopRequested(number)
 
 
-def _say(mark: str, message: str) -> None:
+def _print_error(mark: str, message: str) -> None:
     text = Text.assemble((mark, "bold red"), " ", "\n".join(terminal_safe(line) for line in message.split("\n")))
     try:
         Console(stderr=True, soft_wrap=True).print(text, highlight=False)

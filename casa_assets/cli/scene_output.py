@@ -17,36 +17,36 @@ from casa_assets.cli.text import pluralize
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
+    from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 
-LONG_TABLE_ROWS = 40  # characters of a name that are kept on one line
+NAME_CHARACTERS = 40  # characters of a name that are kept on one line
 WIDE_TERMINAL = 140  # characters that the whole table takes
 NARROW_COLUMNS = 5  # columns of numbers where there is less room
 
 
 def print_progress(
-    done_ones: Iterator[SceneBuilt], count: int, word: str, console: Console, json_: bool
-) -> list[SceneBuilt]:
+    running: Iterator[SceneResult], count: int, word: str, console: Console, json_: bool
+) -> list[SceneResult]:
     """Print a line for each scene as it is done; returns all of them.
 
     Args:
         word: what is done with them, for the bar. console: for people. json_: one JSON object per scene on standard
             output.
     """
-    results: list[SceneBuilt] = []
+    results: list[SceneResult] = []
     with bar(console) as progress:
         task = progress.add_task(word, total=count)
-        for done in done_ones:
-            results.append(done)
+        for result in running:
+            results.append(result)
             progress.update(task, completed=len(results))
             if json_:
-                typer.echo(json.dumps(_row(done), sort_keys=True))
+                typer.echo(json.dumps(_json_row(result), sort_keys=True))
             else:
-                _tell(done, progress.console)
+                _print_scene(result, progress.console)
     return results
 
 
-def write_reports(results: list[SceneBuilt], out: Path, console: Console) -> None:
+def write_reports(results: list[SceneResult], out: Path, console: Console) -> None:
     """Write page, contact sheet and table of the folder; print where they are and how many scenes were made."""
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports import kitchens
@@ -61,14 +61,14 @@ def write_reports(results: list[SceneBuilt], out: Path, console: Console) -> Non
         console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
 
 
-def check_faults(results: list[SceneBuilt]) -> None:
+def check_faults(results: list[SceneResult]) -> None:
     """Raises BatchFault where some were not made or checked by a fault of the program."""
     faults = [r.recipe.scene_id for r in results if r.is_fault]
     if faults:
         raise BatchFault(faults)
 
 
-def print_numbers(results: list[SceneBuilt], out: Path, console: Console) -> None:
+def print_numbers(results: list[SceneResult], out: Path, console: Console) -> None:
     """Print numbers of the scenes of this run, as far as they are in the folder, and their sum."""
     from casa_assets.pipeline.reports.kitchens import COLUMNS, cells, read_rows, sentence
 
@@ -80,7 +80,7 @@ def print_numbers(results: list[SceneBuilt], out: Path, console: Console) -> Non
         console.width = max(console.width, WIDE_TERMINAL)
     shown = COLUMNS if console.width >= WIDE_TERMINAL else COLUMNS[:NARROW_COLUMNS]
     table = Table(box=None, padding=(0, 1), header_style="bold")
-    table.add_column("scene", overflow="fold", min_width=min(LONG_TABLE_ROWS, max(len(row.id) for row in found)))
+    table.add_column("scene", overflow="fold", min_width=min(NAME_CHARACTERS, max(len(row.id) for row in found)))
     table.add_column("verdict", overflow="fold")
     for heading, _, _ in shown:
         table.add_column(heading, justify="right", min_width=max(map(len, heading.split())))
@@ -91,33 +91,33 @@ def print_numbers(results: list[SceneBuilt], out: Path, console: Console) -> Non
     console.print(sentence(found), highlight=False, soft_wrap=True)
 
 
-def _row(done: SceneBuilt) -> dict[str, object]:
+def _json_row(result: SceneResult) -> dict[str, object]:
     return {
-        "id": done.recipe.scene_id,
-        "folder": done.folder,
-        "passed": done.passed,
-        "kept": done.kept,
-        "message": done.message,
-        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in done.problems],
-        "build_s": round(done.build_s, 3),
-        "write_s": round(done.write_s, 3),
-        "draw_s": round(done.draw_s, 3),
-        "check_s": round(done.check_s, 3),
-        **done.counts,
+        "id": result.recipe.scene_id,
+        "folder": result.folder,
+        "passed": result.passed,
+        "kept": result.kept,
+        "message": result.message,
+        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in result.problems],
+        "build_s": round(result.build_s, 3),
+        "write_s": round(result.write_s, 3),
+        "draw_s": round(result.draw_s, 3),
+        "check_s": round(result.check_s, 3),
+        **result.counts,
     }
 
 
-def _tell(done: SceneBuilt, console: Console) -> None:
-    if done.kept and done.passed:
-        console.print(f"[green]kept[/] [bold]{done.recipe.scene_id}[/]", soft_wrap=True)
+def _print_scene(result: SceneResult, console: Console) -> None:
+    if result.kept and result.passed:
+        console.print(f"[green]kept[/] [bold]{result.recipe.scene_id}[/]", soft_wrap=True)
         return
-    mark = "[red]failed[/]" if not done.passed else "[green]made[/]" if done.report is None else "[green]passed[/]"
-    seconds = f"build {done.build_s:.1f} s, write {done.write_s:.1f} s, draw {done.draw_s:.1f} s"
-    if done.report is not None:
-        seconds += f", check {done.check_s:.1f} s"
-    console.print(f"{mark} [bold]{done.recipe.scene_id}[/] ({seconds})", highlight=False, soft_wrap=True)
-    if done.message:
-        console.print(f"  {escape(done.message)}", highlight=False, soft_wrap=True)
-    for issue in done.problems:
+    mark = "[red]failed[/]" if not result.passed else "[green]made[/]" if result.report is None else "[green]passed[/]"
+    seconds = f"build {result.build_s:.1f} s, write {result.write_s:.1f} s, draw {result.draw_s:.1f} s"
+    if result.report is not None:
+        seconds += f", check {result.check_s:.1f} s"
+    console.print(f"{mark} [bold]{result.recipe.scene_id}[/] ({seconds})", highlight=False, soft_wrap=True)
+    if result.message:
+        console.print(f"  {escape(result.message)}", highlight=False, soft_wrap=True)
+    for issue in result.problems:
         text = f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}"
         console.print(text, highlight=False, soft_wrap=True)

@@ -18,7 +18,7 @@ from contextlib import suppress
 from casa_assets.pipeline.workers.usage import trees
 
 SIGNALS = frozenset({signal.SIGINT, signal.SIGTERM, signal.SIGHUP})
-STOP_GRACE_S = 2.0  # for the child to put in order what is under way, once it was told to stop
+STOP_GRACE_S = 2.0  # for the child to clean up after it was told to stop
 ORPHAN_GRACE_S = 0.5  # for what the child started to end by itself, once the child has ended
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Ref: prctl(2)
 
@@ -44,7 +44,7 @@ def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int
             os._exit(1)
         signal.pthread_sigmask(signal.SIG_SETMASK, before | SIGNALS)
         code = work()
-        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # it stands: what comes now finds nothing to stop
+        signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)  # the work is done, and a signal has nothing to stop
         sys.exit(code)
     status, stop = _wait(child)
     _end_descendants(0.0 if stop else ORPHAN_GRACE_S)
@@ -52,11 +52,11 @@ def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError):
             stream.flush()
-    os._exit(code)  # taking Python apart takes a second where the machine is busy, and there is nothing to put in order
+    os._exit(code)  # a regular exit of Python takes a second on a busy machine, and there is nothing to clean up
 
 
 def unblock() -> None:
-    """Let the signals through to this process, whose handlers stand now."""
+    """Let signals through to this process, whose handlers are installed now."""
     signal.pthread_sigmask(signal.SIG_UNBLOCK, SIGNALS)
 
 
@@ -65,12 +65,12 @@ def _wait(child: int) -> tuple[int, int]:
     stop, deadline = 0, float("inf")
     while True:
         left = min(max(0.0, deadline - time.monotonic()), 3600.0)
-        heard = signal.sigtimedwait(SIGNALS | {signal.SIGCHLD}, left)
+        received = signal.sigtimedwait(SIGNALS | {signal.SIGCHLD}, left)
         status = _reap(child)
         if status is not None:
-            return status, stop or (heard.si_signo if heard is not None and heard.si_signo in SIGNALS else 0)
-        if heard is not None and heard.si_signo in SIGNALS and not stop:
-            stop, deadline = heard.si_signo, time.monotonic() + STOP_GRACE_S
+            return status, stop or (received.si_signo if received is not None and received.si_signo in SIGNALS else 0)
+        if received is not None and received.si_signo in SIGNALS and not stop:
+            stop, deadline = received.si_signo, time.monotonic() + STOP_GRACE_S
             os.kill(child, stop)
         if time.monotonic() >= deadline:
             _kill_all()
@@ -91,7 +91,7 @@ def _reap(child: int) -> int | None:
 
 
 def _end_descendants(patience_s: float) -> None:
-    """Return once no process is left of what the child had started; those that do not end by themselves are killed."""
+    """Wait until all processes that the child had started have ended; kill those that do not within `patience_s`."""
     begin = time.monotonic()
     with suppress(ChildProcessError):
         while time.monotonic() - begin < patience_s + ORPHAN_GRACE_S:
@@ -103,10 +103,10 @@ def _end_descendants(patience_s: float) -> None:
 
 def _kill_all() -> None:
     own = os.getpid()
-    for one in trees([own])[own]:
-        if one.pid != own:
+    for process in trees([own])[own]:
+        if process.pid != own:
             with suppress(ProcessLookupError, PermissionError):
-                os.kill(one.pid, signal.SIGKILL)
+                os.kill(process.pid, signal.SIGKILL)
 
 
 def _exit_code(status: int, stop: int, tell: Callable[[str, str], None]) -> int:

@@ -137,20 +137,22 @@ def load_clip(weights: str) -> ClipModel:
     )
 
 
-def _architecture_of(place: Path, words: str, open_clip: Any) -> tuple[str, str | None]:
+def _architecture_of(place: Path, name: str, open_clip: Any) -> tuple[str, str | None]:
     """Architecture and weights as open_clip asks for them."""
     if place.is_dir():
         return f"local-dir:{place.resolve()}", None
     if place.is_file():
-        known = sorted((n for n in open_clip.list_models() if place.name.startswith(n)), key=lambda n: (-len(n), n))
-        return (known[0] if known else DEFAULT_ARCHITECTURE), str(place)
-    if words.startswith(HUB_PREFIX):
-        return words, None
-    architecture, _, tag = words.partition("/")
+        architectures = sorted(
+            (n for n in open_clip.list_models() if place.name.startswith(n)), key=lambda n: (-len(n), n)
+        )
+        return (architectures[0] if architectures else DEFAULT_ARCHITECTURE), str(place)
+    if name.startswith(HUB_PREFIX):
+        return name, None
+    architecture, _, tag = name.partition("/")
     if (architecture, tag) not in open_clip.list_pretrained():
         tags = ", ".join(sorted(t for a, t in open_clip.list_pretrained() if a == architecture)[:5])
         message = f"open_clip has of {architecture}: {tags}" if tags else "such as ViT-B-32/laion2b_s34b_b79k"
-        raise CasaError(f"{words}: there are no weights of CLIP of that name, neither a file nor a folder; {message}")
+        raise CasaError(f"{name}: there are no weights of CLIP of that name, neither a file nor a folder; {message}")
     return architecture, tag
 
 
@@ -159,9 +161,9 @@ def weights_digest(weights: str) -> str:
     return _digest_of_weights(Path(weights), weights)
 
 
-def _digest_of_weights(place: Path, words: str) -> str:
+def _digest_of_weights(place: Path, name: str) -> str:
     """Digest of the weights where they lie here, else of their name."""
-    whole = hashlib.sha256(b"" if place.exists() else words.encode())
+    whole = hashlib.sha256(b"" if place.exists() else name.encode())
     for path in sorted(p for p in place.rglob("*") if p.is_file()) if place.is_dir() else [place] * place.is_file():
         with path.open("rb") as file:
             whole.update(hashlib.file_digest(file, "sha256").digest())
@@ -174,12 +176,12 @@ def _normalized(rows: npt.NDArray[Any]) -> Floats:
     return unit
 
 
-def class_shares(seen: Floats, said: Floats, logit_scale: float) -> Floats:
+def class_shares(image_features: Floats, text_features: Floats, logit_scale: float) -> Floats:
     """(C,) how well each of (C, D) sentences fits (N, D) pictures of one thing, as shares that add up to 1."""
-    logits = logit_scale * (seen @ said.T).mean(axis=0)
-    powers: Floats = np.exp(logits - logits.max())
-    parts: Floats = powers / powers.sum()
-    return parts
+    logits = logit_scale * (image_features @ text_features.T).mean(axis=0)
+    exponentials: Floats = np.exp(logits - logits.max())
+    shares: Floats = exponentials / exponentials.sum()
+    return shares
 
 
 def load_scorer(weights: Path) -> Scorer:
@@ -187,8 +189,10 @@ def load_scorer(weights: Path) -> Scorer:
     model = load_clip(str(weights))
 
     def scores(pictures: Sequence[bytes], names: Sequence[str]) -> tuple[float, ...]:
-        said = model.encode_text([PROMPT.format(n) for n in names])
-        return tuple(round(float(s), 4) for s in class_shares(model.encode_images(pictures), said, model.logit_scale))
+        text_features = model.encode_text([PROMPT.format(n) for n in names])
+        return tuple(
+            round(float(s), 4) for s in class_shares(model.encode_images(pictures), text_features, model.logit_scale)
+        )
 
     return scores
 

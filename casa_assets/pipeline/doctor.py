@@ -227,19 +227,19 @@ def _why_not(name: str, message: str, works: str | None) -> str:
 
 
 def _folder(output: Path) -> tuple[Finding, ...]:
-    there = output.absolute()
-    while not there.exists():
-        there = there.parent
-    writable = there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+    folder = output.absolute()
+    while not folder.exists():
+        folder = folder.parent
+    writable = folder.is_dir() and os.access(folder, os.W_OK | os.X_OK)
     permission = Finding(
         subject="output folder",
         ok=writable,
         message=f"{output} can be {'written' if output.exists() else 'made'}"
         if writable
-        else f"{there} is not writable",
-        mend="" if writable else f"sudo chown -R $USER {there}" if there.is_dir() else "choose another --output",
+        else f"{folder} is not writable",
+        mend="" if writable else f"sudo chown -R $USER {folder}" if folder.is_dir() else "choose another --output",
     )
-    free = shutil.disk_usage(there).free
+    free = shutil.disk_usage(folder).free
     enough = free >= FREE_DISK_BYTES
     message = f"{free / 1024**3:.1f} GiB free" + (
         "" if enough else f", {FREE_DISK_BYTES / 1024**3:.0f} GiB are advised"

@@ -83,20 +83,20 @@ def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[ExportRe
         raise OutputError(str(library), "holds no accepted asset; give the folder that `casa-assets ingest` wrote")
     if not _NAME.fullmatch(name):
         raise OutputError(str(out), f"{name!r} is no name of a registry; use small letters, digits and single _")
-    _is_free(out, library)
+    _check_target(out, library)
     out = out.absolute()
     with writing(out.parent), _staging(out) as staged:
         run = _Export(staged, name, registry.load().categories)
         for folder in folders:
-            yield replace(_one(folder, run), total=len(folders))
+            yield replace(_export_asset(folder, run), total=len(folders))
         if not run.instances:
             raise OutputError(str(library), "holds no loose object: all its assets are fixtures")
         _write_manifests(run, disk.Library(library))
-        _put(staged, out)
+        _replace_target(staged, out)
 
 
-def _is_free(out: Path, library: Path) -> None:
-    """Nothing but an earlier export is replaced."""
+def _check_target(out: Path, library: Path) -> None:
+    """Raise OutputError unless `out` is missing, empty or an earlier export, and apart from the library."""
     target, source = out.resolve(), library.resolve()
     if target == source or target in source.parents or source in target.parents:
         raise OutputError(str(out), f"and the library {library} are one inside the other; name another folder")
@@ -114,15 +114,15 @@ def _is_free(out: Path, library: Path) -> None:
 
 @contextmanager
 def _staging(out: Path) -> Iterator[Path]:
-    """A fresh folder beside `out`, gone afterwards, and with it what killed runs have left there."""
+    """A staging folder beside `out`, removed at the end; what killed runs have left there is removed first."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    for left in sorted(out.parent.iterdir()):
-        match = re.fullmatch(re.escape(f".{out.name}.") + r"(\d+)(\.old)?", left.name)
+    for leftover in sorted(out.parent.iterdir()):
+        match = re.fullmatch(re.escape(f".{out.name}.") + r"(\d+)(\.old)?", leftover.name)
         if match and not Path(f"/proc/{match[1]}").exists():
             if match[2] and not out.exists():
-                left.rename(out)  # the run was killed between its two renames
+                leftover.rename(out)  # the run was killed between its two renames
             else:
-                shutil.rmtree(left, ignore_errors=True)
+                shutil.rmtree(leftover, ignore_errors=True)
     staged = out.with_name(f".{out.name}.{os.getpid()}")
     shutil.rmtree(staged, ignore_errors=True)
     staged.mkdir()
@@ -132,51 +132,53 @@ def _staging(out: Path) -> Iterator[Path]:
         shutil.rmtree(staged, ignore_errors=True)
 
 
-def _put(staged: Path, out: Path) -> None:
-    """In place of an earlier export, which comes back where the new one cannot be moved."""
+def _replace_target(staged: Path, out: Path) -> None:
+    """Move an export to `out`; an earlier one there is put back where that fails."""
     older = staged.with_name(f"{staged.name}.old")
     shutil.rmtree(older, ignore_errors=True)
-    had = out.exists()
-    if had:
+    has_older = out.exists()
+    if has_older:
         out.rename(older)
     try:
         staged.rename(out)
     except OSError:
-        if had:
+        if has_older:
             older.rename(out)
         raise
     shutil.rmtree(older, ignore_errors=True)
 
 
-def _one(folder: Path, run: _Export) -> ExportResult:
-    asset = _read(folder)
-    name = asset.labels.category
+def _export_asset(folder: Path, run: _Export) -> ExportResult:
+    asset = _certified_asset(folder)
+    category_id = asset.labels.category
     if asset.base is Base.FIXED or asset.contract is not None:
-        return ExportResult(asset.id, name, message="is a fixture, which stands where a kitchen has it")
-    if name not in run.categories:
-        return ExportResult(asset.id, name, message="is of a category that the registry of objects does not have")
-    category = run.categories[name]
+        return ExportResult(asset.id, category_id, message="is a fixture, which stands where a kitchen has it")
+    if category_id not in run.categories:
+        return ExportResult(
+            asset.id, category_id, message="is of a category that the registry of objects does not have"
+        )
+    category = run.categories[category_id]
     split = asset.labels.split or split_of(asset.provenance.sha256)
-    instance = entries.Instance(id=asset.id, category=name, split=split)
-    place = entries.instance_folder(instance, run.registry)
+    instance = entries.Instance(id=asset.id, category=category_id, split=split)
+    folder_inside = entries.instance_folder(instance, run.registry)
     lies = category.upright is RestingPose.LIES
-    disk.write_files(run.staged / place, model.write(asset, stood_up=lies))
+    disk.write_files(run.staged / folder_inside, model.write(asset, stood_up=lies))
     run.instances.append(instance)
-    run.rows.append(_row(asset, category, f"{place}/{model.FILE}", split))
-    return ExportResult(asset.id, name, f"{place}/{model.FILE}", split.value)
+    run.rows.append(_row(asset, category, f"{folder_inside}/{model.FILE}", split))
+    return ExportResult(asset.id, category_id, f"{folder_inside}/{model.FILE}", split.value)
 
 
-def _read(folder: Path) -> Asset:
+def _certified_asset(folder: Path) -> Asset:
     """The asset of a folder, every file as it was certified. Raises OutputError."""
     certified = disk.read_certificate(folder).files
     try:
-        found = disk.file_digests(folder)
+        digests = disk.file_digests(folder)
     except OSError as error:
         raise OutputError(str(folder), f"cannot be read: {error.strerror}") from error
     for path in sorted(certified):
-        if path not in found:
+        if path not in digests:
             raise OutputError(str(folder / path), "is missing; remove the asset's folder and run ingest again")
-        if found[path] != certified[path]:
+        if digests[path] != certified[path]:
             raise OutputError(str(folder / path), "was changed since it was checked; run ingest again without it")
     asset = disk.read_asset(folder)
     if asset.id != folder.name:
@@ -208,8 +210,8 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
 def _write_manifests(run: _Export, library: disk.Library) -> None:
     """Write the tables of the instances, their splits, the manifest, the credits, and how to add them to a runtime."""
     tables = entries.category_tables(run.instances, run.categories, run.registry)
-    ours = {i.id for i in run.instances}
-    credit = attribution.text([e for e in entries_of(library) if e.accepted and e.id in ours])
+    ids = {i.id for i in run.instances}
+    credit = attribution.text([e for e in entries_of(library) if e.accepted and e.id in ids])
     files: dict[str, bytes] = {entries.file_name(g): entries.json_bytes(table) for g, table in tables.items()}
     files[SPLITS] = entries.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})
     files[MANIFEST] = entries.json_bytes({"schema_version": 1, "registry": run.registry, "assets": run.rows})

@@ -9,7 +9,7 @@ import pytest
 
 from casa_assets.pipeline.kitchens import check, scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
+from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.preview import kitchen
 
 SMALLEST = kitchen.PictureSettings(64, 48, 1)
@@ -25,7 +25,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 @pytest.fixture(scope="session")
-def checked_kitchen(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SceneBuilt]:
+def checked_kitchen(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SceneResult]:
     """A folder of scenes with one in it, and its verdict; its pictures are tiny."""
     out = tmp_path_factory.mktemp("checked")
     with pytest.MonkeyPatch.context() as patch:

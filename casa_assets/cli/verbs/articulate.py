@@ -71,17 +71,17 @@ def articulate(
         for m in meshes
     ]
     console = Console()
-    every = []
-    for done in run(requests, jobs):
-        every.append(done)
-        _tell(done, console)
-        if report and done.articulation is not None:
-            _print_parts(done, console)
+    outcomes = []
+    for outcome in run(requests, jobs):
+        outcomes.append(outcome)
+        _print_outcome(outcome, console)
+        if report and outcome.articulation is not None:
+            _print_parts(outcome, console)
     if review:
-        console.print(f"{review_page.write(out, every)}", highlight=False)
-    if faults := [str(d.mesh) for d in every if d.code == CRASH_CODE]:
+        console.print(f"{review_page.write(out, outcomes)}", highlight=False)
+    if faults := [str(d.mesh) for d in outcomes if d.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))
-    if not all(d.accepted for d in every):
+    if not all(d.accepted for d in outcomes):
         raise typer.Exit(1)
 
 
@@ -107,58 +107,58 @@ def _axis(word: str, option: str) -> Vec3 | None:
         raise typer.BadParameter(str(error), param_hint=option) from None
 
 
-def _tell(done: ArticulateOutcome, console: Console) -> None:
+def _print_outcome(outcome: ArticulateOutcome, console: Console) -> None:
     """Print one line for the outcome of a mesh, and one for each warning."""
-    name = escape(terminal_safe(done.mesh.name))
-    if done.articulation is None:
-        console.print(f"[red]{done.code}[/] {escape(terminal_safe(done.message))}", highlight=False)
+    name = escape(terminal_safe(outcome.mesh.name))
+    if outcome.articulation is None:
+        console.print(f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))}", highlight=False)
         return
-    count = sum(not p.added for p in done.articulation.parts)
-    whole = sum(t.is_full for t in done.travels.values())
-    cavities = sum(r.built for r in done.articulation.cavities)
+    count = sum(not p.added for p in outcome.articulation.parts)
+    whole = sum(t.is_full for t in outcome.travels.values())
+    cavities = sum(r.built for r in outcome.articulation.cavities)
     added = f", {pluralize(cavities, 'interior')} added" if cavities else ""
-    way = "goes all its way" if len(done.travels) == 1 else "go all their way"
-    message = f"{pluralize(count, 'moving part')}, {whole} of {len(done.travels)} {way}{added}"
+    way = "goes all its way" if len(outcome.travels) == 1 else "go all their way"
+    message = f"{pluralize(count, 'moving part')}, {whole} of {len(outcome.travels)} {way}{added}"
     mark = (
-        f"[green]{'kept' if done.kept else 'accepted'}[/]"
-        if done.accepted
-        else f"[red]{done.code}[/] {escape(terminal_safe(done.message))};"
+        f"[green]{'kept' if outcome.kept else 'accepted'}[/]"
+        if outcome.accepted
+        else f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))};"
     )
     console.print(f"{mark} {name}: {message}", highlight=False)
-    console.print(f"  {escape(terminal_safe(str(done.folder)))}", highlight=False, soft_wrap=True)
-    if done.contract:
-        console.print(f"  holds the contract {done.contract}", highlight=False)
-    elif done.unmet_checks:
-        more = f" (and {len(done.unmet_checks) - 2} more: --report)" if len(done.unmet_checks) > 2 else ""
-        console.print(f"  {escape(terminal_safe(': '.join(done.unmet_checks[:2])))}{more}", highlight=False)
-    for issue in done.report.issues if done.report else ():
+    console.print(f"  {escape(terminal_safe(str(outcome.folder)))}", highlight=False, soft_wrap=True)
+    if outcome.contract:
+        console.print(f"  holds the contract {outcome.contract}", highlight=False)
+    elif outcome.unmet_checks:
+        more = f" (and {len(outcome.unmet_checks) - 2} more: --report)" if len(outcome.unmet_checks) > 2 else ""
+        console.print(f"  {escape(terminal_safe(': '.join(outcome.unmet_checks[:2])))}{more}", highlight=False)
+    for issue in outcome.report.issues if outcome.report else ():
         console.print(
             f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",
             highlight=False,
         )
 
 
-def _print_parts(done: ArticulateOutcome, console: Console) -> None:
+def _print_parts(outcome: ArticulateOutcome, console: Console) -> None:
     """Print the table of all parts, and what the contract of its kind asks for in vain."""
-    console.print(_table(done))
-    for line in done.unmet_checks:
+    console.print(_table(outcome))
+    for line in outcome.unmet_checks:
         console.print(f"  {escape(terminal_safe(line))}", highlight=False)
 
 
-def _table(done: ArticulateOutcome) -> Table:
+def _table(outcome: ArticulateOutcome) -> Table:
     """Return the table of all parts with confidence and runner-up, for --report."""
-    assert done.articulation is not None
-    frame = done.articulation.frame
-    title = f"{done.category}; size: {done.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (
+    assert outcome.articulation is not None
+    frame = outcome.articulation.frame
+    title = f"{outcome.category}; size: {outcome.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (
         f"; next: {frame.runner_up}" if frame.runner_up else ""
     )
     table = Table(
         "part", "on", "joint", "goes", "confidence", "reason", "else", title=escape(title), title_justify="left"
     )
-    for part in done.articulation.parts:
+    for part in outcome.articulation.parts:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
-        way = done.travels.get(part.name)
+        way = outcome.travels.get(part.name)
         goes = (
             ""
             if way is None
@@ -169,7 +169,7 @@ def _table(done: ArticulateOutcome) -> Table:
         table.add_row(
             part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", part.full_reason, joint.runner_up
         )
-    for cavity in done.articulation.cavities:
+    for cavity in outcome.articulation.cavities:
         if cavity.built:
             table.add_row(
                 f"+ {cavity.interior.value}", cavity.parts[0], "", "", f"{cavity.confidence:.0%}", cavity.reason, ""

@@ -51,40 +51,42 @@ def robocasa(
     """Write the loose objects of a library as RoboCasa v0.2 and v1.0 read them; exit 0, or 2 with OUT as it was."""
     from casa_assets.pipeline.export_robocasa import export
 
-    done: list[ExportResult] = []
+    results: list[ExportResult] = []
     with bar(Console(stderr=True)) as progress, closing(export(library, out, registry)) as running:
         task = progress.add_task("reading", total=None)
-        for one in running:
-            done.append(one)
-            progress.update(task, total=one.total, completed=len(done), description=escape(terminal_safe(one.id)))
+        for result in running:
+            results.append(result)
+            progress.update(
+                task, total=result.total, completed=len(results), description=escape(terminal_safe(result.id))
+            )
     if json_:
-        for one in done:
-            row = {name: value for name, value in vars(one).items() if name != "total"}
-            typer.echo(json.dumps({"status": "exported" if one.model else "left_out", **row}, sort_keys=True))
+        for result in results:
+            row = {name: value for name, value in vars(result).items() if name != "total"}
+            typer.echo(json.dumps({"status": "exported" if result.model else "left_out", **row}, sort_keys=True))
         return
-    _tell(done, out)
+    _print_results(results, out)
 
 
 robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
 app.command()(robocasa)
 
 
-def _tell(done: list[ExportResult], out: Path, most: int = 40) -> None:
+def _print_results(results: list[ExportResult], out: Path, max_rows: int = 40) -> None:
     console = Console()
-    written = [one for one in done if one.model]
+    written = [result for result in results if result.model]
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     for name in ("category", "train", "test"):
         table.add_column(name, justify="left" if name == "category" else "right")
-    counts = Counter((one.category, one.split) for one in written)
-    kinds = sorted({one.category for one in written})
-    for kind in kinds[:most]:
+    counts = Counter((result.category, result.split) for result in written)
+    kinds = sorted({result.category for result in written})
+    for kind in kinds[:max_rows]:
         table.add_row(kind, str(counts[kind, "train"] or ""), str(counts[kind, "test"] or ""))
-    if len(kinds) > most:
-        table.add_row(f"... and {len(kinds) - most} more", "", "")
+    if len(kinds) > max_rows:
+        table.add_row(f"... and {len(kinds) - max_rows} more", "", "")
     console.print(table)
-    for one in done:
-        if not one.model:
-            line = f"[yellow]left out[/] {escape(terminal_safe(one.id))}: {escape(terminal_safe(one.message))}"
+    for result in results:
+        if not result.model:
+            line = f"[yellow]left out[/] {escape(terminal_safe(result.id))}: {escape(terminal_safe(result.message))}"
             console.print(line, highlight=False, soft_wrap=True)
     place = escape(terminal_safe(str(out)))
     message = f"{pluralize(len(written), 'object')} in {pluralize(len(kinds), 'category')}"

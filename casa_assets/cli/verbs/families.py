@@ -72,19 +72,19 @@ def show(
     from casa_assets.pipeline.ingest.job import writing
 
     console = Console()
-    wanted = requests_for(names, samples, seed, presets=not samples)
+    requests = requests_for(names, samples, seed, presets=not samples)
     if preset:
-        wanted = [FamilyRequest(name, preset=p) for name in names for p in preset]
-        for request in wanted:
+        requests = [FamilyRequest(name, preset=p) for name in names for p in preset]
+        for request in requests:
             params_of(request)  # raises UnknownId before anything is made
     results: list[FamilyResult] = []
     with writing(out):
-        for request in wanted:
-            done = build_one(request, out, checked=check, drawn=False)
-            results.append(done)
-            _tell(done, console)
-            if done.folder:
-                for path in pictures(Path(done.folder), out, request.title.replace("/", "_").replace("#", "n"), size):
+        for request in requests:
+            result = build_one(request, out, checked=check, drawn=False)
+            results.append(result)
+            _print_result(result, console)
+            if result.folder:
+                for path in pictures(Path(result.folder), out, request.title.replace("/", "_").replace("#", "n"), size):
                     console.print(f"  {path}", highlight=False, soft_wrap=True)
     _check_faults(results)
     if not all(r.passed for r in results):
@@ -114,18 +114,18 @@ def build(
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")
     console = Console(stderr=json_)
-    wanted = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
+    requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
     results: list[FamilyResult] = []
     with bar(console) as progress:
-        task = progress.add_task("building", total=len(wanted))
-        for done in build_all(wanted, library, jobs, pictures):
-            results.append(done)
+        task = progress.add_task("building", total=len(requests))
+        for result in build_all(requests, library, jobs, pictures):
+            results.append(result)
             progress.update(task, completed=len(results))
             if json_:
-                typer.echo(json.dumps(_row(done), sort_keys=True))
-            elif not done.passed:
-                _tell(done, progress.console)
-    _conclude(results, console)
+                typer.echo(json.dumps(_json_row(result), sort_keys=True))
+            elif not result.passed:
+                _print_result(result, progress.console)
+    _print_summary(results, console)
     _check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
@@ -163,32 +163,34 @@ def _check_faults(results: list[FamilyResult]) -> None:
         raise BatchFault(faults)
 
 
-def _row(done: FamilyResult) -> dict[str, object]:
+def _json_row(result: FamilyResult) -> dict[str, object]:
     return {
-        "member": done.request.title,
-        "id": done.asset_id,
-        "passed": done.passed,
-        "message": done.message,
-        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in done.problems],
-        "build_s": round(done.build_s, 4),
-        "write_s": round(done.write_s, 4),
-        "draw_s": round(done.draw_s, 4),
-        "check_s": round(done.check_s, 4),
-        "bytes": done.size_bytes,
+        "member": result.request.title,
+        "id": result.asset_id,
+        "passed": result.passed,
+        "message": result.message,
+        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in result.problems],
+        "build_s": round(result.build_s, 4),
+        "write_s": round(result.write_s, 4),
+        "draw_s": round(result.draw_s, 4),
+        "check_s": round(result.check_s, 4),
+        "bytes": result.size_bytes,
     }
 
 
-def _tell(done: FamilyResult, console: Console) -> None:
-    mark = "[green]passed[/]" if done.passed else "[red]failed[/]"
-    seconds = f"build {done.build_s:.2f} s, write {done.write_s:.2f} s, check {done.check_s:.2f} s"
-    console.print(f"{mark} [bold]{done.request.title}[/] {done.asset_id} ({seconds}, {done.size_bytes / 1e6:.2f} MB)")
-    if done.message:
-        console.print(escape(done.message), highlight=False)
-    for issue in done.problems:
+def _print_result(result: FamilyResult, console: Console) -> None:
+    mark = "[green]passed[/]" if result.passed else "[red]failed[/]"
+    seconds = f"build {result.build_s:.2f} s, write {result.write_s:.2f} s, check {result.check_s:.2f} s"
+    console.print(
+        f"{mark} [bold]{result.request.title}[/] {result.asset_id} ({seconds}, {result.size_bytes / 1e6:.2f} MB)"
+    )
+    if result.message:
+        console.print(escape(result.message), highlight=False)
+    for issue in result.problems:
         console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}", highlight=False)
 
 
-def _conclude(results: list[FamilyResult], console: Console) -> None:
+def _print_summary(results: list[FamilyResult], console: Console) -> None:
     from casa_assets.pipeline.families.run import summary
 
     table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")

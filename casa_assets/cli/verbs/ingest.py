@@ -80,13 +80,13 @@ def ingest(
     options = Options(library, category, jobs, timeout, int(memory * 1e9), guards, clip_weights, keep_duplicates)
     console = Console(stderr=json_)
     with closing(run(sources, options)) as running:
-        events = _follow(running, console, json_)
+        events = _print_events(running, console, json_)
     if not events:
         places = ", ".join(_safe(str(source)) for source in sources)
         Console(stderr=True).print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
         raise typer.Exit(2)
     if not json_ or explain:
-        _conclude(events, library, console, explain)
+        _print_summary(events, library, console, explain)
     if faults := [event.path for event in events if event.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))
     if any(event.was_rejected for event in events):
@@ -98,16 +98,16 @@ ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:
     """Limits of the registry that this run changes; what is 0 stays as it is."""
-    said = {
+    limits = {
         "input_bytes": megabytes * 1e6,
         "input_faces": faces,
         "input_texture_px": pixels,
         "input_texture_pixels": million_pixels * 1e6,
     }
-    return {name: value for name, value in said.items() if value}
+    return {name: value for name, value in limits.items() if value}
 
 
-def _follow(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
+def _print_events(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
     """Print a line for each input as it is done; returns all of them."""
     events: list[Event] = []
     done = bad = 0
@@ -119,11 +119,11 @@ def _follow(running: Iterable[Event], console: Console, as_json: bool) -> list[E
             bad += event.count * event.was_rejected
             words = f"[green]{done - bad} accepted[/], [red]{bad} rejected[/]"
             progress.update(task, total=event.total, completed=done, description=words)
-            _tell(event, progress.console, as_json)
+            _print_event(event, progress.console, as_json)
     return events
 
 
-def _tell(event: Event, console: Console, as_json: bool) -> None:
+def _print_event(event: Event, console: Console, as_json: bool) -> None:
     if as_json:
         row = {
             "status": "rejected" if event.was_rejected else "accepted",
@@ -144,7 +144,7 @@ def _tell(event: Event, console: Console, as_json: bool) -> None:
         )
 
 
-def _conclude(events: list[Event], library: Path, console: Console, explain: bool) -> None:
+def _print_summary(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets import registry
     from casa_assets.checks.table import explained
     from casa_assets.pipeline.ingest.run import tally
@@ -152,8 +152,8 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
     from casa_assets.pipeline.library.library import Library
 
     counts = tally(events)
-    whole = registry.load()
-    known = whole.rejections
+    records = registry.load()
+    rejections = records.rejections
     touched = {e.asset_id for e in events}
     rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
     console.print(_accepted_table([e for e in rows.values() if e.accepted]))
@@ -165,16 +165,18 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
         table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for name in ("code", "reason", "inputs", "what to do"):
             table.add_column(name, no_wrap=name == "code")
-        why = explained(whole.limits)
+        why = explained(records.limits)
         for code, count in codes.most_common():
-            row = known.get(code)
-            meaning, mend = (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
-            table.add_row(code, meaning, str(count), mend)
+            row = rejections.get(code)
+            meaning, advice = (
+                (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
+            )
+            table.add_row(code, meaning, str(count), advice)
         console.print(table)
     if explain:
         for entry in rows.values():
-            _explain(entry, console)
-    _on_all(library, console)
+            _print_guesses(entry, console)
+    _print_library_checks(library, console)
     good = counts["all"] - counts["refused"]
     was = "was" if counts["kept"] == 1 else "were"
     kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
@@ -185,37 +187,39 @@ def _conclude(events: list[Event], library: Path, console: Console, explain: boo
     console.print("\n".join(lines), highlight=False, soft_wrap=True)
 
 
-def _on_all(library: Path, console: Console, most: int = 6) -> None:
+def _print_library_checks(library: Path, console: Console, max_lines: int = 6) -> None:
     """Lines about the checks of all assets of the library together."""
     from casa_assets.model.issue import Status
     from casa_assets.pipeline.dedup.library_report import read_library_report
 
-    whole = read_library_report(library)
-    issues = whole.report.issues if whole else ()
-    for issue in issues[:most]:
+    library_report = read_library_report(library)
+    issues = library_report.report.issues if library_report else ()
+    for issue in issues[:max_lines]:
         place = f"{issue.pointer} " if issue.pointer else ""
         console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False)
-    for result in whole.report.results if whole else ():
+    for result in library_report.report.results if library_report else ():
         if result.status is Status.NOT_RUN:
             console.print(f"[yellow]{result.code}[/] not run: {_safe(result.reason)}", highlight=False)
-    if len(issues) > most:
-        console.print(f"... and {len(issues) - most} more about the library as a whole, see the report", soft_wrap=True)
+    if len(issues) > max_lines:
+        console.print(
+            f"... and {len(issues) - max_lines} more about the library as a whole, see the report", soft_wrap=True
+        )
 
 
-def _accepted_table(accepted: list[Entry], most: int = 40) -> Table:
+def _accepted_table(accepted: list[Entry], max_rows: int = 40) -> Table:
     table = Table(title="Accepted", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    rows = [_cells(entry) for entry in accepted[:most]]
+    rows = [_cells(entry) for entry in accepted[:max_rows]]
     names = "asset", "size (cm)", "mass", "shapes", "checks", "warn"
     for i, name in enumerate(names):
-        wide = max((len(row[i]) for row in rows), default=0)
+        width = max((len(row[i]) for row in rows), default=0)
         # A column that may shrink is cut before the last one folds.
         justify: Literal["left", "right"] = "left" if i < 2 else "right"
-        table.add_column(name, no_wrap=True, min_width=max(wide, len(name)), justify=justify)
+        table.add_column(name, no_wrap=True, min_width=max(width, len(name)), justify=justify)
     table.add_column("source", overflow="fold")
     for row in rows:
         table.add_row(*row)
-    if len(accepted) > most:
-        table.add_row(f"... and {len(accepted) - most} more", "", "", "", "", "", "")
+    if len(accepted) > max_rows:
+        table.add_row(f"... and {len(accepted) - max_rows} more", "", "", "", "", "", "")
     return table
 
 
@@ -224,12 +228,12 @@ def _cells(entry: Entry) -> tuple[str, ...]:
     assert entry.summary is not None
     size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
     mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
-    told = entry.checks
+    checks = entry.checks
     shapes, warned = str(entry.summary.colliders), str(len(entry.warnings))
-    return entry.id, size, mass, shapes, f"{told.passed}/{told.applying}", warned, _safe(entry.source_path)
+    return entry.id, size, mass, shapes, f"{checks.passed}/{checks.applying}", warned, _safe(entry.source_path)
 
 
-def _explain(entry: Entry, console: Console) -> None:
+def _print_guesses(entry: Entry, console: Console) -> None:
     console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}")
     for guess in entry.guesses:
         console.print(

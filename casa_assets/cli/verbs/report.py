@@ -56,16 +56,16 @@ def index(
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.library.entry_table import EntryTable
-    from casa_assets.pipeline.reports import index as books
+    from casa_assets.pipeline.reports import index as index_file
 
     if parquet is not None:
-        books.require_parquet()
+        index_file.require_parquet()
     place = library_at(library)
     with place.locked(), writing(library):
-        count = books.rebuild(place, EntryTable(place, force=True).entries)
+        count = index_file.rebuild(place, EntryTable(place, force=True).entries)
     console = Console(soft_wrap=True, highlight=False)
-    console.print(f"{pluralize(count, 'row')} in {library / books.NAME}")
+    console.print(f"{pluralize(count, 'row')} in {library / index_file.NAME}")
     if parquet is not None:
         with writing(parquet.parent):
-            books.export_parquet(place, parquet)
+            index_file.export_parquet(place, parquet)
         console.print(f"{pluralize(count, 'row')} in {parquet}")

@@ -24,7 +24,7 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
-one = typer.Typer(name="scene", help="A kitchen of one's own.", no_args_is_help=True, rich_markup_mode="rich")
+scene_app = typer.Typer(name="scene", help="A kitchen of one's own.", no_args_is_help=True, rich_markup_mode="rich")
 OUT = Path("out/scenes")
 
 
@@ -181,9 +181,9 @@ def preview(
 
     folder = out / scene
     if not folder.is_dir():
-        built, known = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
-        if scene not in known:
-            raise UnknownId("scene", scene, [*built, *known])
+        on_disk, scene_ids = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
+        if scene not in scene_ids:
+            raise UnknownId("scene", scene, [*on_disk, *scene_ids])
         raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
     with writing(out):
         for path in draw_cameras(folder, camera or (), PictureSettings(size, size * 3 // 4, passes), pose):
@@ -216,7 +216,7 @@ def diff(
         raise typer.Exit(1)
 
 
-@one.command("new")
+@scene_app.command("new")
 def new(
     plan: Annotated[str, typer.Argument(help="Name of a plan.")],
     style: Annotated[str, typer.Option(help="Name of a style.")],

@@ -69,16 +69,16 @@ def make(
     from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import write_finish
 
-    wanted = select_recipes(names or [], surfaces or [])
+    recipes = select_recipes(names or [], surfaces or [])
     console = Console(stderr=json_)
     with bar(console) as progress, writing(out):
-        task = progress.add_task("painting", total=len(wanted))
-        for one in wanted:
-            paths = write_finish(one, out / one.surface.value, _cache(out), size)
+        task = progress.add_task("painting", total=len(recipes))
+        for recipe in recipes:
+            paths = write_finish(recipe, out / recipe.surface.value, _cache(out), size)
             progress.advance(task)
             if json_:
-                typer.echo(json.dumps({"id": one.id, "files": [str(p) for p in paths]}))
-    console.print(f"{pluralize(len(wanted), 'recipe')} under {escape(str(out))}", highlight=False, soft_wrap=True)
+                typer.echo(json.dumps({"id": recipe.id, "files": [str(p) for p in paths]}))
+    console.print(f"{pluralize(len(recipes), 'recipe')} under {escape(str(out))}", highlight=False, soft_wrap=True)
 
 
 @app.command()
@@ -98,13 +98,13 @@ def sheet(
     from casa_assets.pipeline.textures.sheet import pages, shots
 
     console = Console()
-    wanted = select_recipes(names or [], surfaces or [])
+    recipes = select_recipes(names or [], surfaces or [])
     groups = (
-        {s.value: [r for r in wanted if r.surface is s] for s in Surface} if not names else {"chosen": list(wanted)}
+        {s.value: [r for r in recipes if r.surface is s] for s in Surface} if not names else {"chosen": list(recipes)}
     )
     with bar(console) as progress, writing(out):
         out.mkdir(parents=True, exist_ok=True)
-        task = progress.add_task("painting", total=len(wanted))
+        task = progress.add_task("painting", total=len(recipes))
         for title, rows in groups.items():
             cells = []
             for cell in shots(rows, _cache(out), side, size):
@@ -135,15 +135,15 @@ def check(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
 
-    wanted = select_recipes(names or [], surfaces or [])
+    recipes = select_recipes(names or [], surfaces or [])
     console = Console(stderr=json_)
-    done: list[CheckedTexture] = []
+    checked: list[CheckedTexture] = []
     with bar(console) as progress, writing(out):
-        task = progress.add_task("checking", total=len(wanted))
-        for one in check_recipes(wanted, _cache(out), jobs):
-            done.append(one)
+        task = progress.add_task("checking", total=len(recipes))
+        for result in check_recipes(recipes, _cache(out), jobs):
+            checked.append(result)
             progress.advance(task)
-    reports = [c.report for c in done] + list(check_sets(done))
+    reports = [c.report for c in checked] + list(check_sets(checked))
     if json_:
         typer.echo(json.dumps([r.model_dump(mode="json") for r in reports], indent=1))
     table = Table("subject", "code", "what")
@@ -153,8 +153,8 @@ def check(
     if table.row_count:
         console.print(table)
     bad = sum(not r.passed for r in reports)
-    sets = pluralize(len(reports) - len(done), "set")
-    console.print(f"{pluralize(len(done), 'texture')} and {sets} checked, {bad} with faults", highlight=False)
+    sets = pluralize(len(reports) - len(checked), "set")
+    console.print(f"{pluralize(len(checked), 'texture')} and {sets} checked, {bad} with faults", highlight=False)
     if bad:
         raise typer.Exit(1)
 
@@ -188,7 +188,7 @@ def ingest(
     from casa_assets.textures.packs.entry import PictureDescription
 
     try:
-        said = PictureDescription(
+        description = PictureDescription(
             surface=surface, tile_m=tile, licence=licence, generator=generator, substance=substance
         )
     except ValidationError as error:
@@ -196,13 +196,13 @@ def ingest(
         option = "--" + str(first["loc"][0]).removesuffix("_m")
         raise typer.BadParameter(first["msg"].removeprefix("Input "), param_hint=option) from None
     with writing(library):
-        report = ingest_pack(folder, PackOptions(library=library, pack=pack, flags=said))
+        report = ingest_pack(folder, PackOptions(library=library, pack=pack, flags=description))
     console = Console(stderr=json_)
     if json_:
         typer.echo(json.dumps(report.pack.model_dump(mode="json"), indent=1))
     table = Table("left out", "code", "why", "what to do")
-    for one in report.pack.refused:
-        table.add_row(escape(one.source), one.code, escape(one.message), escape(one.mend))
+    for refused in report.pack.refused:
+        table.add_row(escape(refused.source), refused.code, escape(refused.message), escape(refused.mend))
     if table.row_count:
         console.print(table)
     taken, state = len(report.pack.pictures), "written" if report.changed else "unchanged"

@@ -20,7 +20,7 @@ ARRAY, PICTURE = "$array", "$picture"
 ARRAY_TYPES = ("float64", "int32", "uint8")
 TREE = "tree"
 DIGEST_BYTES = 32
-# What a file that is not what `pack` wrote may lead to, past its digest.
+# Errors that a file which `pack` did not write may raise, even where its digest is right.
 READ_ERRORS = (
     ValueError,
     TypeError,
@@ -83,17 +83,17 @@ def unpack(data: bytes, key: str, picture: Callable[[str], bytes]) -> Asset:
     body = data[DIGEST_BYTES:]
     if hashlib.sha256(body).digest() != data[:DIGEST_BYTES]:
         raise ValueError("the bytes are not those that were written")
-    with np.load(io.BytesIO(body), allow_pickle=False) as held:
-        flat = {kind: held[kind] for kind in ARRAY_TYPES}
-        text = held[TREE].tobytes()
+    with np.load(io.BytesIO(body), allow_pickle=False) as arrays:
+        values = {kind: arrays[kind] for kind in ARRAY_TYPES}
+        json_text = arrays[TREE].tobytes()
 
     def whole(node: Tree) -> Any:
         if ARRAY in node:
             kind, start, shape = node[ARRAY]
-            return flat[kind][start : start + int(np.prod(shape))].reshape(shape)
+            return values[kind][start : start + int(np.prod(shape))].reshape(shape)
         return picture(node[PICTURE]) if PICTURE in node else node
 
-    tree = json.loads(text, object_hook=whole)
+    tree = json.loads(json_text, object_hook=whole)
     if tree["key"] != key:
         raise ValueError("the bytes are those of another key")
     return Asset.model_validate(tree["record"])

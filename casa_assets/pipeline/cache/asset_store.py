@@ -24,7 +24,7 @@ from casa_assets.pipeline.families.run import asset_key, build_asset
 FOLDER = "assets"
 # Part of the bound of a cache that built assets and light forms (about 40 kB each) may take, and as much for pictures.
 SHARE = 0.25
-# Of an asset, what its light form does not depend on.
+# Fields of an asset that its light form does not depend on.
 _MESHES: Mapping[str, IncEx] = {"visuals": {"__all__": {"mesh"}}}
 UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": _MESHES}}
 
@@ -32,7 +32,7 @@ UNSEEN: Mapping[str, IncEx | bool] = {"materials": True, "links": {"__all__": _M
 class AssetStore:
     """Assets by family and numbers; any number of processes may read and write the folder at once.
 
-    What it cannot read back, or what is not whole, is made anew. Deleting the folder loses nothing but time.
+    An asset that is missing, damaged or incomplete there is built again.
 
     Args:
         cache: folder of the store that pictures of finishes are kept in too.

@@ -28,9 +28,9 @@ def cache_dir() -> Path:
     Returns:
         Absolute path; the folder need not exist yet.
     """
-    said = os.environ.get(VARIABLE)
-    if said:
-        return Path(said).expanduser().absolute()
+    stated = os.environ.get(VARIABLE)
+    if stated:
+        return Path(stated).expanduser().absolute()
     return platformdirs.user_cache_path("casa-assets", appauthor=False)
 
 

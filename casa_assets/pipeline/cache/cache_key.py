@@ -87,7 +87,7 @@ def key_of(*made_by: CodeRef) -> str:
     Args:
         made_by: a function or class counts with what it uses, a module with all that it holds.
     """
-    return _key(tuple(dict.fromkeys(_address(one) for one in made_by)))
+    return _key(tuple(dict.fromkeys(_address(code) for code in made_by)))
 
 
 def digest_of(*parts: Any) -> str:
@@ -97,7 +97,7 @@ def digest_of(*parts: Any) -> str:
 
 def reach(*made_by: CodeRef) -> Reach:
     """Collect everything that the key of functions, classes or modules is made from."""
-    return _reach(tuple(dict.fromkeys(_address(one) for one in made_by)))
+    return _reach(tuple(dict.fromkeys(_address(code) for code in made_by)))
 
 
 def versions_of(steps: Mapping[str, CodeRef | tuple[CodeRef, ...]]) -> dict[str, str]:
@@ -215,12 +215,12 @@ def _scan(module: str) -> _Imports:
     found: list[str] = []
     for origin, names, plain in _IMPORT.findall(text):
         if plain:
-            found += [one.split()[0] for one in plain.split(",") if one.split()]
+            found += [part.split()[0] for part in plain.split(",") if part.split()]
         else:
             listed = re.sub(r"#[^\n]*", "", names).strip("() \t\n")
-            for one in listed.split(","):
-                if one.split():
-                    found.append(_target(origin, one.split()[0]))
+            for part in listed.split(","):
+                if part.split():
+                    found.append(_target(origin, part.split()[0]))
     found += [name for name in _TEXT_NAME.findall(text) if _file(name) is not None]
     return _Imports(
         frozenset(name for name in found if _is_ours(name) and name != module),
@@ -363,8 +363,8 @@ def _named_by(module: str) -> _Named:
 
 def _data_files(named: Iterable[_Named]) -> tuple[str, ...]:
     """Files of the package that are no Python, such as style sheets, and that some modules name in text."""
-    known = _package().data
-    return tuple(sorted({path for one in named for name in one.data for path in known[name]}))
+    paths = _package().data
+    return tuple(sorted({path for files in named for name in files.data for path in paths[name]}))
 
 
 @dataclass(frozen=True)
@@ -395,7 +395,7 @@ def _package() -> _Package:
 
 def _registry_files(named: Iterable[_Named]) -> tuple[str, ...]:
     """Files of registry/ that some modules can read: those that a module which calls `data_root` names in text."""
-    words = {name for one in named for name in one.registry}
+    words = {name for files in named for name in files.registry}
     return tuple(p for p in _registry() if p.partition("/")[0] in words or p.rpartition(".")[0] in words)
 
 
@@ -425,12 +425,16 @@ def _distributions() -> dict[str, set[str]]:
     As importlib.metadata.packages_distributions, in a tenth of the time.
     """
     found: dict[str, set[str]] = {}
-    for one in distributions():
-        top = one.read_text("top_level.txt")
-        files = top.split() if top else [line.partition(",")[0] for line in (one.read_text("RECORD") or "").split("\n")]
+    for distribution in distributions():
+        listed = distribution.read_text("top_level.txt")
+        files = (
+            listed.split()
+            if listed
+            else [line.partition(",")[0] for line in (distribution.read_text("RECORD") or "").split("\n")]
+        )
         for name in {path.partition("/")[0].partition(".")[0] for path in files}:
             if name.isidentifier():
-                found.setdefault(name, set()).add(one.name)
+                found.setdefault(name, set()).add(distribution.name)
     return found
 
 

@@ -61,8 +61,8 @@ class Store:
 
     def sweep(self) -> None:
         """Remove what killed writers left half-written. Only while no other process writes."""
-        for left in self.root.glob("*/.*"):
-            left.unlink(missing_ok=True)
+        for path in self.root.glob("*/.*"):
+            path.unlink(missing_ok=True)
 
     def _path(self, key: str) -> Path:
         return self.root / key[:2] / key

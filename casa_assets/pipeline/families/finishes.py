@@ -14,7 +14,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec4
 from casa_assets.model.registry.finish import Finish, Plain, Surface
 from casa_assets.pipeline.cache.cache_key import digest_of
-from casa_assets.pipeline.textures.recipes import finish_key, finish_of, recipe, recipes
+from casa_assets.pipeline.textures.recipes import find_recipe, finish_key, finish_of, recipes
 from casa_assets.registry.families import look_samplers
 
 
@@ -64,7 +64,7 @@ def finishes_key(names: Iterable[str]) -> str:
         UnknownId: neither a plain finish nor a recipe.
     """
     pictured = sorted(name for name in names if name not in plain())
-    return digest_of(plain_key(), [(name, finish_key(recipe(name))) for name in pictured])
+    return digest_of(plain_key(), [(name, finish_key(find_recipe(name))) for name in pictured])
 
 
 def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:

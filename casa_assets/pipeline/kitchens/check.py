@@ -33,10 +33,10 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
-    SceneBuilt,
+    SceneResult,
     build_with_options,
     failed_scene,
     remove_scene,
@@ -48,15 +48,15 @@ from casa_assets.pipeline.reports.kitchen_report import page
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.preview import kitchen as room
 
-REPORT, PAGE, MAP = "report.json", "report.html", "floor_map.png"
-# Enough to see whether a camera shows something: shares of black and white are within two hundredths of those of full
-# previews. With shadows of the sky it takes twice the time and is no nearer to them.
+REPORT, PAGE, FLOOR_MAP = "report.json", "report.html", "floor_map.png"
+# Enough to tell whether a camera shows something: the shares of black and white pixels are within 0.02 of those of full
+# previews. Shadows of the sky double the time and bring the shares no nearer.
 CHECK_FRAME = room.PictureSettings(240, 180, passes=2, shadow_px=512, sky_casts=False)
 
 
 def check_one(
     recipe: SceneRecipe, out: Path, force: bool = False, strict: bool = False, drawn: bool = True
-) -> SceneBuilt:
+) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
     A scene that has not changed since it was checked is not checked again.
@@ -69,9 +69,9 @@ def check_one(
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
-    report = None if force else _kept(folder, verdict_key(recipe))
+    report = None if force else _kept_report(folder, verdict_key(recipe))
     if report is not None:
-        done = SceneBuilt(recipe, done.folder, report=report, kept=True)
+        done = SceneResult(recipe, done.folder, report=report, kept=True)
     else:
         done = _checked_in_place(recipe, out, folder)
     if strict and done.report is not None and not done.passed:
@@ -80,16 +80,16 @@ def check_one(
     return done
 
 
-def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path) -> SceneBuilt:
+def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path) -> SceneResult:
     """Every check on a scene that is there already."""
 
-    def make() -> SceneBuilt:
+    def make() -> SceneResult:
         begin = time.perf_counter()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
         built = time.perf_counter()
         report = check_and_report(recipe, kitchen, scene, folder)
         seconds = time.perf_counter() - built
-        return SceneBuilt(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
+        return SceneResult(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
 
     return attempt(make, partial(failed_scene, recipe), out)
 
@@ -115,12 +115,12 @@ def run_checks_on_scene(
         The report; what was measured besides, for report.json (grade, tasks, parking places, budgets, speed); and the
         subject of the design checks, from which a map of the floor can be drawn.
     """
-    begin, known = time.perf_counter(), registry.load()
-    limits, waived = known.limits, known.waived(scene.id)
+    begin, records = time.perf_counter(), registry.load()
+    limits, waived = records.limits, records.waived(scene.id)
     subject, design = SceneSubject(scene, folder), DesignSubject(facts_of(kitchen, scene))
     report = run_scene(subject, limits, waived)
-    for other in (SceneFiles(subject), design):
-        report += run(other, scene.id, limits, waived)
+    for part in (SceneFiles(subject), design):
+        report += run(part, scene.id, limits, waived)
     measured: dict[str, Any] = {
         "grade": grade(design).model_dump(mode="json"),
         "tasks": [t.model_dump(mode="json") for t in design.tasks],
@@ -131,8 +131,8 @@ def run_checks_on_scene(
         speed = MeasuredSpeed(load_s * 1000.0, steps_per_s, timestep_s)
         for measurable in (speed, _views(subject.loaded.model, folder)):
             report += run(measurable, scene.id, limits, waived)
-        took = {"check_s": round(time.perf_counter() - begin, 1)}
-        measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | took}
+        duration = {"check_s": round(time.perf_counter() - begin, 1)}
+        measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | duration}
     else:
         report += report_not_run((MeasuredSpeed, PreviewImages), scene.id, limits, UNLOADED, waived)
     ordered = sorted(report.results, key=lambda r: r.code)
@@ -166,12 +166,12 @@ def _write(folder: Path, report: Report, measured: dict[str, Any], floor_map: Im
     data = {**report.model_dump(mode="json"), "passed": report.passed, "tally": tallied, **measured}
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")
-    floor_map.save(folder / MAP, format="PNG")
-    facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+    floor_map.save(folder / FLOOR_MAP, format="PNG")
+    facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
     (folder / PAGE).write_text(page(facts, data, explained(registry.load().limits)), encoding="utf-8")
 
 
-def _kept(folder: Path, key: str) -> Report | None:
+def _kept_report(folder: Path, key: str) -> Report | None:
     """The verdict of an earlier run with the same key."""
     try:
         data = json.loads((folder / REPORT).read_text(encoding="utf-8"))
@@ -189,7 +189,7 @@ def check_all(
     force: bool = False,
     strict: bool = False,
     drawn: bool = True,
-) -> Iterator[SceneBuilt]:
+) -> Iterator[SceneResult]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Raises:

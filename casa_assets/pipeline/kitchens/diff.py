@@ -34,8 +34,8 @@ def compare(first: Path, second: Path) -> list[str]:
 
 def made_by_same_code(first: Path, second: Path) -> bool:
     """True if the same sources, tools and version of this package made both. Raises OutputError as `compare`."""
-    one, other = (_read(folder) for folder in (first, second))
-    return all(one.get(name) == other.get(name) for name in MADE_BY_FIELDS)
+    first_facts, second_facts = (_read(folder) for folder in (first, second))
+    return all(first_facts.get(name) == second_facts.get(name) for name in MADE_BY_FIELDS)
 
 
 def _bytes(path: Path) -> bytes:
@@ -51,29 +51,29 @@ def _facts(folder: Path) -> dict[str, Any]:
 
 def _read(folder: Path) -> dict[str, Any]:
     try:
-        told = json.loads(_bytes(folder / "scene.json"))
+        facts = json.loads(_bytes(folder / "scene.json"))
     except ValueError as error:
         raise OutputError(str(folder / "scene.json"), f"is damaged: {error}") from None
-    if not isinstance(told, dict):
+    if not isinstance(facts, dict):
         raise OutputError(str(folder / "scene.json"), "is damaged: it is not a JSON object")
-    return told
+    return facts
 
 
-def _values(at: str, a: Any, b: Any) -> Iterator[str]:
+def _values(pointer: str, a: Any, b: Any) -> Iterator[str]:
     """Differences of two JSON values; rows with names are matched by them."""
     if isinstance(a, list) and isinstance(b, list) and all(isinstance(r, dict) and "name" in r for r in [*a, *b]):
         a, b = {r["name"]: r for r in a}, {r["name"]: r for r in b}
     if isinstance(a, dict) and isinstance(b, dict):
         for key in sorted(a.keys() | b.keys()):
-            here = f"{at}.{key}" if at else str(key)
+            inner = f"{pointer}.{key}" if pointer else str(key)
             if key not in b:
-                yield f"{here}: only in the first"
+                yield f"{inner}: only in the first"
             elif key not in a:
-                yield f"{here}: only in the second"
+                yield f"{inner}: only in the second"
             else:
-                yield from _values(here, a[key], b[key])
+                yield from _values(inner, a[key], b[key])
     elif a != b:
-        yield f"{at}: {_short(a)} and {_short(b)}"
+        yield f"{pointer}: {_short(a)} and {_short(b)}"
 
 
 def _short(value: Any) -> str:

@@ -17,7 +17,7 @@ from casa_assets.model.files import Files
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.kitchens.resolve import ordered_surfaces
 from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE
-from casa_assets.pipeline.textures.recipes import finish_of, recipe
+from casa_assets.pipeline.textures.recipes import find_recipe, finish_of
 
 FILES = {"full": FILE, "light": LIGHT_FILE}
 
@@ -84,9 +84,9 @@ def _swap(model: Any, old: str, new: str, cache: Path) -> bool:
     pictured = {int(t) for i in materials for t in model.mat_texid[i] if t >= 0}
     if not pictured:
         return False
-    finish = finish_of(recipe(new), cache)
+    finish = finish_of(find_recipe(new), cache)
     texture = finish.material.base_color_texture
-    tile, before = finish.material.tile_m, recipe(old).tile_m
+    tile, before = finish.material.tile_m, find_recipe(old).tile_m
     assert texture is not None
     assert tile is not None
     for number in pictured:

@@ -76,11 +76,11 @@ class SceneRecipe:
 
 def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
     """Finishes of surfaces in their order. Raises UnknownId where a surface has no such finish."""
-    known = available_finishes().surfaces
+    finishes = available_finishes().surfaces
     picked = dict(surfaces)
     for surface, name in picked.items():
-        if name not in known[surface]:
-            raise UnknownId(f"{surface.value} texture", name, known[surface])
+        if name not in finishes[surface]:
+            raise UnknownId(f"{surface.value} texture", name, finishes[surface])
     return tuple((s, picked[s]) for s in Surface if s in picked)
 
 
@@ -106,7 +106,7 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
         RegistryError: with file and line, where the plan does not fit together.
         UnknownId: no such plan, style or model.
     """
-    plan, pages = kitchens.load_plan(recipe.plan)
+    plan, document = kitchens.load_plan(recipe.plan)
     style, _ = kitchens.load_style(recipe.style)
     style = style.with_surfaces(dict(recipe.surfaces))
     turns = 1 if recipe.seed is None else MAX_LENGTH_DRAWS
@@ -118,12 +118,12 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
         except PlanConflict as error:
             failed = error
     assert failed is not None
-    raise error_with_line(failed, pages)
+    raise error_with_line(failed, document)
 
 
-def error_with_line(error: PlanConflict, pages: Document) -> RegistryError:
+def error_with_line(error: PlanConflict, document: Document) -> RegistryError:
     """A misfit as an error of the plan's file, with the line."""
-    return pages.fault(error.pointer, error.expected, error.got)
+    return document.fault(error.pointer, error.expected, error.got)
 
 
 def params_of(choice: PresetChoice) -> Params:
@@ -143,11 +143,13 @@ def params_of(choice: PresetChoice) -> Params:
 
 def merge_nested(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """A mapping with values replaced, inside its mappings too."""
-    out = dict(base)
+    merged = dict(base)
     for key, value in over.items():
-        known = out.get(key)
-        out[key] = merge_nested(known, value) if isinstance(known, Mapping) and isinstance(value, Mapping) else value
-    return out
+        current = merged.get(key)
+        merged[key] = (
+            merge_nested(current, value) if isinstance(current, Mapping) and isinstance(value, Mapping) else value
+        )
+    return merged
 
 
 def build_choice(name: str, choice: PresetChoice, store: AssetStore) -> Asset:

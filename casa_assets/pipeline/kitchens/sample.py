@@ -9,11 +9,11 @@ from typing import Any
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces
-from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
+from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.registry.kitchens import plan_names, style_names
 
 REJECTED = "rejected.json"
-SEEDS = 1_000_000
+MAX_SEED = 1_000_000  # seeds of kitchens are drawn below this, so that ids stay short
 
 
 def draw_recipes(count: int, seed: int) -> list[SceneRecipe]:
@@ -23,13 +23,13 @@ def draw_recipes(count: int, seed: int) -> list[SceneRecipe]:
     for i in range(count):
         rng = rng_for(seed, f"scenes/draw/{i}")
         plan, style = plans[int(rng.integers(len(plans)))], styles[int(rng.integers(len(styles)))]
-        own = int(rng.integers(SEEDS))
+        own = int(rng.integers(MAX_SEED))
         recipe = SceneRecipe(plan, style, own, draw_surfaces(own))
         found.setdefault(recipe.scene_id, recipe)
     return list(found.values())
 
 
-def write_rejected(out: Path, seed: int, wanted: Sequence[SceneRecipe], done: Sequence[SceneBuilt]) -> Path:
+def write_rejected(out: Path, seed: int, wanted: Sequence[SceneRecipe], done: Sequence[SceneResult]) -> Path:
     """Put what was drawn, how much of it passed, and why the rest did not, into rejected.json; returns its path.
 
     Args:
@@ -51,7 +51,7 @@ def write_rejected(out: Path, seed: int, wanted: Sequence[SceneRecipe], done: Se
     return path
 
 
-def _reason(done: SceneBuilt) -> dict[str, Any]:
+def _reason(done: SceneResult) -> dict[str, Any]:
     recipe = done.recipe
     return {
         "id": recipe.scene_id,

@@ -4,5 +4,5 @@ from __future__ import annotations
 
 SHARED = "assets"
 LIGHT_FILE = "scene_light.xml"
-FACTS = "scene.json"
+SCENE_JSON = "scene.json"
 OVERVIEW = "overview"

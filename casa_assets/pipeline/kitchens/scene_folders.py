@@ -33,7 +33,7 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
-from casa_assets.pipeline.kitchens.scene_files import FACTS, LIGHT_FILE, OVERVIEW, SHARED
+from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt, run_batch
@@ -44,12 +44,12 @@ from casa_assets.registry.kitchens import plan_names, style_names
 
 OVERVIEW_FRAME = room.PictureSettings(passes=24)
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
-# Of a scene in its folder, the verdict.
+# Checks a scene in its folder and returns the report.
 Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]
 
 
 @dataclass(frozen=True)
-class SceneBuilt:
+class SceneResult:
     """Outcome of building one scene.
 
     Attributes:
@@ -89,8 +89,8 @@ class BuildOptions:
 
     Attributes:
         drawn: with a picture. force: even where nothing has changed since they were made.
-        judge: looks at a scene in its folder, leaves its verdict there and returns it; None where nobody looks.
-        strict: what the judge does not pass is taken away again.
+        judge: checks a scene in its folder, writes the report there and returns it; None: scenes are not checked.
+        strict: a scene that does not pass is not kept.
     """
 
     drawn: bool = True
@@ -99,7 +99,7 @@ class BuildOptions:
     strict: bool = False
 
 
-def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = False) -> SceneBuilt:
+def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = False) -> SceneResult:
     """Build and write one scene. A fault is told in `message`, so that the others go on.
 
     Args:
@@ -108,29 +108,29 @@ def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = 
     return build_with_options(recipe, out, BuildOptions(drawn, force))
 
 
-def build_with_options(recipe: SceneRecipe, out: Path, order: BuildOptions) -> SceneBuilt:
-    """Build a scene with options; it is published only once it was composed, written, drawn and checked to the end."""
+def build_with_options(recipe: SceneRecipe, out: Path, options: BuildOptions) -> SceneResult:
+    """Build a scene with options; it is published only once it has been composed, written, drawn and checked."""
 
-    def make() -> SceneBuilt:
+    def make() -> SceneResult:
         folder = out / recipe.scene_id
         try:
             key = scene_key(recipe)
         except CasaError:
-            # What an earlier version of the plan gave is no scene of this one.
+            # The plan cannot be built any more: the scene that an earlier version of it gave must not stay.
             remove_scene(out, recipe.scene_id)
             raise
-        if order.force or not is_whole(folder, key):
-            return _made(recipe, disk.Library(out), order, key)
-        if order.drawn and not is_drawn(folder, key):
+        if options.force or not is_whole(folder, key):
+            return _build_and_publish(recipe, disk.Library(out), options, key)
+        if options.drawn and not is_drawn(folder, key):
             return _redraw_overview(recipe, folder, key)
-        return SceneBuilt(recipe, str(folder), kept=True)
+        return SceneResult(recipe, str(folder), kept=True)
 
     return attempt(make, partial(failed_scene, recipe), out)
 
 
-def failed_scene(recipe: SceneRecipe, message: str, is_fault: bool) -> SceneBuilt:
+def failed_scene(recipe: SceneRecipe, message: str, is_fault: bool) -> SceneResult:
     """A scene that could not be made or checked."""
-    return SceneBuilt(recipe, message=message, is_fault=is_fault)
+    return SceneResult(recipe, message=message, is_fault=is_fault)
 
 
 def warm() -> None:
@@ -162,37 +162,40 @@ def is_current(recipe: SceneRecipe, out: Path) -> bool:
 
 def is_whole(folder: Path, key: str) -> bool:
     """True if the files of a scene are all there, under that key."""
-    return all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, LIGHT_FILE)) and _fact(folder, "key") == key
+    return (
+        all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, LIGHT_FILE))
+        and _scene_json_field(folder, "key") == key
+    )
 
 
 def is_drawn(folder: Path, key: str) -> bool:
     """True if the overview of a scene is there as today's code draws it. `key`: of the scene's files."""
-    return (folder / f"{OVERVIEW}.png").is_file() and _fact(folder, "picture_key") == picture_key(key)
+    return (folder / f"{OVERVIEW}.png").is_file() and _scene_json_field(folder, "picture_key") == picture_key(key)
 
 
-def _fact(folder: Path, name: str) -> Any:
+def _scene_json_field(folder: Path, name: str) -> Any:
     """A member of scene.json; None where it is not there or cannot be read."""
     try:
-        facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
+        facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     return facts.get(name) if isinstance(facts, dict) else None
 
 
-def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str) -> SceneBuilt:
-    """The scene as it is, with a fresh overview; its other pictures are out of date and go."""
+def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str) -> SceneResult:
+    """Draw the overview of a scene again, and remove its other pictures, which are out of date."""
     begin = time.perf_counter()
     for old in folder.glob("*.png"):
         old.unlink()
     draw_cameras(folder, (OVERVIEW,))
-    facts = json.loads((folder / FACTS).read_text(encoding="utf-8"))
-    fresh = folder / f".{FACTS}.{os.getpid()}"
+    facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
+    fresh = folder / f".{SCENE_JSON}.{os.getpid()}"
     _write_facts(fresh, {**facts, "picture_key": picture_key(key)})
-    fresh.replace(folder / FACTS)
-    return SceneBuilt(recipe, str(folder), draw_s=time.perf_counter() - begin)
+    fresh.replace(folder / SCENE_JSON)
+    return SceneResult(recipe, str(folder), draw_s=time.perf_counter() - begin)
 
 
-def _made(recipe: SceneRecipe, library: disk.Library, order: BuildOptions, key: str) -> SceneBuilt:
+def _build_and_publish(recipe: SceneRecipe, library: disk.Library, options: BuildOptions, key: str) -> SceneResult:
     begin = time.perf_counter()
     try:
         kitchen, scene = build_scene(recipe, library.cache)
@@ -200,13 +203,13 @@ def _made(recipe: SceneRecipe, library: disk.Library, order: BuildOptions, key: 
         remove_scene(library.root, recipe.scene_id)
         raise
     built = time.perf_counter()
-    done = publish_scene(recipe, kitchen, scene, library, order, key)
+    done = publish_scene(recipe, kitchen, scene, library, options, key)
     return replace(done, build_s=built - begin)
 
 
 def publish_scene(
-    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, library: disk.Library, order: BuildOptions, key: str
-) -> SceneBuilt:
+    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, library: disk.Library, options: BuildOptions, key: str
+) -> SceneResult:
     """Write a composed scene into its folder of a library that is locked; draw and judge it as ordered.
 
     Args:
@@ -214,21 +217,21 @@ def publish_scene(
     """
     begin = time.perf_counter()
     with _staged(library, scene.id) as folder:
-        keys = {"key": key, **({"picture_key": picture_key(key)} if order.drawn else {})}
+        keys = {"key": key, **({"picture_key": picture_key(key)} if options.drawn else {})}
         facts = {**keys, **describe(recipe, kitchen, scene)}
         store = AssetStore(library.cache)
         write_scene(folder, folder.parent, facts, scene, store.lightened)
         store.tidy()
         written = time.perf_counter()
-        if order.drawn:
+        if options.drawn:
             draw_cameras(folder, (OVERVIEW,))
         drawn = time.perf_counter()
-        report = order.judge(recipe, kitchen, scene, folder) if order.judge else None
-        placed = report is None or report.passed or not order.strict
+        report = options.judge(recipe, kitchen, scene, folder) if options.judge else None
+        placed = report is None or report.passed or not options.strict
         if placed:
             _merge(folder.parent / SHARED, library.root / SHARED)
             library.put(folder, library.root / scene.id)
-    return SceneBuilt(
+    return SceneResult(
         recipe,
         str(library.root / scene.id) if placed else "",
         report=report,
@@ -241,7 +244,7 @@ def publish_scene(
 
 @contextmanager
 def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
-    """A folder for a scene, with one for what it shares beside it; both are gone at the end, or published."""
+    """A staging folder for a scene, beside one for the files that scenes share; both are removed at the end."""
     folder = library.stage(scene_id)
     try:
         yield folder
@@ -250,7 +253,7 @@ def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
 
 
 def _merge(drafts: Path, shared: Path) -> None:
-    """Move what scenes share to where they share it, each file once, none ever half-written."""
+    """Move files that scenes share into the shared folder, each by one rename; those that are there already stay."""
     for draft in sorted(p for p in drafts.rglob("*") if p.is_file()):
         target = shared / draft.relative_to(drafts)
         if target.exists() and target.stat().st_size == draft.stat().st_size:
@@ -262,7 +265,7 @@ def _merge(drafts: Path, shared: Path) -> None:
 def write_scene(
     folder: Path, root: Path, facts: dict[str, Any], scene: Scene, light_form: Callable[[Asset], Asset]
 ) -> None:
-    """Put the files of a scene into its folder, and what scenes share beside it.
+    """Put the files of a scene into its folder, and those that scenes share into the shared folder beside it.
 
     Args:
         folder: of the scene, empty.
@@ -272,7 +275,7 @@ def write_scene(
         _put(files, folder, root)
     light = mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE]
     (folder / LIGHT_FILE).write_bytes(light)
-    _write_facts(folder / FACTS, facts)
+    _write_facts(folder / SCENE_JSON, facts)
 
 
 def _write_facts(path: Path, facts: dict[str, Any]) -> None:
@@ -280,7 +283,7 @@ def _write_facts(path: Path, facts: dict[str, Any]) -> None:
 
 
 def _put(files: Files, folder: Path, root: Path) -> None:
-    """Files of the scene itself into its folder; shared ones beside it."""
+    """Write files of the scene into its folder, and shared ones below `root`."""
     for path, data in files.entries.items():
         target = (root if path.startswith(f"{SHARED}/") else folder) / path
         if not target.exists():
@@ -309,7 +312,7 @@ def draw_cameras(
 
 def build_all(
     recipes: Sequence[SceneRecipe], out: Path, jobs: int = 0, drawn: bool = True, force: bool = False
-) -> Iterator[SceneBuilt]:
+) -> Iterator[SceneResult]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Args:
@@ -321,8 +324,8 @@ def build_all(
 
 
 def run_recipes(
-    work: Callable[[SceneRecipe], SceneBuilt], recipes: Sequence[SceneRecipe], out: Path, jobs: int
-) -> Iterator[SceneBuilt]:
+    work: Callable[[SceneRecipe], SceneResult], recipes: Sequence[SceneRecipe], out: Path, jobs: int
+) -> Iterator[SceneResult]:
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
     Raises:

@@ -11,7 +11,7 @@ from pathlib import Path
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces
-from casa_assets.pipeline.kitchens.scene_files import FACTS
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
 
 _REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?")
@@ -30,12 +30,12 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     """
     plan, _, tail = scene_id.partition("__")
     style, _, rest = tail.partition("__")
-    told = _REST.fullmatch(f"__{rest}" if rest else "")
-    if plan not in plan_names() or style not in style_names() or told is None:
+    fields = _REST.fullmatch(f"__{rest}" if rest else "")
+    if plan not in plan_names() or style not in style_names() or fields is None:
         raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()])
-    seed = None if told["seed"] is None else int(told["seed"])
-    bare = SceneRecipe(plan, style, seed, (), told["closed"] is not None)
-    if told["finishes"] is None:
+    seed = None if fields["seed"] is None else int(fields["seed"])
+    bare = SceneRecipe(plan, style, seed, (), fields["closed"] is not None)
+    if fields["finishes"] is None:
         return bare
     for surfaces in _candidates(scene_id, seed, places):
         recipe = SceneRecipe(plan, style, seed, surfaces, bare.closed)
@@ -43,8 +43,8 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
             return recipe
     where = ", ".join(str(place) for place in places) or "no folder"
     raise CasaError(
-        f"{scene_id}: 't{told['finishes']}' is a digest of its finishes and does not say which they are, and no scene "
-        f"of this id stands in {where}. Give the folder that it stands in, or make it anew with "
+        f"{scene_id}: 't{fields['finishes']}' is a digest of its finishes and does not say which they are, and no "
+        f"scene of this id stands in {where}. Give the folder that it stands in, or make it anew with "
         f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, surfaces={{'wall': ...}})"
     )
 
@@ -54,8 +54,8 @@ def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iter
     yield draw_surfaces(seed or 0)
     for place in places:
         try:
-            told = json.loads((place / scene_id / FACTS).read_text(encoding="utf-8"))["surfaces"]
-            pairs = [(Surface(name), str(finish)) for name, finish in told.items()]
+            finishes = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["surfaces"]
+            pairs = [(Surface(name), str(finish)) for name, finish in finishes.items()]
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             continue
         # scene.json names the finishes of all surfaces; the id those alone that differ from the style's.

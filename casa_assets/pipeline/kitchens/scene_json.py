@@ -26,7 +26,7 @@ FORMAT = 1
 
 def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
     """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
-    wanted = {w.name: w for w in kitchen.items}
+    items = {w.name: w for w in kitchen.items}
     shell, style = kitchen.style.room, kitchen.style
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     return {
@@ -62,7 +62,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
                 for h in kitchen.holes
             ],
         },
-        "fixtures": [_fixture(p, scene.asset_of[p.name], wanted[p.name]) for p in scene.placements],
+        "fixtures": [_fixture(p, scene.asset_of[p.name], items[p.name]) for p in scene.placements],
         "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
         **whereabouts(DesignSubject(facts_of(kitchen, scene))),
     }
@@ -81,42 +81,42 @@ def surface_finishes(style: Style) -> dict[str, list[str]]:
     return {surface.value: sorted(set(names)) for surface, names in found.items()}
 
 
-def _fixture(place: Placement, asset: Asset, wanted: OrderItem) -> dict[str, Any]:
+def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, Any]:
     joints = {
         j.name: {
-            "name": f"{place.name}__{j.name}",
+            "name": f"{placement.name}__{j.name}",
             "kind": j.kind.value,
             "range": list(j.range),
-            "grip": f"{place.name}__{j.grip}" if j.grip else None,
-            "behind": f"{place.name}__{j.behind}" if j.behind else None,
+            "grip": f"{placement.name}__{j.grip}" if j.grip else None,
+            "behind": f"{placement.name}__{j.behind}" if j.behind else None,
         }
         for j in asset.joints
     }
     return {
-        "name": place.name,
-        "role": wanted.role,
-        "unit": wanted.unit,
-        "run": wanted.run,
-        "layer": place.layer.value,
+        "name": placement.name,
+        "role": item.role,
+        "unit": item.unit,
+        "run": item.run,
+        "layer": placement.layer.value,
         "asset": asset.id,
-        "family": wanted.choice.family,
-        "preset": wanted.choice.name,
+        "family": item.choice.family,
+        "preset": item.choice.name,
         "category": asset.labels.category,
         "contract": asset.contract,
         "base": asset.base.value,
-        **_pose(place.pose),
+        **_pose(placement.pose),
         "mass_kg": round(asset.mass, 4),
         "joints": joints,
         "states": sorted({f"{s.joint}.{s.name}" for s in asset.states}),
-        "regions": {r.name: _region(place, asset, r) for r in asset.regions},
-        "sites": {s.name: {"site": f"{place.name}__{s.name}", "kind": s.kind} for s in asset.sites},
+        "regions": {r.name: _region(placement, asset, r) for r in asset.regions},
+        "sites": {s.name: {"site": f"{placement.name}__{s.name}", "kind": s.kind} for s in asset.sites},
         "parts": sorted({v.label for k in asset.links for v in k.visuals if v.label}),
     }
 
 
-def _region(place: Placement, asset: Asset, region: Region) -> dict[str, Any]:
+def _region(placement: Placement, asset: Asset, region: Region) -> dict[str, Any]:
     """A region where it is while all joints are at zero."""
-    at = place.pose @ asset.asset_from_link(region.link) @ region.pose
+    at = placement.pose @ asset.asset_from_link(region.link) @ region.pose
     return {"link": region.link, "kind": region.kind, "size": list(region.size), **_pose(at)}
 
 

@@ -68,12 +68,12 @@ def check_package(
         category: of the asset; where it is not given, that which its labels name.
         notes: issues that are known already; they come first in the report.
     """
-    known = registry.load()
-    waived = known.waived(asset.id)
-    package = Package(asset, category or category_of(asset), folder, known.contracts.get(asset.contract or ""))
+    records = registry.load()
+    waived = records.waived(asset.id)
+    package = Package(asset, category or category_of(asset), folder, records.contracts.get(asset.contract or ""))
     report = Report(subject=asset.id, issues=notes)
     for subject in (asset, package):
-        report = report + run_checks(subject, asset.id, known.limits, waived)
+        report = report + run_checks(subject, asset.id, records.limits, waived)
     return report
 
 
@@ -124,11 +124,11 @@ def thumbnail(picture: bytes) -> bytes:
 
 def category_of(asset: Asset) -> Category:
     """The category of an asset in the registry, a fixture or not. Raises UnknownId."""
-    known = registry.load()
+    records = registry.load()
     name = asset.labels.category
-    built = known.fixtures.get(name)
+    fixture = records.fixtures.get(name)
     # Families name fixtures, ingest names categories; where both have the name, a family's asset has the fixture's
     # classes.
-    if built is not None and (name not in known.categories or known.classes_of(built) == asset.labels.classes):
-        return built
-    return known.category(name)
+    if fixture is not None and (name not in records.categories or records.classes_of(fixture) == asset.labels.classes):
+        return fixture
+    return records.category(name)

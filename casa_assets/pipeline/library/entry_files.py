@@ -20,10 +20,10 @@ from casa_assets.errors import OutputError
 PICTURE = "preview.png"
 # Large enough for a sharp picture in a table, small enough for 3000 of them in one page.
 THUMBNAIL_PX, THUMBNAIL_QUALITY = 160, 76
-# Ours have 512 pixels along a side.
-MOST_PX = 4096
-_MEND = "remove the asset's folder, or fetch the library again"
-# What an MJCF may load, by the attributes that name it, and folders that are put in front of such names.
+# The program writes pictures of 512 pixels along a side; larger ones come from elsewhere.
+MAX_PX = 4096
+_ADVICE = "remove the asset's folder, or fetch the library again"
+# Attributes of MJCF that name a file to be loaded, and those that name a folder put in front of such names.
 _FILE_ATTRIBUTES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
 _FOLDER_ATTRIBUTES = ("meshdir", "texturedir", "assetdir")
 
@@ -40,22 +40,22 @@ def file_inside(folder: Path, name: object, said_by: Path, pointer: str) -> Path
     """
     shown = repr(name)[:120]
     if not isinstance(name, str) or not name or "\0" in name or "\\" in name:
-        raise OutputError(str(said_by), f"{pointer}: {shown} is no name of a file; {_MEND}")
+        raise OutputError(str(said_by), f"{pointer}: {shown} is no name of a file; {_ADVICE}")
     plain = posixpath.normpath(name)
     if posixpath.isabs(name) or plain == ".." or plain.startswith("../"):
-        raise OutputError(str(said_by), f"{pointer}: {shown} leaves the folder of the asset; {_MEND}")
+        raise OutputError(str(said_by), f"{pointer}: {shown} leaves the folder of the asset; {_ADVICE}")
     path = folder / name
     real = os.path.realpath(path)
     if not Path(real).is_relative_to(os.path.realpath(folder)):
-        raise OutputError(str(said_by), f"{pointer}: {shown} is a link that leaves the folder of the asset; {_MEND}")
+        raise OutputError(str(said_by), f"{pointer}: {shown} is a link that leaves the folder of the asset; {_ADVICE}")
     try:
         is_regular = stat.S_ISREG(Path(real).stat().st_mode)
     except OSError as error:
         raise OutputError(
-            str(said_by), f"{pointer}: {shown} is missing or damaged: {error.strerror}; {_MEND}"
+            str(said_by), f"{pointer}: {shown} is missing or damaged: {error.strerror}; {_ADVICE}"
         ) from error
     if not is_regular:
-        raise OutputError(str(said_by), f"{pointer}: {shown} is no regular file; {_MEND}")
+        raise OutputError(str(said_by), f"{pointer}: {shown} is no regular file; {_ADVICE}")
     return path
 
 
@@ -70,9 +70,9 @@ def picture_of(folder: Path) -> bytes:
             width, height = image.size
             image.verify()
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise OutputError(str(path), f"is no picture: {error}; {_MEND}") from error
-    if max(width, height) > MOST_PX:
-        raise OutputError(str(path), f"has {width} x {height} pixels, more than {MOST_PX} along a side; {_MEND}")
+        raise OutputError(str(path), f"is no picture: {error}; {_ADVICE}") from error
+    if max(width, height) > MAX_PX:
+        raise OutputError(str(path), f"has {width} x {height} pixels, more than {MAX_PX} along a side; {_ADVICE}")
     return data
 
 
@@ -101,14 +101,14 @@ def checked_model(model: Path) -> Path:
     try:
         root = etree.parse(model, parser).getroot()
     except (OSError, etree.XMLSyntaxError) as error:
-        raise OutputError(str(model), f"cannot be read: {error}; {_MEND}") from error
+        raise OutputError(str(model), f"cannot be read: {error}; {_ADVICE}") from error
     for compiler in root.iter("compiler"):
         for word in _FOLDER_ATTRIBUTES:
             if word in compiler.attrib:
-                raise OutputError(str(model), f"compiler/{word}: models of a library have none; {_MEND}")
+                raise OutputError(str(model), f"compiler/{word}: models of a library have none; {_ADVICE}")
     for element in root.iter(etree.Element):
         if element.tag == "include":
-            raise OutputError(str(model), f"line {element.sourceline}: includes another file; {_MEND}")
+            raise OutputError(str(model), f"line {element.sourceline}: includes another file; {_ADVICE}")
         for word in _FILE_ATTRIBUTES:
             if word in element.attrib:
                 file_inside(folder, element.get(word), model, f"line {element.sourceline}, {element.tag}/{word}")

@@ -34,7 +34,7 @@ CREATE TABLE IF NOT EXISTS entries (folder TEXT PRIMARY KEY, state TEXT, entry T
 CREATE TABLE IF NOT EXISTS thumbnails (folder TEXT PRIMARY KEY, state TEXT, webp BLOB);
 CREATE TABLE IF NOT EXISTS compared (digest TEXT PRIMARY KEY);
 CREATE TABLE IF NOT EXISTS pairs (
-    one TEXT, other TEXT, most REAL, every REAL, size REAL, colors REAL, PRIMARY KEY (one, other)
+    first TEXT, second TEXT, most REAL, every REAL, size REAL, colors REAL, PRIMARY KEY (first, second)
 );
 """
 _entries: TypeAdapter[Entry] = TypeAdapter(Entry)
@@ -69,16 +69,16 @@ class EntryTable:
         if force:
             with suppress(OSError):
                 self._path.unlink(missing_ok=True)
-        with closing(self._open()) as base:
-            before = {folder: _Kept(*rest) for folder, *rest in base.execute("SELECT * FROM entries")}
+        with closing(self._open()) as database:
+            before = {folder: _Kept(*rest) for folder, *rest in database.execute("SELECT * FROM entries")}
             self._entries: list[Entry] = []
             self._rows: list[AssetRow] = []
             fresh = [(name, *vars(kept).values()) for name, kept in self._read(before)]
-            gone = before.keys() - {e.path for e in self._entries}
+            removed = before.keys() - {e.path for e in self._entries}
             self._entries += row_entries(library)
-            with suppress(sqlite3.OperationalError), base:
-                base.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?, ?)", fresh)
-                base.executemany("DELETE FROM entries WHERE folder = ?", [(name,) for name in gone])
+            with suppress(sqlite3.OperationalError), database:
+                database.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?, ?)", fresh)
+                database.executemany("DELETE FROM entries WHERE folder = ?", [(name,) for name in removed])
 
     @property
     def entries(self) -> Sequence[Entry]:
@@ -96,21 +96,21 @@ class EntryTable:
         Args:
             store: keeps how surfaces lie over each other, by the contents of both.
         """
-        signed = [one for one in self._rows if one.signature is not None]
-        place = {one.digest: i for i, one in enumerate(signed)}
-        with closing(self._open()) as base:
-            compared = {digest for (digest,) in base.execute("SELECT digest FROM compared")}
-            known = [pair for pair in base.execute("SELECT * FROM pairs") if pair[0] in place and pair[1] in place]
-            new = [i for i, one in enumerate(signed) if one.digest not in compared]
+        signed = [asset for asset in self._rows if asset.signature is not None]
+        place = {asset.digest: i for i, asset in enumerate(signed)}
+        with closing(self._open()) as database:
+            compared = {digest for (digest,) in database.execute("SELECT digest FROM compared")}
+            known = [pair for pair in database.execute("SELECT * FROM pairs") if pair[0] in place and pair[1] in place]
+            new = [i for i, asset in enumerate(signed) if asset.digest not in compared]
             found = [_pair(signed[i], signed[j], store) for i, j in _new_nearby_pairs(signed, new)]
-            with suppress(sqlite3.OperationalError), base:
-                base.executemany("INSERT OR REPLACE INTO pairs VALUES (?, ?, ?, ?, ?, ?)", found)
-                base.executemany("INSERT OR REPLACE INTO compared VALUES (?)", [(signed[i].digest,) for i in new])
-                gone = [(digest,) for digest in compared - place.keys()]
-                base.executemany("DELETE FROM compared WHERE digest = ?", gone)
-                base.executemany("DELETE FROM pairs WHERE one = ?1 OR other = ?1", gone)
+            with suppress(sqlite3.OperationalError), database:
+                database.executemany("INSERT OR REPLACE INTO pairs VALUES (?, ?, ?, ?, ?, ?)", found)
+                database.executemany("INSERT OR REPLACE INTO compared VALUES (?)", [(signed[i].digest,) for i in new])
+                removed = [(digest,) for digest in compared - place.keys()]
+                database.executemany("DELETE FROM compared WHERE digest = ?", removed)
+                database.executemany("DELETE FROM pairs WHERE first = ?1 OR second = ?1", removed)
         pairs = sorted((*known, *found), key=lambda pair: (place[pair[0]], place[pair[1]]))
-        return [_alike(signed[place[one]], signed[place[other]], *rest) for one, other, *rest in pairs]
+        return [_alike(signed[place[first]], signed[place[second]], *rest) for first, second, *rest in pairs]
 
     def thumbnails(self) -> dict[str, bytes]:
         """A small picture (WebP) of each entry that has one, by `Entry.path`; only new pictures are opened.
@@ -119,10 +119,10 @@ class EntryTable:
             OutputError: a picture is damaged, or is a link that leads out of its entry.
         """
         paths = [e.path for e in self._entries if os.path.lexists(self._library.root / e.path / PICTURE)]
-        with closing(self._open()) as base:
+        with closing(self._open()) as database:
             kept = {
                 path: (state, webp)
-                for path, state, webp in base.execute("SELECT folder, state, CAST(webp AS BLOB) FROM thumbnails")
+                for path, state, webp in database.execute("SELECT folder, state, CAST(webp AS BLOB) FROM thumbnails")
             }
             found, fresh = {}, []
             for path in paths:
@@ -133,10 +133,10 @@ class EntryTable:
                 else:
                     found[path] = thumbnail_of(folder)
                     fresh.append((path, state, found[path]))
-            with suppress(sqlite3.OperationalError), base:
-                base.executemany("INSERT OR REPLACE INTO thumbnails VALUES (?, ?, ?)", fresh)
-                gone = [(path,) for path in kept.keys() - found.keys()]
-                base.executemany("DELETE FROM thumbnails WHERE folder = ?", gone)
+            with suppress(sqlite3.OperationalError), database:
+                database.executemany("INSERT OR REPLACE INTO thumbnails VALUES (?, ?, ?)", fresh)
+                removed = [(path,) for path in kept.keys() - found.keys()]
+                database.executemany("DELETE FROM thumbnails WHERE folder = ?", removed)
         return found
 
     def _read(self, before: dict[str, _Kept]) -> Iterator[tuple[str, _Kept]]:
@@ -150,27 +150,27 @@ class EntryTable:
                     entry = _entries.validate_json(kept.entry)
                     if self._with_results:
                         entry = replace(entry, results=_results.validate_json(zlib.decompress(kept.results)))
-                    own = replace(_rows.validate_json(kept.row), folder=folder) if is_accepted else None
+                    row = replace(_rows.validate_json(kept.row), folder=folder) if is_accepted else None
                     if entry.path == name:
-                        self._add(entry, own)
+                        self._add(entry, row)
                         continue
             try:
                 entry = entry_at(folder, self._library.root)
-                own = read_row(folder) if is_accepted else None
+                row = read_row(folder) if is_accepted else None
             except OutputError:
                 if self._skip_damaged:
                     continue
                 raise
             bare = replace(entry, results=())
-            self._add(entry if self._with_results else bare, own)
+            self._add(entry if self._with_results else bare, row)
             results = zlib.compress(_results.dump_json(entry.results))
-            row = _rows.dump_json(own).decode() if own else ""
-            yield name, _Kept(state, _entries.dump_json(bare).decode(), row, results)
+            row_json = _rows.dump_json(row).decode() if row else ""
+            yield name, _Kept(state, _entries.dump_json(bare).decode(), row_json, results)
 
-    def _add(self, entry: Entry, own: AssetRow | None) -> None:
+    def _add(self, entry: Entry, row: AssetRow | None) -> None:
         self._entries.append(entry)
-        if own is not None:
-            self._rows.append(own)
+        if row is not None:
+            self._rows.append(row)
 
     def _open(self) -> sqlite3.Connection:
         try:
@@ -183,19 +183,19 @@ class EntryTable:
             return _ready(sqlite3.connect(self._path))
 
 
-def _ready(base: sqlite3.Connection) -> sqlite3.Connection:
+def _ready(database: sqlite3.Connection) -> sqlite3.Connection:
     """The table, empty where other code has made it."""
     try:
-        with base:
-            base.executescript(_SCHEMA)
-            if base.execute("SELECT key FROM made_by").fetchall() != [(_made_by(),)]:
+        with database:
+            database.executescript(_SCHEMA)
+            if database.execute("SELECT key FROM made_by").fetchall() != [(_made_by(),)]:
                 tables = ("made_by", "entries", "thumbnails", "compared", "pairs")
-                base.executescript("".join(f"DROP TABLE IF EXISTS {name};" for name in tables) + _SCHEMA)
-                base.execute("INSERT INTO made_by VALUES (?)", (_made_by(),))
+                database.executescript("".join(f"DROP TABLE IF EXISTS {name};" for name in tables) + _SCHEMA)
+                database.execute("INSERT INTO made_by VALUES (?)", (_made_by(),))
     except sqlite3.DatabaseError:
-        base.close()
+        database.close()
         raise
-    return base
+    return database
 
 
 def _made_by() -> str:
@@ -218,7 +218,7 @@ def _state(path: Path) -> str:
 
 def _new_nearby_pairs(signed: Sequence[AssetRow], new: Sequence[int]) -> list[tuple[int, int]]:
     """Pairs of places of assets of near form of which at least one is new."""
-    forms = [one.signature.shape for one in signed if one.signature is not None]
+    forms = [asset.signature.shape for asset in signed if asset.signature is not None]
     if 2 * len(new) > len(signed):
         fresh = set(new)
         return [(i, j) for i, j in nearby_pairs(forms) if i in fresh or j in fresh]
@@ -228,10 +228,10 @@ def _new_nearby_pairs(signed: Sequence[AssetRow], new: Sequence[int]) -> list[tu
     return sorted(found)
 
 
-def _pair(one: AssetRow, other: AssetRow, store: Store) -> tuple[str, str, float, float, float, float]:
-    found = measure_pair(one, other, store)
-    return one.digest, other.digest, found.most, found.every, found.size, found.colors
+def _pair(first: AssetRow, second: AssetRow, store: Store) -> tuple[str, str, float, float, float, float]:
+    found = measure_pair(first, second, store)
+    return first.digest, second.digest, found.most, found.every, found.size, found.colors
 
 
-def _alike(one: AssetRow, other: AssetRow, most: float, every: float, size: float, colors: float) -> ShapePair:
-    return ShapePair(one.id, other.id, most, every, size, colors, one.category == other.category)
+def _alike(first: AssetRow, second: AssetRow, most: float, every: float, size: float, colors: float) -> ShapePair:
+    return ShapePair(first.id, second.id, most, every, size, colors, first.category == second.category)

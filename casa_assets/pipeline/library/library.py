@@ -40,19 +40,11 @@ CERTIFICATE = "asset.json"
 REFUSAL = "reject.json"
 LOCK = "lock"
 R = TypeVar("R", bound=Record)
-# Of renameat2: paths are relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
-_HERE, _EXCHANGE = -100, 2
+# Arguments of renameat2: paths relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
+AT_FDCWD, RENAME_EXCHANGE = -100, 2
 # Fields that had another name in entries of schema version 1.
-_NAMES_SINCE_1 = {
-    "says": "message",
-    "because": "reason",
-    "form": "shape",
-    "tint": "color",
-    "pairs": "pair_distances",
-    "reach": "center_distances",
-    "axes": "axis_spread",
-}
-_MEND = "remove its folder and run again"
+_NAMES_SINCE_1 = {"says": "message", "because": "reason"}
+_ADVICE = "remove its folder and run again"
 
 
 class Summary(Record):
@@ -146,11 +138,11 @@ class Library:
 
     def sweep(self) -> None:
         """Remove what a killed run left half-written. Call with the lock held and while no worker runs."""
-        for left in self.private.iterdir():
-            if left.is_dir() and left != self.cache:
-                shutil.rmtree(left, ignore_errors=True)
-            elif not left.is_dir() and left.name != LOCK:
-                left.unlink(missing_ok=True)
+        for path in self.private.iterdir():
+            if path.is_dir() and path != self.cache:
+                shutil.rmtree(path, ignore_errors=True)
+            elif not path.is_dir() and path.name != LOCK:
+                path.unlink(missing_ok=True)
         self.staging.mkdir(exist_ok=True)
 
     def folder(self, category: str, asset_id: str) -> Path:
@@ -169,7 +161,7 @@ class Library:
         return path
 
     def publish(self, staged: Path, target: Path) -> None:
-        """Put a finished entry in its place by one rename, then take away what its producer made of that input before.
+        """Put a finished entry in its place by one rename, then remove what its producer made of that input before.
 
         That may stand under another category or among the rejected. Killed in between, the library has two whole
         entries of one input; the next run keeps the current one.
@@ -214,12 +206,12 @@ class Library:
                 yield folder
 
     def forget(self, folder: Path) -> None:
-        """Take away an entry that a newer verdict on the same input has replaced, and its category with the last."""
+        """Remove an entry that a newer one has replaced, and with the last of a category the folder of the category."""
         if folder.exists():
-            gone = self.staging / f"{folder.name}.{os.getpid()}.gone"
-            shutil.rmtree(gone, ignore_errors=True)
-            folder.rename(gone)
-            shutil.rmtree(gone)
+            trash = self.staging / f"{folder.name}.{os.getpid()}.gone"
+            shutil.rmtree(trash, ignore_errors=True)
+            folder.rename(trash)
+            shutil.rmtree(trash)
         with suppress(OSError):  # others are still there, or a worker has just put one there
             folder.parent.rmdir()
 
@@ -267,7 +259,7 @@ def exchange(fresh: Path, target: Path) -> None:
     libc = ctypes.CDLL(None, use_errno=True)
     code = 0
     if hasattr(libc, "renameat2"):
-        code = libc.renameat2(_HERE, os.fsencode(fresh), _HERE, os.fsencode(target), _EXCHANGE)
+        code = libc.renameat2(AT_FDCWD, os.fsencode(fresh), AT_FDCWD, os.fsencode(target), RENAME_EXCHANGE)
         if code == 0:
             return
         code = ctypes.get_errno()
@@ -322,7 +314,7 @@ def read_section(folder: Path, name: str) -> dict[str, Any]:
     """The `asset` or `certificate` of an asset.json, as data. Raises OutputError where the file is damaged."""
     data = _json(folder / CERTIFICATE).get(name)
     if not isinstance(data, dict):
-        raise OutputError(str(folder / CERTIFICATE), f"holds no {name!r}; {_MEND}")
+        raise OutputError(str(folder / CERTIFICATE), f"holds no {name!r}; {_ADVICE}")
     return data
 
 
@@ -342,7 +334,7 @@ def _record(kind: type[R], path: Path, data: dict[str, Any]) -> R:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(str(p) for p in first["loc"])
-        raise OutputError(str(path), f"is damaged at {place}: {first['msg']}; {_MEND}") from error
+        raise OutputError(str(path), f"is damaged at {place}: {first['msg']}; {_ADVICE}") from error
 
 
 def _write_json(path: Path, data: dict[str, Any]) -> None:
@@ -355,9 +347,9 @@ def _json(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise OutputError(str(path), f"cannot be read: {error}; {_MEND}") from error
+        raise OutputError(str(path), f"cannot be read: {error}; {_ADVICE}") from error
     if not isinstance(data, dict):
-        raise OutputError(str(path), f"is not a JSON object; {_MEND}")
+        raise OutputError(str(path), f"is not a JSON object; {_ADVICE}")
     version = data.get("certificate", data)
     is_first = isinstance(version, dict) and version.get("schema_version") == 1
     return dict(_renamed(data)) if is_first else data

@@ -11,8 +11,8 @@ from casa_assets.pipeline.ingest.job import Outcome
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import file_inside
 
-# Reasons that lie in a run (its limits, the machine, a bug) and not in the input: the next run tries again.
-PASSING = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "RUN008", "SRC015"})
+# Codes of reasons that lie in a run (its limits, the machine, a bug) and not in the input: the next run tries again.
+RETRIED_CODES = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "RUN008", "SRC015"})
 
 
 def cached_outcome(entries: Sequence[Path], asset_id: str, cache_key: str) -> tuple[Path, Outcome] | None:
@@ -43,7 +43,7 @@ def _accepted(folder: Path, cache_key: str) -> Outcome | None:
 
 def _refused(folder: Path, cache_key: str) -> Outcome | None:
     refusal = disk.read_refusal(folder)
-    if refusal.cache_key != cache_key or refusal.code in PASSING:
+    if refusal.cache_key != cache_key or refusal.code in RETRIED_CODES:
         return None
     if refusal.twin and not _stands(folder, refusal.twin):
         return None  # what it was a copy of is gone

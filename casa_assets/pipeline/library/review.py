@@ -69,12 +69,12 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
     Args:
         found: the entries of the library.
     """
-    ruled = {digest: row for digest, row in _read(library).items() if not row.override.is_empty}
-    rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in ruled.items()}
+    overridden = {digest: row for digest, row in _read(library).items() if not row.override.is_empty}
+    rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in overridden.items()}
     for entry in found:
-        subjects = _open(entry)
-        if entry.sha256 in ruled:
-            rows[entry.sha256] = {**ruled[entry.sha256].cells, **_info_cells(entry, subjects)}
+        subjects = _subjects_to_review(entry)
+        if entry.sha256 in overridden:
+            rows[entry.sha256] = {**overridden[entry.sha256].cells, **_info_cells(entry, subjects)}
         elif subjects:
             rows[entry.sha256] = _info_cells(entry, subjects)
     target = library.root / NAME
@@ -93,7 +93,7 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
     return len(rows)
 
 
-def _open(entry: Entry) -> list[str]:
+def _subjects_to_review(entry: Entry) -> list[str]:
     if not entry.accepted:
         return [entry.code] if entry.code in REVIEWABLE_CODES else []
     return [issue.pointer for issue in doubtful_guesses(entry.guesses)]
@@ -114,10 +114,10 @@ def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
         "mass_kg": "" if entry.summary is None else f"{entry.summary.mass:.4g}",
         "reason": " | ".join(guesses[s].reason for s in subjects if s in guesses) or entry.message,
     }
-    return {name: _harmless(value) for name, value in cells.items()}
+    return {name: _spreadsheet_safe(value) for name, value in cells.items()}
 
 
-def _harmless(value: str) -> str:
+def _spreadsheet_safe(value: str) -> str:
     plain = " ".join("".join(c if c.isprintable() else " " for c in value).split())
     return f"'{plain}" if plain[:1] in "=+-@" and plain[:1] else plain
 
@@ -135,23 +135,23 @@ def _read(library: disk.Library) -> dict[str, ReviewRow]:
     except csv.Error as error:
         raise OutputError(str(path), f"is no CSV: {error}") from error
     rows: dict[str, ReviewRow] = {}
-    known = registry.load()
+    records = registry.load()
     for number, line in enumerate(lines, 2):
         cells = {name: (value or "").strip() for name, value in line.items() if isinstance(name, str)}
         digest = cells.get("sha256", "")
         if not digest:
             raise OutputError(str(path), f"row {number}: there is no sha256; keep that column")
-        rows[digest] = ReviewRow(cells, _override_of(cells, f"{path} row {number}", known))
+        rows[digest] = ReviewRow(cells, _override_of(cells, f"{path} row {number}", records))
     return rows
 
 
-def _override_of(cells: Mapping[str, str], place: str, known: registry.Registry) -> UserOverride:
+def _override_of(cells: Mapping[str, str], place: str, records: registry.Registry) -> UserOverride:
     stated: dict[str, Any] = {
         name: cells[f"set_{name}"] for name in UserOverride.model_fields if cells.get(f"set_{name}")
     }
     try:
         if "category" in stated:
-            known.category(stated["category"])
+            records.category(stated["category"])
         for name in ("turn_deg", "size_m", "mass_kg"):
             if name in stated:
                 stated[name] = float(stated[name].replace(",", "."))

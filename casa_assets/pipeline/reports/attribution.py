@@ -12,7 +12,7 @@ from casa_assets.pipeline.reports.entry import Entry
 
 NAME = "ATTRIBUTION.md"
 # Of one field; what is longer is no name of a thing, a person or a licence.
-MOST_CHARACTERS = 300
+MAX_CHARACTERS = 300
 _WEB_ADDRESS = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]+)?(/[A-Za-z0-9._~/%?=+,;:@-]*)?")
 
 
@@ -70,4 +70,4 @@ def _in_code(words: str) -> str:
 
 def _one_line(words: str) -> str:
     text = " ".join("".join(c if c.isprintable() else " " for c in words).split())
-    return text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]} ..."
+    return text if len(text) <= MAX_CHARACTERS else f"{text[:MAX_CHARACTERS]} ..."

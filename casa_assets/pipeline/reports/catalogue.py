@@ -53,7 +53,7 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
         BatchFault: some could not be drawn by a fault of the program; the page has the others.
     """
     requests = [FamilyRequest(f.name, preset=p) for f in families().values() for p in f.presets]
-    requests = [r for r in requests if not names or r.family in names]
+    requests = [w for w in requests if not names or w.family in names]
     for name in names:
         family(name)
     (out / "families").mkdir(parents=True, exist_ok=True)

@@ -28,30 +28,30 @@ TEXTURES = "| code | title | limit | what is tested, and what to do |"
 
 def markdown() -> str:
     """The whole page."""
-    known = registry.load()
+    records = registry.load()
     lines = [HEAD.rstrip("\n")]
     for row in TABLE:
-        limit = f"{known.limits[row.limit]:g} {row.unit}".strip() if row.limit else ""
-        cells = row.code, row.title, row.severity.value, row.subject.__name__, limit, row.describe(known.limits)
+        limit = f"{records.limits[row.limit]:g} {row.unit}".strip() if row.limit else ""
+        cells = row.code, row.title, row.severity.value, row.subject.__name__, limit, row.describe(records.limits)
         lines.append(f"| {' | '.join(cells)} |")
     lines += ["", "## Reasons for rejections and warnings of the stages", "", "| code | name | meaning | what to do |"]
     lines.append("|---|---|---|---|")
-    for code, entry in sorted(known.rejections.items()):
+    for code, entry in sorted(records.rejections.items()):
         lines.append(f"| {code} | {entry.name} | {entry.meaning} | {entry.remedy} |")
-    lines += _textures(known)
+    lines += _textures(records)
     return "\n".join(lines) + "\n"
 
 
-def _textures(known: registry.Registry) -> list[str]:
+def _textures(records: registry.Registry) -> list[str]:
     """Checks of textures, and why a picture is left out of a pack."""
     lines = ["", "## Checks on every texture", "", TEXTURES, "|---|---|---|---|"]
     for row in texture_check.TABLE:
         bound = "at most" if row.most else "at least"
-        value = known.limits[row.limit]
+        value = records.limits[row.limit]
         limit = f"{bound} {value:g} {row.unit}".rstrip()
         lines.append(f"| {row.code} | {row.title} | {limit} | {row.description.format(limit=value)} |")
     for code, (title, key, description) in texture_check.SET_CHECKS.items():
-        value = known.limits[key]
+        value = records.limits[key]
         lines.append(f"| {code} | {title} | {value:g} | {description.format(limit=value)} |")
     lines += ["", "## Why a picture is left out of a pack", "", "| code | name | what to do |", "|---|---|---|"]
     lines += [f"| {fault.value} | {fault.name.lower()} | {mend} |" for fault, mend in REMEDIES.items()]
@@ -60,5 +60,5 @@ def _textures(known: registry.Registry) -> list[str]:
 
 def codes() -> frozenset[str]:
     """Every code that the page explains."""
-    known = {*registry.load().rejections, *(row.code for row in TABLE), *(row.code for row in texture_check.TABLE)}
-    return frozenset(known | texture_check.SET_CHECKS.keys() | {fault.value for fault in REMEDIES})
+    explained = {*registry.load().rejections, *(row.code for row in TABLE), *(row.code for row in texture_check.TABLE)}
+    return frozenset(explained | texture_check.SET_CHECKS.keys() | {fault.value for fault in REMEDIES})

@@ -58,18 +58,18 @@ def rebuild(library: disk.Library, found: Iterable[Entry] | None = None) -> int:
     """
     target = library.root / NAME
     fresh = library.private / f"{NAME}.{os.getpid()}"
-    for left in library.private.glob(f"{NAME}.*"):
-        left.unlink()
+    for leftover in library.private.glob(f"{NAME}.*"):
+        leftover.unlink()
     rows = [_row(e) for e in sorted(entries(library) if found is None else found, key=lambda e: e.id)]
     try:
-        with closing(sqlite3.connect(fresh)) as base:
-            base.execute("PRAGMA journal_mode=WAL")
+        with closing(sqlite3.connect(fresh)) as database:
+            database.execute("PRAGMA journal_mode=WAL")
             columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
-            base.execute(f"CREATE TABLE entries ({columns}) WITHOUT ROWID")
-            base.executemany(f"INSERT INTO entries VALUES ({', '.join('?' * len(COLUMNS))})", rows)  # noqa: S608  marks only
-            base.execute("CREATE INDEX by_category ON entries (category, status)")
-            base.commit()
-            base.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+            database.execute(f"CREATE TABLE entries ({columns}) WITHOUT ROWID")
+            database.executemany(f"INSERT INTO entries VALUES ({', '.join('?' * len(COLUMNS))})", rows)  # noqa: S608  marks only
+            database.execute("CREATE INDEX by_category ON entries (category, status)")
+            database.commit()
+            database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
     except sqlite3.IntegrityError as error:
         twice = next(a[0] for a, b in pairwise(rows) if a[0] == b[0])
         raise OutputError(str(library.root), f"two entries are called {twice}; remove one of them") from error

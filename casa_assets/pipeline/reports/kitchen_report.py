@@ -49,8 +49,8 @@ def page(facts: Mapping[str, Any], report: Mapping[str, Any], explained: Mapping
 
 def _budget(report: Mapping[str, Any]) -> list[Cells]:
     """Number of bodies and the like in the model, and how fast it ran on the machine of the check."""
-    told = {**report.get("holds", {}), **report.get("speed", {})}
-    return [(name.replace("_", " "), f"{value:g}") for name, value in told.items()]
+    numbers = {**report.get("holds", {}), **report.get("speed", {})}
+    return [(name.replace("_", " "), f"{value:g}") for name, value in numbers.items()]
 
 
 def _severity(word: str) -> Marked:

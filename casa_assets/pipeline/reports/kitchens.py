@@ -89,23 +89,23 @@ def read_rows(out: Path) -> list[SceneRow]:
 
 def _row(folder: Path) -> SceneRow:
     facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-    named = SceneRow(facts["id"], facts["plan"], facts["style"])
+    row = SceneRow(facts["id"], facts["plan"], facts["style"])
     path = folder / "report.json"
     if not path.is_file():
-        return named
+        return row
     report: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     errors: dict[str, int] = {}
-    told = Report.model_validate({key: report[key] for key in ("subject", "results", "issues")})
-    for issue in told.errors:
+    checks = Report.model_validate({key: report[key] for key in ("subject", "results", "issues")})
+    for issue in checks.errors:
         errors[issue.code] = errors.get(issue.code, 0) + 1
     holds, speed, grade = report.get("holds", {}), report.get("speed", {}), report.get("grade", {})
     return SceneRow(
-        named.id,
-        named.plan,
-        named.style,
+        row.id,
+        row.plan,
+        row.style,
         passed=bool(report["passed"]),
         errors=errors,
-        checks=str(told.tally),
+        checks=str(checks.tally),
         joints=holds.get("joints"),
         design=grade.get("score"),
         access=grade.get("access_score"),
@@ -128,19 +128,19 @@ def cells(row: SceneRow) -> list[str]:
 
 def totals(found: Sequence[SceneRow]) -> dict[str, float]:
     """Counts over all rows, and the worst and mean of what was measured; of nothing there is no mean."""
-    told: dict[str, float] = {
+    numbers: dict[str, float] = {
         "scenes": len(found),
         "checked": sum(r.passed is not None for r in found),
         "passed": sum(bool(r.passed) for r in found),
         "joints": sum(r.joints or 0 for r in found),
     }
-    kept = {"design": min, "load_ms": max, "real_time_factor": min, "check_s": max, "texture_mb": max}
-    for field, worst in kept.items():
+    worst_of = {"design": min, "load_ms": max, "real_time_factor": min, "check_s": max, "texture_mb": max}
+    for field, worst in worst_of.items():
         values = [v for r in found if (v := getattr(r, field)) is not None]
         if values:
-            told[f"{field}_mean"] = round(sum(values) / len(values), 2)
-            told[f"{field}_worst"] = round(worst(values), 2)
-    return told
+            numbers[f"{field}_mean"] = round(sum(values) / len(values), 2)
+            numbers[f"{field}_worst"] = round(worst(values), 2)
+    return numbers
 
 
 def sentence(found: Sequence[SceneRow]) -> str:

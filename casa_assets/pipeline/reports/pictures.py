@@ -8,9 +8,8 @@ from pathlib import Path
 
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.library.entry_files import checked_model, picture_of
+from casa_assets.pipeline.library.entry_files import checked_model
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports.entry import entries
 from casa_assets.preview import turntable as turning
 from casa_assets.preview.camera import View
 from casa_assets.preview.sheet import SheetCell, contact_sheets
@@ -71,13 +70,3 @@ def models(targets: Sequence[Path]) -> Iterator[Path]:
             yield checked_model(target / "model.xml")
         else:
             yield from sorted(checked_model(p / "model.xml") for p in Library(target).accepted())
-
-
-def library_sheet(library: Path) -> list[bytes]:
-    """Contact sheet pages of a library, from the pictures that stand in it: accepted assets, then rejected inputs."""
-    shots = []
-    for entry in sorted(entries(Library(library)), key=lambda e: (not e.accepted, e.category, e.id)):
-        picture = picture_of(library / entry.path)
-        size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents) + " cm" if entry.summary else entry.code
-        shots.append(SheetCell(entry.id, size, picture))
-    return list(contact_sheets(shots, f"{library.name}: {len(shots)} inputs"))

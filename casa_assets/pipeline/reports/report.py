@@ -31,8 +31,8 @@ def write(root: Path, target: Path) -> Path:
     table = EntryTable(disk.Library(root), with_results=True)
     thumbnails = table.thumbnails()
     whole = library_report.read_library_report(root)
-    known = registry.load()
-    explanations = explained(known.limits)
+    records = registry.load()
+    explanations = explained(records.limits)
     accepted = [
         html_report.AssetRow(
             entry,
@@ -44,7 +44,7 @@ def write(root: Path, target: Path) -> Path:
         if entry.accepted
     ]
     rejected = [
-        _rejected(entry, known.rejections, explanations, thumbnails.get(entry.path, b""))
+        _rejected(entry, records.rejections, explanations, thumbnails.get(entry.path, b""))
         for entry in table.entries
         if not entry.accepted
     ]
@@ -82,13 +82,13 @@ def _rejected(
     Args:
         rejections: reasons by code. explanations: code of a check -> its title and what is tested.
     """
-    known = rejections.get(entry.code)
+    rejection = rejections.get(entry.code)
     # The message of a check ends with what to do.
     fault, _, mend = entry.message.partition("; ")
     return html_report.RejectedRow(
         entry,
-        meaning=known.meaning if known else explanations.get(entry.code, ""),
-        reason=entry.message if known or not mend else f"{fault}.",
-        mend=known.remedy if known else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
+        meaning=rejection.meaning if rejection else explanations.get(entry.code, ""),
+        reason=entry.message if rejection or not mend else f"{fault}.",
+        mend=rejection.remedy if rejection else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
         thumbnail=thumbnail,
     )

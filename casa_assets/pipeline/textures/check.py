@@ -12,7 +12,7 @@ from casa_assets.errors import BatchFault
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.finish import Surface
 from casa_assets.model.registry.texture_recipe import TextureRecipe
-from casa_assets.pipeline.textures.recipes import finish_of, recipe, recipes
+from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, recipes
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.textures.check import check_pictures, check_set, pictures_of
@@ -26,26 +26,26 @@ WORKER_BYTES = 1_000_000_000  # of memory, that painting and checking a finish m
 
 @dataclass(frozen=True)
 class CheckedTexture:
-    """A recipe that was checked: its report, and what it looks like beside the others."""
+    """A recipe that was checked: its report, and a descriptor to compare it with others by."""
 
     recipe: TextureRecipe
     report: Report
     look: TextureDescriptor
 
 
-def check_one(wanted: TextureRecipe, cache: Path) -> CheckedTexture:
+def check_one(texture_recipe: TextureRecipe, cache: Path) -> CheckedTexture:
     """Paint a recipe, or take it from the store at `cache`, and check it."""
-    report = check_pictures(pictures_of(finish_of(wanted, cache)), registry.load().limits)
-    small = make(wanted, COMPARISON_PX)
-    seen = describe_texture(small.albedo, wanted.tile_m, small.roughness, small.height_m)
-    return CheckedTexture(wanted, report, seen)
+    report = check_pictures(pictures_of(finish_of(texture_recipe, cache)), registry.load().limits)
+    small = make(texture_recipe, COMPARISON_PX)
+    descriptor = describe_texture(small.albedo, texture_recipe.tile_m, small.roughness, small.height_m)
+    return CheckedTexture(texture_recipe, report, descriptor)
 
 
-def check_recipes(wanted: Sequence[TextureRecipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
+def check_recipes(selected: Sequence[TextureRecipe], cache: Path, jobs: int = DEFAULT_JOBS) -> Iterator[CheckedTexture]:
     """Recipes in the order given.
 
     Args:
-        wanted: what to check. cache: folder of the store. jobs: at once; 0: one per core.
+        selected: what to check. cache: folder of the store. jobs: at once; 0: one per core.
     Raises:
         BatchFault: checking some of them failed by a fault of the program, once all the others are done.
         CasaError: see run_batch.
@@ -53,14 +53,14 @@ def check_recipes(wanted: Sequence[TextureRecipe], cache: Path, jobs: int = DEFA
     answers: dict[int, CheckedTexture | WorkerFailure] = {}
     due = 0
     check = partial(check_one, cache=cache)
-    for number, answer in run_batch(check, wanted, cache, jobs, f"{__name__}:warm", WORKER_BYTES):
+    for number, answer in run_batch(check, selected, cache, jobs, f"{__name__}:warm", WORKER_BYTES):
         answers[number] = answer
         while due in answers:
-            known = answers[due]
-            if isinstance(known, CheckedTexture):
-                yield known
+            checked = answers[due]
+            if isinstance(checked, CheckedTexture):
+                yield checked
             due += 1
-    faults = {wanted[n].id: a for n, a in sorted(answers.items()) if isinstance(a, WorkerFailure)}
+    faults = {selected[n].id: a for n, a in sorted(answers.items()) if isinstance(a, WorkerFailure)}
     if faults:
         raise BatchFault(faults, "\n".join(failure.text for failure in faults.values()))
 
@@ -89,5 +89,5 @@ def select_recipes(names: Sequence[str], surfaces: Sequence[Surface]) -> tuple[T
         UnknownId: no recipe has that id.
     """
     if names:
-        return tuple(recipe(name) for name in names)
+        return tuple(find_recipe(name) for name in names)
     return tuple(r for s in (surfaces or tuple(Surface)) for r in recipes()[s].values())

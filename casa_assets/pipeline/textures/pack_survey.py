@@ -20,8 +20,8 @@ from casa_assets.textures.packs.faults import PackFault, refuse, refused
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
-_MOST_BYTES = 256 * 1024 * 1024
-_MOST_PROMPT = 4000
+_MAX_BYTES = 256 * 1024 * 1024
+_MAX_PROMPT_BYTES = 4000
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class AcceptedPicture:
 
     source: str
     sha256: str
-    said: PictureDescription
-    worked: PreparedPicture
+    fields: PictureDescription
+    prepared: PreparedPicture
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def read_description(folder: Path) -> PackDescription:
                 faults[source] = str(error)
     for path in _files(folder):
         picture = next((p for s in SUFFIXES if (p := path.with_suffix(s)).is_file()), None)
-        if path.suffix.lower() == ".txt" and picture is not None and path.stat().st_size <= _MOST_PROMPT:
+        if path.suffix.lower() == ".txt" and picture is not None and path.stat().st_size <= _MAX_PROMPT_BYTES:
             source = picture.relative_to(folder).as_posix()
             prompt = " ".join(path.read_text(encoding="utf-8", errors="replace").split())
             rows[source] = rows.get(source, PictureDescription()).over(PictureDescription(prompt=prompt))
@@ -123,7 +123,7 @@ def read_description(folder: Path) -> PackDescription:
     return PackDescription(pack, defaults, rows, faults, tuple(used))
 
 
-def survey(folder: Path, told: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
+def survey(folder: Path, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
     """Look at every file under a folder; what is wrong with one does not touch the others."""
     found: list[AcceptedPicture] = []
     refusals: list[RefusedPicture] = []
@@ -133,7 +133,7 @@ def survey(folder: Path, told: PackDescription, options: PackOptions, store: Sto
     for path in _files(folder):
         source = path.relative_to(folder).as_posix()
         if path.suffix.lower() not in SUFFIXES:
-            if source not in told.used:
+            if source not in description.used:
                 ignored.append(source)
             continue
         present.append(source)
@@ -143,11 +143,11 @@ def survey(folder: Path, told: PackDescription, options: PackOptions, store: Sto
             if digest in by_bytes:
                 raise refuse(PackFault.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
             by_bytes[digest] = source
-            said = _picture_fields(source, told, options.flags)
-            found.append(AcceptedPicture(source, digest, said, _prepared(data, digest, options.size_px, store)))
+            fields = _picture_fields(source, description, options.flags)
+            found.append(AcceptedPicture(source, digest, fields, _prepared(data, digest, options.size_px, store)))
         except Rejected as error:
             refusals.append(refused(source, error))
-    for source in told.rows:
+    for source in description.rows:
         if source not in present:
             refusals.append(refused(source, refuse(PackFault.MISSING, "is named in pack.yaml and is not there")))
     return PackSurvey(tuple(found), tuple(sorted(refusals, key=lambda r: r.source)), tuple(ignored))
@@ -166,24 +166,24 @@ def _bytes(path: Path, folder: Path) -> bytes:
             raise refuse(PackFault.UNREADABLE, "is a link that leaves the folder")
         if not path.is_file():
             raise refuse(PackFault.UNREADABLE, "is no regular file")
-        if path.stat().st_size > _MOST_BYTES:
-            raise refuse(PackFault.TOO_LARGE, f"has over {_MOST_BYTES // 2**20} MiB")
+        if path.stat().st_size > _MAX_BYTES:
+            raise refuse(PackFault.TOO_LARGE, f"has over {_MAX_BYTES // 2**20} MiB")
         return path.read_bytes()
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
         raise refuse(PackFault.UNREADABLE, f"cannot be read: {error}") from None
 
 
-def _picture_fields(source: str, told: PackDescription, flags: PictureDescription) -> PictureDescription:
+def _picture_fields(source: str, description: PackDescription, flags: PictureDescription) -> PictureDescription:
     """Merge the fields stated for a picture: its row, then the flags, then the defaults of the file."""
-    if source in told.faults:
-        raise refuse(PackFault.BAD_ROW, told.faults[source])
-    said = told.rows.get(source, PictureDescription()).over(flags).over(told.defaults)
-    missing = [name for name in ("surface", "tile_m", "licence") if getattr(said, name) is None]
+    if source in description.faults:
+        raise refuse(PackFault.BAD_ROW, description.faults[source])
+    fields = description.rows.get(source, PictureDescription()).over(flags).over(description.defaults)
+    missing = [name for name in ("surface", "tile_m", "licence") if getattr(fields, name) is None]
     if missing:
         raise refuse(PackFault.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
-    if (said.substance or UNKNOWN) not in registry.load().substances:
-        raise refuse(PackFault.BAD_ROW, f"{said.substance!r} is no substance of registry/substances.yaml")
-    return said
+    if (fields.substance or UNKNOWN) not in registry.load().substances:
+        raise refuse(PackFault.BAD_ROW, f"{fields.substance!r} is no substance of registry/substances.yaml")
+    return fields
 
 
 def _prepared(data: bytes, digest: str, size_px: int, store: Store) -> PreparedPicture:
@@ -191,7 +191,7 @@ def _prepared(data: bytes, digest: str, size_px: int, store: Store) -> PreparedP
     key = digest_of("texture_pack", key_of(decode, tile, PreparedPicture), digest, size_px)
     if (kept := store.get(key)) is not None:
         return PreparedPicture.from_json(kept)
-    seen = decode(data)
-    worked = PreparedPicture(tile=tile(seen.pixels, size_px), prompt=seen.prompt, notes=seen.notes)
-    store.put(key, worked.to_json().encode())
-    return worked
+    decoded = decode(data)
+    prepared = PreparedPicture(tile=tile(decoded.pixels, size_px), prompt=decoded.prompt, notes=decoded.notes)
+    store.put(key, prepared.to_json().encode())
+    return prepared

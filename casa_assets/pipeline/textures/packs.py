@@ -60,23 +60,23 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
     """
     if not folder.is_dir():
         raise CasaError(f"{folder}: no such folder")
-    told = read_description(folder)
-    name = slug(options.pack or told.pack or folder.absolute().name)
+    description = read_description(folder)
+    name = slug(options.pack or description.pack or folder.absolute().name)
     library = Library(options.library)
     with library.locked():
-        found = survey(folder, told, options, Store(library.cache))
+        found = survey(folder, description, options, Store(library.cache))
         staged = library.stage(name)
-        ids = unique_ids(name, [one.said.name or Path(one.source).stem for one in found.accepted])
+        ids = unique_ids(name, [accepted.fields.name or Path(accepted.source).stem for accepted in found.accepted])
         pictures: list[PackPicture] = []
-        looks: dict[str, TextureDescriptor] = {}
+        descriptors: dict[str, TextureDescriptor] = {}
         shots: list[SheetCell] = []
-        for id_, one in zip(ids, found.accepted, strict=True):
-            picture, maps, looks[id_] = _picture(id_, one)
-            write_files(staged, Files(entries=maps))  # at once: a large pack does not fit into memory
+        for id_, accepted in zip(ids, found.accepted, strict=True):
+            picture, files, descriptors[id_] = _picture(id_, accepted)
+            write_files(staged, Files(entries=files))  # at once: a large pack does not fit into memory
             pictures.append(picture)
             size = f"{picture.surface.value}, {picture.tile_m[0]:g} x {picture.tile_m[1]:g} m"
-            shots.append(SheetCell(id_.removeprefix(f"{name}_"), size, _small(maps[picture.files[0]])))
-        pairs = closest_pairs(looks, below=NEARLY_ALIKE, most=100)
+            shots.append(SheetCell(id_.removeprefix(f"{name}_"), size, _sheet_picture(files[picture.files[0]])))
+        pairs = closest_pairs(descriptors, below=NEARLY_ALIKE, most=100)
         pack = Pack(
             id=name,
             version=FORMAT,
@@ -88,7 +88,7 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
         page = contact_sheet(shots, f"{name}: {len(pictures)} pictures, {len(found.refused)} left out")
         write_files(staged, Files(entries={PACK: _text(pack), SHEET: page}))
         target = library.root / FOLDER / name
-        return PackReport(target, pack, _published(library, staged, target))
+        return PackReport(target, pack, _put_if_changed(library, staged, target))
 
 
 def load_pack(folder: Path) -> Pack:
@@ -113,48 +113,48 @@ def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str
     return {p.id: _finish(folder, p, substances[p.substance]) for p in load_pack(folder).pictures}
 
 
-def _picture(id_: str, one: AcceptedPicture) -> tuple[PackPicture, dict[str, bytes], TextureDescriptor]:
-    """Its record, its three files, and what it looks like."""
-    said, made = one.said, one.worked.tile
-    assert said.surface is not None
-    assert said.tile_m is not None
-    assert said.licence is not None
-    base = pixels_of(made.base)
-    size = (round(said.tile_m[0] * made.kept[0], 4), round(said.tile_m[1] * made.kept[1], 4))
-    painted = layers(base, said.surface, said.roughness)
-    substance = registry.load().substances[said.substance or UNKNOWN]
-    images = finish(id_, size, painted, substance).material.textures
+def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str, bytes], TextureDescriptor]:
+    """The record of a picture, its three files by name, and a descriptor to compare it with others by."""
+    fields, tile = accepted.fields, accepted.prepared.tile
+    assert fields.surface is not None
+    assert fields.tile_m is not None
+    assert fields.licence is not None
+    base = pixels_of(tile.base)
+    size = (round(fields.tile_m[0] * tile.kept[0], 4), round(fields.tile_m[1] * tile.kept[1], 4))
+    texture_layers = layers(base, fields.surface, fields.roughness)
+    substance = registry.load().substances[fields.substance or UNKNOWN]
+    images = finish(id_, size, texture_layers, substance).material.textures
     names = {"color": "base", "metallic_roughness": "roughness", "normal": "normal"}
-    maps = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in images}
+    files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in images}
     paths = tuple(f"{id_}_{role}.png" for role in ("base", "normal", "roughness"))
-    notes = list(one.worked.notes)
-    if made.repaired:
-        notes.append(f"was cut to {made.kept[0]:.0%} x {made.kept[1]:.0%} and its border mended")
-    if made.seam_after > derive.VISIBLE_SEAM:
+    notes = list(accepted.prepared.notes)
+    if tile.repaired:
+        notes.append(f"was cut to {tile.kept[0]:.0%} x {tile.kept[1]:.0%} and its border mended")
+    if tile.seam_after > derive.VISIBLE_SEAM:
         notes.append("its border can still be found by who looks for it")
     picture = PackPicture(
         id=id_,
-        source=one.source,
-        source_sha256=one.sha256,
-        surface=said.surface,
+        source=accepted.source,
+        source_sha256=accepted.sha256,
+        surface=fields.surface,
         substance=substance.id,
         tile_m=size,
-        width_px=made.width_px,
-        height_px=made.height_px,
-        licence=said.licence,
-        prompt=said.prompt or one.worked.prompt or UNKNOWN,
-        generator=said.generator or UNKNOWN,
-        author=said.author or UNKNOWN,
-        seam_before=made.seam_before,
-        seam_after=made.seam_after,
-        repaired=made.repaired,
+        width_px=tile.width_px,
+        height_px=tile.height_px,
+        licence=fields.licence,
+        prompt=fields.prompt or accepted.prepared.prompt or UNKNOWN,
+        generator=fields.generator or UNKNOWN,
+        author=fields.author or UNKNOWN,
+        seam_before=tile.seam_before,
+        seam_after=tile.seam_after,
+        repaired=tile.repaired,
         derived=("normal", "roughness"),
         files=(paths[0], paths[1], paths[2]),
-        sha256=tuple(hashlib.sha256(maps[p]).hexdigest() for p in paths),
+        sha256=tuple(hashlib.sha256(files[p]).hexdigest() for p in paths),
         notes=tuple(notes),
     )
     coarse = slice(None, None, _LOOK_STEP)
-    return picture, maps, describe_texture(base[coarse, coarse], size)
+    return picture, files, describe_texture(base[coarse, coarse], size)
 
 
 def _finish(folder: Path, picture: PackPicture, substance: Substance) -> Finish:
@@ -192,8 +192,8 @@ def _text(record: Record) -> bytes:
     return (json.dumps(data, sort_keys=True, indent=1, ensure_ascii=False) + "\n").encode()
 
 
-def _small(png: bytes) -> bytes:
-    """The picture as it is shown on the sheet."""
+def _sheet_picture(png: bytes) -> bytes:
+    """The picture in the size of a cell of the contact sheet, PNG."""
     pixels = pixels_of(png)
     step = max(1, max(pixels.shape[:2]) // 192)
     height, width = (n - n % step for n in pixels.shape[:2])
@@ -201,7 +201,7 @@ def _small(png: bytes) -> bytes:
     return derive.png(blocks.mean(axis=(1, 3)))
 
 
-def _published(library: Library, staged: Path, target: Path) -> bool:
+def _put_if_changed(library: Library, staged: Path, target: Path) -> bool:
     """Put the pack in its place by one rename; False where it is there already, byte for byte."""
     if target.is_dir() and file_digests(target) == file_digests(staged):
         shutil.rmtree(staged.parent)

@@ -1,4 +1,4 @@
-"""Recipes out of the registry, and their finishes, kept in the store."""
+"""Recipes of textures from the registry, and the finishes that are painted from them, kept in the cache."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
         RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
     """
     folder = (registry.data_root() if root is None else root) / FOLDER
-    known = registry.load(root).substances
+    substances = registry.load(root).substances
     found: dict[Surface, Mapping[str, TextureRecipe]] = {}
     taken: dict[str, str] = {}
     for surface in Surface:
@@ -48,7 +48,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
                 raise document.fault((name,), "an id that no other surface has", f"{name!r}, also in {taken[name]}")
             taken[name] = document.file
             rows[name] = _recipe(document, name, stated, surface)
-            if rows[name].substance not in known:
+            if rows[name].substance not in substances:
                 raise document.fault((name, "substance"), "a substance of substances.yaml", repr(rows[name].substance))
         found[surface] = MappingProxyType(rows)
     return MappingProxyType(found)
@@ -65,7 +65,7 @@ def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> Tex
     return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
 
 
-def recipe(name: str) -> TextureRecipe:
+def find_recipe(name: str) -> TextureRecipe:
     """The recipe of that id. Raises UnknownId with the nearest names."""
     rows = {n: r for group in recipes().values() for n, r in group.items()}
     if name not in rows:
@@ -73,10 +73,10 @@ def recipe(name: str) -> TextureRecipe:
     return rows[name]
 
 
-def finish_key(wanted: TextureRecipe, size_px: int = SIZE_PX) -> str:
+def finish_key(recipe: TextureRecipe, size_px: int = SIZE_PX) -> str:
     """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance."""
-    substance = registry.load().substances[wanted.substance]
-    return digest_of("texture", _code_key(wanted.kind), wanted.digest, substance.digest, size_px)
+    substance = registry.load().substances[recipe.substance]
+    return digest_of("texture", _code_key(recipe.kind), recipe.digest, substance.digest, size_px)
 
 
 @cache
@@ -84,15 +84,15 @@ def _code_key(kind: str) -> str:
     return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
 
 
-def finish_of(wanted: TextureRecipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
+def finish_of(recipe: TextureRecipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
     """The finish of a recipe, from `<cache>/textures` or painted now. Finishes used longest ago make room for it."""
     store = Store(cache / FOLDER)
-    key = finish_key(wanted, size_px)
+    key = finish_key(recipe, size_px)
     kept = store.get(key)
     if kept is not None:
         return Finish.from_json(kept)
-    substance = registry.load().substances[wanted.substance]
-    made = finish(wanted.id, wanted.tile_m, make(wanted, size_px), substance)
+    substance = registry.load().substances[recipe.substance]
+    made = finish(recipe.id, recipe.tile_m, make(recipe, size_px), substance)
     store.put(key, made.to_json().encode())
     store.trim(int(CACHE_SHARE * max_cache_bytes()))
     return made

@@ -21,31 +21,33 @@ COLUMNS = 10
 PER_PAGE = 100
 
 
-def write_finish(wanted: TextureRecipe, folder: Path, cache: Path, size_px: int = SIZE_PX) -> tuple[Path, ...]:
+def write_finish(recipe: TextureRecipe, folder: Path, cache: Path, size_px: int = SIZE_PX) -> tuple[Path, ...]:
     """Write the colour, metallic-roughness and normal picture of a recipe.
 
     Args:
-        wanted: recipe. folder: made where it is missing. cache: folder of the store. size_px: longer side.
+        recipe: recipe. folder: made where it is missing. cache: folder of the store. size_px: longer side.
     """
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for texture in finish_of(wanted, cache, size_px).material.textures:
+    for texture in finish_of(recipe, cache, size_px).material.textures:
         path = folder / f"{texture.name}.png"
         path.write_bytes(texture.png)
         written.append(path)
     return tuple(written)
 
 
-def shots(wanted: Sequence[TextureRecipe], cache: Path, side_m: float = 1.0, side_px: int = 192) -> Iterator[SheetCell]:
+def shots(
+    recipes: Sequence[TextureRecipe], cache: Path, side_m: float = 1.0, side_px: int = 192
+) -> Iterator[SheetCell]:
     """One cell per recipe: a lit cut of `side_m` metres, with the id and the size of the picture.
 
     Args:
-        wanted: recipes. cache: folder of the store. side_m: of a cut, metres. side_px: of a cell.
+        recipes: recipes. cache: folder of the store. side_m: of a cut, metres. side_px: of a cell.
     """
-    for one in wanted:
-        made = finish_of(one, cache)
-        size = f"{one.kind}, {one.tile_m[0]:g} x {one.tile_m[1]:g} m"
-        yield SheetCell(one.id, size, _png(made, side_m, side_px))
+    for recipe in recipes:
+        finish = finish_of(recipe, cache)
+        size = f"{recipe.kind}, {recipe.tile_m[0]:g} x {recipe.tile_m[1]:g} m"
+        yield SheetCell(recipe.id, size, _png(finish, side_m, side_px))
 
 
 def pages(cells: Sequence[SheetCell], heading: str, side_px: int = 192) -> tuple[bytes, ...]:

@@ -1,7 +1,7 @@
 """Run a batch of families, scenes or textures in the worker pool, and report those that fail.
 
-What families, scenes and textures do is no stranger's input: what goes wrong there is a fault of the program, of the
-machine, or of what the user asked for, and each is told apart here.
+Families, scenes and textures are made from data of the program, not from untrusted files: an error is a fault of the
+program, of the machine, or of the user's request, and these are told apart here.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from casa_assets.preview.renderer import NoRenderer
 J = TypeVar("J")
 T = TypeVar("T")
 
-# Processor seconds after which a job of ours has run away; the slowest known takes three minutes.
+# Processor seconds after which a job does not end by itself; the slowest known takes three minutes.
 CPU_S = 7200.0
-# What is wrong with the machine, so that no other item of a batch would fare better.
+# Errors of the machine, which every other item of a batch would meet too.
 ABORTS = (OutputError, NoRenderer, MemoryError)
 
 
@@ -73,7 +73,7 @@ def attempt(make: Callable[[], T], failed: Callable[[str, bool], T], root: Path)
         failed: takes a message, and whether the program is to blame: then the message is the trace.
         root: folder that is written to.
     Raises:
-        OutputError, NoRenderer, MemoryError: no other item would fare better.
+        OutputError, NoRenderer, MemoryError: every other item would meet the same.
     """
     try:
         with writing(root):
@@ -82,5 +82,5 @@ def attempt(make: Callable[[], T], failed: Callable[[str, bool], T], root: Path)
         raise
     except CasaError as error:
         return failed(str(error), False)
-    except Exception:  # noqa: BLE001  a batch does not die of one item; the trace is told, and the run ends with exit 3
+    except Exception:  # noqa: BLE001  the other items go on; the trace is reported and the run ends with exit 3
         return failed(traceback.format_exc(limit=-4), True)

@@ -6,8 +6,9 @@ import math
 import resource
 from dataclasses import dataclass
 
-# A process that is starved by others still gets some time: only one that hangs gets less than this part of a core.
+# A process that competes with others still gets some time; one with less than this part of a core hangs. A choice.
 IDLE_CPU_SHARE = 0.001
+# Seconds of the clock for each processor second of the limit, and at least; a choice: 20 jobs may share a core.
 WALL_FACTOR, WALL_LEAST_S = 20.0, 1800.0
 
 

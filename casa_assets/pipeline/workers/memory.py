@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PROC, CGROUPS = Path("/proc"), Path("/sys/fs/cgroup")
-# What is left to the main process, the server that forks and everybody else, as a part of what is free.
+# Part of the free memory that is left to the main process, the fork server and other programs; a choice.
 RESERVED_SHARE = 0.1
 # A worker with less than this fails on common inputs: a mesh of two million faces takes 1.9 GB.
 LEAST_WORKER_BYTES = 2_000_000_000
@@ -46,14 +46,14 @@ def plan_workers(
         return WorkerPlan(workers, memory_bytes, memory_bytes)
     usable = int(free * (1.0 - RESERVED_SHARE))
     alone = max(1, min(memory_bytes, usable))
-    least = max(1, min(memory_bytes, least_bytes))
-    fitting = max(1, min(workers, usable // least))
+    least_each = max(1, min(memory_bytes, least_bytes))
+    fitting = max(1, min(workers, usable // least_each))
     each = max(1, min(memory_bytes, usable // fitting))
     message = ""
     if fitting < workers:
         message = (
             f"{fitting} instead of {workers} at once (--jobs): {free / 1e9:.3g} GB of memory are free, "
-            f"and each may need {least / 1e9:.3g} GB"
+            f"and each may need {least_each / 1e9:.3g} GB"
         )
     return WorkerPlan(fitting, each, alone, message)
 
@@ -87,13 +87,13 @@ def _of_groups(proc: Path, root: Path) -> Iterator[int]:
         for line in (proc / "self" / "cgroup").read_text(encoding="utf-8").splitlines():
             number, controllers, path = line.split(":", 2)
             if number == "0":
-                yield from _up(root, path, ("memory.max", "memory.current", "inactive_file"))
+                yield from _limits_up_the_tree(root, path, ("memory.max", "memory.current", "inactive_file"))
             elif "memory" in controllers.split(","):
                 files = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
-                yield from _up(root / "memory", path, files)
+                yield from _limits_up_the_tree(root / "memory", path, files)
 
 
-def _up(root: Path, path: str, files: tuple[str, str, str]) -> Iterator[int]:
+def _limits_up_the_tree(root: Path, path: str, files: tuple[str, str, str]) -> Iterator[int]:
     limit_file, usage_file, cached_key = files
     parts = [p for p in path.split("/") if p not in ("", "..")]
     for depth in range(len(parts), -1, -1):

@@ -81,9 +81,9 @@ class Pool:
 
     def __init__(self, workers: int, limits: Limits, warm: str, least_bytes: int = memory.LEAST_WORKER_BYTES) -> None:
         wanted = workers or len(os.sched_getaffinity(0))
-        self._share = memory.plan_workers(wanted, limits.memory_bytes, least_bytes)
-        self._workers, self._limits = self._share.workers, replace(limits, memory_bytes=self._share.memory_bytes)
-        self._limits_alone = replace(limits, memory_bytes=self._share.alone_bytes)
+        self._plan = memory.plan_workers(wanted, limits.memory_bytes, least_bytes)
+        self._workers, self._limits = self._plan.workers, replace(limits, memory_bytes=self._plan.memory_bytes)
+        self._limits_alone = replace(limits, memory_bytes=self._plan.alone_bytes)
         self._warm = [warm]
         self._server: subprocess.Popen[bytes] | None = None
         self._control: socket.socket | None = None
@@ -112,25 +112,25 @@ class Pool:
             function: `module:name` of a function of one argument; it answers with something picklable.
             jobs: picklable.
         """
-        if len(jobs) > self._workers and self._share.message:
-            LOG.warning("%s", self._share.message)
-            self._share = replace(self._share, message="")
+        if len(jobs) > self._workers and self._plan.message:
+            LOG.warning("%s", self._plan.message)
+            self._plan = replace(self._plan, message="")
         queue = _Queue(deque(range(len(jobs))), deque(), dict.fromkeys(range(len(jobs)), 0), set())
         while queue.waiting or queue.alone or self._running:
             try:
-                for number in self._due(queue):
+                for number in self._jobs_to_start(queue):
                     control = self._control or self._start_server()
                     limits = self._limits_alone if number in queue.was_alone else self._limits
                     self._start(control, number, (function, jobs[number]), limits)
                 finished = list(self._finished())
             except _ServerDied:
-                finished = list(self._salvaged())
+                finished = list(self._answers_of_ended_server())
             for number, answer in finished:
-                if not (isinstance(answer, WorkerFailure) and self._is_to_be_tried_again(number, answer, queue)):
+                if not (isinstance(answer, WorkerFailure) and self._requeue(number, answer, queue)):
                     yield number, answer
 
-    def _due(self, queue: _Queue) -> Iterator[int]:
-        """Jobs to be started now."""
+    def _jobs_to_start(self, queue: _Queue) -> Iterator[int]:
+        """Numbers of the jobs to be started now."""
         while queue.waiting and len(self._running) < self._workers:
             yield queue.waiting.popleft()
         if queue.alone and not self._running:
@@ -138,8 +138,8 @@ class Pool:
             queue.was_alone.add(number)
             yield number
 
-    def _is_to_be_tried_again(self, number: int, failure: WorkerFailure, queue: _Queue) -> bool:
-        """True if a job may not be to blame for its end; if so it is in the queue again."""
+    def _requeue(self, number: int, failure: WorkerFailure, queue: _Queue) -> bool:
+        """Put a job that may not be to blame for its end back into the queue; returns whether it is there."""
         if failure.reason == "unstarted":
             queue.waiting.appendleft(number)
             return True
@@ -166,59 +166,59 @@ class Pool:
             except subprocess.TimeoutExpired:
                 self._server.kill()
                 self._server.wait()
-        for one in self._running.values():
+        for running in self._running.values():
             with suppress(OSError, EOFError):
-                while one.channel.poll(STUCK_S):  # until its last holder is gone
-                    one.channel.recv_bytes()
-            one.channel.close()
+                while running.channel.poll(STUCK_S):  # until its last holder is gone
+                    running.channel.recv_bytes()
+            running.channel.close()
         self._running.clear()
         self._server = self._control = None
 
     def _start(self, control: socket.socket, job: int, task: tuple[str, Any], limits: Limits) -> None:
-        here, there = socket.socketpair()
+        own_end, worker_end = socket.socketpair()
         # A worker that was stopped half-way through its answer must not hold up the others.
         for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
-            here.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", int(STUCK_S), 0))
+            own_end.setsockopt(socket.SOL_SOCKET, option, struct.pack("ll", int(STUCK_S), 0))
         self._ticket += 1
-        one = self._running[self._ticket] = _Running(job, Connection(here.detach()), limits)
-        with there:
+        running = self._running[self._ticket] = _Running(job, Connection(own_end.detach()), limits)
+        with worker_end:
             try:
-                socket.send_fds(control, [pickle.dumps(("fork", self._ticket, limits))], [there.fileno()])
+                socket.send_fds(control, [pickle.dumps(("fork", self._ticket, limits))], [worker_end.fileno()])
             except OSError as error:
                 raise _ServerDied from error
         with suppress(OSError):  # where it died already, the server says so
-            one.channel.send(task)
+            running.channel.send(task)
 
     def _start_server(self) -> socket.socket:
         if self._deaths >= MAX_SERVER_TRIES:
             raise CasaError(
                 f"worker processes cannot be started: the server ended {self._deaths} times; see `casa-assets doctor`"
             )
-        here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        own_end, server_end = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         paths = json.dumps([os.path.abspath(p) for p in sys.path])  # noqa: PTH100  "" is the working folder
-        with there:
+        with server_end:
             self._server = subprocess.Popen(
-                [sys.executable, "-c", _CODE, paths, str(there.fileno())],
-                pass_fds=[there.fileno()],
+                [sys.executable, "-c", _CODE, paths, str(server_end.fileno())],
+                pass_fds=[server_end.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
                 start_new_session=True,  # Ctrl-C in the terminal is for the pool alone
             )
-        self._control = here
+        self._control = own_end
         with suppress(OSError):  # where it ended already, the next message finds out
             for function in self._warm:
-                here.send(pickle.dumps(("call", function)))
-        return here
+                own_end.send(pickle.dumps(("call", function)))
+        return own_end
 
     def _finished(self) -> Iterator[tuple[int, Any]]:
         """Wait for something to happen and yield what has finished."""
         assert self._control is not None
-        open_ends = [one.channel for one in self._running.values() if not one.is_drained]
+        open_ends = [running.channel for running in self._running.values() if not running.is_drained]
         ready = wait([self._control, *open_ends])
-        for one in self._running.values():
-            if one.channel in ready:
-                _read(one)
+        for running in self._running.values():
+            if running.channel in ready:
+                _read(running)
         if self._control in ready:
             yield from self._receive(self._control)
 
@@ -229,50 +229,50 @@ class Pool:
             raise _ServerDied from error
         if not data:
             raise _ServerDied
-        word, what, *more = pickle.loads(data)  # noqa: S301  our own server wrote it
+        word, number, *more = pickle.loads(data)  # noqa: S301  our own server wrote it
         if word == "failed":
             raise CasaError(f"worker processes cannot be started; see `casa-assets doctor`\n{more[0]}")
-        if word == "started" and what in self._running:
-            self._running[what].has_started = True
-        elif word == "ended" and what in self._running:
+        if word == "started" and number in self._running:
+            self._running[number].has_started = True
+        elif word == "ended" and number in self._running:
             self._deaths = 0
-            one = self._running.pop(what)
-            yield one.job, self._verdict(one, *more)
+            running = self._running.pop(number)
+            yield running.job, self._verdict(running, *more)
 
-    def _verdict(self, one: _Running, code: int, reason: str = "") -> Any:
+    def _verdict(self, running: _Running, code: int, reason: str = "") -> Any:
         """The answer of a job whose process is gone, or why there is none."""
-        while not one.is_drained and one.channel.poll(0):
-            _read(one)
-        one.channel.close()
-        if one.answer is not None and one.answer[0] != OUT_OF_MEMORY:
-            return one.answer[0]
-        if one.answer is not None:
+        while not running.is_drained and running.channel.poll(0):
+            _read(running)
+        running.channel.close()
+        if running.answer is not None and running.answer[0] != OUT_OF_MEMORY:
+            return running.answer[0]
+        if running.answer is not None:
             reason = "memory"
-        if not one.has_started:
+        if not running.has_started:
             return WorkerFailure("unstarted", "no process was there for it")
-        return _failure(one.limits, code, reason)
+        return _failure(running.limits, code, reason)
 
-    def _salvaged(self) -> Iterator[tuple[int, Any]]:
-        """The server is gone: wait until its workers are, keep what they had answered, and make way for another."""
+    def _answers_of_ended_server(self) -> Iterator[tuple[int, Any]]:
+        """The server has ended: wait until its workers have, yield what they had answered, and close the pool."""
         if self._server is not None:
             self._server.kill()
-        running, self._running = self._running, {}
-        for one in running.values():
-            while not one.is_drained and one.channel.poll(STUCK_S):
-                _read(one)
-            yield one.job, self._verdict(one, -SIGKILL, "server")
+        stopped, self._running = self._running, {}
+        for running in stopped.values():
+            while not running.is_drained and running.channel.poll(STUCK_S):
+                _read(running)
+            yield running.job, self._verdict(running, -SIGKILL, "server")
         self._deaths += 1
         self.close()
 
 
-def _read(one: _Running) -> None:
+def _read(running: _Running) -> None:
     """Take the answer, or note that none will come."""
     try:
-        one.answer = (pickle.loads(one.channel.recv_bytes()),)  # noqa: S301  a child of ours wrote it
+        running.answer = (pickle.loads(running.channel.recv_bytes()),)  # noqa: S301  a child of ours wrote it
     except (EOFError, OSError):
-        one.is_drained = True
+        running.is_drained = True
     except Exception as error:  # noqa: BLE001  whatever a broken answer does when it is unpacked
-        one.answer = (WorkerFailure("error", f"{type(error).__name__}: {error}"),)
+        running.answer = (WorkerFailure("error", f"{type(error).__name__}: {error}"),)
 
 
 def _failure(limits: Limits, code: int, reason: str) -> WorkerFailure:

@@ -38,7 +38,7 @@ MESSAGE_BYTES = 65536
 OOM_SCORE = 500
 OOM_FILE = Path("/proc/self/oom_score_adj")
 PR_SET_PDEATHSIG = 1  # Ref: prctl(2)
-# Between two looks at what the workers use, seconds.
+# Shortest and longest time between two checks of what the workers use, seconds.
 SOONEST_S, LATEST_S = 0.02, 1.0
 STUCK_S = 10.0  # for what the kernel does at once: ending a killed process
 OUT_OF_MEMORY = WorkerFailure("memory", "")  # the pool knows the limit
@@ -57,28 +57,28 @@ class _Worker:
     """A job that runs.
 
     Attributes:
-        number: of the job. begun: when it started; seen: when it was last seen to have done something; both on the
-            monotonic clock. cpu_s: what it had used when it was last seen.
+        number: of the job. started_at, active_at: when it started, and when it was last found to have used processor
+            time; seconds of the monotonic clock. cpu_s: processor seconds that it had used by then.
         reason: why the server ended it, or empty. killed: when.
     """
 
     number: int
     limits: Limits
-    begun: float
-    seen: float
+    started_at: float
+    active_at: float
     cpu_s: float = 0.0
     reason: str = ""
     killed: float = 0.0
 
-    def judge(self, used: Usage, now: float) -> str:
+    def reason_to_end(self, used: Usage, now: float) -> str:
         """The reason to end it, if there is one."""
         if used.cpu_s - self.cpu_s > IDLE_CPU_SHARE * self.limits.idle_s:
-            self.seen, self.cpu_s = now, used.cpu_s
+            self.active_at, self.cpu_s = now, used.cpu_s
         if used.cpu_s > self.limits.cpu_s:
             return "timeout"
         if used.memory_bytes > self.limits.memory_bytes:
             return "memory"
-        if now - self.seen > self.limits.idle_s or now - self.begun > self.limits.wall_s:
+        if now - self.active_at > self.limits.idle_s or now - self.started_at > self.limits.wall_s:
             return "stuck"
         return ""
 
@@ -87,7 +87,7 @@ class _Server:
     def __init__(self, control: socket.socket) -> None:
         self._control = control
         self._workers: dict[int, _Worker] = {}  # by pid
-        self._next_look = 0.0
+        self._next_check = 0.0
         self._wake, self._alarm = os.pipe()
         os.set_blocking(self._wake, False)
         os.set_blocking(self._alarm, False)
@@ -97,13 +97,13 @@ class _Server:
         signal.set_wakeup_fd(self._alarm, warn_on_full_buffer=False)
         try:
             while True:
-                wait = max(0.0, self._next_look - time.monotonic()) if self._workers else None
+                wait = max(0.0, self._next_check - time.monotonic()) if self._workers else None
                 ready, _, _ = select.select([self._control.fileno(), self._wake], [], [], wait)
                 if self._wake in ready:
                     self._reap()
-                if self._workers and time.monotonic() >= self._next_look:
-                    self._look()
-                if self._control.fileno() in ready and not self._obey():
+                if self._workers and time.monotonic() >= self._next_check:
+                    self._enforce_limits()
+                if self._control.fileno() in ready and not self._handle_message():
                     break
         except OSError:
             pass  # the pool is gone
@@ -113,7 +113,7 @@ class _Server:
             # What was imported need not be taken apart: the run waits for the end of this process.
             os._exit(0)
 
-    def _obey(self) -> bool:
+    def _handle_message(self) -> bool:
         data, descriptors, *_ = socket.recv_fds(self._control, MESSAGE_BYTES, 1)
         if not data:
             return False
@@ -128,9 +128,9 @@ class _Server:
         try:
             _find(function)()
         except Exception:  # noqa: BLE001  reported to the pool, which ends the run
-            self._tell("failed", function, traceback.format_exc()[-MESSAGE_BYTES // 2 :])
+            self._send("failed", function, traceback.format_exc()[-MESSAGE_BYTES // 2 :])
         else:
-            self._tell("ready", function)
+            self._send("ready", function)
 
     def _fork(self, number: int, limits: Limits, descriptor: int) -> None:
         server = os.getpid()
@@ -144,18 +144,18 @@ class _Server:
             _worker(Connection(descriptor), server, limits)
         os.close(descriptor)
         now = time.monotonic()
-        self._workers[pid] = _Worker(number, limits, begun=now, seen=now)
-        self._next_look = min(self._next_look, now + min(LATEST_S, limits.cpu_s))
-        self._tell("started", number)
+        self._workers[pid] = _Worker(number, limits, started_at=now, active_at=now)
+        self._next_check = min(self._next_check, now + min(LATEST_S, limits.cpu_s))
+        self._send("started", number)
 
-    def _look(self) -> None:
-        """End the workers that are over their limits, and plan the next look: as soon as one could be."""
+    def _enforce_limits(self) -> None:
+        """End the workers that are over their limits, and set the time of the next check: as soon as one could be."""
         now, rest = time.monotonic(), LATEST_S
         found = usage(self._workers)
         for pid, worker in list(self._workers.items()):
             used = found.get(pid)
             if used is not None and not worker.reason:
-                worker.reason = worker.judge(used, now)
+                worker.reason = worker.reason_to_end(used, now)
                 if worker.reason:
                     worker.killed = now
                     _kill(pid)
@@ -163,15 +163,15 @@ class _Server:
             elif worker.reason and now - worker.killed > STUCK_S:
                 # Not even a kill ends a process that waits within the kernel, as for a disk that has gone away.
                 del self._workers[pid]
-                self._tell("ended", worker.number, -signal.SIGKILL, worker.reason)
-        self._next_look = now + max(SOONEST_S, rest)
+                self._send("ended", worker.number, -signal.SIGKILL, worker.reason)
+        self._next_check = now + max(SOONEST_S, rest)
 
     def _reap(self) -> None:
         with suppress(BlockingIOError):
             while os.read(self._wake, 4096):
                 pass
         while self._workers:
-            # Looked at before it is collected: until then nobody else can have its number, nor that of its group.
+            # Its children are killed before it is collected: until then no other process can get its number or group.
             ended = os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
             if ended is None:
                 return
@@ -179,18 +179,17 @@ class _Server:
             _, status = os.waitpid(ended.si_pid, 0)
             worker = self._workers.pop(ended.si_pid, None)
             if worker is not None:
-                self._tell("ended", worker.number, os.waitstatus_to_exitcode(status), worker.reason)
+                self._send("ended", worker.number, os.waitstatus_to_exitcode(status), worker.reason)
 
-    def _tell(self, *message: Any) -> None:
+    def _send(self, *message: Any) -> None:
         self._control.send(pickle.dumps(message))
 
 
 def _kill(pid: int) -> None:
     """End a worker and all that it started, also what it put into another session."""
-    started = [one.pid for one in trees([pid])[pid]]
-    for one in started:
+    for process in trees([pid])[pid]:
         with suppress(ProcessLookupError, PermissionError):
-            os.kill(one, signal.SIGKILL)
+            os.kill(process.pid, signal.SIGKILL)
     for kill in (os.killpg, os.kill):
         with suppress(ProcessLookupError, PermissionError):
             kill(pid, signal.SIGKILL)
@@ -199,7 +198,7 @@ def _kill(pid: int) -> None:
 def _worker(channel: Connection, server: int, limits: Limits) -> NoReturn:
     """One job, read from the channel, answered there."""
     try:
-        _tie_to(server)
+        _die_with(server)
         os.setsid()  # what it starts is found by its session
         # Native libraries chat; a batch of thousands must stay readable.
         quiet = os.open(os.devnull, os.O_RDWR)
@@ -236,7 +235,7 @@ def _find(function: str) -> Any:
     return getattr(importlib.import_module(module), name)
 
 
-def _tie_to(server: int) -> None:
+def _die_with(server: int) -> None:
     """End with the server, however it dies, so that no orphan writes into a library that is being resumed."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

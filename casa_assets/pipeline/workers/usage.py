@@ -60,15 +60,15 @@ def trees(roots: Iterable[int]) -> dict[int, list[Process]]:
     found by its session.
     """
     found: dict[int, list[Process]] = {root: [] for root in roots}
-    every = {one.pid: one for one in processes()}
-    for one in every.values():
-        at: Process | None = one
-        while at is not None:
-            root = at.pid if at.pid in found else at.session if at.session in found else None
+    by_pid = {process.pid: process for process in processes()}
+    for process in by_pid.values():
+        ancestor: Process | None = process
+        while ancestor is not None:
+            root = ancestor.pid if ancestor.pid in found else ancestor.session if ancestor.session in found else None
             if root is not None:
-                found[root].append(one)
+                found[root].append(process)
                 break
-            at = every.get(at.parent)
+            ancestor = by_pid.get(ancestor.parent)
     return found
 
 
@@ -77,8 +77,8 @@ def usage(roots: Iterable[int]) -> dict[int, Usage]:
     found = {}
     for root, members in trees(roots).items():
         if members:
-            memory = sum(_memory(one.pid) for one in members) if len(members) > 1 else 0
-            found[root] = Usage(sum(one.cpu_s for one in members), len(members), memory)
+            memory = sum(_memory(process.pid) for process in members) if len(members) > 1 else 0
+            found[root] = Usage(sum(process.cpu_s for process in members), len(members), memory)
     return found
 
 

@@ -15,12 +15,12 @@ from casa_assets.errors import UnknownId
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt
+from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from tests.packages import tamper
 
 RUNNER = CliRunner()
 SCENE = "one_wall_small__coastal"
-Checked = tuple[Path, SceneBuilt]
+Checked = tuple[Path, SceneResult]
 
 
 def test_list_names_plans_and_styles() -> None:
@@ -101,10 +101,10 @@ class TestSample:
 
         def checked(
             recipes: Sequence[SceneRecipe], _: Path, jobs: int, strict: bool, drawn: bool
-        ) -> Iterator[SceneBuilt]:
+        ) -> Iterator[SceneResult]:
             asked.update(jobs=jobs, strict=strict, drawn=drawn)
             for i, recipe in enumerate(recipes):
-                yield SceneBuilt(recipe, report=report) if i < bad else SceneBuilt(recipe, str(out / recipe.scene_id))
+                yield SceneResult(recipe, report=report) if i < bad else SceneResult(recipe, str(out / recipe.scene_id))
 
         monkeypatch.setattr(check, "check_all", checked)
         result = RUNNER.invoke(app, ["sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1", "--no-pictures"])

@@ -12,7 +12,7 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.textures.check import check_one, check_recipes, check_sets, select_recipes
-from casa_assets.pipeline.textures.recipes import finish_of, recipe, recipes
+from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, recipes
 from casa_assets.pipeline.textures.sheet import pages, shots, write_finish
 
 PLAIN = (
@@ -68,7 +68,7 @@ def test_an_id_twice_is_an_error_within_a_file_and_across(root: Path) -> None:
 
 def test_an_unknown_id_offers_near_ones() -> None:
     with pytest.raises(UnknownId, match="subway_white_running"):
-        recipe("subway_white_runing")
+        find_recipe("subway_white_runing")
 
 
 def test_chosen_takes_ids_before_sets() -> None:
@@ -78,7 +78,7 @@ def test_chosen_takes_ids_before_sets() -> None:
 
 
 def test_a_finish_comes_from_the_store_the_second_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    wanted = recipe("beadboard_white")
+    wanted = find_recipe("beadboard_white")
     first = finish_of(wanted, tmp_path, 64)
     monkeypatch.setattr(Store, "put", lambda *_: pytest.fail("painted again"))
     assert finish_of(wanted, tmp_path, 64).digest == first.digest
@@ -87,7 +87,7 @@ def test_a_finish_comes_from_the_store_the_second_time(tmp_path: Path, monkeypat
 
 
 def test_three_files_are_written(tmp_path: Path) -> None:
-    paths = write_finish(recipe("beadboard_white"), tmp_path / "made", tmp_path / "cache", 64)
+    paths = write_finish(find_recipe("beadboard_white"), tmp_path / "made", tmp_path / "cache", 64)
     assert sorted(p.name for p in paths) == [
         "beadboard_white_color.png",
         "beadboard_white_metallic_roughness.png",
@@ -97,13 +97,13 @@ def test_three_files_are_written(tmp_path: Path) -> None:
 
 
 def test_a_sheet_has_one_cell_for_each(tmp_path: Path) -> None:
-    cells = list(shots([recipe("beadboard_white"), recipe("tin_ceiling_white")], tmp_path, side_px=64))
+    cells = list(shots([find_recipe("beadboard_white"), find_recipe("tin_ceiling_white")], tmp_path, side_px=64))
     assert [c.title for c in cells] == ["beadboard_white", "tin_ceiling_white"]
     assert len(pages(cells, "two", 64)) == 1
 
 
 def test_recipes_are_checked_one_by_one_and_as_a_set(tmp_path: Path) -> None:
-    wanted = [recipe("beadboard_white"), recipe("tin_ceiling_white")]
+    wanted = [find_recipe("beadboard_white"), find_recipe("tin_ceiling_white")]
     done = list(check_recipes(wanted, tmp_path, jobs=1))
     assert [c.report.subject for c in done] == ["beadboard_white", "tin_ceiling_white"]
     assert all(c.report.passed for c in done), [i for c in done for i in c.report.issues]

@@ -20,13 +20,13 @@ from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens import check, sample, scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneBuilt, build_with_options
+from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneResult, build_with_options
 from casa_assets.pipeline.reports import kitchens
 from casa_assets.preview.kitchen import PictureSettings
 from casa_assets.registry.kitchens import plan_names, style_names
 from tests.packages import tamper
 
-Checked = tuple[Path, SceneBuilt]
+Checked = tuple[Path, SceneResult]
 RECIPE = SceneRecipe("one_wall_small", "coastal")
 LABEL = '<text name="main_fridge__class" data="'
 
@@ -100,7 +100,7 @@ class TestVerdict:
         self, copy: Path, composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPatch
     ) -> None:
         folder = copy / RECIPE.scene_id
-        for name in (check.REPORT, check.PAGE, check.MAP):
+        for name in (check.REPORT, check.PAGE, check.FLOOR_MAP):
             (folder / name).unlink()
         before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
         monkeypatch.setattr(check, "run_scene", lambda subject, *_: Report(subject=subject.scene.id))
@@ -122,9 +122,9 @@ class TestVerdict:
         out, _ = checked_kitchen
         looked: list[Path] = []
 
-        def look(recipe: SceneRecipe, out: Path, folder: Path) -> SceneBuilt:
+        def look(recipe: SceneRecipe, out: Path, folder: Path) -> SceneResult:
             looked.append(folder)
-            return SceneBuilt(recipe)
+            return SceneResult(recipe)
 
         monkeypatch.setattr(check, "verdict_key", lambda recipe: "other")
         monkeypatch.setattr(check, "_checked_in_place", look)
@@ -139,7 +139,7 @@ class TestVerdict:
         tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
         monkeypatch.setattr(check, "CHECK_FRAME", PictureSettings(64, 48, 1))
         monkeypatch.setattr(check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
-        done = check.check_one(RECIPE, copy, anew=True)
+        done = check.check_one(RECIPE, copy, force=True)
         assert not done.passed
         assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
         assert report_of(copy)["passed"] is False
@@ -219,7 +219,7 @@ class TestNothingIsPutInPlace:
             raise PlanConflict("one_wall_small", ("rows", "main"), "at most 3 m", "4 m")
 
         monkeypatch.setattr(scene_folders, "build_scene", misfit)
-        done = scene_folders.build_one(RECIPE, copy, anew=True)
+        done = scene_folders.build_one(RECIPE, copy, force=True)
         assert not done.passed
         assert not (copy / RECIPE.scene_id).exists()
 
@@ -251,9 +251,9 @@ class TestDraws:
         wanted = sample.draw_recipes(3, 0)
         report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
         done = [
-            SceneBuilt(wanted[2], message="the run main is too long"),
-            SceneBuilt(wanted[0], "somewhere"),
-            SceneBuilt(wanted[1], report=report),
+            SceneResult(wanted[2], message="the run main is too long"),
+            SceneResult(wanted[0], "somewhere"),
+            SceneResult(wanted[1], report=report),
         ]
         data = json.loads(sample.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
         assert (data["drawn"], data["tried"], data["passed"], data["pass_rate"]) == (3, 3, 1, 0.3333)

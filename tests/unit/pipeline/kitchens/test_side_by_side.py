@@ -10,17 +10,17 @@ import pytest
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import SceneBuilt, run_recipes
+from casa_assets.pipeline.kitchens.scene_folders import SceneResult, run_recipes
 
 
-def dies(recipe: SceneRecipe) -> SceneBuilt:
+def dies(recipe: SceneRecipe) -> SceneResult:
     """As when memory runs out."""
     os.kill(os.getpid(), signal.SIGKILL)
-    return SceneBuilt(recipe)
+    return SceneResult(recipe)
 
 
-def message(recipe: SceneRecipe) -> SceneBuilt:
-    return SceneBuilt(recipe, message="as told")
+def message(recipe: SceneRecipe) -> SceneResult:
+    return SceneResult(recipe, message="as told")
 
 
 def test_a_process_that_the_system_ends_is_told(tmp_path: Path) -> None:

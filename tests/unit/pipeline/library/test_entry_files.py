@@ -17,7 +17,7 @@ from casa_assets.pipeline.dedup.search import search_by_words
 from casa_assets.pipeline.export_robocasa import export
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import checked_model, file_inside
-from casa_assets.pipeline.reports.pictures import library_sheet, models
+from casa_assets.pipeline.reports.pictures import models
 from casa_assets.pipeline.reports.report import write as write_report
 from tests.assets import textured_box
 from tests.built_libraries import keep
@@ -84,8 +84,6 @@ def test_the_report_follows_no_link_either(entry: Path, tmp_path: Path, name: st
     a_link(entry, name)
     with pytest.raises(OutputError, match="is a link that leaves the folder"):
         write_report(tmp_path / "library", tmp_path / "report.html")
-    with pytest.raises(OutputError, match="is a link that leaves the folder"):
-        library_sheet(tmp_path / "library")
 
 
 def test_search_and_export_follow_no_link_either(entry: Path, tmp_path: Path) -> None:
