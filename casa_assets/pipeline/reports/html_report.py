@@ -74,7 +74,8 @@ def render_page(
     """
     accepted = sorted(accepted, key=lambda row: row.entry.id)
     rejected = sorted(rejected, key=lambda row: (row.entry.source_path, row.entry.code))
-    results = [result for row in (*accepted, *rejected) for result in row.entry.results]
+    entries, refused = [row.entry for row in accepted], [row.entry for row in rejected]
+    results = [result for entry in (*entries, *refused) for result in entry.results]
     checks = sorted({(result.code, result.unit) for result in results})
     number = {check: i for i, check in enumerate(checks)}
     advice = {result.code for result in results if result.severity is Severity.WARNING}
@@ -83,11 +84,10 @@ def render_page(
         "assets": [_asset(row, number) for row in accepted],
         "rejects": [_reject(row, number) for row in rejected],
     }
-    entries = [row.entry for row in accepted]
     return render_template(
         "library.html",
         title=title,
-        tiles=_tiles(entries, [row.entry for row in rejected]),
+        tiles=_tiles(entries, refused),
         whole=library_section,
         data=data,
         style="library.css",
