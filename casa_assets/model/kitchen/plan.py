@@ -14,7 +14,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, model_validator
 
 from casa_assets.model.kitchen.furnishing import CeilingLamps, FloorItem, SeatRow, WallItem, WorktopItem
-from casa_assets.model.kitchen.units import BaseUnit, Length, RunSide, UpperUnit, numbered
+from casa_assets.model.kitchen.units import BaseUnit, Length, RunSide, UpperUnit, with_ids
 from casa_assets.model.record import Id, Record
 
 
@@ -155,7 +155,7 @@ class Run(Record):
         fields = dict(value)
         for row in ("base", "upper"):
             if isinstance(units := fields.get(row), list):
-                fields[row] = list(numbered(units, str(fields.get("id", "run")), row))
+                fields[row] = list(with_ids(units, str(fields.get("id", "run")), row))
         return fields
 
     @model_validator(mode="after")

@@ -55,7 +55,7 @@ class UpperKind(StrEnum):
     GAP = "gap"
 
 
-# Units that reach up to the height of the wall units and so end the worktop. Others carry it, or interrupt it.
+# Units that are as high as the wall units, and end the worktop.
 TALL = (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
 
 
@@ -64,7 +64,7 @@ class Unit(Record):
 
     Attributes:
         id: unique in the plan; where it is not given, the kind and a number.
-        width: metres, or the least and the most of one that takes up what others leave; None for what is usual.
+        width: metres, or (minimum, maximum) of a unit that shares what others leave; None for the usual width.
     """
 
     id: Id
@@ -73,7 +73,7 @@ class Unit(Record):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if isinstance(self.width, tuple) and self.width[0] > self.width[1]:
-            raise ValueError(f"the least width {self.width[0]} is more than the most {self.width[1]}")
+            raise ValueError(f"the minimum width {self.width[0]} is more than the maximum {self.width[1]}")
         return self
 
 
@@ -82,7 +82,7 @@ class BaseUnit(Unit):
 
     Attributes:
         drawers: number of drawers in a drawer unit, or over the doors of a cabinet (0 or 1).
-        hinge: side of a single door; None: the composer chooses, away from a corner.
+        hinge: side of a single door's hinges; None: chosen by the layout, away from a corner.
         housing: whether a fridge stands between panels.
         oven: whether a hob has a wall oven under it.
         microwave: whether a tower has a microwave over its oven.
@@ -105,8 +105,8 @@ class UpperUnit(Unit):
     height: Annotated[float | None, Field(gt=0.2, le=1.4)] = None
 
 
-def numbered(units: list[Any], run: str, row: str) -> Iterator[Any]:
-    """Rows of units as written, each with its kind and an id of its own."""
+def with_ids(units: list[Any], run: str, row: str) -> Iterator[Any]:
+    """Units in their short forms -> mappings with a kind and an id; what is no unit is passed on for validation."""
     counts: dict[str, int] = {}
     for unit in units:
         if isinstance(unit, str):
@@ -114,8 +114,8 @@ def numbered(units: list[Any], run: str, row: str) -> Iterator[Any]:
         if not isinstance(unit, Mapping) or len(unit) != 1:
             yield unit
             continue
-        kind, said = next(iter(unit.items()))
-        fields = dict(said) if isinstance(said, Mapping) else {} if said is None else {"width": said}
+        kind, value = next(iter(unit.items()))
+        fields = dict(value) if isinstance(value, Mapping) else {} if value is None else {"width": value}
         counts[kind] = counts.get(kind, 0) + 1
         stem = f"{run}_{kind}" if row == "base" else f"{run}_upper_{kind}"
         fields.setdefault("id", stem if counts[kind] == 1 else f"{stem}_{counts[kind]}")
