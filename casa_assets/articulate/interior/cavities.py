@@ -58,12 +58,12 @@ class FrontOpening:
     """The opening that one or two fronts close, in the frame.
 
     Attributes:
-        parts: that close it. own: their places in the list of parts. drawer: it holds its room itself.
+        parts: that close it. part_ids: their places in the list of parts. drawer: it holds its room itself.
         lower, upper: corners of their leaves. mouth: depth at which the body begins behind them.
     """
 
     parts: tuple[PartPlan, ...]
-    own: tuple[int, ...]
+    part_ids: tuple[int, ...]
     drawer: bool
     lower: Floats
     upper: Floats
@@ -84,7 +84,9 @@ def find_cavities(mesh: WeldedMesh, articulation: Articulation, category: str) -
     interior = interior_kind_of(articulation, category)
     out = []
     for opening in _openings(view, articulation, interior):
-        cavity = _drawer_room(view, opening, metres) if opening.drawer else _room(view, opening, interior, metres)
+        cavity = (
+            _drawer_cavity(view, opening, metres) if opening.drawer else _door_cavity(view, opening, interior, metres)
+        )
         if cavity is not None:
             out.append(cavity)
     return tuple(out)
@@ -106,39 +108,41 @@ def interior_kind_of(articulation: Articulation, category: str) -> InteriorKind:
 
 def _openings(probe: CavityProbe, articulation: Articulation, interior: InteriorKind) -> list[FrontOpening]:
     """Return the openings that fronts close; a pair of doors that meet in the middle closes one."""
-    leaves = []
+    panels = []
     for i, part in enumerate(articulation.parts):
         if part.parent or part.kind not in (PartKind.DOOR, PartKind.DRAWER) or not len(part.faces):
             continue
-        lower, upper = probe.leaf_box(i)
-        behind = any(b[0] <= lower[0] and b[1] >= upper[0] and b[2] < lower[1] for b in _doors(probe, articulation, i))
+        lower, upper = probe.panel_box_of(i)
+        behind = any(
+            b[0] <= lower[0] and b[1] >= upper[0] and b[2] < lower[1] for b in _door_panels(probe, articulation, i)
+        )
         if part.kind is PartKind.DRAWER and behind:
             continue
-        leaves.append((i, part, lower, upper))
+        panels.append((i, part, lower, upper))
     pairs: dict[int, int] = {}
-    for i, a, lower, upper in leaves:
-        for j, b, low_b, high_b in leaves:
+    for i, a, lower, upper in panels:
+        for j, b, low_b, high_b in panels:
             meet = i not in pairs.values() and _is_pair(a, b, (lower, upper), (low_b, high_b), interior, articulation)
             if meet and not probe.has_stile((i, j), (lower, upper), (low_b, high_b)):
                 pairs[i] = j
     out = []
-    for i, part, lower, upper in leaves:
+    for i, part, lower, upper in panels:
         if i in pairs.values():
             continue
-        group = [(i, part, lower, upper), *(leaf for leaf in leaves if leaf[0] == pairs.get(i))]
-        own = tuple(g[0] for g in group)
+        group = [(i, part, lower, upper), *(leaf for leaf in panels if leaf[0] == pairs.get(i))]
+        part_ids = tuple(g[0] for g in group)
         a, b = np.min([g[2] for g in group], axis=0), np.max([g[3] for g in group], axis=0)
         drawer = part.kind is PartKind.DRAWER
-        out.append(FrontOpening(tuple(g[1] for g in group), own, drawer, a, b, probe.mouth_depth(own, a, b)))
+        out.append(FrontOpening(tuple(g[1] for g in group), part_ids, drawer, a, b, probe.mouth_depth(part_ids, a, b)))
     return out
 
 
-def _doors(probe: CavityProbe, articulation: Articulation, but: int) -> list[tuple[float, float, float]]:
+def _door_panels(probe: CavityProbe, articulation: Articulation, except_index: int) -> list[tuple[float, float, float]]:
     """Return the left end, right end and depth of the leaves of doors."""
     boxes = [
-        probe.leaf_box(i)
+        probe.panel_box_of(i)
         for i, p in enumerate(articulation.parts)
-        if i != but and p.kind is PartKind.DOOR and not p.parent
+        if i != except_index and p.kind is PartKind.DOOR and not p.parent
     ]
     return [(float(a[0]) - MAX_DOOR_GAP, float(b[0]) + MAX_DOOR_GAP, float(b[1])) for a, b in boxes]
 
@@ -162,63 +166,65 @@ def _is_pair(
     return bool(abs(second[0][0] - first[1][0]) <= MAX_DOOR_GAP and over >= MIN_HEIGHT_OVERLAP * tall)
 
 
-def _room(probe: CavityProbe, opening: FrontOpening, interior: InteriorKind, metres: float) -> Cavity | None:
+def _door_cavity(probe: CavityProbe, opening: FrontOpening, interior: InteriorKind, metres: float) -> Cavity | None:
     """Return the cavity behind a door, or None where there is no depth for one."""
     rect = np.array([opening.lower[[0, 2]], opening.upper[[0, 2]]])
-    lines = probe.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
+    lines = probe.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.part_ids)
     behind = lines.select(lines.at > float(opening.lower[1]) + 0.002)
     back = probe.back_depth(behind, opening.mouth)
-    deep = back - opening.mouth
-    if deep < MIN_CAVITY_DEPTH:
+    depth = back - opening.mouth
+    if depth < MIN_CAVITY_DEPTH:
         return None
-    closing = _closing(behind, opening.mouth, deep)
-    closed = closing is not None
+    closing = _closing_wall_depth(behind, opening.mouth, depth)
+    is_closed = closing is not None
     start = opening.mouth if closing is None else closing
     inner = behind.select(behind.at > start + 0.004)
     free = float(np.median(np.minimum(inner.first(), back)))
-    walls, own = probe.visible_walls(opening, start, free)
+    walls, free_box = probe.visible_walls(opening, start, free)
     names = tuple(p.name for p in opening.parts)
     if walls >= MIN_WALLS:
-        cavity = _own(names, interior, own, f"{walls} of 5 inner walls are there")
-        if not closed:
+        cavity = _existing_cavity(names, interior, free_box, f"{walls} of 5 inner walls are there")
+        if not is_closed:
             return cavity
         # A cavity that is closed at its front too: that alone is taken away.
-        a, b = own[0] + CUT_MARGIN, own[1] - CUT_MARGIN
+        a, b = free_box[0] + CUT_MARGIN, free_box[1] - CUT_MARGIN
         cut = to_vec3([a[0], float(opening.lower[1]), a[2]]), to_vec3([b[0], start + CUT_MARGIN, b[2]])
         reason = f"{cavity.reason}, but the front is closed"
         return cavity.replace(built=True, cut=cut, furnish=False, reason=reason)
-    reason = "the body is closed behind it" if closed else f"{walls} of 5 inner walls are there"
-    confidence = 0.8 if closed or walls <= 1 else 0.6
+    reason = "the body is closed behind it" if is_closed else f"{walls} of 5 inner walls are there"
+    confidence = 0.8 if is_closed or walls <= 1 else 0.6
     narrow = float((opening.upper - opening.lower)[[0, 2]].min())
-    wall = min(WALL_M[interior] / metres, 0.1 * narrow, 0.2 * deep)
-    leaf = opening.lower, opening.upper
-    mouth = max(opening.mouth, _begins(behind, opening.mouth, deep)) if closed else opening.mouth
-    cavity = fit_cavity(probe, opening.own, leaf, mouth, back, wall, interior, closed)
+    wall = min(WALL_M[interior] / metres, 0.1 * narrow, 0.2 * depth)
+    panel_box = opening.lower, opening.upper
+    mouth = max(opening.mouth, _body_start_depth(behind, opening.mouth, depth)) if is_closed else opening.mouth
+    cavity = fit_cavity(probe, opening.part_ids, panel_box, mouth, back, wall, interior, is_closed)
     return cavity.replace(parts=names, confidence=confidence, reason=reason)
 
 
-def _closing(behind: RayCrossings, mouth: float, deep: float) -> float | None:
+def _closing_wall_depth(behind: RayCrossings, mouth: float, depth: float) -> float | None:
     """Return the depth of the wall that closes the body right behind a front, None where it is open.
 
     A cavity with six walls shows the back of its front one: that may lie deeper.
     """
     rear = np.isin(behind.line, np.flatnonzero(behind.beyond(mouth, 1.0)[1]), invert=True)
     near = behind.select(
-        (behind.at <= mouth + NEAR_WALL_SHARE * deep) | ((behind.at <= mouth + REAR_WALL_SHARE * deep) & rear)
+        (behind.at <= mouth + NEAR_WALL_SHARE * depth) | ((behind.at <= mouth + REAR_WALL_SHARE * depth) & rear)
     )
     last = near.last()
     seen = np.isfinite(last)
     return float(np.median(last[seen])) if float(seen.mean()) >= MIN_CLOSED_SHARE else None
 
 
-def _begins(behind: RayCrossings, mouth: float, deep: float) -> float:
+def _body_start_depth(behind: RayCrossings, mouth: float, depth: float) -> float:
     """Return the depth at which a closed body begins right behind a front."""
-    first = behind.select(behind.at <= mouth + NEAR_WALL_SHARE * deep).first()
+    first = behind.select(behind.at <= mouth + NEAR_WALL_SHARE * depth).first()
     seen = first[np.isfinite(first)]
     return float(np.median(seen)) if len(seen) else mouth
 
 
-def _own(names: tuple[str, ...], interior: InteriorKind, corners: tuple[Floats, Floats], reason: str) -> Cavity:
+def _existing_cavity(
+    names: tuple[str, ...], interior: InteriorKind, corners: tuple[Floats, Floats], reason: str
+) -> Cavity:
     """Return a cavity that the mesh has."""
     lower, upper = (to_vec3(c) for c in corners)
     return Cavity(
@@ -234,33 +240,33 @@ def _own(names: tuple[str, ...], interior: InteriorKind, corners: tuple[Floats, 
     )
 
 
-def _drawer_room(probe: CavityProbe, opening: FrontOpening, metres: float) -> Cavity | None:
+def _drawer_cavity(probe: CavityProbe, opening: FrontOpening, metres: float) -> Cavity | None:
     """Return the cavity of a drawer: the inside of its box, or one to be built behind its front."""
-    i = opening.own[0]
+    i = opening.part_ids[0]
     rect = np.array([opening.lower[[0, 2]], opening.upper[[0, 2]]])
-    lines = probe.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.own)
-    front = probe.leaf_back(opening.own, opening.lower, opening.upper)
+    lines = probe.cast_lines(1, sample_grid(rect[0], rect[1], LINES_PER_SIDE, LINE_INSET_SHARE), opening.part_ids)
+    front = probe.panel_back_depth(opening.part_ids, opening.lower, opening.upper)
     behind = lines.select(lines.at > front - 0.002)
     back = probe.back_depth(behind, front)
-    deep = back - front
-    if deep < MIN_CAVITY_DEPTH:
+    depth = back - front
+    if depth < MIN_CAVITY_DEPTH:
         return None
-    own = float(opening.upper[1]) - front
+    box_reach = float(opening.upper[1]) - front
     names = tuple(p.name for p in opening.parts)
-    if own >= MIN_BOX_DEPTH_SHARE * deep:
+    if box_reach >= MIN_BOX_DEPTH_SHARE * depth:
         box = probe.drawer_space(i, front)
         if box is None:
             return None
-        return _own(names, InteriorKind.DRAWER, box, "it has a box")
-    closed = (
-        float(np.isfinite(behind.select(behind.at <= opening.mouth + NEAR_WALL_SHARE * deep).first()).mean())
+        return _existing_cavity(names, InteriorKind.DRAWER, box, "it has a box")
+    is_closed = (
+        float(np.isfinite(behind.select(behind.at <= opening.mouth + NEAR_WALL_SHARE * depth).first()).mean())
         >= MIN_CLOSED_SHARE
     )
     wall = min(WALL_M[InteriorKind.DRAWER] / metres, 0.08 * float(opening.upper[2] - opening.lower[2]))
-    reason = "the body is closed behind it" if closed else "there is no box behind it"
-    leaf = (opening.lower, np.array([opening.upper[0], front, opening.upper[2]]))
-    mouth = max(opening.mouth, _begins(behind, front, deep)) if closed else opening.mouth
-    cavity = fit_cavity(probe, opening.own, leaf, mouth, back, wall, InteriorKind.DRAWER, closed)
+    reason = "the body is closed behind it" if is_closed else "there is no box behind it"
+    panel_box = (opening.lower, np.array([opening.upper[0], front, opening.upper[2]]))
+    mouth = max(opening.mouth, _body_start_depth(behind, front, depth)) if is_closed else opening.mouth
+    cavity = fit_cavity(probe, opening.part_ids, panel_box, mouth, back, wall, InteriorKind.DRAWER, is_closed)
     # The box begins at its front, what it slides in where the body does.
     lower = (cavity.lower[0], front, cavity.lower[2])
     return cavity.replace(parts=names, lower=lower, confidence=0.8, reason=reason)

@@ -26,7 +26,7 @@ MIN_CONTENTS_SHARE = 0.25
 # can be behind it is smaller by the last part on every side, and again.
 MIN_BORDER_COVERAGE, BORDER_INSET_SHARE, ROUND_SHRINK_SHARE = 0.85, 0.02, 0.03
 # What lies within a leaf and is not its own keeps so far from its border, diagonals.
-LEAF_MARGIN = 0.001
+PANEL_MARGIN = 0.001
 # Lines to each side of what is built, each way; so many of those near its corners have to meet the skin.
 LINES_PER_SIDE = 5
 # A line whose last surface is so much nearer than that of most left through a hole of the skin.
@@ -35,36 +35,39 @@ HOLE_DISTANCE_SHARE = 0.45
 
 def fit_cavity(
     probe: CavityProbe,
-    own: Sequence[int],
-    leaf: tuple[Floats, Floats],
+    part_ids: Sequence[int],
+    panel_box: tuple[Floats, Floats],
     mouth: float,
     back: float,
     wall: float,
     interior: InteriorKind,
-    closed: bool,
+    is_closed: bool,
 ) -> Cavity:
     """Return the largest cavity behind a front.
 
     Args:
-        own: places of its parts. leaf: their corners without handles.
+        part_ids: places of its parts. panel_box: their corners without handles.
         mouth, back: depths between which the body lies. wall: thickness of what is built round it.
-        closed: the body is solid there, or closed off: it is cut open.
+        is_closed: the body is solid there, or closed off: it is cut open.
     """
-    lower, upper = _covered(probe, own, *leaf)
+    lower, upper = _shrink_to_covered(probe, part_ids, *panel_box)
     lower[1], upper[1] = mouth, back - max(wall, SKIN_DISTANCE)
     lower[[0, 2]] += wall
     upper[[0, 2]] -= wall
-    if not closed:
-        lower, upper = _within_frame(probe, own, leaf, mouth, lower, upper)
-    outer_low, outer_high = _kept_inside(probe, own, lower - wall, upper + wall)
+    if not is_closed:
+        lower, upper = _shrink_to_frame(probe, part_ids, panel_box, mouth, lower, upper)
+    outer_low, outer_high = _shrink_to_skin(probe, part_ids, lower - wall, upper + wall)
     # The front of what is built lies in the mouth.
     outer_low[1] = mouth
-    inner_low, inner_high = np.maximum(lower, outer_low + _sheet(wall)), np.minimum(upper, outer_high - _sheet(wall))
+    inner_low, inner_high = (
+        np.maximum(lower, outer_low + _min_wall(wall)),
+        np.minimum(upper, outer_high - _min_wall(wall)),
+    )
     inner_low[1] = mouth
     cut = None
-    if closed:
+    if is_closed:
         half = 0.5 * np.minimum(inner_low - outer_low, outer_high - inner_high)
-        start = np.array([inner_low[0] - half[0], float(leaf[0][1]), inner_low[2] - half[2]])
+        start = np.array([inner_low[0] - half[0], float(panel_box[0][1]), inner_low[2] - half[2]])
         cut = (to_vec3(start), to_vec3(inner_high + half))
     return Cavity(
         parts=(),
@@ -75,18 +78,20 @@ def fit_cavity(
         outer=(to_vec3(outer_low), to_vec3(outer_high)),
         built=True,
         cut=cut,
-        fronts=_fronts(probe, own, mouth) if closed else (),
-        furnish=closed or not _has_contents(probe, own, inner_low, inner_high),
+        fronts=_panel_boxes(probe, part_ids, mouth) if is_closed else (),
+        furnish=is_closed or not _has_contents(probe, part_ids, inner_low, inner_high),
     )
 
 
-def _covered(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+def _shrink_to_covered(
+    probe: CavityProbe, part_ids: Sequence[int], lower: Floats, upper: Floats
+) -> tuple[Floats, Floats]:
     """Return the corners of a front, shrunk where it is round until the front covers the border of what is left."""
     lower, upper = lower.copy(), upper.copy()
     for _ in range(MAX_SHRINKS):
         spots = border_points(lower[[0, 2]], upper[[0, 2]], BORDER_INSET_SHARE * float((upper - lower)[[0, 2]].min()))
-        covered = np.isfinite(probe.cast_through_leaves(1, spots, own).first())
-        if float(covered.mean()) >= MIN_BORDER_COVERAGE and _corners(covered, spots):
+        covered = np.isfinite(probe.cast_through_panels(1, spots, part_ids).first())
+        if float(covered.mean()) >= MIN_BORDER_COVERAGE and _corners_covered(covered, spots):
             return lower, upper
         lower[[0, 2]], upper[[0, 2]] = (
             lower[[0, 2]] + ROUND_SHRINK_SHARE * (upper - lower)[[0, 2]],
@@ -95,43 +100,48 @@ def _covered(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: Float
     return np.array(lower), np.array(upper)
 
 
-def _corners(covered: Bools, spots: Floats) -> bool:
+def _corners_covered(covered: Bools, spots: Floats) -> bool:
     """Return whether the points nearest to the four corners are covered."""
     lower, upper = spots.min(axis=0), spots.max(axis=0)
     away = [np.abs(spots - (x, y)).sum(axis=1) for x in (lower[0], upper[0]) for y in (lower[1], upper[1])]
     return all(bool(covered[np.round(d, 9) <= round(float(d.min()), 9)].all()) for d in away)
 
 
-def _fronts(probe: CavityProbe, own: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
+def _panel_boxes(probe: CavityProbe, part_ids: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
     """Return boxes of leaves that are rectangles, at a small distance from the body around and behind them."""
     out = []
-    for part in own:
-        lower, upper = probe.leaf_box(part)
-        a, b = _covered(probe, (part,), lower, upper)
-        end = min(mouth, probe.leaf_back((part,), lower, upper)) - LEAF_MARGIN
-        if (a == lower).all() and (b == upper).all() and end > lower[1] + LEAF_MARGIN:
-            shift = np.array([LEAF_MARGIN, -LEAF_MARGIN, LEAF_MARGIN])
-            out.append((to_vec3(lower + shift), to_vec3([upper[0] - LEAF_MARGIN, end, upper[2] - LEAF_MARGIN])))
+    for part in part_ids:
+        lower, upper = probe.panel_box_of(part)
+        a, b = _shrink_to_covered(probe, (part,), lower, upper)
+        end = min(mouth, probe.panel_back_depth((part,), lower, upper)) - PANEL_MARGIN
+        if (a == lower).all() and (b == upper).all() and end > lower[1] + PANEL_MARGIN:
+            shift = np.array([PANEL_MARGIN, -PANEL_MARGIN, PANEL_MARGIN])
+            out.append((to_vec3(lower + shift), to_vec3([upper[0] - PANEL_MARGIN, end, upper[2] - PANEL_MARGIN])))
     return tuple(out)
 
 
-def _sheet(wall: float) -> Floats:
+def _min_wall(wall: float) -> Floats:
     """Return the least thickness of a wall, each way."""
     return np.full(3, 0.3 * wall)
 
 
-def _within_frame(
-    probe: CavityProbe, own: Sequence[int], leaf: tuple[Floats, Floats], mouth: float, lower: Floats, upper: Floats
+def _shrink_to_frame(
+    probe: CavityProbe,
+    part_ids: Sequence[int],
+    panel_box: tuple[Floats, Floats],
+    mouth: float,
+    lower: Floats,
+    upper: Floats,
 ) -> tuple[Floats, Floats]:
     """Shrink a cavity to the frame that a hollow object has around its opening."""
-    a, b = leaf[0][[0, 2]], leaf[1][[0, 2]]
-    lines = probe.cast_lines(1, sample_grid(a, b, FINE_LINES_PER_SIDE), own)
-    depth = lines.select(lines.at > float(leaf[0][1])).first().reshape(FINE_LINES_PER_SIDE, FINE_LINES_PER_SIDE)
-    clear: Bools = depth > mouth + 0.05
+    a, b = panel_box[0][[0, 2]], panel_box[1][[0, 2]]
+    lines = probe.cast_lines(1, sample_grid(a, b, FINE_LINES_PER_SIDE), part_ids)
+    depth = lines.select(lines.at > float(panel_box[0][1])).first().reshape(FINE_LINES_PER_SIDE, FINE_LINES_PER_SIDE)
+    is_open: Bools = depth > mouth + 0.05
     step = (b - a) / FINE_LINES_PER_SIDE
     lower, upper = lower.copy(), upper.copy()
     for axis, k in ((0, 0), (2, 1)):
-        share = clear.mean(axis=1 - k)
+        share = is_open.mean(axis=1 - k)
         rows = np.flatnonzero(share >= OPEN_BORDER_SHARE * share.max(initial=0.0))
         if not len(rows) or share.max() < 0.3:
             continue
@@ -143,7 +153,7 @@ def _within_frame(
     return lower, upper
 
 
-def _kept_inside(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
+def _shrink_to_skin(probe: CavityProbe, part_ids: Sequence[int], lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
     """Shrink a box until the skin of the object lies around all of it, as seen from its middle."""
     body = probe.points[probe.faces[probe.owner == -1]].reshape(-1, 3)
     if len(body):
@@ -153,7 +163,7 @@ def _kept_inside(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: F
         moved = False
         for axis in (0, 1, 2):
             for sign in (-1.0, 1.0) if axis != 1 else (1.0,):
-                end = _reach(probe, own, lower, upper, axis, sign)
+                end = _reach_inside_skin(probe, part_ids, lower, upper, axis, sign)
                 if sign > 0 and end < upper[axis] - 1e-6:
                     upper[axis], moved = max(end, upper[axis] - SHRINK_SHARE * (upper[axis] - lower[axis])), True
                 if sign < 0 and end > lower[axis] + 1e-6:
@@ -163,29 +173,31 @@ def _kept_inside(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: F
     return lower, upper
 
 
-def _reach(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: Floats, axis: int, sign: float) -> float:
+def _reach_inside_skin(
+    probe: CavityProbe, part_ids: Sequence[int], lower: Floats, upper: Floats, axis: int, sign: float
+) -> float:
     """Return how far a box may go to a side before it pierces the skin at one of its edges there."""
     a, b = (k for k in range(3) if k != axis)
     share = np.linspace(0.004, 0.996, LINES_PER_SIDE)
     x, y = (lower[k] + share * (upper[k] - lower[k]) for k in (a, b))
-    lines = probe.cast_lines(axis, np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2), own)
+    lines = probe.cast_lines(axis, np.stack(np.meshgrid(x, y, indexing="ij"), axis=2).reshape(-1, 2), part_ids)
     # The farthest surface on each line is the skin; a line that leaves through a hole says nothing.
     far = lines.last() if sign > 0 else lines.first()
-    away = np.where(np.isfinite(far), (far - (lower[axis] + upper[axis]) / 2) * sign, -1.0)
-    if not (away > 0).any():
+    distance = np.where(np.isfinite(far), (far - (lower[axis] + upper[axis]) / 2) * sign, -1.0)
+    if not (distance > 0).any():
         return float(upper[axis] if sign > 0 else lower[axis])
-    seen = away >= HOLE_DISTANCE_SHARE * float(np.median(away[away > 0]))
-    least = float((far[seen] * sign).min()) * sign
-    return least - sign * SKIN_DISTANCE
+    seen = distance >= HOLE_DISTANCE_SHARE * float(np.median(distance[distance > 0]))
+    nearest = float((far[seen] * sign).min()) * sign
+    return nearest - sign * SKIN_DISTANCE
 
 
-def _has_contents(probe: CavityProbe, own: Sequence[int], lower: Floats, upper: Floats) -> bool:
+def _has_contents(probe: CavityProbe, part_ids: Sequence[int], lower: Floats, upper: Floats) -> bool:
     """Return whether something lies in a hollow cavity already: shelves, racks, pipes."""
     inset = 0.1 * (upper - lower)
     a, b = lower + inset, upper - inset
     for axis in (2, 0):
         p, q = (k for k in range(3) if k != axis)
-        lines = probe.cast_lines(axis, sample_grid(a[[p, q]], b[[p, q]], LINES_PER_SIDE), own)
+        lines = probe.cast_lines(axis, sample_grid(a[[p, q]], b[[p, q]], LINES_PER_SIDE), part_ids)
         inside = lines.select((lines.at > a[axis]) & (lines.at < b[axis]))
         if float(np.isfinite(inside.first()).mean()) >= MIN_CONTENTS_SHARE:
             return True

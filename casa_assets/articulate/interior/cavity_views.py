@@ -28,7 +28,7 @@ MIN_WALL_SHARE = 0.5
 # So much of the depth behind the mouth is free of shelves.
 SHELF_FREE_SHARE = 0.04
 # How far from its border the back of a leaf is looked for, by its narrower side; a rim is no thicker, diagonals.
-LEAF_RIM_INSETS, MAX_RIM_THICKNESS = (0.05, 0.008), 0.06
+PANEL_RIM_INSETS, MAX_RIM_THICKNESS = (0.05, 0.008), 0.06
 # A room is at least this part of its front; what is found to be less is a board.
 MIN_SIZE_SHARE = 0.25
 LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
@@ -40,7 +40,7 @@ class FrontBounds(Protocol):
     """The corners and parts of an opening that a probe needs."""
 
     @property
-    def own(self) -> tuple[int, ...]:
+    def part_ids(self) -> tuple[int, ...]:
         """Return the indices of its parts."""
 
     @property
@@ -69,19 +69,19 @@ class CavityProbe:
     carried: tuple[tuple[int, ...], ...]
     normal_sign: float
 
-    def leaf_box(self, part: int) -> tuple[Floats, Floats]:
+    def panel_box_of(self, part: int) -> tuple[Floats, Floats]:
         """Return the (3,) corners of a part without its handle."""
         rows = (self.owner == part) & (self.grip == 0)
         rows = rows if rows.any() else self.owner == part
         own = self.points[self.faces[rows]].reshape(-1, 3)
         return own.min(axis=0), own.max(axis=0)
 
-    def cast_lines(self, axis: int, spots: Floats, but: Sequence[int]) -> RayCrossings:
+    def cast_lines(self, axis: int, spots: Floats, without_parts: Sequence[int]) -> RayCrossings:
         """Intersect lines with everything but some parts and what they carry."""
-        gone = [k for i in but for k in self.carried[i]]
-        return self._cross(np.flatnonzero(~np.isin(self.owner, gone)), axis, spots)
+        excluded = [k for i in without_parts for k in self.carried[i]]
+        return self._cross(np.flatnonzero(~np.isin(self.owner, excluded)), axis, spots)
 
-    def cast_through_leaves(self, axis: int, spots: Floats, parts: Sequence[int]) -> RayCrossings:
+    def cast_through_panels(self, axis: int, spots: Floats, parts: Sequence[int]) -> RayCrossings:
         """Intersect lines with the leaves of some parts only."""
         return self._cross(np.flatnonzero(np.isin(self.owner, list(parts)) & (self.grip == 0)), axis, spots)
 
@@ -94,13 +94,13 @@ class CavityProbe:
         found = cross_rays(self.points, self.faces[rows], axis, spots)
         return RayCrossings(found.line, found.at, found.towards * self.normal_sign, rows[found.face], found.count)
 
-    def leaf_back(self, parts: Sequence[int], lower: Floats, upper: Floats) -> float:
+    def panel_back_depth(self, parts: Sequence[int], lower: Floats, upper: Floats) -> float:
         """Return the depth of the back of a front near its border, where nothing hangs on it."""
         narrow = float(min(upper[0] - lower[0], upper[2] - lower[2]))
         backs = []
         # A leaf that is open behind, like a pan, is as thick as its rim.
-        for inset in LEAF_RIM_INSETS:
-            last = self.cast_through_leaves(
+        for inset in PANEL_RIM_INSETS:
+            last = self.cast_through_panels(
                 1, border_points(lower[[0, 2]], upper[[0, 2]], inset * narrow), parts
             ).last()
             seen = last[np.isfinite(last)]
@@ -112,7 +112,7 @@ class CavityProbe:
 
     def mouth_depth(self, parts: Sequence[int], lower: Floats, upper: Floats) -> float:
         """Return the depth at which the body begins around a front, at the back of the front or behind it."""
-        slab = self.leaf_back(parts, lower, upper)
+        slab = self.panel_back_depth(parts, lower, upper)
         spots = border_points(lower[[0, 2]], upper[[0, 2]], -BORDER_DISTANCE)
         body = self._cross(np.flatnonzero(self.owner == -1), 1, spots)
         first = body.select(
@@ -151,7 +151,9 @@ class CavityProbe:
         count, out = 0, [lower.copy(), upper.copy()]
         for axis, signs in ((0, (-1.0, 1.0)), (2, (-1.0, 1.0)), (1, (1.0,))):
             a, b = (k for k in range(3) if k != axis)
-            lines = self.cast_lines(axis, sample_grid(lower[[a, b]], upper[[a, b]], LINES_PER_SIDE, 0.2), front.own)
+            lines = self.cast_lines(
+                axis, sample_grid(lower[[a, b]], upper[[a, b]], LINES_PER_SIDE, 0.2), front.part_ids
+            )
             for sign in signs:
                 way, looks = lines.beyond(float(middle[axis]), sign)
                 near = np.isfinite(way) & (way <= 0.75 * size[axis] if axis != 1 else way < np.inf)
@@ -159,7 +161,7 @@ class CavityProbe:
                 if axis == 2:
                     # Shelves stand back: right behind the mouth one sees the floor and the roof.
                     rim = np.array([upper[0], start + SHELF_FREE_SHARE * size[1]])
-                    edge = self.cast_lines(2, sample_grid(lower[:2], rim, LINES_PER_SIDE, 0.2), front.own)
+                    edge = self.cast_lines(2, sample_grid(lower[:2], rim, LINES_PER_SIDE, 0.2), front.part_ids)
                     way, _ = edge.beyond(float(middle[2]), sign)
                     near = np.isfinite(way) & (way <= 0.5 * size[2])
                 if near.any():
@@ -173,9 +175,9 @@ class CavityProbe:
 
     def drawer_space(self, part: int, front: float) -> tuple[Floats, Floats] | None:
         """Return the (3,) corners of the space in a drawer behind its front, None where it is closed from above."""
-        lower, upper = self.leaf_box(part)
+        lower, upper = self.panel_box_of(part)
         lower = np.array([lower[0], front, lower[2]])
-        down = self.cast_through_leaves(2, sample_grid(lower[:2], upper[:2], LINES_DOWN_PER_SIDE, 0.12), (part,))
+        down = self.cast_through_panels(2, sample_grid(lower[:2], upper[:2], LINES_DOWN_PER_SIDE, 0.12), (part,))
         top = down.last()
         seen = np.isfinite(top)
         deep = seen & (top <= lower[2] + 0.5 * (upper[2] - lower[2]))

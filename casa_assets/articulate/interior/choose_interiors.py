@@ -36,17 +36,17 @@ def apply_cavity_decisions(
     out = []
     for cavity in cavities:
         wanted = decisions.cavities.get(cavity.parts[0])
-        cavity = _changed(cavity, wanted, articulation, mesh) if wanted is not None else cavity
+        cavity = _with_decision(cavity, wanted, articulation, mesh) if wanted is not None else cavity
         chosen = build if wanted is None or wanted.build is None else wanted.build
         out.append(cavity if chosen or not cavity.built else cavity.replace(built=False, empty=True))
     return tuple(out)
 
 
-def _changed(cavity: Cavity, wanted: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:
+def _with_decision(cavity: Cavity, wanted: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:
     """Return one cavity with the user's changes."""
     changed = cavity
     if wanted.build and not cavity.built:
-        changed = _lined(cavity)
+        changed = _with_liner(cavity)
     if (
         wanted.interior is not None
         and wanted.interior is not cavity.interior
@@ -56,11 +56,11 @@ def _changed(cavity: Cavity, wanted: CavityDecision, articulation: Articulation,
     if wanted.furnish is not None and wanted.furnish is not cavity.furnish:
         changed = changed.replace(furnish=wanted.furnish, confidence=1.0, reason=GIVEN_REASON)
     if wanted.box_m is not None:
-        changed = _boxed(changed, wanted.box_m, articulation, mesh)
+        changed = _with_box(changed, wanted.box_m, articulation, mesh)
     return changed
 
 
-def _lined(cavity: Cavity) -> Cavity:
+def _with_liner(cavity: Cavity) -> Cavity:
     """Return a cavity of the mesh with walls to be built inside its own."""
     lower, upper = np.array(cavity.lower), np.array(cavity.upper)
     wall = LINER_SHARE * float((upper - lower).min())
@@ -76,7 +76,7 @@ def _lined(cavity: Cavity) -> Cavity:
     )
 
 
-def _boxed(cavity: Cavity, box: tuple[Vec3, Vec3], articulation: Articulation, mesh: WeldedMesh) -> Cavity:
+def _with_box(cavity: Cavity, box: tuple[Vec3, Vec3], articulation: Articulation, mesh: WeldedMesh) -> Cavity:
     """Return a cavity between other corners, with walls as thick as before."""
     metres = articulation.frame.metres or 1.0
     corners = np.array(box) / metres + mesh.footprint_center
