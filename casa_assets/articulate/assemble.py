@@ -27,11 +27,12 @@ from casa_assets.model.registry.category import Category
 Bools = npt.NDArray[np.bool_]
 
 ROOT = "object"
-# Thinnest sheet, as a part of the longest side of a link, whose inertia survives rounding.
+# Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in
+# rounding. A choice.
 MIN_SHEET_SHARE = 0.002
 
 
-# What stands still carries motors, frames and insulation: its surface weighs so many times that of what moves.
+# Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
 BODY_WEIGHT_FACTOR = 2.0
 
 

@@ -43,9 +43,9 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Vec3
 
-# Travel of a button in diagonals, capped by how far it stands out. Ref: 2 to 5 mm on a thing of 0.8 m.
+# Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004
-# What is so near to the middle of the top, by its size, crowns a thing and does not command it.
+# A round thing within this share of the middle of the top is its cap and no control.
 TOP_CENTRE_SHARE = 0.1
 
 

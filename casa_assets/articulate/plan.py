@@ -130,7 +130,7 @@ class InteriorKind(StrEnum):
     DRAWER = "drawer"
 
 
-# What a mesh is called that was built into a thing, by what it is part of; what is seen of it is called so too.
+# Names of the meshes and visuals that were built, by the interior that they belong to.
 ADDED_MESH_NAMES = {f: f"added_{f.value}" for f in InteriorKind}
 
 

@@ -25,19 +25,20 @@ from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.asset.link import Collider
 from casa_assets.model.pose import Pose
 
-# Shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
+# Most collision shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
 MAX_SHAPES_BEFORE_CUTS, MAX_SHAPES, MAX_HANDLE_SHAPES = 22, 32, 6
-# Of those at least so many are of what a mesh has itself; faces that were built have shapes of their own.
+# Fewest shapes for the faces that a mesh itself has, and the owner of faces that were built, which bring their own
+# shapes.
 MIN_OWN_SHAPES, BUILT_OWNER = 14, -2
-# A fragment of which so little lies outside the shapes so far, metres or part of the link, needs none of its own.
+# A fragment that reaches no farther out of the shapes so far, metres or share of its link, gets no shape of its own.
 REACH_M, REACH_SHARE = 0.004, 0.012
-# Points of what is seen of a link by which shapes are judged; shapes of what reaches farthest and is open.
+# Samples of the visible surface of a link, and most shapes for a frame that reaches farthest to a side.
 SURFACE_SAMPLES, MAX_END_SHAPES = 30000, 12
-# Sides of a frame; one that is longer than this part of its link is round something that moves.
+# Shapes that a frame needs, and the share of its link from which a fragment is checked for being a frame.
 FRAME_SIDES, LARGE_FRAME_SHARE = 4, 0.4
-# Fragments of a link that are looked at, the largest first.
+# Most fragments of a link that get shapes, the largest first.
 MAX_FRAGMENTS = 60
-# What a finger presses or turns is one shape.
+# Parts that are pressed or turned by fingers have one shape.
 SINGLE_SHAPE_KINDS = frozenset({PartKind.KNOB, PartKind.BUTTON})
 _LABELS = {PartKind.TRAY: "rack"}
 

@@ -13,11 +13,12 @@ from casa_assets.articulate.plan import PartKind
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.hull import hull_volume
 
-# What opens, and is taken by its edge where it has no handle.
+# Parts that are opened by their edge where they have no handle.
 OPENING_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
-# Fingers reach so far over an edge and behind it; shapes that end within this of each other end together; metres.
+# Size of the strip that fingers take, across the edge and behind it; shapes that end this near to each other end at one
+# edge.
 GRIP_WIDTH_M, GRIP_THICKNESS_M, EDGE_TOLERANCE_M = 0.02, 0.03, 0.01
-# What is smaller is no hold, m^3.
+# Smaller strips are too small to hold.
 MIN_GRIP_M3 = 1e-7
 
 

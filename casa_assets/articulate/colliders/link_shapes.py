@@ -20,14 +20,14 @@ from casa_assets.model.pose import Pose
 
 Bools = npt.NDArray[np.bool_]
 
-# What fills this part of its hull is touched as its hull; what fills this part of its box, as a box.
+# A surface that fills at least this share of its hull becomes the hull, of its box, a box.
 MIN_HULL_FILL, MIN_BOX_FILL = 0.8, 0.985
-# What fills less than this part of its hull is open. What is so thin by its length is judged as a sheet: by its largest
-# hole, for a grate closes nothing that was open.
+# A surface that fills less than this share of its hull is open. One that is flatter than this ratio is judged by its
+# largest hole instead, as a share of its rectangle, in an image of HOLE_PX: a hull of a grate closes nothing.
 MAX_OPEN_FILL, MAX_FLAT_RATIO, MIN_HOLE_SHARE, HOLE_PX = 0.5, 0.06, 0.3, 48
-# A plate without holes or notches fills its outline by this part.
+# A plate without holes or notches fills at least this share of the hull of its outline.
 MIN_OUTLINE_FILL = 0.95
-# Cells along the longest side, the finest first: the first that needs few enough shapes is taken.
+# Voxels along the longest side: the finest grid that needs few enough shapes is taken.
 VOXEL_COUNTS = (28, 18, 12, 8)
 MIN_THICKNESS_M = 0.002
 SAMPLES = 6000

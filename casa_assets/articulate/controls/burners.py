@@ -20,13 +20,14 @@ Bools = npt.NDArray[np.bool_]
 
 # Diameters of burners and rings, metres: from the cap of a simmer burner to the ring of a large zone.
 MIN_DIAMETER_M, MAX_DIAMETER_M = 0.035, 0.34
-# The smallest of a hob is no smaller than this part of its largest.
+# The smallest burner is at least this share of the largest.
 MIN_SIZE_OF_LARGEST = 0.3
-# How far from the highest level of the top burners are, metres; what lies higher is a guard at the back.
+# Burners lie within this of the median level of the discs; higher ones are guards at the back.
 MAX_LEVEL_DIFFERENCE_M = 0.09
-# Outline of a disc: its sides differ by no more than those of a hexagon, it fills its ellipse to so much.
+# Outline of a disc: its sides differ by at most this share (that of a hexagon), its area from that of its ellipse by
+# the second.
 MAX_SIDE_DIFFERENCE, ROUNDNESS_TOLERANCE = 0.16, 0.09
-# Rows and columns: a burner nearer to the middle of them than this part of their span is in the middle.
+# A burner within this share of the span from the middle of rows or columns is in the middle one.
 MIDDLE_SHARE = 0.2
 PLACES = frozenset(
     {"rear_left", "rear_center", "rear_right", "front_left", "front_center", "front_right", "center", "left", "right"}

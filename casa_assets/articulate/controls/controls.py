@@ -14,27 +14,27 @@ from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
-# Sizes in diagonals of the thing. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:
+# Sizes in diagonals of the object. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:
 # the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is 0.258 long.
 MIN_CONTROL_SIZE, MAX_CONTROL_SIZE = 0.006, 0.14
-# A disc fills pi/4 of its square; a hull that fills this much of that, either way, is round.
+# A disc fills pi/4 of its square; a hull whose area differs by at most this share is round.
 ROUNDNESS_TOLERANCE = 0.09
 MAX_KEY_RATIO = 5.0
-# So much of what is round a control is a surface that it sits on: a cap on an edge stands against the sky.
+# Least share of the surroundings of a control that is surface: a cap on an edge is surrounded by background.
 MIN_GROUND_SHARE = 0.6
-# Fingers need so much room round a control, by its width; at most this part of it may be taken.
+# Free space that fingers need around a control, by its width, and the share of it that may be blocked.
 FINGER_ROOM_BY_WIDTH, MAX_BLOCKED_SHARE = 0.3, 0.08
-# A pin is so many times longer than wide. Ref: knobs of appliances reach 1.1, push pins start at 1.4.
+# Length to width of a push pin. Ref: knobs of appliances reach 1.1, push pins start at 1.4.
 MIN_PIN_RATIO = 1.3
-# What stands out by so many times its width is no pin that is pushed: a finger would bend it.
+# Protrusion to width from which a stick is too slender to be pushed.
 MIN_STICK_RATIO = 4.0
-# A cap faces within 45 degrees of the side that shows it; its faces agree within 2 degrees; it is so much of the front.
+# A cap faces within 45 degrees of its side, its faces agree within 2 degrees, and it is this share of the visible area.
 CAP_FACING_COS, CAP_FLAT_COS, MIN_CAP_SHARE = 0.707, 0.9994, 0.4
-# It faces within 20 degrees of what it sits on: cones and bumpy shells have caps that do not.
+# A cap faces within 20 degrees of its ground: cones and bumpy shells have caps that do not.
 CAP_PARALLEL_COS = 0.94
 
-# What stands in a row with others of about its size and height is what they are: on a scan or a shell of cubes not all
-# knobs of a row are round, and some keys are. So many are a row, they differ by so much; of knobs this part is round.
+# Controls in a row of similar ones are classified alike, since on scans and voxelised shells not all knobs of a row
+# look round, and some keys do. Fewest in a row, how much sizes differ, and the share of round ones in a row of knobs.
 MIN_ROW_LENGTH, ROW_SIZE_TOLERANCE, MIN_ROUND_SHARE_OF_ROW = 3, 0.25, 0.4
 
 

@@ -12,17 +12,17 @@ from casa_assets.articulate.segment.fragment_measures import TOP, MeasuredFragme
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
-# What a stick is rooted in lies across it: so much longer than thick, about as thick both ways, no longer than this by
-# the stick, and no thicker by its width; so many sticks are the most: those of racks are many, and stand on long rails.
+# The root of a stick lies across it: length to thickness, ratio of its two thicknesses, its length by that of the
+# stick, its thickness by the width of the stick. More sticks than MAX_HANDLES are those of a rack.
 MIN_ROOT_RATIO, MAX_ROUND_RATIO, MAX_ROOT_LENGTH, MAX_ROOT_THICKNESS, MAX_HANDLES = 1.3, 1.4, 1.5, 8.0, 2
-# A stick is so wide and so long, diagonals, and stands out of its root with this part of its length.
+# Width and length of a stick, diagonals, and the share of its length that stands out of its root.
 MIN_HANDLE_WIDTH, MAX_HANDLE_WIDTH, MAX_HANDLE_LENGTH, MIN_HANDLE_OUT_SHARE = 0.005, 0.04, 0.25, 0.5
-# Between pieces that hang together there is at most so much air, diagonals.
+# Widest gap between fragments that belong together, diagonals.
 MAX_GAP = 0.01
-# A spout has an arm so much longer than wide, and so long, diagonals, over a round column that is so much higher than
-# wide, and as wide as the arm within this part.
+# Arm of a spout: length to width, and length in diagonals; height to width of the round column below it, whose width is
+# that of the arm within the tolerance.
 MIN_ARM_RATIO, MIN_ARM_LENGTH, MIN_COLUMN_RATIO, WIDTH_TOLERANCE = 3.0, 0.15, 2.0, 0.5
-# How far each goes from where it is, rad: a quarter, zero is shut; a spout so far to both sides.
+# Range of a handle from its closed pose, a quarter turn; of a spout to each side.
 HANDLE_RANGE_RAD, SPOUT_RANGE_RAD = np.pi / 2, np.pi / 2
 
 

@@ -12,15 +12,15 @@ from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, 
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats, Ints
 
-# A slot is deeper than what is beside it by so much, and so long, diagonals.
+# Depth of a slot against both sides, widest gap between the lever and its slot, and length of a slot; diagonals.
 MIN_SLOT_DEPTH, MAX_SLOT_START_GAP, MIN_SLOT_LENGTH = 0.008, 0.02, 0.06
-# A slot that is painted on lies no farther out than what is beside it than this, diagonals.
+# A painted slot lies at most this far before its surroundings, diagonals.
 PAINTED_SLOT_TOLERANCE = 0.001
-# A hand finds a lever that stands out by so much, diagonals.
+# Least protrusion of a lever, diagonals.
 MIN_PROTRUSION = 0.01
-# What sits beside a slot hides so much of its border, diagonals.
+# Longest stretch of a slot that something beside it hides, diagonals.
 MAX_SLOT_BREAK = 0.06
-# Beside the slot one looks so far from its middle, in widths of the lever.
+# Distance from the middle of a slot at which its sides are sampled, in widths of the lever.
 BESIDE_WIDTHS = 0.75
 
 

@@ -12,12 +12,13 @@ from casa_assets.articulate.plan import JointPlan
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, MeasuredFragments
 from casa_assets.model.asset.joint import JointKind
 
-# It is no wider than this, diagonals: a ring round a key is wider than keys are. It stands out so far at least, and by
-# its width at most.
+# Width of a single button, diagonals (a ring around a button is wider than a button), its least protrusion, and its
+# most by its width.
 MAX_BUTTON_WIDTH, MIN_PROTRUSION, MAX_PROTRUSION_BY_WIDTH = 0.22, 0.004, 0.6
 
-# Round a burner stand arms that bear pans: so many, so slim, and so near to its rim by its width. The knobs of a thing
-# are alike: where so many are on its front, what differs in width by so much is none.
+# Burner caps are surrounded by slim arms that bear pans: fewest arms, their length to width, and their distance from
+# the cap by its width. The knobs of an object are alike: from so many knobs on its front on, a round control of another
+# width on the top is none.
 MIN_PAN_SUPPORT_ARMS, MIN_ARM_RATIO, MAX_ARM_GAP_BY_WIDTH, MIN_FRONT_KNOBS, KNOB_WIDTH_TOLERANCE = 3, 4.0, 0.5, 2, 0.25
 
 

@@ -53,7 +53,7 @@ WEIGHTS: Mapping[str, float] = {
 PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
 STATED_UP, ASKEW_UP = 0.95, 0.02
 PIXELS = 256
-# Weight of what a candidate finds when it is tried out, and of the log odds of its looks beside that. Ref: as above.
+# Weight of the log odds by appearance, and of the scores of the parts that a candidate would have. Ref: as WEIGHTS.
 APPEARANCE_WEIGHT = 0.605
 SCORE_WEIGHTS: Mapping[str, float] = {
     "covered": 1.071,
@@ -75,7 +75,7 @@ SCORE_WEIGHTS: Mapping[str, float] = {
     "hinged_above": -1.274,
     "nothing": -0.4505,
 }
-# So many of the likeliest are tried out, unless their looks put them so far behind the first, log odds.
+# Most candidates that are scored by their parts, unless their log odds are so far behind those of the best.
 MAX_SCORED, MAX_LOG_ODDS_BEHIND = 6, 6.0
 CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2)
 GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, and what they would let move"

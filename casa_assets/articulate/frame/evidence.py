@@ -18,7 +18,8 @@ FEATURES = (
     *("bars_high", "knobs_high", "top_rings", "top_slots", "knobs_near", "low_mass", "back_plain"),
     *("bottom_legs", "top_legs"),
 )
-# ControlPlacement this far from the middle of the front, parts of its size, are at its side or its top.
+# Controls whose mean offset from the middle of the front, by its size, is larger than this are at its side or top; one
+# offset exceeds the other by the margin.
 CONTROLS_OFF_CENTRE, CONTROLS_MARGIN = 0.2, 0.05
 
 

@@ -50,8 +50,8 @@ USUAL_PROPORTIONS: tuple[tuple[Extent, float, ControlPlacement], ...] = (
     ((0.7, 0.9, 1.0), 0.7, ControlPlacement.NONE),  # coffee machines
     ((0.8, 0.65, 1.0), 0.3, ControlPlacement.NONE),  # kettles
 )
-# How far proportions stray, in logarithms; what a kind keeps where the controls are elsewhere, or it has none; and
-# what is left for things that are like none of these.
+# Standard deviation of log proportions; factors where the controls are elsewhere, or there are none; likelihood of a
+# shape that is like no known one.
 PROPORTION_SIGMA, OTHER_PLACEMENT_FACTOR, NO_CONTROLS_FACTOR, UNKNOWN_SHAPE_FLOOR = 0.15, 0.25, 0.5, 3e-3
 
 # Other names of kinds, by the id of their fixture.
@@ -83,7 +83,7 @@ _VOCABULARY = Vocabulary.of(
     ("with", "without", "w", "for", "from", "in", "on", "by", "near", "under"),
 )
 
-# Shapes in which a kind comes, and how often it has what; 0.02 where nothing is said. Ref: conventions of kitchens.
+# Probability of a trait that is not listed for a category.
 RARE_TRAIT = 0.02
 Shapes = tuple[Extent, ...]
 KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
@@ -122,7 +122,7 @@ KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
     "kettle": (((0.8, 0.65, 1),), {"lid": 0.7, "buttons": 0.3, "lever": 0.3}),
     "sink": (((0.3, 0.6, 1), (1, 0.7, 0.75)), {"lever": 0.8, "spout": 0.4}),
 }
-# How far real things stray from the shape of their kind, and the surest that this guess may be.
+# Standard deviation of log proportions within a category, and the highest confidence of this guess.
 KIND_PROPORTION_SIGMA, MAX_CONFIDENCE = 0.28, 0.6
 
 

@@ -14,16 +14,16 @@ from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
-# What a trial says, each for or against the candidate as the fit decides.
+# Scores of a candidate; SCORE_WEIGHTS in frame/axes.py says for or against what each counts.
 SCORE_NAMES = (
     *("covered", "doors", "drawers", "boxed", "unboxed", "knobs", "buttons", "levers", "lids", "racks", "turntables"),
     *("surely", "joints", "held", "hinged_aside", "hinged_below", "hinged_above", "nothing"),
 )
-# Things that count at most so often.
+# Counts of parts are capped at this.
 MAX_COUNT = 8
-# A drawer that reaches back over more than this part of the depth, and so many diagonals, has a box.
+# A drawer that reaches back farther than this share of the depth, and than this in diagonals, has a box.
 MIN_BOX_DEPTH_SHARE, MIN_BOX_DEPTH = 0.3, 0.1
-# Fronts that cover less than this part of the side count for less.
+# Fronts that cover less than this share of the side count in proportion.
 FULL_WEIGHT_COVERAGE = 0.25
 
 

@@ -13,16 +13,16 @@ from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
-# A step in depth between neighbouring pixels that counts as an edge, diagonals; a bend, cosine of 25 degrees.
+# An edge: a step in depth between neighbouring pixels, diagonals, or a bend, cosine of 25 degrees.
 MIN_DEPTH_STEP, MAX_BEND_COS = 0.004, 0.906
-# What is narrower than this one way and stands out so far may be a knob, a button or a handle; diagonals.
+# A feature such as a knob or handle: narrower than this in one direction, protruding this far; diagonals.
 MAX_FEATURE_WIDTH, MIN_PROTRUSION, MAX_PROTRUSION = 0.13, 0.006, 0.3
 MIN_FEATURE_SIZE, MIN_FEATURE_PIXELS = 0.012, 6
-# The plane of a side: so much of what is seen is nearer. Things stand out fully at `FULL_JUT` before it.
+# The plane of a side is this quantile of its depth; a protrusion of FULL_JUT or more counts fully.
 SIDE_PLANE_QUANTILE, FULL_JUT = 0.3, 0.06
-# What stands on legs stands so far off, diagonals.
+# Gap under an object that stands on legs, diagonals.
 MIN_LEG_LENGTH = 0.035
-# A slot is so wide and long, and so deep; a burner so large.
+# Width, length and depth of slots, and diameter of burners; diagonals.
 MIN_SLOT_WIDTH, MIN_SLOT_LENGTH, MIN_SLOT_DEPTH, SLOT_WINDOW = 0.015, 0.2, 0.05, 0.1
 MIN_RING_SIZE, MAX_RING_SIZE = 0.09, 0.45
 MAX_RINGS, MAX_RING_CANDIDATES = 6, 60

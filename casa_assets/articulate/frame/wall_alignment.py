@@ -9,13 +9,13 @@ import numpy as np
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 
-# Faces within this of an axis lie along it; the bins in which directions of walls are counted, radians.
+# Angle within which a face lies along an axis; bins in which directions of walls are counted.
 ALIGNED_RAD, DIRECTION_BIN_RAD = np.radians(1.5), np.radians(0.25)
 REFINEMENT_RAD = (ALIGNED_RAD, ALIGNED_RAD / 3, ALIGNED_RAD / 10)
-# Directions that most surface faces, of which so many are tried as floors.
+# Directions of the largest surfaces that are tried as the floor.
 MAX_TILTS = 12
-# Another turn must lay so much more of the surface along the axes, and of what the one before it left askew: what is
-# round all over stays as it is.
+# A further rotation is taken if it aligns so much more of the surface, or that share of what is not aligned: round
+# objects keep their axes.
 MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
 
 

@@ -10,13 +10,13 @@ from casa_assets.articulate.fronts.rectangles import FrontRectangle
 from casa_assets.articulate.segment.creases import SideRelief
 from casa_assets.core.typing import Floats
 
-# A stair is no higher than this, diagonals; what lies deeper between two of them than both is a gap between fronts.
+# Highest stair, and deepest groove between two stairs that is no gap between fronts; diagonals.
 MAX_STAIR_HEIGHT, MAX_GROOVE_DEPTH = 0.0095, 0.002
-# So many pixels beside a border one looks at the two sides of it.
+# Distance from a border at which its two sides are sampled.
 BESIDE_PIXELS = 4
-# Strips are as long as the front within this part of it, and fill this part of its length.
+# Strips are as long as the front within this share of its length, and cover this share of it.
 LENGTH_TOLERANCE, MIN_STRIP_FILL = 0.035, 0.9
-# So many stairs make a bulge, down to both sides: a frame round a panel has one on each.
+# Fewest stairs of a bulge on both sides together: a framed panel has one on each side.
 MIN_STAIRS = 3
 
 

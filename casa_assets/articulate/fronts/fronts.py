@@ -22,32 +22,33 @@ from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
-# A handle stands out at least so far, in diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
+# Least protrusion of a handle, diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
 MIN_HANDLE_PROTRUSION = 0.013
-# The pull of a large thing is small by it: one that is no rail, shorter than this part of the front, stands out so far,
-# and so far by its own width.
+# A pull of a large object is relatively small: least protrusion, the same by its width, and its length at most as a
+# share of its front, which rails exceed.
 MIN_PULL_PROTRUSION, MIN_PULL_PROTRUSION_BY_WIDTH, MAX_PULL_LENGTH_SHARE = 0.006, 0.4, 0.5
-# A cup pull is so much longer than high, at least.
+# Width to height of a cup pull.
 MIN_CUP_PULL_RATIO = 1.4
-# Between a handle and the front that it belongs to there is at most so much air.
+# Widest gap between a handle and its front, diagonals.
 MAX_HANDLE_GAP = 0.035
-# What is smaller is no handle but a mark or screw, diagonals.
+# Smaller protrusions are marks or screws, diagonals.
 MIN_HANDLE_SIZE = 0.03
-# A box behind a front begins at most so far behind it.
+# Widest gap between a front and the box behind it, diagonals.
 MAX_BOX_GAP = 0.02
-# A box is at least this part of its front tall: a lesser one is a drawer of its own behind a door.
+# Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
 MIN_BOX_HEIGHT_SHARE = 0.2
-# Behind a front that is higher than this by its width, only a tub is a box: shelves and bins of a fridge are many.
+# Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
 MAX_HEIGHT_RATIO = 1.3
-# A shelf begins at most so far behind a front.
+# Widest gap between a front and a shelf behind it, diagonals.
 MAX_SHELF_GAP = 0.1
-# The box keeps within its front by so much: walls between fronts reach a little beyond their edges.
+# Distance that a box keeps within its front, diagonals: walls between fronts reach beyond their edges.
 BOX_TOLERANCE = 0.002
-# A front without a handle has room behind so much of it.
+# A front without a handle has free space behind at least this share of it.
 MIN_HOLLOW_SHARE = 0.4
-# A small panel with so many knobs or keys on it is one of controls, though a lever stands out of it like a handle.
+# A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
+# it like a handle.
 MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
-# A panel narrower than this part of the side, and without a handle, is a strip of the body.
+# A panel without a handle that is narrower than this share of the side is a strip of the body.
 MAX_STRIP_SHARE = 0.13
 
 

@@ -8,11 +8,12 @@ from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.raster import render_depth
 
-# What hangs on the back of a door, or is a layer of it, is so shallow; what hangs keeps so far from its edges.
+# Depth of layers and bins of a door as a share of the object, and the distance of bins from its edges, diagonals.
 MAX_DEPTH_SHARE, MIN_EDGE_DISTANCE = 0.14, 0.008
-# What begins at least so far inside a leaf, by its thickness, is a bin, and may be so deep by the whole.
+# A bin that begins so far inside its panel, as a share of the panel's thickness, may be this deep, as a share of the
+# object.
 BIN_START_SHARE, MAX_BIN_DEPTH_SHARE = 0.25, 0.3
-# Layers of a door have one outline, touch, and are no frames that one looks through: so much of the outline is filled.
+# Layers of a door share its outline within this, diagonals, touch, and fill this share of it, unlike frames.
 OUTLINE_TOLERANCE, MIN_LAYER_FILL, MAX_LAYERS = 0.006, 0.8, 3
 
 

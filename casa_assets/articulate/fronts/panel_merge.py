@@ -10,22 +10,23 @@ from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, corners_from_side
 from casa_assets.core.typing import Floats
 
-# Boards of one leaf begin at the same depth, and touch; diagonals.
+# Boards of one door begin at the same depth within this, and touch within this; diagonals.
 FLUSH_TOLERANCE, TOUCH_TOLERANCE = 0.006, 0.006
-# A stile or rail is at most this part of the leaf wide.
+# Widest stile or rail, as a share of its door.
 MAX_STILE_SHARE = 0.26
-# A strip that lies upon a leaf is no thicker than this, diagonals.
+# Thickest strip that lies upon a door, diagonals.
 MAX_STRIP_THICKNESS = 0.05
-# The boards cover at least this part of the leaf.
+# Share of the door that its boards cover.
 MIN_LEAF_COVERAGE = 0.93
-# A stile of a narrow leaf is wider by it, where two rails run between the stiles.
+# Widest stile of a narrow door, as a share of it, where so many rails run between the stiles.
 MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
-# Boards that are too slim for panels are at least so wide and long, and seen on this part of their rectangle.
+# Boards that are too slim for panels: least width and length, diagonals, and visible share of their rectangle.
 MIN_SLAT_WIDTH, MIN_SLAT_LENGTH, MIN_VISIBLE_SHARE = 0.006, 0.025, 0.5
 MAX_SLATS = 80
-# It is flat, or square in section as rails of thin fronts are.
+# Thickness of a slat by its width: flat, or square as rails of thin fronts are.
 MAX_THICKNESS_BY_WIDTH = 1.1
-# What a leaf frames lies a little deeper than its stiles, and meets them: the door in a frame of the body does neither.
+# The infill of a framed door lies this much deeper than its stiles and meets them within the gap; a door within a frame
+# of the body does neither. Diagonals.
 MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
 
 

@@ -23,21 +23,21 @@ from casa_assets.articulate.segment.fragment_measures import (
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
-# A panel is at least so wide and high, and covers at least so much of the side.
+# Least side of a panel, diagonals, and its least share of the side of the object.
 MIN_SIDE, MIN_AREA_SHARE = 0.03, 0.012
-# What is smaller both ways, and covers little, is a knob.
+# A panel is at least this long, diagonals, or covers this share of the side: smaller ones are knobs.
 MIN_LONG_SIDE, MIN_AREA_SHARE_SMALL = 0.12, 0.06
-# It is no thicker than this part of its smaller side and of the depth of the thing, unless hidden from elsewhere.
+# Thickness at most, by its smaller side and by the depth of the object, unless it is hidden from the other sides.
 MAX_THICKNESS_BY_SIDE, MAX_THICKNESS_OF_DEPTH = 0.7, 0.34
-# It begins no deeper than this part of the depth; one with a handle, in a niche, no deeper than the second.
+# Deepest start of a panel, as a share of the depth of the object; of one with a handle in a niche.
 MAX_START_DEPTH, MAX_START_DEPTH_WITH_HANDLE = 0.35, 0.75
-# A bar is so many times longer than wide, and stands off by so much, diagonals; one that touches may be as stout as the
-# second: that of a shell of cubes is thickened.
+# Length to width of a bar, the same of one that touches its panel (bars of voxelised shells are thickened), and its
+# distance from the panel, diagonals.
 MIN_BAR_RATIO, MIN_STOUT_BAR_RATIO, MIN_BAR_GAP = 4.0, 3.0, 0.008
-# A bar that touches its host is so narrow and stands out so far, with this part of its depth: rails of framed doors
-# reach 0.013, and a bulging front falls back beside its middle.
+# A bar that touches its panel: widest, least protrusion (rails of framed doors reach 0.013), and the share of its depth
+# that is outside, because a bulging front falls back beside its middle.
 MAX_BAR_WIDTH, MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE = 0.075, 0.015, 0.5
-# MeasuredFragments within this much of a rectangle lie inside it.
+# Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
 
 

@@ -11,32 +11,32 @@ from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, MIN_DEPTH_S
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
-# No rectangle is narrower than this, diagonals.
+# Narrowest rectangle, diagonals.
 MIN_SIDE = 0.012
-# A line may waver by so much, diagonals.
+# How far a line may deviate from straight, diagonals.
 LINE_TOLERANCE = 0.0022
-# A line is looked at in so many stretches: each must show it, and all together even more.
+# A line is divided into stretches; each, and the whole line, has to be visible to these shares.
 LINE_STRETCHES, MIN_STRETCH_VISIBILITY, MIN_LINE_VISIBILITY = 12, 0.5, 0.75
-# It shows so much more than the rest of the rectangle does: a rough surface has edges everywhere.
+# A line is visible to so much more than edges elsewhere in its rectangle: rough surfaces have edges everywhere.
 MIN_LINE_CONTRAST = 0.45
-# A stretch of which less lies open says nothing; so many must speak.
+# A stretch counts if this share of it is not hidden by protrusions; so many stretches have to count.
 MIN_FREE_SHARE, MIN_USABLE_STRETCHES = 0.3, 5
-# What stands out and is so long is a handle, from so far on. Ref: as for whole fragments, fronts.HANDLE_STANDS.
+# Length to width and least protrusion of a handle, diagonals. Ref: as MIN_HANDLE_PROTRUSION in fronts.py.
 MIN_BAR_RATIO, MIN_BAR_PROTRUSION = 2.5, 0.012
-# What stands out farther is the ragged border of the thing, before what lies behind it.
+# A region that protrudes farther is the ragged border of the object before what lies behind it, diagonals.
 MAX_PROTRUSION = 0.13
-# A handle keeps so far from the border of the thing, what stands out less than handles do farther: flaps of cartons end
-# there. So much of what is round something set on a surface is that surface, or itself.
+# From this protrusion on a handle keeps HANDLE_MARGIN from the border of the object, else FLAT_MARGIN, since flaps of
+# cartons end there; diagonals. MIN_SURROUNDED_SHARE of its surroundings is surface.
 SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024, 0.012, 0.03, 0.97
-# Handles whose middles differ by less lie in one row or column.
+# Handles whose middles differ by less lie in one row or column, diagonals.
 SAME_ROW = 0.04
-# Pulls are so many at most, on a rectangle of this part of the width of the side, as large as each other within this
-# part; so many in a row are controls.
+# Most pulls, width of their rectangle as a share of the side, tolerance of their sizes, and how many in a row are
+# controls instead.
 MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
-# A pull is so near to a side of its front, by its width, or so near to the middle.
+# Distance of a pull from a side of its front, or from its middle, by the width of the front.
 MAX_SIDE_OFFSET, MAX_CENTRE_OFFSET = 0.25, 0.12
-# The frame round what is sunk is this quantile of the depth of a rectangle; what is sunk is so large and no deeper than
-# this, diagonals, and fills so much of its own rectangle.
+# The frame around a recess is this quantile of depth; least size and greatest depth of a recess, diagonals, and the
+# share of its rectangle that it fills.
 FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
 
 

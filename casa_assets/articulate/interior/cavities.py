@@ -17,23 +17,23 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
 
-# Lines across a front, each way, and how much of its size they leave free at the border.
+# Lines across a front, each way, and the share of its size that they leave free at the border.
 LINES_PER_SIDE, LINE_INSET_SHARE = 9, 0.12
-# What has less depth behind its front is no place for a room, diagonals.
+# Least depth behind a front for a cavity, diagonals.
 MIN_CAVITY_DEPTH = 0.06
-# Behind a closed front there is a wall within this part of the depth, over so much of it.
+# A closed body has a wall within this share of the depth behind the front, over this share of the lines.
 NEAR_WALL_SHARE, MIN_CLOSED_SHARE = 0.15, 0.6
-# Where one sees it from behind, it may lie so deep.
+# A wall that is met from behind may lie this deep.
 REAR_WALL_SHARE = 0.4
-# What is cut out of the front wall of a cavity keeps so far from the others, diagonals.
+# Distance of an opening cut into the front wall of a cavity from its other walls, diagonals.
 CUT_MARGIN = 0.003
-# An interior has at least so many of its five walls.
+# A mesh has a cavity of its own if so many of its five walls are visible.
 MIN_WALLS = 3
-# A drawer that reaches back by this part of the depth has a box.
+# A drawer that reaches back by this share of the depth has a box.
 MIN_BOX_DEPTH_SHARE = 0.25
-# Two doors meet where they are this near, diagonals, and are alike in height to this part of it.
+# Two doors meet if their gap is at most this, diagonals, and their heights overlap by this share.
 MAX_DOOR_GAP, MIN_HEIGHT_OVERLAP = 0.025, 0.9
-# Thickness of what is built round a room, metres. Ref: insulation and boards as in families/parts.
+# Thickness of the walls that are built around a cavity, metres. Ref: insulation and boards as in families/parts.
 WALL_M = {
     InteriorKind.OVEN: 0.036,
     InteriorKind.MICROWAVE: 0.018,
@@ -43,7 +43,7 @@ WALL_M = {
     InteriorKind.PLAIN: 0.012,
     InteriorKind.DRAWER: 0.008,
 }
-# Words of a category -> what its rooms are.
+# Words of a category and the interior that they stand for.
 _KINDS = (
     (("microwave",), InteriorKind.MICROWAVE),
     (("refrigerator", "fridge", "freezer", "cooler"), InteriorKind.REFRIGERATOR),

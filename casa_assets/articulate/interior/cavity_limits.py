@@ -14,22 +14,23 @@ from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec3
 
-# Lines across a front, each way, to see how much of it is open; a border that is open over so much is none.
+# Lines across a front, each way, to find its open part; a row that is open to this share of the most open one is no
+# frame.
 FINE_LINES_PER_SIDE, OPEN_BORDER_SHARE = 24, 0.7
-# A frame reaches at least so far inwards from the edge of its front, diagonals; else there is none.
+# Narrowest frame, diagonals.
 MIN_FRAME_WIDTH = 0.006
-# What is built keeps so far from the skin, diagonals, and shrinks by this part of itself while it pierces it.
+# Distance of built walls from the skin, diagonals, and the share by which a cavity shrinks while it pierces the skin.
 SKIN_DISTANCE, SHRINK_SHARE, MAX_SHRINKS = 0.004, 0.06, 8
-# Something lies in a hollow thing where so many lines meet it.
+# A cavity has contents if this share of the lines meets something.
 MIN_CONTENTS_SHARE = 0.25
-# A front covers so much of a line that runs inside its border, by this part of its size; else it is round, and what
-# can be behind it is smaller by the last part on every side, and again.
+# A rectangular front covers this share of a line inside its border (inset by a share of its size); a round one is
+# shrunk by the last share on every side until it does.
 MIN_BORDER_COVERAGE, BORDER_INSET_SHARE, ROUND_SHRINK_SHARE = 0.85, 0.02, 0.03
-# What lies within a leaf and is not its own keeps so far from its border, diagonals.
+# Margin of the boxes in which the body has nothing to be, within a panel, diagonals.
 PANEL_MARGIN = 0.001
-# Lines to each side of what is built, each way; so many of those near its corners have to meet the skin.
+# Lines to each side of a cavity, each way.
 LINES_PER_SIDE = 5
-# A line whose last surface is so much nearer than that of most left through a hole of the skin.
+# A line whose last surface is nearer than this share of the median left through a hole of the skin.
 HOLE_DISTANCE_SHARE = 0.45
 
 

@@ -13,26 +13,26 @@ from casa_assets.articulate.segment.rays import RayCrossings, cross_rays, sample
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
-# The body round a front is looked for so far beyond its edges, diagonals.
+# Distance outside the edges of a front at which the body is looked for, diagonals.
 BORDER_DISTANCE = 0.008
-# So much of the border has to show it; it begins no farther from the back of the front than this.
+# Share of the border that has to show the body, and its greatest distance from the back of the front, diagonals.
 MIN_BORDER_SHARE, MAX_BODY_DISTANCE = 0.3, 0.05
-# Lines that have to meet the back of a thing; else its box says where it is.
+# Share of the lines that have to meet the back of an object; else its bounding box says where the back is.
 MIN_BACK_SHARE = 0.5
-# What lies nearer than this part of the depth is not the back.
+# A surface nearer than this share of the depth is not the back.
 MIN_BACK_DEPTH_SHARE = 0.4
-# Where so many of the first faces that lines meet look away, the faces of a mesh are turned inside out.
+# A mesh is inside out if this share of the first faces that lines meet faces away.
 INSIDE_OUT_SHARE = 0.5
-# A wall shows over at least this much of what one sees from the middle.
+# A wall is visible over at least this share of the lines from the middle.
 MIN_WALL_SHARE = 0.5
-# So much of the depth behind the mouth is free of shelves.
+# Share of the depth behind the mouth that is free of shelves.
 SHELF_FREE_SHARE = 0.04
-# How far from its border the back of a leaf is looked for, by its narrower side; a rim is no thicker, diagonals.
+# Distances from its border at which the back of a panel is looked for, by its narrower side; thickest rim, diagonals.
 PANEL_RIM_INSETS, MAX_RIM_THICKNESS = (0.05, 0.008), 0.06
-# A room is at least this part of its front; what is found to be less is a board.
+# Least size of a cavity as a share of its front; smaller ones are boards.
 MIN_SIZE_SHARE = 0.25
 LINES_PER_SIDE, LINES_DOWN_PER_SIDE = 7, 9
-# A drawer's own floor shows from above over so much of it.
+# Share of a drawer over which its floor is visible from above.
 MIN_FLOOR_SHARE = 0.4
 
 

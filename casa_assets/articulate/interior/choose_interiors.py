@@ -13,9 +13,9 @@ from casa_assets.articulate.vectors import to_vec3
 from casa_assets.errors import UnknownId
 from casa_assets.model.record import Vec3
 
-# A room of one's own size takes away this much more of the body than itself, on every side, by its walls.
+# A cavity of a given size cuts the body this share of its wall thickness beyond itself, on every side.
 CUT_SHARE = 0.5
-# A liner takes this part of the least side of a room that is lined all the same.
+# Thickness of a liner that is built into a cavity that the mesh has, as a share of its smallest side.
 LINER_SHARE = 0.04
 
 

@@ -17,7 +17,7 @@ from casa_assets.model.record import Vec3
 
 Box = tuple[Vec3, Vec3]
 
-# Blades reach through whatever crosses a room, diagonals.
+# Cut planes reach through whatever crosses a cavity, diagonals.
 PLANE_EXTENT = 10.0
 
 

@@ -12,9 +12,9 @@ from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.core.typing import Floats
 
 PIXELS = 96
-# A cavity is at least so deep, diagonals.
+# Least depth of a cavity, diagonals.
 MIN_CAVITY_DEPTH = 0.05
-# Walls of a tub stand within this part of the plan from its border, and rise by this part of its height.
+# Walls of a tub stand within this share of the plan from its border, and rise by this share of its height.
 WALL_BORDER_SHARE, MIN_WALL_RISE = 0.12, 0.15
 
 

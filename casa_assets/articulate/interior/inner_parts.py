@@ -24,14 +24,14 @@ from casa_assets.articulate.segment.fragment_measures import (
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
-# A rack takes at least this part of the width of its door, a turntable the second, and is at most this part of its
-# height tall.
+# Least width of a rack and of a turntable as shares of their door, and their greatest height.
 MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
-# Tubs stand side by side: so much of the width does for one, and what hangs together over narrow gaps is one first.
+# Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
+# grouped, the narrower first; diagonals.
 MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
-# Less of it than this part of its surface is seen from outside, of a tub than the second.
+# Greatest share of the surface of an inner part that is visible from outside, and of a tub.
 MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
-# A plate that is so near to a wall rests on it, diagonals.
+# A plate this near to a wall rests on it, diagonals.
 TOUCH_TOLERANCE = 0.001
 
 

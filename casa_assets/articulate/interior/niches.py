@@ -19,9 +19,9 @@ from casa_assets.model.pose import Pose
 Bools = npt.NDArray[np.bool_]
 
 PIXELS = 192
-# A cup needs so much height, and stands so far under what pours; metres and part of the depth of the machine.
+# Height that a cup needs, and depth of its niche as a share of the machine.
 MIN_CUP_HEIGHT_M, MIN_NICHE_DEPTH_SHARE = 0.055, 0.15
-# A slot goes down by this part of the height, is so wide and so much longer, metres and ratio.
+# Depth of a slot as a share of the height, its width, and its length to width.
 MIN_SLOT_DEPTH_SHARE, SLOT_WIDTH_M, MIN_SLOT_RATIO = 0.2, (0.015, 0.06), 2.0
 
 

@@ -15,17 +15,18 @@ from casa_assets.model.pose import Pose
 
 Bounds = tuple[Floats, Floats]
 
-# What is this near to a wall is the wall; a level covers so much of the plan of its room; a room is so high.
+# A surface this near to a wall is the wall; a shelf covers this share of the plan of its cavity; least height of a
+# region.
 WALL_DISTANCE_M, MIN_SHELF_COVERAGE, MIN_REGION_M = 0.03, 0.5, 0.06
-# Plan of a room in cells each way, how thick what is one shelf may be, points that are looked at of a surface.
+# Cells of a plan each way, greatest thickness of a shelf, and samples of a surface.
 PLAN_CELLS, MAX_SHELF_THICKNESS_M, SAMPLES = 12, 0.02, 40000
-# Places along an axis that count as one, and how far a region keeps off a board, metres.
+# Coordinates that differ by less are one, and the distance of regions from boards.
 SAME_PLACE_M, BOARD_DISTANCE_M = 0.002, 0.002
-# Over a rack there is this much room at most, and this much is left below what is above it, metres.
+# Greatest height of a region over a rack, and the distance to what is above it.
 MAX_HEIGHT_OVER_RACK_M, CLEARANCE_M = 0.14, 0.01
-# Of a room that is theirs drawers and racks take so much.
+# Drawers and racks that take this share of a region make it theirs.
 MAX_OCCUPIED_SHARE = 0.4
-# Walls and front of a drawer take no more of its sides than this.
+# Share of the sides of a drawer that its walls and front take.
 DRAWER_INSET = 0.12
 
 

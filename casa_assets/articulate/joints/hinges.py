@@ -11,17 +11,18 @@ from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.plan import HingeEdge
 from casa_assets.core.typing import Floats
 
-# Part of the door's depth from its back at which its hinge line lies. Ref: the articulation bench (docs/articulate.md,
-# The sets), which also scores this: its 67 hinged doors have a median of 0.13 and quartiles of 0.00 and 0.34.
+# Distance of the hinge line from the back of a door, as a share of its depth. Ref: the articulation bench
+# (docs/articulate.md, The sets), which also scores this: its 67 hinged doors have a median of 0.13 and quartiles of
+# 0.00 and 0.34.
 HINGE_DEPTH_SHARE = 0.15
-# Part of its own depth by which a drawer opens. Ref: the 57 drawers of the same bench have a median of 0.82.
+# Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.
 DRAWER_TRAVEL_SHARE = 0.81
 DOOR_RANGE_RAD = math.pi / 2
-# A door hinges at its top or bottom only where it is this much wider than high.
+# Width to height from which a door hinges at its top or bottom.
 MIN_FOLDING_RATIO = 1.2
-# One of several above each other folds only where it is this much wider than high: doors of fridges do not.
+# The same for one of several doors above each other: doors of fridges do not fold.
 MIN_FLAP_RATIO = 1.8
-# One with a long level handle that is as wide as the thing also where it is no higher than this allows.
+# The same for a door as wide as the object with a long level handle.
 MIN_RATIO_LONG_HANDLE = 0.9
 
 

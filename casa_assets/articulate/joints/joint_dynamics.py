@@ -15,18 +15,18 @@ from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Collider, Drive, Joint, JointKind, Link, State
 
-# Force that starts a part, N; all others are started as a door is.
+# Force that starts a part; all others start as a door does.
 STARTS_N = {
     PartKind.KNOB: hand_dynamics.KNOB_START_N,
     PartKind.LEVER: hand_dynamics.TAP_START_N,
     PartKind.SPOUT: hand_dynamics.TAP_START_N,
     PartKind.TRAY: hand_dynamics.TRAY_START_N,
 }
-# A door whose weight turns it by less, N*m, needs no spring.
+# A door whose weight turns it by less than this torque needs no spring.
 MIN_SPRING_TORQUE_NM = 0.05
-# Taken at the rim.
+# Parts that fingers take at the rim.
 RIM_GRIPPED_KINDS = frozenset({PartKind.KNOB})
-# What counts as the shortest way, rad or m.
+# Shortest travel that friction is computed for, rad or m.
 MIN_TRAVEL = 1e-4
 
 

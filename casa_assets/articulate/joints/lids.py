@@ -14,21 +14,21 @@ from casa_assets.articulate.segment.fragment_measures import FRONT, LEFT, TOP, M
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.coverage import surface_samples
 
-# A lid is at least so wide, diagonals, at most so thick by its width, and at most this part of all surface.
+# Least width of a lid, diagonals, its thickness by its width, and its share of all surface.
 MIN_LID_WIDTH, MAX_THICKNESS_BY_WIDTH, MAX_AREA_SHARE = 0.12, 0.5, 0.3
-# So much of its square is seen from above; under a bail less, where a knob tells.
+# Share of its square that is visible from above; less under a bail, if it has a knob.
 MIN_VISIBLE_SHARE, MIN_VISIBLE_SHARE_UNDER_BAIL = 0.6, 0.2
-# Its knob sits so near to its middle and is so small, by its width.
+# Offset of its knob from the middle and size of the knob, by the width of the lid.
 MAX_KNOB_OFFSET, MAX_KNOB_WIDTH = 0.12, 0.4
-# A vessel has something in the upper quarter of its height in at most this part of its plan.
+# A vessel has something in the upper quarter of its height over at most this share of its plan.
 MAX_COVERED_MOUTH = 0.35
-# Ways from a lid to its hinge: backwards, as jugs have it, before the sides and the front.
+# Directions from a lid to its hinge in order of preference: backwards as of jugs, sides, front.
 HINGE_DIRECTIONS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-# A handle sticks out of a vessel by so much, and is so much taller than what sticks out elsewhere; diagonals.
+# Protrusion of a vessel's handle, diagonals, and its height over that of what protrudes elsewhere.
 MIN_HANDLE_REACH, MIN_HANDLE_HEIGHT_RATIO = 0.04, 1.3
-# A lid that opens so far, rad, is open; it passes other things at this distance, diagonals.
+# A lid that opens so far is open; clearance to other fragments, diagonals; samples of its surface.
 OPEN_ANGLE_RAD, CLEARANCE, SAMPLES = 1.2, 0.012, 1500
-# Between a lid and what it lies on there is at most so much air, diagonals.
+# Widest gap between a lid and what it lies on, diagonals.
 MAX_GAP = 0.015
 
 

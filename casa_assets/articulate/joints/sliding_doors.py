@@ -13,11 +13,11 @@ from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, 
 from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.core.typing import Floats
 
-# Beside the door the niche is open for this part of its width, and deeper than the door by so much, diagonals.
+# Beside a sliding door the niche is open for this share of its width, and this much deeper than the door, diagonals.
 MIN_OPEN_SHARE, MIN_NICHE_DEPTH = 0.85, 0.02
-# What it runs on or under stands no farther back than the door by more than this.
+# The rail that it slides on lies at most this far behind the door, diagonals.
 FRAME_TOLERANCE = 0.006
-# The handle keeps from the edge towards which a hinged door would be open by this part of the width.
+# Distance of the handle from the edge that a hinged door would open at, by the width.
 MIN_HANDLE_OFFSET = 0.3
 
 

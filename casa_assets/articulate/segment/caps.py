@@ -14,11 +14,11 @@ from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, TOP
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
-# Parts that close with a board; what else is cut from a shell is closed where it was cut off.
+# Parts that are closed with a board; other parts cut from a shell are closed where they were cut off.
 BOARD_KINDS = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.LID})
-# A board whose back takes this part of its front has one, and what is behind it stays open.
+# A board has a back of its own if its faces that look back are this share of its front; the body behind it stays open.
 MIN_BACK_SHARE = 0.15
-# A border of a board lies no deeper than this behind its back: what does is that of its box.
+# Borders deeper than this behind the back of a board belong to its box, diagonals.
 MAX_BORDER_DEPTH = 0.05
 
 

@@ -14,22 +14,21 @@ from casa_assets.core.typing import Floats, Ints
 
 # Pixels along the longer side of a relief.
 PIXELS = 640
-# A square of this side, diagonals, fits into no knob and no handle: what closing with it removes stands out.
+# Sides of the squares for morphological closing, larger than any knob or handle is wide; diagonals.
 WINDOWS = (0.06, 0.14)
-# What stands out does so by this much, diagonals; what stands out less lies within the noise of a shell.
+# Least protrusion, diagonals: less is lost in the noise of a shell.
 MIN_PROTRUSION = 0.0025
 LEVELS = tuple(MIN_PROTRUSION * 1.5**k for k in range(10))
 MIN_PIXELS, MIN_SIZE = 12, 0.007
-# It stands out so many times farther than what is seen strays (median of the differences from their median): a scan is
-# bumpy everywhere.
+# Least protrusion by the noise of the surface (median absolute deviation): a scan is bumpy everywhere.
 MIN_PROTRUSION_OVER_NOISE = 6.0
-# So much of what is round it is a surface that it sits on.
+# Least share of the surroundings of a protrusion that is surface.
 MIN_GROUND_SHARE = 0.55
-# A small thing is no larger than this; a bar is no wider, and stands out at least so far.
+# Largest knob or button; widest bar, and its least protrusion; diagonals.
 MAX_SMALL_SIZE, MAX_BAR_WIDTH, MIN_BAR_PROTRUSION = 0.13, 0.075, 0.009
 # An edge: a step between neighbouring pixels, diagonals, or a bend, cosine of 20 degrees.
 MIN_DEPTH_STEP, MAX_BEND_COS = 0.0022, 0.94
-# Background is this far behind everything.
+# Depth of the background, behind everything, diagonals.
 BACKGROUND_DEPTH = 2.0
 
 

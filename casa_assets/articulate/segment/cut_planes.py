@@ -11,9 +11,9 @@ from casa_assets.articulate.segment.fragment_measures import SIDES
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset.mesh import Mesh
 
-# An edge is not cut so near its ends, as a part of its length: that would leave slivers.
+# An edge is not cut nearer to its ends than this share of its length, which would leave slivers.
 MIN_END_SHARE = 1e-4
-# A blade reaches beyond its limits by this, diagonals, so that two that meet leave no edge between them uncut.
+# Planes reach this far beyond their limits, diagonals, so that two that meet leave no edge between them uncut.
 PLANE_OVERLAP = 1e-6
 
 

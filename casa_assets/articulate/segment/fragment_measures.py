@@ -11,7 +11,8 @@ from casa_assets.articulate.segment.raster import DepthImage, render_depth
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
-# Rows of each: right, up, and the way one looks. Front, back, left, right, top, bottom.
+# Axes of the six sides in the order front, back, left, right, top, bottom: rows are right, up, and the viewing
+# direction.
 SIDES = np.array(
     [
         [[1, 0, 0], [0, 0, 1], [0, 1, 0]],

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 
-# Pixels that are written at once: bounds the memory, not the result.
+# Pixels that are written at once: bounds memory and does not change the result.
 CHUNK = 2_000_000
-# Steps into which the depth of a picture is divided.
+# Steps into which the depth of an image is quantised.
 _STEPS = float(2**30)
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats, Ints
 
-# Faces that are looked at at once: bounds the memory, not the result.
+# Faces that are intersected at once: bounds memory and does not change the result.
 CHUNK = 20_000
-# RayCrossings nearer than this to each other are one sheet, diagonals.
+# Crossings nearer to each other than this are one sheet, diagonals.
 SAME_SHEET = 0.002
 
 

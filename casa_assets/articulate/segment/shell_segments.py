@@ -25,31 +25,32 @@ from casa_assets.articulate.segment.raster import DepthImage, render_depth
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 
-# A piece that holds this part of all surface, is so large every way, and is so much of what is seen of the front, is a
-# shell that may have parts in it: a body whose parts are pieces of their own shows between them only.
+# A shell that may hold fused parts is a fragment with these shares of all surface, of each extent, and of what is
+# visible from the front. A body whose parts are fragments of their own is visible only between them.
 MIN_SHELL_AREA, MIN_SHELL_EXTENT, MIN_SHELL_VISIBLE = 0.55, 0.6, 0.5
-# What has fronts is boxy: so much of what is seen of it faces along an axis within 12 degrees, all sides alike. Ref: of
-# fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
+# An object with fronts is boxy: this share of what is visible, from all sides, faces along an axis within 12 degrees.
+# Ref: of fused appliances and cabinets 0.64 to 0.97; of fruit, bottles, mugs, bowls and toys 0.07 to 0.60.
 MIN_BOXINESS, AXIS_ALIGNED_COS = 0.62, 0.978
-# So much of a front faces the viewer within 35 degrees: a bulging one does, the side of a can does not.
+# Share of a front that faces the viewer within 35 degrees: bulging fronts do, the side of a can does not.
 MIN_FACING_SHARE, FACING_COS = 0.75, 0.819
-# A front whose back does not show is so thick, diagonals; none is thicker, or more than this part of the depth.
+# Thickness of a front whose back is not visible, and greatest thickness, in diagonals and as a share of the depth.
 USUAL_THICKNESS, MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH = 0.022, 0.06, 0.15
-# A back that shows is at least this part of the surface near a front.
+# A visible back is at least this share of the surface near a front.
 MIN_BACK_SHARE = 0.15
-# What lies behind a front keeps within it by so much, and is a surface of at least this size.
+# Surfaces behind a front that move with it keep this far within it, diagonals, and have this area, square diagonals.
 BEHIND_MARGIN, MIN_AREA_BEHIND = 0.004, 0.002
-# A front begins no deeper than this part of the depth of the shell, and covers this much of its rectangle.
+# Deepest start of a front as a share of the depth of the shell, and the share of its rectangle that is surface.
 MAX_START_DEPTH, MIN_COVERAGE = 0.3, 0.7
-# Rectangles at least so wide, so near each other, and flush to so much, set each other off; diagonals.
+# Neighbouring rectangles set each other off as fronts: least side, widest seam between them, and difference of depth;
+# diagonals.
 MIN_RECTANGLE_SIDE, MAX_SEAM_WIDTH, FLUSH_TOLERANCE = 0.03, 0.03, 0.04
-# A rectangle that is more than this part of the side is that side of the body, unless it has a handle.
+# A rectangle without a handle that is more than this share of the side is the side of the body.
 WHOLE_SIDE_SHARE = 0.92
-# Where nothing stands out of a side, one seam across it is a crease of a box: so many rectangles are fronts.
+# Where nothing protrudes, fewer rectangles than this are creases of a box and not fronts.
 MIN_PLAIN_FRONTS = 3
-# What stands out is cut off this far before its ground.
+# Protrusions are cut off this far before their ground, diagonals.
 CUT_DISTANCE = 0.0015
-# Its triangles keep within this of its outline, diagonals.
+# Triangles of a protrusion keep within this of its outline, diagonals.
 OUTLINE_TOLERANCE = 0.006
 
 

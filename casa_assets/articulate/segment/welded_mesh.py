@@ -27,9 +27,9 @@ Bools = npt.NDArray[np.bool_]
 # Vertices closer than this share of the diagonal are one point. Ref: measured, parts of clean appliance meshes lie
 # farther apart, float32 exports of one point nearer.
 WELD_RELATIVE = 1e-5
-# More faces round one edge than these are a fault of the mesh, which says nothing about solids.
+# Edges with more faces are faults of the mesh and join no fragments.
 MAX_FACES_AT_EDGE = 12
-# Faces whose directions round an edge differ by less, radians, count as lying on each other.
+# Faces whose directions around an edge differ by less, radians, lie on each other.
 SAME_ANGLE = 1e-3
 
 

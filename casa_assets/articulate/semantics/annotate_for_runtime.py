@@ -37,7 +37,7 @@ FLAME_HIDDEN_RGBA: Vec4 = (0.06, 0.2, 0.75, 0.0)
 COFFEE_HIDDEN_RGBA: Vec4 = (0.05, 0.025, 0.012, 0.0)
 LAMP_OFF_RGBA: Vec4 = (1.0, 0.88, 0.65, 0.0)
 FLAME_M, STREAM_M = 0.02, 0.012
-# Kinds of which a fixture class of the same name reads the contract.
+# Contract of a category, by the fixture class that reads it.
 CONTRACTS = {
     "microwave": "microwave",
     "wall_oven": "oven",

@@ -16,7 +16,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
 CABINET_WORDS = ("cabinet", "drawer_stack", "island_base", "sink_base")
-# Two keys are in one row where their heights differ by less than this part of the higher one.
+# Two keys are in one row if their heights differ by less than this share of the taller one.
 SAME_ROW_SHARE = 0.6
 
 

@@ -21,11 +21,11 @@ from casa_assets.model.pose import Pose
 
 # Doors and drawers whose ranges runtimes read as -a..0 or 0..a about +x, +y or +z.
 _PLAIN_AXES = frozenset({PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY, PartKind.LEVER})
-# What stands out of the box by which a thing is placed.
+# Labels of visuals that protrude from the box by which runtimes place an object.
 _OUTSIDE = frozenset({"handle", "knob", "button", "lever"})
-# A knob that sets something turns so far. Ref: RoboCasa v1.0, class Stove: less than 2 pi - 0.35.
+# Range of a knob with settings. Ref: RoboCasa v1.0, class Stove: less than 2 pi - 0.35.
 KNOB_SETTING_RANGE_RAD = math.radians(300)
-# An axis this near to x, y or z is meant to be it: loaders that scale fixtures know no other. Cosine of 3 degrees.
+# An axis within 3 degrees of x, y or z is snapped to it: loaders that scale fixtures handle no other.
 AXIS_SNAP_COS = math.cos(math.radians(3))
 
 

@@ -13,19 +13,19 @@ from casa_assets.model.asset.behavior import Behavior, Condition, Effect, Effect
 from casa_assets.model.asset.joint import Joint
 from casa_assets.model.record import Vec4
 
-# Share of its way at which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
+# Share of its range up to which a door counts as shut. Ref: RoboCasa v1.0, is_closed.
 DOOR_SHUT_SHARE = 0.005
 # Where a knob lights its burner, and where it burns high, rad. Ref: class Stove, STOVE_LOW_MIN, STOVE_HIGH_MIN.
 BURNER_LOW_RAD, BURNER_HIGH_RAD = 0.35, math.radians(80)
-# Shares of its way at which a toaster's lever is down, and up again. Ref: class Toaster.
+# Shares of its range at which a toaster's lever is down, and up again. Ref: class Toaster.
 LEVER_DOWN_SHARE, LEVER_UP_SHARE = 0.9, 0.7
-# Shares of their way: a kettle's switch that heats, its lid that is shut or open. Ref: class ElectricKettle.
+# Shares of the range: a kettle's switch is on, its lid is shut, or open. Ref: class ElectricKettle.
 SWITCH_ON_SHARE, LID_SHUT_SHARE, LID_OPEN_SHARE = 0.95, 0.01, 0.9
-# Where a faucet begins to run, rad. Ref: class Sink.
+# Angle at which a faucet begins to run. Ref: class Sink.
 FAUCET_ON_RAD = 0.4
-# How long a coffee machine pours, s.
+# How long a coffee machine pours. A choice.
 POURS_S = 25.0
-# Beyond its stops a joint gives a little.
+# Joints give a little beyond their stops, rad or m.
 STOP_SLACK = 0.01
 FLAME: Vec4 = (0.06, 0.2, 0.75, 0.6)
 BREW: Vec4 = (0.05, 0.025, 0.012, 1.0)
