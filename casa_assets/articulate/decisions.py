@@ -133,29 +133,29 @@ def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Dec
     """Return the articulation with the user's decisions on its parts applied.
 
     Args:
-        articulation: as inferred, `found.frame.metres` set. mesh: in the frame.
+        articulation: as inferred, with `frame.metres` set. mesh: in the frame.
     Raises:
         UnknownId: a part is named that was not found and is not given by a box either.
         CasaError: nothing lies in a box.
     """
     names = [p.name for p in articulation.parts]
-    for name, wanted in decisions.parts.items():
-        if name not in names and wanted.box_m is None:
+    for name, decision in decisions.parts.items():
+        if name not in names and decision.box_m is None:
             raise UnknownId("part", name, names)
-    parts = [_changed(p, decisions.parts.get(p.name), mesh, articulation) for p in articulation.parts]
-    gone = {n for n, w in decisions.parts.items() if w.remove}
-    fresh = [_fresh(n, w, mesh, articulation) for n, w in decisions.parts.items() if n not in names and not w.remove]
-    taken = {int(f) for p in fresh for f in p.faces}
-    kept = [_without(p, taken) for p in parts if p.name not in gone]
-    every = [p for p in (*kept, *fresh) if len(p.faces)]
-    carriers = {p.name for p in every}
-    for part in every:
-        if part.parent and part.parent not in carriers and part.parent not in gone:
+    parts = [_apply_decision(p, decisions.parts.get(p.name), mesh, articulation) for p in articulation.parts]
+    removed = {n for n, w in decisions.parts.items() if w.remove}
+    new = [_new_part(n, w, mesh, articulation) for n, w in decisions.parts.items() if n not in names and not w.remove]
+    taken_faces = {int(f) for p in new for f in p.faces}
+    kept = [_without_faces(p, taken_faces) for p in parts if p.name not in removed]
+    all_parts = [p for p in (*kept, *new) if len(p.faces)]
+    carriers = {p.name for p in all_parts}
+    for part in all_parts:
+        if part.parent and part.parent not in carriers and part.parent not in removed:
             raise UnknownId("part", part.parent, sorted(carriers))
-    return articulation.replace(parts=tuple(p if p.parent in carriers else p.replace(parent="") for p in every))
+    return articulation.replace(parts=tuple(p if p.parent in carriers else p.replace(parent="") for p in all_parts))
 
 
-def _without(part: PartPlan, taken: set[int]) -> PartPlan:
+def _without_faces(part: PartPlan, taken: set[int]) -> PartPlan:
     """Return a part without some faces."""
     if not taken:
         return part
@@ -163,58 +163,66 @@ def _without(part: PartPlan, taken: set[int]) -> PartPlan:
     return part.replace(faces=np.setdiff1d(part.faces, rows), grip=np.setdiff1d(part.grip, rows))
 
 
-def _fresh(name: str, wanted: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> PartPlan:
+def _new_part(name: str, decision: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> PartPlan:
     """Return a part made of all fragments that lie within a box."""
-    assert wanted.box_m is not None
-    assert wanted.kind is not None
-    lower, upper = (_to_frame(np.array(c), mesh, articulation) for c in wanted.box_m)
+    assert decision.box_m is not None
+    assert decision.kind is not None
+    lower, upper = (_to_frame(np.array(c), mesh, articulation) for c in decision.box_m)
     lower, upper = np.minimum(lower, upper) - 1e-4, np.maximum(lower, upper) + 1e-4
     label = mesh.fragment_labels
     corners = mesh.points[mesh.faces]
     outside = ((corners < lower) | (corners > upper)).any(axis=(1, 2))
-    away = np.unique(label[outside])
-    faces = np.flatnonzero(~np.isin(label, away) & (label >= 0))
+    crossing = np.unique(label[outside])
+    faces = np.flatnonzero(~np.isin(label, crossing) & (label >= 0))
     if not len(faces):
         raise CasaError(f"part {name!r}: nothing lies whole within box_m; it is in metres, origin under the middle")
-    bare = PartPlan(
-        name=name, kind=wanted.kind, faces=faces, grip=faces[:0], joint=_dummy(), confidence=1.0, reason=GIVEN_REASON
+    part = PartPlan(
+        name=name,
+        kind=decision.kind,
+        faces=faces,
+        grip=faces[:0],
+        joint=_placeholder_joint(),
+        confidence=1.0,
+        reason=GIVEN_REASON,
     )
-    joint = _joint(wanted.kind, wanted.hinge, bare, mesh)
-    return _changed(bare.replace(joint=joint), wanted.replace(hinge=None), mesh, articulation)
+    joint = _default_joint(decision.kind, decision.hinge, part, mesh)
+    return _apply_decision(part.replace(joint=joint), decision.replace(hinge=None), mesh, articulation)
 
 
-def _dummy() -> JointPlan:
+def _placeholder_joint() -> JointPlan:
     """Return a joint that is replaced before it is used."""
     return JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.0, 0.0, 0.0), range=(0.0, 1.0))
 
 
-def _changed(part: PartPlan, wanted: PartDecision | None, mesh: WeldedMesh, articulation: Articulation) -> PartPlan:
+def _apply_decision(
+    part: PartPlan, decision: PartDecision | None, mesh: WeldedMesh, articulation: Articulation
+) -> PartPlan:
     """Return a part with the user's changes."""
-    if wanted is None:
+    if decision is None:
         return part
     joint, changed = part.joint, part
-    kind = wanted.kind or part.kind
-    if kind is not part.kind or (wanted.hinge is not None and wanted.hinge is not joint.edge):
-        joint = _joint(kind, wanted.hinge or joint.edge, part, mesh)
-    joint = _turned(joint, wanted, mesh, articulation)
-    joint = _ranged(joint, wanted, articulation.frame.metres or 1.0)
-    if wanted.endless is not None and joint.kind is JointKind.HINGE and wanted.endless is not joint.endless:
-        span = (0.0, KNOB_RANGE_RAD) if wanted.endless else joint.range
-        joint = joint.replace(endless=wanted.endless, range=span, reason=GIVEN_REASON, confidence=1.0)
-    parent = part.parent if wanted.on is None else "" if wanted.on == BODY else wanted.on
+    kind = decision.kind or part.kind
+    if kind is not part.kind or (decision.hinge is not None and decision.hinge is not joint.edge):
+        joint = _default_joint(kind, decision.hinge or joint.edge, part, mesh)
+    joint = _with_axis(joint, decision, mesh, articulation)
+    joint = _with_range(joint, decision, articulation.frame.metres or 1.0)
+    if decision.endless is not None and joint.kind is JointKind.HINGE and decision.endless is not joint.endless:
+        span = (0.0, KNOB_RANGE_RAD) if decision.endless else joint.range
+        joint = joint.replace(endless=decision.endless, range=span, reason=GIVEN_REASON, confidence=1.0)
+    parent = part.parent if decision.on is None else "" if decision.on == BODY else decision.on
     if kind is not part.kind or parent != part.parent:
         changed = part.replace(kind=kind, parent=parent, confidence=1.0, reason=GIVEN_REASON)
     return changed if joint is part.joint else changed.replace(joint=joint)
 
 
-def _turned(joint: JointPlan, wanted: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> JointPlan:
+def _with_axis(joint: JointPlan, decision: PartDecision, mesh: WeldedMesh, articulation: Articulation) -> JointPlan:
     """Return the joint with the axis and anchor that the user gives."""
-    if wanted.axis is not None:
-        axis = parse_direction(wanted.axis)
+    if decision.axis is not None:
+        axis = parse_direction(decision.axis)
         if float(np.dot(axis, joint.axis)) < 1 - 1e-9:
             joint = joint.replace(axis=axis, edge=None, confidence=1.0, reason=GIVEN_REASON)
-    if wanted.anchor_m is not None:
-        anchor = _to_frame(np.array(wanted.anchor_m), mesh, articulation)
+    if decision.anchor_m is not None:
+        anchor = _to_frame(np.array(decision.anchor_m), mesh, articulation)
         if (
             float(np.linalg.norm(anchor - np.array(joint.anchor))) * (articulation.frame.metres or 1.0)
             > LENGTH_TOLERANCE_M
@@ -223,29 +231,29 @@ def _turned(joint: JointPlan, wanted: PartDecision, mesh: WeldedMesh, articulati
     return joint
 
 
-def _ranged(joint: JointPlan, wanted: PartDecision, metres: float) -> JointPlan:
+def _with_range(joint: JointPlan, decision: PartDecision, metres: float) -> JointPlan:
     """Return the joint with the range that the user gives, where it differs."""
     if joint.kind is JointKind.SLIDE:
-        if wanted.travel_m is None or abs(wanted.travel_m - joint.range[1] * metres) <= LENGTH_TOLERANCE_M:
+        if decision.travel_m is None or abs(decision.travel_m - joint.range[1] * metres) <= LENGTH_TOLERANCE_M:
             return joint
-        return joint.replace(range=(0.0, wanted.travel_m / metres), confidence=1.0, reason=GIVEN_REASON)
-    if wanted.opens_deg is None or abs(wanted.opens_deg - math.degrees(joint.range[1])) <= ANGLE_TOLERANCE_DEG:
+        return joint.replace(range=(0.0, decision.travel_m / metres), confidence=1.0, reason=GIVEN_REASON)
+    if decision.opens_deg is None or abs(decision.opens_deg - math.degrees(joint.range[1])) <= ANGLE_TOLERANCE_DEG:
         return joint
-    return joint.replace(range=(0.0, math.radians(wanted.opens_deg)), confidence=1.0, reason=GIVEN_REASON)
+    return joint.replace(range=(0.0, math.radians(decision.opens_deg)), confidence=1.0, reason=GIVEN_REASON)
 
 
-def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh: WeldedMesh) -> JointPlan:
+def _default_joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh: WeldedMesh) -> JointPlan:
     """Return the usual joint of a part of a kind at its place."""
-    leaf = np.setdiff1d(part.faces, part.grip)
-    lower, upper = _box(leaf if len(leaf) else part.faces, mesh)
+    panel_faces = np.setdiff1d(part.faces, part.grip)
+    lower, upper = _box(panel_faces if len(panel_faces) else part.faces, mesh)
     middle = to_vec3((lower + upper) / 2)
     confidence = {"confidence": 1.0, "reason": GIVEN_REASON}
     if kind in (PartKind.DOOR, PartKind.LID):
-        return _hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
+        return _default_hinge(edge or (HingeEdge.TOP if kind is PartKind.LID else HingeEdge.LEFT), kind, lower, upper)
     base = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, 1.0)).replace(**confidence)
     if kind in (PartKind.DRAWER, PartKind.TRAY):
-        way = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
-        return base.replace(kind=JointKind.SLIDE, range=(0.0, way))
+        travel = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
+        return base.replace(kind=JointKind.SLIDE, range=(0.0, travel))
     if kind is PartKind.BUTTON:
         return base.replace(kind=JointKind.SLIDE, axis=(0.0, 1.0, 0.0), range=(0.0, BUTTON_TRAVEL))
     if kind is PartKind.KNOB:
@@ -254,8 +262,8 @@ def _joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh: WeldedM
     return base.replace(axis=axis, range=(0.0, LEVER_RANGE))
 
 
-def _hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats) -> JointPlan:
-    """Return a hinge along an edge of a leaf between two corners of the frame."""
+def _default_hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats) -> JointPlan:
+    """Return a hinge along an edge of a panel between two corners of the frame."""
     side = TOP if kind is PartKind.LID else FRONT
     a, b = lower @ SIDES[side].T, upper @ SIDES[side].T
     panel = Panel([], np.minimum(a, b), np.maximum(a, b))
@@ -273,8 +281,8 @@ def _hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats) -> Joi
 
 def hinge_at_face(part: PartPlan, mesh: WeldedMesh) -> JointPlan:
     """Return the hinge of a part with its axis in the plane of its face, as inset doors have it, not near its back."""
-    leaf = np.setdiff1d(part.faces, part.grip)
-    lower, upper = _box(leaf if len(leaf) else part.faces, mesh)
+    panel_faces = np.setdiff1d(part.faces, part.grip)
+    lower, upper = _box(panel_faces if len(panel_faces) else part.faces, mesh)
     x, y, z = part.joint.anchor
     reason = f"{part.joint.reason}; set in: the axis lies at its face"
     if part.kind is PartKind.LID:

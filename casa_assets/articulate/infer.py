@@ -50,7 +50,7 @@ TOP_CENTRE_SHARE = 0.1
 
 
 @dataclass
-class _Found:
+class _PartCollector:
     """Parts found so far, and the fragments that they use."""
 
     measured: MeasuredFragments
@@ -65,7 +65,7 @@ class _Found:
         grip: list[int],
         joint: JointPlan,
         parent: str,
-        why: tuple[float, str],
+        confidence: tuple[float, str],
     ) -> str:
         """Add a part made of these fragments; return its name."""
         name = f"{kind.value}_{sum(p.kind is kind for p in self.parts)}"
@@ -78,8 +78,8 @@ class _Found:
                 faces=self.measured.faces_of(fragments),
                 grip=self.measured.faces_of(grip),
                 joint=joint,
-                confidence=round(why[0], 2),
-                reason=why[1],
+                confidence=round(confidence[0], 2),
+                reason=confidence[1],
             )
         )
         return name
@@ -97,43 +97,45 @@ def infer_articulation(fragmentation: Fragmentation, frame: Frame, category: str
 
 def articulate_fragments(measured: MeasuredFragments, frame: Frame, category: str = "") -> Articulation:
     """Find the moving parts of fragments that are measured already, as `infer_articulation` does."""
-    found = _Found(measured)
+    collector = _PartCollector(measured)
     if measured.count > 1:
         panels = find_panels(measured, FRONT)
         controls = find_controls(measured, FRONT, [f for p in panels for f in p.members])
         # A lever may be as large as a small panel.
-        free = {f for c in controls for f in c.fragments}
-        blocks = [c for c in find_controls(measured, FRONT, []) if free.isdisjoint(c.fragments)]
+        control_fragments = {f for c in controls for f in c.fragments}
+        blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
         levers, controls = find_levers(measured, FRONT, controls)
         levers += find_levers(measured, FRONT, blocks)[0]
-        _levers(found, FRONT, levers)
-        panels = [p for p in panels if found.taken.isdisjoint(p.members)]
-        top = find_controls(measured, TOP, sorted(found.taken))
-        over = drop_burner_caps([c for c in top if c.is_round and _stands_free(measured, c)], top, controls)
-        controls = _better_here(controls, over)
-        if len(over) == 1 and _tops_off(measured, over[0]):
-            over = []
+        _levers(collector, FRONT, levers)
+        panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
+        top_controls = find_controls(measured, TOP, sorted(collector.taken))
+        top_knobs = drop_burner_caps(
+            [c for c in top_controls if c.is_round and _is_free_standing(measured, c)], top_controls, controls
+        )
+        controls = _without_round_elsewhere(controls, top_knobs)
+        if len(top_knobs) == 1 and _is_cap(measured, top_knobs[0]):
+            top_knobs = []
         panels = merge_bridged_panels(measured, FRONT, panels)
-        spots = find_handle_spots(measured, FRONT, panels, controls)
-        panels = merge_framed_panels(panels, spots, find_slats(measured, FRONT, panels))
-        boards = {f for p in panels for f in p.members}
-        controls = [c for c in controls if boards.isdisjoint(c.fragments)]
-        rest = attach_to_panels(measured, FRONT, panels, controls)
-        _fronts(found, panels)
-        _controls(found, FRONT, rest)
-        for _, panel, edge in list(found.fronts):
-            for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(found.taken)):
-                _tray(found, panel, tray)
-        _taps(found)
-        for lid in find_lids(measured, found.taken):
+        handle_spots = find_handle_spots(measured, FRONT, panels, controls)
+        panels = merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))
+        panel_fragments = {f for p in panels for f in p.members}
+        controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
+        loose_controls = attach_to_panels(measured, FRONT, panels, controls)
+        _fronts(collector, panels)
+        _controls(collector, FRONT, loose_controls)
+        for _, panel, edge in list(collector.fronts):
+            for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
+                _tray(collector, panel, tray)
+        _faucet(collector)
+        for lid in find_lids(measured, collector.taken):
             if lid.opening_angle > 0.0:
-                _lid(found, lid)
-        _controls(found, TOP, over)
-    key = find_single_button(measured) if category and measured.count > 1 and not found.parts else None
-    if key is not None:
-        joint = button_joint(key, MAX_BUTTON_TRAVEL)
-        found.add(PartKind.BUTTON, key.fragments, key.fragments, joint, "", (joint.confidence, joint.reason))
-    parts = tuple(found.parts) if category or _may_move(measured, found.parts) else ()
+                _lid(collector, lid)
+        _controls(collector, TOP, top_knobs)
+    button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
+    if button is not None:
+        joint = button_joint(button, MAX_BUTTON_TRAVEL)
+        collector.add(PartKind.BUTTON, button.fragments, button.fragments, joint, "", (joint.confidence, joint.reason))
+    parts = tuple(collector.parts) if category or _may_move(measured, collector.parts) else ()
     return Articulation(frame=frame, parts=parts, category=category)
 
 
@@ -147,61 +149,67 @@ def _may_move(measured: MeasuredFragments, parts: list[PartPlan]) -> bool:
     return telling or boxiness(measured.mesh, measured.depth_images) >= MIN_BOXINESS
 
 
-def _better_here(controls: list[Control], others: list[Control]) -> list[Control]:
+def _without_round_elsewhere(controls: list[Control], others: list[Control]) -> list[Control]:
     """Drop controls of a side that are seen as round from another side, but not from here."""
     round_there = {f for c in others for f in c.fragments}
     return [c for c in controls if c.is_round or round_there.isdisjoint(c.fragments)]
 
 
-def _stands_free(measured: MeasuredFragments, control: Control) -> bool:
+def _is_free_standing(measured: MeasuredFragments, control: Control) -> bool:
     """Return whether something on the top protrudes like a knob, not like a foot or a burner."""
     return control.protrusion >= 0.3 * float(control.across.max()) and has_finger_room(measured, TOP, control)
 
 
-def _tops_off(measured: MeasuredFragments, control: Control) -> bool:
+def _is_cap(measured: MeasuredFragments, control: Control) -> bool:
     """Return whether a control is in the middle of the top, as the cap of a bottle is."""
     lower, upper = corners_from_side(measured, TOP)
     lower, upper = lower.min(axis=0)[:2], upper.max(axis=0)[:2]
     return bool((np.abs(control.middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all())
 
 
-def _fronts(found: _Found, panels: list[Panel]) -> None:
+def _fronts(collector: _PartCollector, panels: list[Panel]) -> None:
     """Add the doors and drawers among the panels, each with its joint."""
-    lower, upper = corners_from_side(found.measured, FRONT)
-    whole = upper.max(axis=0) - lower.min(axis=0)
-    chosen = select_opening_panels(found.measured, FRONT, panels)
-    every = [p for p, _, _ in chosen]
+    lower, upper = corners_from_side(collector.measured, FRONT)
+    extent = upper.max(axis=0) - lower.min(axis=0)
+    chosen = select_opening_panels(collector.measured, FRONT, panels)
+    opening_panels = [p for p, _, _ in chosen]
     for panel, confidence, reason in chosen:
-        grip = hinges.panel_handle(panel, lower, upper)
-        drawn, certain, why = hinges.is_drawer(panel, box_depth(found.measured, FRONT, panel), whole, grip, every)
-        held = sorted(f for g in panel.grips for f in g)
-        if drawn:
-            deep = float(upper[panel.everything, 2].max() - panel.lower[2])
-            way = hinges.DRAWER_TRAVEL_SHARE * deep if deep > 0.15 * whole[2] else 0.7 * float(whole[2])
+        handle = hinges.panel_handle(panel, lower, upper)
+        is_drawer, joint_confidence, joint_reason = hinges.is_drawer(
+            panel, box_depth(collector.measured, FRONT, panel), extent, handle, opening_panels
+        )
+        grip_fragments = sorted(f for g in panel.grips for f in g)
+        if is_drawer:
+            depth = float(upper[panel.everything, 2].max() - panel.lower[2])
+            travel = hinges.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * extent[2] else 0.7 * float(extent[2])
             joint = JointPlan(
                 kind=JointKind.SLIDE,
-                axis=_direction(-SIDES[FRONT][2]),
+                axis=_unit_vec3(-SIDES[FRONT][2]),
                 anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
-                range=(0.0, way),
-                confidence=certain,
-                reason=why,
+                range=(0.0, travel),
+                confidence=joint_confidence,
+                reason=joint_reason,
             )
-            name = found.add(PartKind.DRAWER, panel.everything, held, joint, "", (confidence * certain, reason))
-            found.fronts.append((name, panel, None))
+            name = collector.add(
+                PartKind.DRAWER, panel.everything, grip_fragments, joint, "", (confidence * joint_confidence, reason)
+            )
+            collector.fronts.append((name, panel, None))
         else:
             panel.box = []
-            opening = hinges.hinge_edge(panel, grip, panels, whole)
-            aside = sliding_direction(found.measured, FRONT, panel, grip)
-            joint = _hinge(panel, opening) if aside is None else _sideways(panel, aside)
-            name = found.add(PartKind.DOOR, panel.everything, held, joint, "", (confidence * certain, reason))
-            found.fronts.append((name, panel, opening.edge if aside is None else None))
+            opening = hinges.hinge_edge(panel, handle, panels, extent)
+            slide_sign = sliding_direction(collector.measured, FRONT, panel, handle)
+            joint = _hinge_joint(panel, opening) if slide_sign is None else _sliding_joint(panel, slide_sign)
+            name = collector.add(
+                PartKind.DOOR, panel.everything, grip_fragments, joint, "", (confidence * joint_confidence, reason)
+            )
+            collector.fronts.append((name, panel, opening.edge if slide_sign is None else None))
 
 
-def _sideways(panel: Panel, sign: float) -> JointPlan:
+def _sliding_joint(panel: Panel, sign: float) -> JointPlan:
     """Return the joint of a door that slides to the right (1) or to the left (-1)."""
     return JointPlan(
         kind=JointKind.SLIDE,
-        axis=_direction(sign * SIDES[FRONT][0]),
+        axis=_unit_vec3(sign * SIDES[FRONT][0]),
         anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
         range=(0.0, 0.95 * panel.width),
         confidence=0.6,
@@ -209,13 +217,13 @@ def _sideways(panel: Panel, sign: float) -> JointPlan:
     )
 
 
-def _hinge(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
+def _hinge_joint(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
     """Return the hinge of a door."""
     assert opening.edge is not None
     axis, point = hinges.hinge_line(panel, opening.edge)
     return JointPlan(
         kind=JointKind.HINGE,
-        axis=_direction(axis[0] * SIDES[FRONT][0] + axis[1] * SIDES[FRONT][1]),
+        axis=_unit_vec3(axis[0] * SIDES[FRONT][0] + axis[1] * SIDES[FRONT][1]),
         anchor=_point(FRONT, point),
         range=(0.0, hinges.DOOR_RANGE_RAD),
         edge=opening.edge,
@@ -225,86 +233,88 @@ def _hinge(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
     )
 
 
-def _controls(found: _Found, side: int, controls: list[Control]) -> None:
+def _controls(collector: _PartCollector, side: int, controls: list[Control]) -> None:
     """Add the knobs and buttons of a side; other controls stay with what they sit on."""
     for control in controls:
-        if set(control.fragments) & found.taken:
+        if set(control.fragments) & collector.taken:
             continue
-        across = float(control.across.max())
-        kind, confidence, why = classify_control(control, controls)
+        width = float(control.across.max())
+        kind, confidence, reason = classify_control(control, controls)
         if kind is None:
             continue
         middle = (control.lower + control.upper) / 2
         turns = kind is PartKind.KNOB
-        normal = control_normal(found.measured, side, control)
+        normal = control_normal(collector.measured, side, control)
         joint = JointPlan(
             kind=JointKind.HINGE if turns else JointKind.SLIDE,
-            axis=_direction(normal if turns else -normal),
+            axis=_unit_vec3(normal if turns else -normal),
             anchor=_point(side, middle),
-            range=(0.0, 2 * math.pi if turns else min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * across))),
+            range=(0.0, 2 * math.pi if turns else min(MAX_BUTTON_TRAVEL, max(0.5 * control.protrusion, 0.1 * width))),
             endless=turns,
             confidence=confidence,
-            reason=why,
+            reason=reason,
         )
-        parent = next((n for n, p, _ in found.fronts if side == FRONT and p.holds(control.lower, control.upper)), "")
-        found.add(kind, control.fragments, control.fragments, joint, parent, (confidence, why))
+        parent = next(
+            (n for n, p, _ in collector.fronts if side == FRONT and p.holds(control.lower, control.upper)), ""
+        )
+        collector.add(kind, control.fragments, control.fragments, joint, parent, (confidence, reason))
 
 
-def _levers(found: _Found, side: int, levers: list[Lever]) -> None:
+def _levers(collector: _PartCollector, side: int, levers: list[Lever]) -> None:
     """Add levers that slide in a slot."""
     for lever in levers:
         middle = (lever.control.lower + lever.control.upper) / 2
         reason = "it stands in a slot"
         joint = JointPlan(
             kind=JointKind.SLIDE,
-            axis=_direction(lever.way @ SIDES[side]),
+            axis=_unit_vec3(lever.way @ SIDES[side]),
             anchor=_point(side, middle),
             range=(0.0, lever.length),
             confidence=0.8,
             reason=reason,
         )
         fragments = lever.control.fragments
-        found.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, reason))
+        collector.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, reason))
 
 
-def _taps(found: _Found) -> None:
+def _faucet(collector: _PartCollector) -> None:
     """Add the handles and the spout of a faucet."""
-    for kind, fragments, joint in find_faucet_parts(found.measured, found.taken):
-        found.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
+    for kind, fragments, joint in find_faucet_parts(collector.measured, collector.taken):
+        collector.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
 
 
-def _tray(found: _Found, door: Panel, tray: InnerPart) -> None:
+def _tray(collector: _PartCollector, door: Panel, tray: InnerPart) -> None:
     """Add something that slides or turns behind a door."""
-    lower, upper = found.measured.box(tray.fragments)
+    lower, upper = collector.measured.box(tray.fragments)
     middle = to_vec3((lower + upper) / 2)
     if tray.turns:
         joint = JointPlan(
             kind=JointKind.HINGE, axis=(0.0, 0.0, 1.0), anchor=middle, range=(0.0, 2 * math.pi), endless=True
         )
     else:
-        way = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
-        joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, way))
+        travel = hinges.DRAWER_TRAVEL_SHARE * float(upper[1] - lower[1])
+        joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=middle, range=(0.0, travel))
     joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
     kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY
-    found.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
+    collector.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
 
 
-def _lid(found: _Found, lid: Lid) -> None:
+def _lid(collector: _PartCollector, lid: Lid) -> None:
     """Add a lid that opens upwards about its edge at the handle, or at the back."""
     reason = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
     axis, anchor = lid.hinge
     joint = JointPlan(
         kind=JointKind.HINGE,
-        axis=_direction(axis),
+        axis=_unit_vec3(axis),
         anchor=to_vec3(anchor),
         range=(0.0, lid.opening_angle),
         confidence=0.5,
         reason="hinged at the handle, or where nothing is in its way",
     )
-    found.add(PartKind.LID, lid.fragments, lid.knob, joint, "", (0.6, reason))
+    collector.add(PartKind.LID, lid.fragments, lid.knob, joint, "", (0.6, reason))
 
 
-def _direction(v: Floats) -> Vec3:
+def _unit_vec3(v: Floats) -> Vec3:
     """Return a unit vector as three numbers."""
     x, y, z = (float(c) for c in v / np.linalg.norm(v))
     return (x, y, z)

@@ -99,7 +99,7 @@ class PartPlan(Record):
     Attributes:
         name: unique. parent: name of the part that carries it, empty for the body.
         faces: of the mesh as it came in. grip: those that a hand takes, a subset.
-        added: the mesh has no such part; it came with a room that was built.
+        added: the mesh has no such part; it came with an interior that was built.
     """
 
     name: Id
@@ -143,7 +143,7 @@ class Cavity(Record):
         wall: thickness of what is built round it. outer: corners that it keeps within, where the body begins.
         built: the mesh has none, so it is to be built; else it is the mesh's own, or stays `empty`.
         cut: corners of what is taken away of the body for it, None where it is hollow.
-        fronts: corners in which the body has nothing to be, for the leaves of its parts are there; where it is cut.
+        fronts: corners in which the body has nothing to be, for the panels of its parts are there; where it is cut.
         furnish: shelves, racks or a turntable come in too.
     """
 
@@ -166,7 +166,7 @@ class AddedGeometry(Record):
     """Geometry that was built and belongs to one link.
 
     Attributes:
-        part: name, empty for the body. interior: of the room that it furnishes.
+        part: name, empty for the body. interior: of the cavity that it furnishes.
         faces: added ones, after those of the mesh.
         clouds: (N, 3) points of each convex shape that is touched of it, in the frame.
     """

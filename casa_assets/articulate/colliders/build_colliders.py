@@ -62,7 +62,7 @@ def build_colliders(
     """Return the colliders of the body and of each part, in this order.
 
     Args:
-        points: (P, 3) of the soup, metres, asset frame. label: (F,) fragments. substance: of all shapes.
+        points: (P, 3) of the mesh, metres, asset frame. label: (F,) fragments. substance: of all shapes.
     """
     metres = articulation.frame.metres or 1.0
     owner = articulation.face_owner(len(mesh.faces))

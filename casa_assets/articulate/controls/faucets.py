@@ -28,7 +28,7 @@ HANDLE_RANGE_RAD, SPOUT_RANGE_RAD = np.pi / 2, np.pi / 2
 
 @dataclass(frozen=True)
 class FaucetHandle:
-    """A stick that turns about the piece that it is rooted in.
+    """A stick that turns about the fragment that it is rooted in.
 
     Attributes:
         fragments: it. axis: (3,) unit direction about which it turns. anchor: (3,) a point of that.

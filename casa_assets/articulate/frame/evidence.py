@@ -42,10 +42,10 @@ def frame_features(
     left, right = side_facing(-across), side_facing(across)
     lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
     width, depth, height = (float(np.abs(a) @ (upper - lower)) for a in (across, out, up))
-    face = sides[front]
-    knobs = [_at(b, front, across, up) for b in face.blobs if b.is_knob]
-    level = [_at(b, front, across, up) for b in face.blobs if b.is_bar and _lies(b, front, up)]
-    near = [_at(b, top, across, out) for b in sides[top].blobs if b.is_knob]
+    front_view = sides[front]
+    knobs = [_offset(b, front, across, up) for b in front_view.blobs if b.is_knob]
+    bars = [_offset(b, front, across, up) for b in front_view.blobs if b.is_bar and _is_level(b, front, up)]
+    top_knobs = [_offset(b, top, across, out) for b in sides[top].blobs if b.is_knob]
     total = max(sum(s.detail for s in sides), 1e-9)
     rows = ((front,), (back,), (top,), (bottom,), (left, right))
 
@@ -62,17 +62,17 @@ def frame_features(
             *each(lambda s: s.panels),
             *each(lambda s: s.protruding_share),
             float(np.mean([-_symmetry(sides[i], i, out) for i in (top, bottom, left, right)])),
-            _symmetry(face, front, across),
+            _symmetry(front_view, front, across),
             sides[bottom].support,
-            shape_likelihood((width, depth, height), _controls(knobs)),
+            shape_likelihood((width, depth, height), _control_placement(knobs)),
             float(inside @ np.abs(out)),
-            _mean(level),
+            _mean(bars),
             max(_mean(knobs), 0.0),
             sides[top].rings,
             sides[top].slots,
-            _mean(near),
+            _mean(top_knobs),
             float((rise * measured.area).sum() / max(float(measured.area.sum()), 1e-12)),
-            float(sides[back].detail < 0.5 * face.detail),
+            float(sides[back].detail < 0.5 * front_view.detail),
             *(max(sides[i].support - sides[i].filled, 0.0) for i in (bottom, top)),
         ]
     )
@@ -89,13 +89,13 @@ def hidden_area(measured: MeasuredFragments) -> Floats:
     return found
 
 
-def _at(blob: SideFeature, side: int, right: Floats, up: Floats) -> tuple[float, float]:
+def _offset(blob: SideFeature, side: int, right: Floats, up: Floats) -> tuple[float, float]:
     """Return the offset of a feature from the middle of its side, in shares of the side, along two directions."""
     place = (blob.middle[0] - 0.5) * SIDES[side][0] + (blob.middle[1] - 0.5) * SIDES[side][1]
     return float(place @ right), float(place @ up)
 
 
-def _lies(blob: SideFeature, side: int, up: Floats) -> bool:
+def _is_level(blob: SideFeature, side: int, up: Floats) -> bool:
     """Return whether something on a side is wider than high."""
     along_up = abs(float(SIDES[side][1] @ up)) > 0.5
     wide, upper = blob.size if along_up else blob.size[::-1]
@@ -113,7 +113,7 @@ def _symmetry(side: SideView, index: int, axis: Floats) -> float:
     return (side.mirror[0] - side.mirror[1]) * (1.0 if first else -1.0)
 
 
-def _controls(knobs: Sequence[tuple[float, float]]) -> ControlPlacement:
+def _control_placement(knobs: Sequence[tuple[float, float]]) -> ControlPlacement:
     """Return where on a front its knobs and buttons are."""
     if not knobs:
         return ControlPlacement.NONE

@@ -56,8 +56,8 @@ class SideView:
     """Measures of one side, in its own depth image.
 
     Attributes:
-        detail: share of its pixels that are edges of depth, bend, piece or material.
-        panels: share of its rectangle that thin pieces near it cover.
+        detail: share of its pixels that are edges of depth, bend, fragment or material.
+        panels: share of its rectangle that thin fragments near it cover.
         protruding_share: share of its pixels that stand out before most of it.
         juts: how far its nearest points stand out before its plane, 0..1, unless it stands on them.
         support: hull of what is nearest, as a part of the rectangle. filled: what lies less than a leg's length deep.
@@ -97,7 +97,7 @@ def measure_side(measured: MeasuredFragments, side: int) -> SideView:
         juts=min(plane / FULL_JUT, 1.0) * (1.0 - support),
         support=support,
         filled=float((seen & (depth < MIN_LEG_LENGTH)).mean()),
-        mirror=(_alike(depth, edges, 1), _alike(depth, edges, 0)),
+        mirror=(_similarity_to_mirror(depth, edges, 1), _similarity_to_mirror(depth, edges, 0)),
         blobs=_blobs(depth, seen, image.pixel, far),
         rings=_rings(measured, side, lower, upper),
         slots=_slots(depth, seen, image.pixel),
@@ -117,20 +117,20 @@ def _edges(measured: MeasuredFragments, image: DepthImage, seen: Bools, depth: F
     """Mark (H, W) pixels that differ from the one to the right or below in depth, direction, fragment or material."""
     normals = measured.mesh.normals[np.maximum(image.face, 0)]
     label = np.where(seen, measured.label[np.maximum(image.face, 0)], -1)
-    tint = np.where(seen, measured.mesh.material_index[np.maximum(image.face, 0)], -1)
+    material = np.where(seen, measured.mesh.material_index[np.maximum(image.face, 0)], -1)
     out: Bools = np.zeros(image.face.shape, dtype=bool)
     for axis in (0, 1):
         a: list[slice] = [slice(None), slice(None)]
         b: list[slice] = [slice(None), slice(None)]
         a[axis], b[axis] = slice(None, -1), slice(1, None)
-        here, there = tuple(a), tuple(b)
-        bend = np.abs((normals[here] * normals[there]).sum(axis=2)) < MAX_BEND_COS
+        first, second = tuple(a), tuple(b)
+        bend = np.abs((normals[first] * normals[second]).sum(axis=2)) < MAX_BEND_COS
         off = np.where(bend, np.abs(np.diff(depth, axis=axis)), _off_slope(depth, axis))
         step = off > MIN_DEPTH_STEP
-        piece = (label[here] != label[there]) & (bend | step | (off > MIN_DEPTH_STEP / 8))
+        piece = (label[first] != label[second]) & (bend | step | (off > MIN_DEPTH_STEP / 8))
         # A window or a keypad may be no more than another material in the same plane.
-        paint = (tint[here] != tint[there]) & seen[here] & seen[there]
-        out[here] |= (bend | step | piece | paint) & (seen[here] | seen[there])
+        repaint = (material[first] != material[second]) & seen[first] & seen[second]
+        out[first] |= (bend | step | piece | repaint) & (seen[first] | seen[second])
     return out
 
 
@@ -145,7 +145,7 @@ def _off_slope(depth: Floats, axis: int) -> Floats:
     return np.minimum(np.abs(fall), np.minimum(before, after))
 
 
-def _alike(depth: Floats, edges: Bools, axis: int) -> float:
+def _similarity_to_mirror(depth: Floats, edges: Bools, axis: int) -> float:
     """Return the similarity 0..1 of an image to its mirror image: of depth, and of edges within a pixel."""
     other = np.flip(depth, axis=axis)
     same = float((np.abs(depth - other) < 0.01).mean())

@@ -53,7 +53,7 @@ def find_door_bins(measured: MeasuredFragments, side: int, panel: Panel, taken: 
         upper[:, :2] <= panel.upper[:2] - MIN_EDGE_DISTANCE
     ).all(axis=1)
     depth = float(upper[:, 2].max() - lower[:, 2].min())
-    # A bin that reaches into the leaf hangs on it, though it is deep.
+    # A bin that reaches into the panel hangs on it, though it is deep.
     reaches_in = lower[:, 2] <= panel.upper[2] - BIN_START_SHARE * (panel.upper[2] - panel.lower[2])
     max_depth = np.where(reaches_in, MAX_BIN_DEPTH_SHARE, MAX_DEPTH_SHARE) * depth
     hangs = inset & hidden & (lower[:, 2] >= panel.lower[2]) & (size[:, 2] <= max_depth)

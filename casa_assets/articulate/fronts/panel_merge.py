@@ -1,4 +1,4 @@
-"""Merge boards that make up one door leaf: stiles and rails with the panels that they hold."""
+"""Merge boards that make up one door: stiles and rails with the panels that they hold."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MIN_SUNK_DEPTH, MAX_SUNK_GAP = 0.0004, 0.0012
 
 
 def merge_framed_panels(panels: list[Panel], handle_spots: list[Floats], slats: list[Panel]) -> list[Panel]:
-    """Merge the boards of each framed leaf into one panel.
+    """Merge the boards of each framed door into one panel.
 
     Args:
         handle_spots: (2,) middles in (u, v) of things that look like handles.
@@ -125,7 +125,7 @@ def _bridges(lower: Floats, upper: Floats, a: Panel, b: Panel) -> bool:
 
 
 def _smallest_framed_door(panels: list[Panel], handle_spots: list[Floats]) -> list[Panel] | None:
-    """Return the boards of the smallest leaf that two of the panels frame, or None."""
+    """Return the boards of the smallest door that two of the panels frame, or None."""
     best: tuple[float, list[Panel]] | None = None
     for a, b in combinations(panels, 2):
         for along in (0, 1):
@@ -192,7 +192,7 @@ def _fills_door(
 
 
 def _is_narrow(frame: tuple[Panel, Panel], lower: Floats, upper: Floats) -> bool:
-    """Return whether two stiles are narrow by the leaf that they frame."""
+    """Return whether two stiles are narrow by the door that they frame."""
     across = 1 - _along(frame)
     width = max(float((p.upper - p.lower)[across]) for p in frame)
     return width < MAX_STILE_SHARE * float((upper - lower)[across])

@@ -1,4 +1,4 @@
-"""Find panels among the fragments: flat pieces on a side that may be doors, drawers or control panels.
+"""Find panels among the fragments: flat fragments on a side that may be doors, drawers or control panels.
 
 Lengths are in diagonals of the object; (u, v, w) is right, up, and depth as seen from the side.
 """
@@ -46,8 +46,8 @@ class Panel:
     """One panel of a front, in the closed pose.
 
     Attributes:
-        members: fragments that make its leaf, the largest first.
-        lower, upper: (3,) corners of the leaf in (u, v, w).
+        members: fragments that make it, the largest first.
+        lower, upper: (3,) corners of those in (u, v, w).
         grips: each a list of fragments that a hand takes. trims: what else goes with it. box: what it drags along.
         controls: how many knobs and buttons it carries. visible_area: area of its picture.
         attachment_depths: depths at which things on it begin: a bar may touch it through its feet alone.
@@ -89,7 +89,7 @@ class Panel:
         return sorted({*self.members, *self.trims, *self.box, *(f for g in self.grips for f in g)})
 
     def holds(self, lower: Floats, upper: Floats, slack: float = INSIDE_TOLERANCE) -> bool:
-        """Return whether a box lies within the rectangle of the leaf, at any depth."""
+        """Return whether a box lies within the rectangle of the panel, at any depth."""
         return bool((lower[:2] >= self.lower[:2] - slack).all() and (upper[:2] <= self.upper[:2] + slack).all())
 
 
@@ -132,7 +132,7 @@ def find_panels(measured: MeasuredFragments, side: int) -> list[Panel]:
 
 
 def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: Floats) -> Bools:
-    """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one piece are.
+    """Mark (N,) deep fragments that are visible on one side only, as a drawer and its box in one fragment are.
 
     Where the floor or back of the body is missing, only a tub that something covers is a drawer.
     """
@@ -155,7 +155,7 @@ def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: F
 
 
 def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
-    """Return whether nine tenths of the rectangle of one piece lie in that of another."""
+    """Return whether nine tenths of the rectangle of one fragment lie in that of another."""
     a = np.maximum(lower[inner, :2], lower[outer, :2])
     b = np.minimum(upper[inner, :2], upper[outer, :2])
     footprint = float(np.prod(upper[inner, :2] - lower[inner, :2]))
@@ -179,7 +179,7 @@ def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
 
 
 def _touch(lower: Floats, upper: Floats, i: int, group: list[int]) -> bool:
-    """Return whether a piece is at most a little before or behind the first of a group."""
+    """Return whether a fragment is at most a little before or behind the first of a group."""
     host = group[0]
     return bool(lower[i, 2] <= upper[host, 2] + 0.02 and upper[i, 2] >= lower[host, 2] - 0.04)
 

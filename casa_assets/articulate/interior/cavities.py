@@ -58,8 +58,8 @@ class FrontOpening:
     """The opening that one or two fronts close, in the frame.
 
     Attributes:
-        parts: that close it. part_ids: their places in the list of parts. drawer: it holds its room itself.
-        lower, upper: corners of their leaves. mouth: depth at which the body begins behind them.
+        parts: that close it. part_ids: their places in the list of parts. drawer: the cavity is its own inside.
+        lower, upper: corners of their panels. mouth: depth at which the body begins behind them.
     """
 
     parts: tuple[PartPlan, ...]
@@ -138,7 +138,7 @@ def _openings(probe: CavityProbe, articulation: Articulation, interior: Interior
 
 
 def _door_panels(probe: CavityProbe, articulation: Articulation, except_index: int) -> list[tuple[float, float, float]]:
-    """Return the left end, right end and depth of the leaves of doors."""
+    """Return the left end, right end and depth of the panels of doors."""
     boxes = [
         probe.panel_box_of(i)
         for i, p in enumerate(articulation.parts)

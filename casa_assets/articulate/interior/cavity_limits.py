@@ -109,7 +109,7 @@ def _corners_covered(covered: Bools, spots: Floats) -> bool:
 
 
 def _panel_boxes(probe: CavityProbe, part_ids: Sequence[int], mouth: float) -> tuple[tuple[Vec3, Vec3], ...]:
-    """Return boxes of leaves that are rectangles, at a small distance from the body around and behind them."""
+    """Return boxes of panels that are rectangles, at a small distance from the body around and behind them."""
     out = []
     for part in part_ids:
         lower, upper = probe.panel_box_of(part)

@@ -82,7 +82,7 @@ class CavityProbe:
         return self._cross(np.flatnonzero(~np.isin(self.owner, excluded)), axis, spots)
 
     def cast_through_panels(self, axis: int, spots: Floats, parts: Sequence[int]) -> RayCrossings:
-        """Intersect lines with the leaves of some parts only."""
+        """Intersect lines with the panels of some parts only."""
         return self._cross(np.flatnonzero(np.isin(self.owner, list(parts)) & (self.grip == 0)), axis, spots)
 
     def _cross(self, rows: Ints, axis: int, spots: Floats) -> RayCrossings:
@@ -98,7 +98,7 @@ class CavityProbe:
         """Return the depth of the back of a front near its border, where nothing hangs on it."""
         narrow = float(min(upper[0] - lower[0], upper[2] - lower[2]))
         backs = []
-        # A leaf that is open behind, like a pan, is as thick as its rim.
+        # A panel that is open behind, like a pan, is as thick as its rim.
         for inset in PANEL_RIM_INSETS:
             last = self.cast_through_panels(
                 1, border_points(lower[[0, 2]], upper[[0, 2]], inset * narrow), parts
@@ -122,7 +122,7 @@ class CavityProbe:
         return max(slab, float(np.median(seen))) if len(seen) >= MIN_BORDER_SHARE * len(spots) else slab
 
     def has_stile(self, pair: Sequence[int], left: tuple[Floats, Floats], right: tuple[Floats, Floats]) -> bool:
-        """Return whether the body comes forward between two leaves (given by corners), or a wall stands behind."""
+        """Return whether the body comes forward between two panels (given by corners), or a wall stands behind."""
         x = float(left[1][0] + right[0][0]) / 2
         z = np.linspace(float(left[0][2]), float(left[1][2]), LINES_PER_SIDE + 2)[1:-1]
         first = self.cast_lines(1, np.stack([np.full(LINES_PER_SIDE, x), z], axis=1), pair).first()
@@ -191,7 +191,7 @@ class CavityProbe:
 
 
 def make_probe(mesh: WeldedMesh, parts: Sequence[PartPlan]) -> CavityProbe:
-    """Return the probe of a soup with its parts."""
+    """Return the probe of a mesh and its parts."""
     owner = np.full(len(mesh.faces), -1, dtype=np.int64)
     grip = np.zeros(len(mesh.faces), dtype=np.int64)
     for i, part in enumerate(parts):

@@ -35,28 +35,28 @@ def apply_cavity_decisions(
             raise UnknownId("cavity", name, names)
     out = []
     for cavity in cavities:
-        wanted = decisions.cavities.get(cavity.parts[0])
-        cavity = _with_decision(cavity, wanted, articulation, mesh) if wanted is not None else cavity
-        chosen = build if wanted is None or wanted.build is None else wanted.build
-        out.append(cavity if chosen or not cavity.built else cavity.replace(built=False, empty=True))
+        decision = decisions.cavities.get(cavity.parts[0])
+        cavity = _with_decision(cavity, decision, articulation, mesh) if decision is not None else cavity
+        is_built = build if decision is None or decision.build is None else decision.build
+        out.append(cavity if is_built or not cavity.built else cavity.replace(built=False, empty=True))
     return tuple(out)
 
 
-def _with_decision(cavity: Cavity, wanted: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:
+def _with_decision(cavity: Cavity, decision: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:
     """Return one cavity with the user's changes."""
     changed = cavity
-    if wanted.build and not cavity.built:
+    if decision.build and not cavity.built:
         changed = _with_liner(cavity)
     if (
-        wanted.interior is not None
-        and wanted.interior is not cavity.interior
+        decision.interior is not None
+        and decision.interior is not cavity.interior
         and cavity.interior is not InteriorKind.DRAWER
     ):
-        changed = changed.replace(interior=wanted.interior, confidence=1.0, reason=GIVEN_REASON)
-    if wanted.furnish is not None and wanted.furnish is not cavity.furnish:
-        changed = changed.replace(furnish=wanted.furnish, confidence=1.0, reason=GIVEN_REASON)
-    if wanted.box_m is not None:
-        changed = _with_box(changed, wanted.box_m, articulation, mesh)
+        changed = changed.replace(interior=decision.interior, confidence=1.0, reason=GIVEN_REASON)
+    if decision.furnish is not None and decision.furnish is not cavity.furnish:
+        changed = changed.replace(furnish=decision.furnish, confidence=1.0, reason=GIVEN_REASON)
+    if decision.box_m is not None:
+        changed = _with_box(changed, decision.box_m, articulation, mesh)
     return changed
 
 

@@ -77,7 +77,7 @@ def _carved(mesh: Mesh, rows: Ints, frame: Frame, holes: Sequence[Box]) -> tuple
 def _blades(lower: Floats, upper: Floats) -> list[CutPlane]:
     """Return cut planes through the sides of a box."""
     a, b = np.full(3, -PLANE_EXTENT), np.full(3, PLANE_EXTENT)
-    # A blade on the front counts right, up and depth: x, z and y.
+    # A cut plane on the front counts right, up and depth: x, z and y.
     return [
         CutPlane(FRONT, k, float(end[axis]), a, b) for k, axis in ((0, 0), (1, 2), (2, 1)) for end in (lower, upper)
     ]

@@ -42,25 +42,27 @@ def close_cuts(mesh: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: 
         mesh: cut, in the frame. owner: (F,) part of each face, -1 the body.
         backs: depth of the back of each board, seen from the front, by its place in `parts`.
     """
-    edges, one, other = _borders(mesh, owner)
+    edges, own_part, other_part = _border_edges(mesh, owner)
     depth = mesh.points @ SIDES[FRONT][2]
     points: list[Floats] = []
     faces: list[Ints] = []
     owners: list[Ints] = []
     for i, part in enumerate(parts):
         board = i in backs
-        rows = np.flatnonzero(one == i)
-        rows = rows[[(other[r] < 0 or parts[other[r]].kind in BOARD_KINDS) if board else True for r in rows.tolist()]]
+        rows = np.flatnonzero(own_part == i)
+        rows = rows[
+            [(other_part[r] < 0 or parts[other_part[r]].kind in BOARD_KINDS) if board else True for r in rows.tolist()]
+        ]
         if board:
             rows = rows[(depth[edges[rows]] <= backs[i] + MAX_BORDER_DEPTH).all(axis=1)]
         elif part.kind in BOARD_KINDS:
             continue
-        normal = SIDES[FRONT][2] if board else _inwards(part)
+        normal = SIDES[FRONT][2] if board else _inward_direction(part)
         level = float(max(backs[i], depth[edges[rows]].max(initial=backs[i]))) if board else None
-        shape, walls = _closed(mesh.points, edges[rows], normal, level)
+        shape, walls = _cap_border(mesh.points, edges[rows], normal, level)
         if not len(shape[1]):
             continue
-        far = int(np.bincount(other[rows] + 1).argmax()) - 1
+        far = int(np.bincount(other_part[rows] + 1).argmax()) - 1
         open_back = board and _has_back(mesh, owner == i)
         against = shape[1][:walls] if open_back else shape[1]
         start = sum(len(p) for p in points)
@@ -72,12 +74,12 @@ def close_cuts(mesh: WeldedMesh, owner: Ints, parts: Sequence[PartPlan], backs: 
     return CapFaces(np.concatenate(points), np.concatenate(faces), np.concatenate(owners).astype(np.int64))
 
 
-def _borders(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
+def _border_edges(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
     """Return edges between faces of two owners, both ways: (E, 2) points, the owner, the other owner."""
     alive = np.flatnonzero((mesh.areas > 0) & (mesh.duplicate_of == np.arange(len(mesh.faces))))
     corners = mesh.faces[alive]
     directed = np.concatenate([corners[:, [i, (i + 1) % 3]] for i in range(3)])
-    mine = np.tile(owner[alive], 3)
+    part_of = np.tile(owner[alive], 3)
     ends = np.sort(directed, axis=1)
     order = np.lexsort((ends[:, 1], ends[:, 0]))
     same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
@@ -86,30 +88,30 @@ def _borders(mesh: WeldedMesh, owner: Ints) -> tuple[Ints, Ints, Ints]:
     alone[1:] &= np.diff(first) > 1
     alone[:-1] &= np.diff(first) > 1
     a, b = order[first[alone]], order[first[alone] + 1]
-    apart = mine[a] != mine[b]
-    a, b = a[apart], b[apart]
+    differ = part_of[a] != part_of[b]
+    a, b = a[differ], b[differ]
     return (
         np.concatenate([directed[a], directed[b]]),
-        np.concatenate([mine[a], mine[b]]),
-        np.concatenate([mine[b], mine[a]]),
+        np.concatenate([part_of[a], part_of[b]]),
+        np.concatenate([part_of[b], part_of[a]]),
     )
 
 
-def _inwards(part: PartPlan) -> Floats:
+def _inward_direction(part: PartPlan) -> Floats:
     """Return the direction from a small part into what carries it: that of the front or of the top."""
     axis = np.abs(np.array(part.joint.axis))
     found: Floats = SIDES[TOP if axis[2] > 0.7 else FRONT][2]
     return found
 
 
-def _has_back(mesh: WeldedMesh, mine: Bools) -> bool:
+def _has_back(mesh: WeldedMesh, own_faces: Bools) -> bool:
     """Return whether a board has a surface that faces back."""
     facing = mesh.normals @ SIDES[FRONT][2]
-    front = float(mesh.areas[mine & (facing < -0.8)].sum())
-    return float(mesh.areas[mine & (facing > 0.8)].sum()) >= MIN_BACK_SHARE * front
+    front = float(mesh.areas[own_faces & (facing < -0.8)].sum())
+    return float(mesh.areas[own_faces & (facing > 0.8)].sum()) >= MIN_BACK_SHARE * front
 
 
-def _closed(points: Floats, edges: Ints, normal: Floats, level: float | None) -> tuple[tuple[Floats, Ints], int]:
+def _cap_border(points: Floats, edges: Ints, normal: Floats, level: float | None) -> tuple[tuple[Floats, Ints], int]:
     """Return points and faces that close a border, walls first, and the number of wall faces.
 
     Args:
@@ -117,31 +119,34 @@ def _closed(points: Floats, edges: Ints, normal: Floats, level: float | None) ->
         level: how deep along it the border is drawn before it is filled, None to fill it where it is.
     """
     nothing = (np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)), 0
-    loops = _loops(edges)
+    loops = _chain_loops(edges)
     if not loops:
         return nothing
     rim = points[np.concatenate(loops)]
-    flat = rim if level is None else rim + np.outer(np.maximum(level - rim @ normal, 0.0), normal)
+    drawn = rim if level is None else rim + np.outer(np.maximum(level - rim @ normal, 0.0), normal)
     right = np.cross(normal, [0.0, 0.0, 1.0] if abs(normal[2]) < 0.5 else [0.0, 1.0, 0.0])
     plane = np.stack([right, np.cross(normal, right)], axis=1)
     sizes = [len(loop) for loop in loops]
     starts = np.cumsum([0, *sizes])
-    rings = [(flat @ plane)[a:b] for a, b in pairwise(starts.tolist())]
-    if sum(_signed(r) for r in rings) <= 0:
+    rings = [(drawn @ plane)[a:b] for a, b in pairwise(starts.tolist())]
+    if sum(_signed_area(r) for r in rings) <= 0:
         return nothing
     fill = np.asarray(manifold3d.triangulate(rings), dtype=np.int64).reshape(-1, 3)
     if level is None:
         return (rim, fill), 0
     count = len(rim)
-    onward = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(starts.tolist())])
-    here = np.arange(count)
+    following = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in pairwise(starts.tolist())])
+    ring = np.arange(count)
     walls = np.concatenate(
-        [np.stack([here, onward, onward + count], axis=1), np.stack([here, onward + count, here + count], axis=1)]
+        [
+            np.stack([ring, following, following + count], axis=1),
+            np.stack([ring, following + count, ring + count], axis=1),
+        ]
     )
-    return (np.concatenate([rim, flat]), np.concatenate([walls, fill + count])), len(walls)
+    return (np.concatenate([rim, drawn]), np.concatenate([walls, fill + count])), len(walls)
 
 
-def _loops(edges: Ints) -> list[Ints]:
+def _chain_loops(edges: Ints) -> list[Ints]:
     """Chain border edges into closed rings of points, wound as the faces that close them need."""
     after: dict[int, list[int]] = {}
     for a, b in edges.tolist():
@@ -162,7 +167,7 @@ def _loops(edges: Ints) -> list[Ints]:
     return out
 
 
-def _signed(ring: Floats) -> float:
+def _signed_area(polygon: Floats) -> float:
     """Return twice the signed area of a ring in the plane, negative where it runs clockwise."""
-    x, y = ring.T
+    x, y = polygon.T
     return float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())

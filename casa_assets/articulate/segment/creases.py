@@ -81,12 +81,12 @@ class SideRelief:
 
 
 def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
-    """Analyse a side of a soup that is in the frame."""
+    """Analyse a side of a mesh that is in the frame."""
     image = render_depth(mesh.points, mesh.faces, SIDES[side], PIXELS)
     depth = np.where(image.face >= 0, image.depth, BACKGROUND_DEPTH)
     base = depth
     for window in WINDOWS:
-        base = np.maximum(base, _closed(depth, max(3, round(window / image.pixel))))
+        base = np.maximum(base, _close_depth(depth, max(3, round(window / image.pixel))))
     # Where closing reaches past the outline there is no ground to stand out of.
     base = np.where(base > BACKGROUND_DEPTH / 2, depth, base)
     blob, blobs = _blobs(image, depth, base)
@@ -94,7 +94,7 @@ def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
     return SideRelief(image, depth, base, blob, blobs, across, along)
 
 
-def _closed(depth: Floats, size: int) -> Floats:
+def _close_depth(depth: Floats, size: int) -> Floats:
     """Return the depth with everything nearer and narrower than `size` pixels pushed back to its surroundings."""
     padded = np.pad(depth, size, mode="edge")
     closed: Floats = grey_closing(padded, size=(size, size))[size:-size, size:-size]
@@ -103,42 +103,42 @@ def _closed(depth: Floats, size: int) -> Floats:
 
 def _blobs(image: DepthImage, depth: Floats, base: Floats) -> tuple[Ints, tuple[Protrusion, ...]]:
     """Find connected protruding regions; of nested ones the widest that is a small thing, not a frame or a board."""
-    out = base - depth
+    protrusion = base - depth
     found = np.full(depth.shape, -1, dtype=np.int64)
     blobs: list[Protrusion] = []
     seen = depth < BACKGROUND_DEPTH / 2
-    rough = float(np.median(np.abs(out[seen] - np.median(out[seen])))) if seen.any() else 0.0
+    noise = float(np.median(np.abs(protrusion[seen] - np.median(protrusion[seen])))) if seen.any() else 0.0
     for level in LEVELS:
-        if level < MIN_PROTRUSION_OVER_NOISE * rough:
+        if level < MIN_PROTRUSION_OVER_NOISE * noise:
             continue
-        number, _ = label((out > level) & (found < 0))
+        number, _ = label((protrusion > level) & (found < 0))
         for i, (rows, columns) in enumerate(find_objects(number), start=1):
             mask = number[rows, columns] == i
             if mask.sum() < MIN_PIXELS or min(mask.shape) * image.pixel < MIN_SIZE:
                 continue
-            blob = _blob(image, rows, columns, mask, out)
-            if _sits(mask, seen, rows, columns) < MIN_GROUND_SHARE:
+            blob = _measure_blob(image, rows, columns, mask, protrusion)
+            if _ground_share(mask, seen, rows, columns) < MIN_GROUND_SHARE:
                 continue
             # What touches one that was found is its rim, or the rest of the frame from which it rose.
-            if _is_small(blob) and not (found[_around(rows), _around(columns)] >= 0).any():
+            if _is_small(blob) and not (found[_grow_slice(rows), _grow_slice(columns)] >= 0).any():
                 found[rows, columns][mask] = len(blobs)
                 blobs.append(blob)
     return found, tuple(blobs)
 
 
-def _sits(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
+def _ground_share(mask: Bools, seen: Bools, rows: slice, columns: slice) -> float:
     """Return the share of the immediate surroundings of a region that is surface: a ragged border has little."""
     grown = dilate(np.pad(mask, 3), 3) & ~np.pad(mask, 3)
     window = np.pad(seen, 3)[rows.start : rows.stop + 6, columns.start : columns.stop + 6]
     return float(window[grown].mean())
 
 
-def _around(span: slice) -> slice:
+def _grow_slice(span: slice) -> slice:
     """Return a slice grown by one on both ends."""
     return slice(max(0, span.start - 1), span.stop + 1)
 
 
-def _blob(image: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
+def _measure_blob(image: DepthImage, rows: slice, columns: slice, mask: Bools, out: Floats) -> Protrusion:
     """Measure one protruding region."""
     height = out.shape[0]
     lower = image.lower + image.pixel * np.array([columns.start, height - rows.stop])

@@ -30,7 +30,7 @@ PIXELS = 512
 
 @dataclass(frozen=True)
 class MeasuredFragments:
-    """All fragments of a triangle soup with their measures, in the frame of the object (diagonal 1).
+    """All fragments of a mesh with their measures, in the frame of the object (diagonal 1).
 
     Attributes:
         label: (F,) fragment of each face, -1 for none.
@@ -69,7 +69,7 @@ class MeasuredFragments:
 
 
 def measure_fragments(mesh: WeldedMesh, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
-    """Measure the fragments of a soup that is in the frame, from rendered depth images of six sides."""
+    """Measure the fragments of a mesh that is in the frame, from rendered depth images of six sides."""
     count = int(label.max()) + 1 if len(label) else 0
     alive = np.flatnonzero(label >= 0)
     corners = mesh.points[mesh.faces[alive]]

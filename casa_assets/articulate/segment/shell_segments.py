@@ -98,7 +98,7 @@ def _split_shell(shell: FusedShell, mesh: WeldedMesh) -> Ints:
     fresh = int(label.max()) + 1
     number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
     out = np.where(zone >= 0, fresh + number[np.maximum(zone, 0)], label)
-    for group in _behind(shell, mesh, zone):
+    for group in _groups_behind(shell, mesh, zone):
         out[group] = int(out.max()) + 1
     return out
 
@@ -106,35 +106,38 @@ def _split_shell(shell: FusedShell, mesh: WeldedMesh) -> Ints:
 def find_shell(mesh: WeldedMesh) -> FusedShell | None:
     """Find the one piece of a mesh that holds several fused parts; None where each part is its own piece."""
     label = mesh.fragment_labels
-    mine = _shell(mesh, label)
+    mine = _shell_faces(mesh, label)
     if not mine.any():
         return None
-    around = [render_depth(mesh.points, mesh.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
+    side_images = [render_depth(mesh.points, mesh.faces, SIDES[side], 256) for side in (BACK, LEFT, RIGHT, BOTTOM)]
     front, top = measure_relief(mesh, FRONT), measure_relief(mesh, TOP)
     seen = front.image.face[front.image.face >= 0]
-    if float(mine[seen].mean()) < MIN_SHELL_VISIBLE or boxiness(mesh, [front.image, top.image, *around]) < MIN_BOXINESS:
+    if (
+        float(mine[seen].mean()) < MIN_SHELL_VISIBLE
+        or boxiness(mesh, [front.image, top.image, *side_images]) < MIN_BOXINESS
+    ):
         return None
     visible = np.zeros(len(label), dtype=bool)
     visible[seen] = True
-    flat, deep = _seen_from(mesh, FRONT)
+    flat, depth = _face_middles(mesh, FRONT)
     fronts = []
-    filled = [
+    candidates = [
         rectangle
         for rectangle in merge_stairs(front, find_front_rectangles(front))
-        if _may_open(mesh, front, rectangle, deep)
+        if _may_open(mesh, front, rectangle, depth)
     ]
-    marked = len(filled) >= MIN_PLAIN_FRONTS or any(is_surrounded(front, b, FLAT_MARGIN) for b in front.blobs)
-    for rectangle in filled:
+    has_marks = len(candidates) >= MIN_PLAIN_FRONTS or any(is_surrounded(front, b, FLAT_MARGIN) for b in front.blobs)
+    for rectangle in candidates:
         beside = (
-            marked
-            and any(_beside(front, rectangle, o) for o in filled)
+            has_marks
+            and any(_are_adjacent(front, rectangle, o) for o in candidates)
             and _pixels(rectangle) < WHOLE_SIDE_SHARE * len(seen)
         )
         if any(is_handle(front, front.blobs[i]) for i in rectangle.blobs) or beside:
-            inside = mine & _in_leaf(front, rectangle, flat)
-            fronts.append((rectangle, rectangle.plane + _thickness(mesh, inside, flat[:, 2] - rectangle.plane, deep)))
+            inside = mine & _in_rectangle(front, rectangle, flat)
+            fronts.append((rectangle, rectangle.plane + _thickness(mesh, inside, flat[:, 2] - rectangle.plane, depth)))
     skin = np.zeros(len(label), dtype=bool)
-    for image in around:
+    for image in side_images:
         skin[image.face[image.face >= 0]] = True
     return FusedShell(mine, visible, skin, front, top, tuple(fronts))
 
@@ -159,7 +162,7 @@ def shell_cut_planes(shell: FusedShell, mesh: WeldedMesh, chosen: Sequence[int])
             if first + number in chosen:
                 rim = 3 * view.image.pixel
                 lower, upper = np.append(blob.lower - rim, nearest), np.append(blob.upper + rim, nearest)
-                out.append(CutPlane(side, 2, nearest + _foot(view, number), lower, upper))
+                out.append(CutPlane(side, 2, nearest + _cut_depth(view, number), lower, upper))
         first += len(view.blobs)
     return out
 
@@ -168,36 +171,36 @@ def shell_zones(shell: FusedShell, mesh: WeldedMesh, parent: Ints) -> Ints:
     """Return the (F',) zone of each face: fronts first, then protrusions of the front, then of the top; -1 for none.
 
     Args:
-        mesh: that of the shell, or cut. parent: (F',) face of the shell's soup that each face is part of.
+        mesh: that of the shell, or cut. parent: (F',) face of the shell's mesh that each face is part of.
     """
     free = shell.mine[parent]
     out = np.full(len(parent), -1, dtype=np.int64)
-    flat, deep = _seen_from(mesh, FRONT)
-    falls = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * deep)
+    flat, depth = _face_middles(mesh, FRONT)
+    falls = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * depth)
     for i, (rectangle, back) in enumerate(shell.fronts):
-        inside = free & _in_leaf(shell.front, rectangle, flat)
+        inside = free & _in_rectangle(shell.front, rectangle, flat)
         # A bulging front falls off towards its edges.
         out[inside & ((flat[:, 2] <= back) | (shell.shown[parent] & (flat[:, 2] <= rectangle.plane + falls)))] = i
     plain = out < 0
     first = len(shell.fronts)
-    _take_blobs(out, free, shell.front, mesh, FRONT, first)
-    _take_blobs(out, free & plain & (out < 0), shell.top, mesh, TOP, first + len(shell.front.blobs))
+    _number_blobs(out, free, shell.front, mesh, FRONT, first)
+    _number_blobs(out, free & plain & (out < 0), shell.top, mesh, TOP, first + len(shell.front.blobs))
     return out
 
 
-def _behind(shell: FusedShell, mesh: WeldedMesh, zone: Ints) -> list[Ints]:
+def _groups_behind(shell: FusedShell, mesh: WeldedMesh, zone: Ints) -> list[Ints]:
     """Return groups of faces behind fronts, each connected: boxes of drawers, walls and shelves."""
-    flat, _ = _seen_from(mesh, FRONT)
+    flat, _ = _face_middles(mesh, FRONT)
     out = []
     for rectangle, _ in shell.fronts:
         lower, upper = rectangle_corners(shell.front, rectangle)
         within = ((flat[:, :2] >= lower + BEHIND_MARGIN) & (flat[:, :2] <= upper - BEHIND_MARGIN)).all(axis=1)
         rows = np.flatnonzero(shell.mine & within & ~shell.skin & (zone < 0))
-        out += [g for g in _hanging_together(mesh, rows) if float(mesh.areas[g].sum()) >= MIN_AREA_BEHIND]
+        out += [g for g in _connected_groups(mesh, rows) if float(mesh.areas[g].sum()) >= MIN_AREA_BEHIND]
     return out
 
 
-def _seen_from(mesh: WeldedMesh, side: int) -> tuple[Floats, float]:
+def _face_middles(mesh: WeldedMesh, side: int) -> tuple[Floats, float]:
     """Return the (F, 3) middles of faces as right, up and depth from the nearest point; and the whole depth."""
     flat = mesh.points[mesh.faces].mean(axis=1) @ SIDES[side].T
     depth = mesh.points @ SIDES[side][2]
@@ -205,39 +208,39 @@ def _seen_from(mesh: WeldedMesh, side: int) -> tuple[Floats, float]:
     return flat, float(np.ptp(depth))
 
 
-def _in_leaf(front: SideRelief, rectangle: FrontRectangle, flat: Floats) -> Bools:
+def _in_rectangle(front: SideRelief, rectangle: FrontRectangle, flat: Floats) -> Bools:
     """Mark the (F,) faces whose middle is in a rectangle, at any depth."""
     row, column = front.image.rows_columns(flat[:, :2])
     found: Bools = (row >= rectangle.rows[0]) & (row < rectangle.rows[1])
     return found & (column >= rectangle.columns[0]) & (column < rectangle.columns[1])
 
 
-def _shell(mesh: WeldedMesh, label: Ints) -> Bools:
+def _shell_faces(mesh: WeldedMesh, label: Ints) -> Bools:
     """Mark the (F,) faces of the piece that makes up most of the object; none where there is no such piece."""
     alive = label >= 0
     none: Bools = np.zeros(len(label), dtype=bool)
     if not alive.any():
         return none
     area = np.bincount(label[alive], mesh.areas[alive])
-    most = int(np.argmax(area))
-    mine: Bools = label == most
+    largest = int(np.argmax(area))
+    mine: Bools = label == largest
     points = mesh.points[mesh.faces[mine]].reshape(-1, 3)
     whole = np.ptp(mesh.points, axis=0)
     large = bool((np.ptp(points, axis=0) >= MIN_SHELL_EXTENT * whole).all())
-    return mine if large and area[most] >= MIN_SHELL_AREA * area.sum() else none
+    return mine if large and area[largest] >= MIN_SHELL_AREA * area.sum() else none
 
 
-def _thickness(mesh: WeldedMesh, inside: Bools, behind: Floats, deep: float) -> float:
+def _thickness(mesh: WeldedMesh, inside: Bools, behind: Floats, depth: float) -> float:
     """Return the thickness of a front: up to its back where that is visible, else a usual value; diagonals."""
-    most = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * deep)
+    max_thickness = min(MAX_THICKNESS, MAX_THICKNESS_OF_DEPTH * depth)
     facing = mesh.normals @ SIDES[FRONT][2] > 0.8
-    rows = np.flatnonzero(inside & facing & (behind > 0.004) & (behind < most))
-    least = MIN_BACK_SHARE * float(mesh.areas[inside & (behind < most)].sum())
-    if not len(rows) or float(mesh.areas[rows].sum()) < least:
-        return min(USUAL_THICKNESS, most)
+    rows = np.flatnonzero(inside & facing & (behind > 0.004) & (behind < max_thickness))
+    min_area = MIN_BACK_SHARE * float(mesh.areas[inside & (behind < max_thickness)].sum())
+    if not len(rows) or float(mesh.areas[rows].sum()) < min_area:
+        return min(USUAL_THICKNESS, max_thickness)
     order = rows[np.argsort(behind[rows], kind="stable")]
-    reach = np.cumsum(mesh.areas[order])
-    return float(behind[order[np.searchsorted(reach, 0.9 * reach[-1])]]) + 0.002
+    total_area = np.cumsum(mesh.areas[order])
+    return float(behind[order[np.searchsorted(total_area, 0.9 * total_area[-1])]]) + 0.002
 
 
 def boxiness(mesh: WeldedMesh, views: Sequence[DepthImage]) -> float:
@@ -247,7 +250,7 @@ def boxiness(mesh: WeldedMesh, views: Sequence[DepthImage]) -> float:
     return sum(a * p for _, a, p in area) / max(sum(n * p for n, _, p in area), 1e-12)
 
 
-def _hanging_together(mesh: WeldedMesh, rows: Ints) -> list[Ints]:
+def _connected_groups(mesh: WeldedMesh, rows: Ints) -> list[Ints]:
     """Group faces that share points; each group is ascending, and tiny groups are dropped."""
     if not len(rows):
         return []
@@ -260,28 +263,30 @@ def _hanging_together(mesh: WeldedMesh, rows: Ints) -> list[Ints]:
     return [rows[of_face == k] for k in range(count) if (of_face == k).sum() >= 12]
 
 
-def _may_open(mesh: WeldedMesh, front: SideRelief, rectangle: FrontRectangle, deep: float) -> bool:
+def _may_open(mesh: WeldedMesh, front: SideRelief, rectangle: FrontRectangle, depth: float) -> bool:
     """Return whether a rectangle may be a front: filled, not far back, and facing the viewer."""
     window = slice(*rectangle.rows), slice(*rectangle.columns)
     if (
         float((front.depth[window] < BACKGROUND_DEPTH / 2).mean()) < MIN_COVERAGE
-        or rectangle.plane > MAX_START_DEPTH * deep
+        or rectangle.plane > MAX_START_DEPTH * depth
     ):
         return False
     ground = front.image.face[window][(front.blob[window] < 0) & (front.image.face[window] >= 0)]
-    towards = np.abs(mesh.normals[ground] @ SIDES[FRONT][2]) > FACING_COS
-    return bool(len(ground)) and float(towards.mean()) >= MIN_FACING_SHARE
+    facing = np.abs(mesh.normals[ground] @ SIDES[FRONT][2]) > FACING_COS
+    return bool(len(ground)) and float(facing.mean()) >= MIN_FACING_SHARE
 
 
-def _beside(front: SideRelief, rectangle: FrontRectangle, other: FrontRectangle) -> bool:
+def _are_adjacent(front: SideRelief, rectangle: FrontRectangle, other: FrontRectangle) -> bool:
     """Return whether two rectangles lie side by side and nearly flush: the seam between them sets a front off."""
-    apart = abs(rectangle.plane - other.plane)
-    least, gap = MIN_RECTANGLE_SIDE / front.image.pixel, MAX_SEAM_WIDTH / front.image.pixel
+    depth_difference = abs(rectangle.plane - other.plane)
+    min_side, gap = MIN_RECTANGLE_SIDE / front.image.pixel, MAX_SEAM_WIDTH / front.image.pixel
     spans = [(rectangle.rows, other.rows), (rectangle.columns, other.columns)]
-    over = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in spans]
-    slim = min(b - a for m in (rectangle, other) for a, b in (m.rows, m.columns)) < least
-    meet = any(-gap <= over[i] <= 0 and over[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1))
-    return rectangle is not other and meet and not slim and apart <= FLUSH_TOLERANCE
+    overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in spans]
+    is_narrow = min(b - a for m in (rectangle, other) for a, b in (m.rows, m.columns)) < min_side
+    adjacent = any(
+        -gap <= overlap[i] <= 0 and overlap[1 - i] >= 0.5 * min(b - a for a, b in spans[1 - i]) for i in (0, 1)
+    )
+    return rectangle is not other and adjacent and not is_narrow and depth_difference <= FLUSH_TOLERANCE
 
 
 def _pixels(rectangle: FrontRectangle) -> int:
@@ -289,13 +294,13 @@ def _pixels(rectangle: FrontRectangle) -> int:
     return (rectangle.rows[1] - rectangle.rows[0]) * (rectangle.columns[1] - rectangle.columns[0])
 
 
-def _foot(view: SideRelief, number: int) -> float:
+def _cut_depth(view: SideRelief, number: int) -> float:
     """Return the depth at which a protrusion is cut off: a little before the ground that it hides."""
     ground = float(np.median(view.base[view.blob == number]))
     return ground - min(CUT_DISTANCE, 0.3 * view.blobs[number].protrusion)
 
 
-def _take_blobs(out: Ints, free: Bools, view: SideRelief, mesh: WeldedMesh, side: int, first: int) -> None:
+def _number_blobs(out: Ints, free: Bools, view: SideRelief, mesh: WeldedMesh, side: int, first: int) -> None:
     """Number the faces of each thing that stands out, from `first` on.
 
     Long triangles that reach from it far over the ground are neither: they would make both larger than they are.
@@ -312,7 +317,7 @@ def _take_blobs(out: Ints, free: Bools, view: SideRelief, mesh: WeldedMesh, side
         columns = slice(max(0, blob.columns[0] - 2), blob.columns[1] + 2)
         mask = np.zeros(view.blob.shape, dtype=bool)
         mask[rows, columns] = dilate(view.blob[rows, columns] == number, 1)
-        foot = _foot(view, number)
+        foot = _cut_depth(view, number)
         rim = max(OUTLINE_TOLERANCE, 3 * view.image.pixel)
         within = ((corners_[:, :, :2] >= blob.lower - rim) & (corners_[:, :, :2] <= blob.upper + rim)).all(axis=(1, 2))
         mine = free & mask[row, column] & (middle[:, 2] < foot)

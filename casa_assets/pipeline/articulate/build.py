@@ -51,7 +51,8 @@ class ArticulateRequest:
         up, front: directions in axes of the file, None to guess. size_m: longest side, 0 to guess.
         decisions: a sidecar; what it says goes before all guesses. The options above go before it.
         preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
-        complete: build rooms where doors and drawers open onto nothing. anew: even where an earlier run made the same.
+        complete: build interiors where doors and drawers open onto nothing.
+        anew: even where an earlier run made the same.
     """
 
     mesh: Path
@@ -115,20 +116,22 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         CasaError: what the user asks for does not exist, or does not go together.
     """
     known = registry.load()
-    one = find_input(request.mesh)
-    bundle = collect(one, known.limits)
+    source_file = find_input(request.mesh)
+    bundle = collect(source_file, known.limits)
     model = load(bundle, known.limits)
     mesh = weld_model(model)
-    frame = _frame(mesh, model, request)
+    frame = _choose_frame(mesh, model, request)
     placed = mesh.in_frame(frame)
     fragmentation = fragment_mesh(placed)
-    stated = stated_category(one, request.category or request.decisions.category or "")
+    stated = stated_category(source_file, request.category or request.decisions.category or "")
     found = infer_articulation(fragmentation, frame, stated)
-    kind = _kind(one, request, model, placed, found)
+    kind = _choose_category(source_file, request, model, placed, found)
     category, confidence, reason = kind.category, kind.confidence, kind.reason
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
-    unit, certain, size = _unit(longest, model, request, category if kind.id else None)
-    found = found.replace(frame=frame.replace(metres=unit / frame.scale), category=kind.id)
+    metres_per_file_unit, scale_confidence, scale_reason = _scale(
+        longest, model, request, category if kind.id else None
+    )
+    found = found.replace(frame=frame.replace(metres=metres_per_file_unit / frame.scale), category=kind.id)
     found = apply_decisions(found, placed, request.decisions)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
@@ -136,23 +139,30 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     model, placed, found = add_interiors(model, placed, found, kind.id, request.decisions, request.complete)
     guesses = (
         Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),
-        Guess(subject="scale", value=f"{unit:.6g} m per unit", confidence=certain, reason=size),
+        Guess(
+            subject="scale",
+            value=f"{metres_per_file_unit:.6g} m per unit",
+            confidence=scale_confidence,
+            reason=scale_reason,
+        ),
     )
     spec = AssetSpec(
         asset_id=Identity(Producer.ARTICULATE, bundle.sha256).asset_id(category.id),
-        metres=unit / frame.scale,
+        metres=metres_per_file_unit / frame.scale,
         category=category,
         classes=known.classes_of(category),
         substance=known.substances[category.substance],
-        provenance=one.source.provenance(bundle.sha256, guesses),
+        provenance=source_file.source.provenance(bundle.sha256, guesses),
     )
     asset = assemble(model, placed, found, spec)
-    words = ((confidence, reason), (certain, size))
-    return ArticulateResult(asset, found, placed, model, spec, category, *words, longest * unit, one.source)
+    confidences = ((confidence, reason), (scale_confidence, scale_reason))
+    return ArticulateResult(
+        asset, found, placed, model, spec, category, *confidences, longest * metres_per_file_unit, source_file.source
+    )
 
 
-def _kind(
-    one: Found, request: ArticulateRequest, model: RawModel, placed: WeldedMesh, articulation: Articulation
+def _choose_category(
+    source_file: Found, request: ArticulateRequest, model: RawModel, placed: WeldedMesh, articulation: Articulation
 ) -> CategoryGuess:
     """Return the category; where CLIP is used, it sees the closed object."""
 
@@ -166,28 +176,28 @@ def _kind(
             category=any_thing,
             classes=known.classes_of(any_thing),
             substance=known.substances[any_thing.substance],
-            provenance=one.source.provenance("0" * 64, ()),
+            provenance=source_file.source.provenance("0" * 64, ()),
         )
         closed = Articulation(frame=articulation.frame.replace(metres=1.0))
         return classify_by_look(assemble(model, placed, closed, spec), load_scorer(request.clip))
 
     x, y, z = (float(v) for v in np.ptp(placed.points, axis=0))
     ordered = request.category or request.decisions.category or ""
-    return guess_category(one, (x, y, z), articulation, ordered, None if request.clip is None else seen)
+    return guess_category(source_file, (x, y, z), articulation, ordered, None if request.clip is None else seen)
 
 
-def _unit(
+def _scale(
     longest: float, model: RawModel, request: ArticulateRequest, category: Category | None
 ) -> tuple[float, float, str]:
     """Return the metres in a unit for a longest side in units, the confidence, and the reason."""
-    unit, certain, why = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
-    wanted = request.size_m or request.decisions.size_m
-    if wanted and abs(wanted / (longest * unit) - 1) > SIZE_TOLERANCE:
-        return wanted / longest, 1.0, GIVEN_REASON
-    return unit, certain, why
+    unit, confidence, reason = metres_per_unit(longest, model.metres_per_unit, category.longest_m if category else None)
+    stated_size = request.size_m or request.decisions.size_m
+    if stated_size and abs(stated_size / (longest * unit) - 1) > SIZE_TOLERANCE:
+        return stated_size / longest, 1.0, GIVEN_REASON
+    return unit, confidence, reason
 
 
-def _frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Frame:
+def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Frame:
     """Return the frame that is given, or the guess; decisions that repeat the guess leave it a guess."""
     said = request.decisions
     up = request.up or (parse_direction(said.up) if said.up is not None else None)
@@ -205,8 +215,8 @@ def _frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Fra
 
 def find_input(mesh: Path) -> Found:
     """Return the input that a file is. Raises Rejected where it holds none, or cannot be read."""
-    for one in discover([mesh]):
-        if isinstance(one, Refused):
-            raise Rejected(one.code, one.message)
-        return one
+    for source_file in discover([mesh]):
+        if isinstance(source_file, Refused):
+            raise Rejected(source_file.code, source_file.message)
+        return source_file
     raise Rejected("SRC001", f"{mesh}: no mesh")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -42,6 +42,7 @@ from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.families import finishes as palette
 
+# Finish of the walls of an interior, and of the boxes of drawers beside it.
 LINER_FINISHES: Mapping[InteriorKind, str] = {
     InteriorKind.OVEN: "enamel_charcoal",
     InteriorKind.MICROWAVE: "enamel_grey",
@@ -56,12 +57,20 @@ BOX_FINISHES: Mapping[InteriorKind, str] = {
     InteriorKind.REFRIGERATOR: "plastic_white",
     InteriorKind.DISHWASHER: "stainless_brushed",
 }
-# A hinged door that stands open at a right angle takes its own thickness of the mouth; and so much air, metres.
+# Functions that add the shelves, racks or turntable of an interior.
+FURNISHERS: Mapping[InteriorKind, Callable[[AssetBuilder, Interior], None]] = {
+    InteriorKind.OVEN: interiors.furnish_oven,
+    InteriorKind.MICROWAVE: interiors.furnish_microwave,
+    InteriorKind.REFRIGERATOR: interiors.furnish_cold,
+    InteriorKind.DISHWASHER: interiors.furnish_dishwasher,
+    InteriorKind.CABINET: interiors.furnish_cabinet,
+}
+# Gap beside a door that stands open at a right angle, on top of the thickness by which it narrows the mouth.
 DOOR_CLEARANCE_M = 0.012
 
 
 @dataclass
-class _Work:
+class _InteriorBuild:
     """The builder of interior parts, and the kind of interior of each link; lengths in metres of the frame."""
 
     builder: AssetBuilder
@@ -76,32 +85,32 @@ def add_interiors(
     """Give every front something that it opens onto.
 
     Args:
-        model: its faces, part by part, are those of `placed`. articulation: its parts, `found.frame.metres` set.
+        model: its faces, part by part, are those of `placed`. articulation: its parts, with `frame.metres` set.
         category: id where it is known, else empty. build: build what is missing; else only what the decisions ask for.
     """
     cavities = apply_cavity_decisions(
         find_cavities(placed, articulation, category), articulation, placed, decisions, build
     )
-    spaces = [_space_of(r) for r in cavities if not (r.empty or (r.built and r.interior is InteriorKind.DRAWER))]
+    spaces = [_cavity_space(r) for r in cavities if not (r.empty or (r.built and r.interior is InteriorKind.DRAWER))]
     articulation = articulation.replace(cavities=cavities, spaces=tuple(spaces))
-    wanted = [r for r in cavities if r.built]
-    if not wanted:
+    to_build = [r for r in cavities if r.built]
+    if not to_build:
         return model, placed, articulation
-    holes = [hole for r in wanted if r.cut is not None for hole in (r.cut, *r.fronts)]
+    holes = [hole for r in to_build if r.cut is not None for hole in (r.cut, *r.fronts)]
     model, placed, articulation = hollow_out(model, placed, articulation, holes)
     metres = articulation.frame.metres or 1.0
-    known = registry.load()
-    kind = known.category(registry.FALLBACK)
+    registered = registry.load()
+    kind = registered.category(registry.FALLBACK)
     labels = Labels(category=kind.id, classes=(kind.id,), qcode=kind.qcode)
-    supplies = Supplies(finishes=palette.plain(), labels=labels, densities=known.densities)
-    work = _Work(AssetBuilder(supplies), metres)
+    supplies = Supplies(finishes=palette.plain(), labels=labels, densities=registered.densities)
+    work = _InteriorBuild(AssetBuilder(supplies), metres)
     work.trays = sum(p.name.startswith("tray_") for p in articulation.parts)
-    for cavity in wanted:
-        articulation = _built(work, cavity, articulation, placed)
-    return _added(work, model, articulation)
+    for cavity in to_build:
+        articulation = _build_interior(work, cavity, articulation, placed)
+    return _with_added_parts(work, model, articulation)
 
 
-def _space_of(cavity: Cavity) -> StorageSpace:
+def _cavity_space(cavity: Cavity) -> StorageSpace:
     """Return a cavity as a storage space; a box that is built for a drawer brings its own."""
     part = cavity.parts[0]
     return StorageSpace(
@@ -112,130 +121,121 @@ def _space_of(cavity: Cavity) -> StorageSpace:
     )
 
 
-def _built(work: _Work, cavity: Cavity, articulation: Articulation, placed: WeldedMesh) -> Articulation:
+def _build_interior(
+    work: _InteriorBuild, cavity: Cavity, articulation: Articulation, placed: WeldedMesh
+) -> Articulation:
     """Build one interior; return the articulation with the joints that this changes."""
-    m, builder = work.metres, work.builder
-    first = next(p for p in articulation.parts if p.name == cavity.parts[0])
-    outer = _metres(cavity.outer[0], m), _metres(cavity.outer[1], m)
-    inside = Interior(
-        first.name,
-        _metres(cavity.lower, m),
-        _metres(cavity.upper, m),
+    metres, builder = work.metres, work.builder
+    part = next(p for p in articulation.parts if p.name == cavity.parts[0])
+    outer = _to_metres(cavity.outer[0], metres), _to_metres(cavity.outer[1], metres)
+    interior = Interior(
+        part.name,
+        _to_metres(cavity.lower, metres),
+        _to_metres(cavity.upper, metres),
         outer,
-        f"{first.name}_joint",
-        _clear(cavity, articulation, placed),
+        f"{part.name}_joint",
+        _door_clearance(cavity, articulation, placed),
         work.trays,
     )
-    before = list(builder.links)
-    if first.kind is PartKind.DRAWER:
+    links_before = list(builder.links)
+    if part.kind is PartKind.DRAWER:
         if cavity.cut is not None:
-            interiors.add_walls(builder, inside, LINER_FINISHES[InteriorKind.PLAIN])
-        builder.link(first.name)
-        finish = BOX_FINISHES.get(_kind_of_box(articulation), LINER_FINISHES[InteriorKind.DRAWER])
-        deep = interiors.add_drawer_box(builder, first.name, inside, finish) / m
-        articulation = _pulled(articulation, first, deep)
+            interiors.add_walls(builder, interior, LINER_FINISHES[InteriorKind.PLAIN])
+        builder.link(part.name)
+        finish = BOX_FINISHES.get(_box_interior(articulation), LINER_FINISHES[InteriorKind.DRAWER])
+        depth = interiors.add_drawer_box(builder, part.name, interior, finish) / metres
+        articulation = _limit_travel(articulation, part, depth)
     else:
         if cavity.wall:
-            interiors.add_walls(builder, inside, LINER_FINISHES[cavity.interior])
-        if cavity.furnish:
-            _furnish(builder, inside, cavity.interior)
+            interiors.add_walls(builder, interior, LINER_FINISHES[cavity.interior])
+        if cavity.furnish and cavity.interior in FURNISHERS:
+            FURNISHERS[cavity.interior](builder, interior)
     work.interior.setdefault(ROOT, cavity.interior)
     for name in builder.links:
-        if name not in before:
+        if name not in links_before:
             work.interior[name] = cavity.interior
-    work.trays += sum(n.startswith("tray_") for n in builder.links if n not in before)
+    work.trays += sum(n.startswith("tray_") for n in builder.links if n not in links_before)
     return articulation
 
 
-def _furnish(builder: AssetBuilder, inside: Interior, interior: InteriorKind) -> None:
-    """Add the shelves, racks or turntable of a kind of interior."""
-    match interior:
-        case InteriorKind.OVEN:
-            interiors.furnish_oven(builder, inside)
-        case InteriorKind.MICROWAVE:
-            interiors.furnish_microwave(builder, inside)
-        case InteriorKind.REFRIGERATOR:
-            interiors.furnish_cold(builder, inside)
-        case InteriorKind.DISHWASHER:
-            interiors.furnish_dishwasher(builder, inside)
-        case InteriorKind.CABINET:
-            interiors.furnish_cabinet(builder, inside)
-        case _:
-            pass
-
-
-def _kind_of_box(articulation: Articulation) -> InteriorKind:
+def _box_interior(articulation: Articulation) -> InteriorKind:
     """Return the kind of interior that drawer boxes are made like: that of the cavities beside them."""
     return next(
         (r.interior for r in articulation.cavities if r.interior is not InteriorKind.DRAWER), InteriorKind.DRAWER
     )
 
 
-def _clear(cavity: Cavity, articulation: Articulation, placed: WeldedMesh) -> tuple[float, float]:
+def _door_clearance(cavity: Cavity, articulation: Articulation, placed: WeldedMesh) -> tuple[float, float]:
     """Return how much of the mouth open doors take at the left and at the right, metres."""
     left = right = 0.0
     for part in (p for p in articulation.parts if p.name in cavity.parts and p.joint.kind is JointKind.HINGE):
         points = placed.points[placed.faces[part.faces].reshape(-1)]
         x = float(part.joint.anchor[0])
-        thick = float(points[:, 1].max()) - float(part.joint.anchor[1])
+        thickness = float(points[:, 1].max()) - float(part.joint.anchor[1])
         metres = articulation.frame.metres or 1.0
         if part.joint.edge is HingeEdge.LEFT:
-            left = max(left, (x + thick - cavity.lower[0]) * metres + DOOR_CLEARANCE_M)
+            left = max(left, (x + thickness - cavity.lower[0]) * metres + DOOR_CLEARANCE_M)
         if part.joint.edge is HingeEdge.RIGHT:
-            right = max(right, (cavity.upper[0] - x + thick) * metres + DOOR_CLEARANCE_M)
+            right = max(right, (cavity.upper[0] - x + thickness) * metres + DOOR_CLEARANCE_M)
     return max(left, 0.0), max(right, 0.0)
 
 
-def _pulled(articulation: Articulation, drawer: PartPlan, deep: float) -> Articulation:
+def _limit_travel(articulation: Articulation, drawer: PartPlan, depth: float) -> Articulation:
     """Limit a drawer's travel to what its box allows, unless the user gave it."""
     joint = drawer.joint
-    way = hinges.DRAWER_TRAVEL_SHARE * deep
-    if joint.reason == GIVEN_REASON or joint.range[1] <= way:
+    max_travel = hinges.DRAWER_TRAVEL_SHARE * depth
+    if joint.reason == GIVEN_REASON or joint.range[1] <= max_travel:
         return articulation
-    fresh = drawer.replace(joint=joint.replace(range=(0.0, way)))
-    return articulation.replace(parts=tuple(fresh if p.name == drawer.name else p for p in articulation.parts))
+    limited = drawer.replace(joint=joint.replace(range=(0.0, max_travel)))
+    return articulation.replace(parts=tuple(limited if p.name == drawer.name else p for p in articulation.parts))
 
 
-def _added(work: _Work, model: RawModel, articulation: Articulation) -> tuple[RawModel, WeldedMesh, Articulation]:
+def _with_added_parts(
+    work: _InteriorBuild, model: RawModel, articulation: Articulation
+) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Return the model with everything that was built, as parts and faces."""
     parts, faces = list(model.parts), sum(len(p.mesh.faces) for p in model.parts)
-    known = {p.name: p for p in articulation.parts}
+    parts_by_name = {p.name: p for p in articulation.parts}
     added: list[AddedGeometry] = []
-    for piece in work.builder.links.values():
-        interior = work.interior.get(piece.name, InteriorKind.PLAIN)
-        fresh = _raw_parts(work, piece, articulation, interior)
-        count = sum(len(p.mesh.faces) for p in fresh)
+    for link in work.builder.links.values():
+        interior = work.interior.get(link.name, InteriorKind.PLAIN)
+        new_parts = _raw_parts(work, link, articulation, interior)
+        count = sum(len(p.mesh.faces) for p in new_parts)
         if not count:
             continue
-        rows = np.arange(faces, faces + count)
-        parts, faces = [*parts, *fresh], faces + count
-        clouds = tuple(_cloud(c, piece, work.metres) for c in _shapes(piece))
-        name = "" if piece.name == ROOT else piece.name
-        added.append(AddedGeometry(part=name, interior=interior, faces=rows, clouds=clouds))
-        if name in known:
-            known[name] = known[name].replace(faces=np.concatenate([known[name].faces, rows]))
+        new_faces = np.arange(faces, faces + count)
+        parts, faces = [*parts, *new_parts], faces + count
+        clouds = tuple(_to_frame(c, link, work.metres) for c in _collider_clouds(link))
+        name = "" if link.name == ROOT else link.name
+        added.append(AddedGeometry(part=name, interior=interior, faces=new_faces, clouds=clouds))
+        if name in parts_by_name:
+            parts_by_name[name] = parts_by_name[name].replace(
+                faces=np.concatenate([parts_by_name[name].faces, new_faces])
+            )
         elif name:
-            moved = next(m for m in work.builder.joints if m.child == name)
-            known[name] = _tray(name, rows, moved, piece, work.metres, interior)
+            joint = next(m for m in work.builder.joints if m.child == name)
+            parts_by_name[name] = _tray_part(name, new_faces, joint, link, work.metres, interior)
     inner = [r for r in work.builder.regions if r.link != ROOT]
-    spaces = tuple(_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
+    spaces = tuple(_region_space(r.name, r.link, r.pose.position, r.size, work) for r in inner)
     model = model.replace(parts=tuple(parts))
     articulation = articulation.replace(
-        parts=tuple(known.values()), added=tuple(added), spaces=(*articulation.spaces, *spaces)
+        parts=tuple(parts_by_name.values()), added=tuple(added), spaces=(*articulation.spaces, *spaces)
     )
     return model, weld_model(model, by_material=False).in_frame(articulation.frame), articulation
 
 
-def _raw_parts(work: _Work, piece: LinkBuilder, articulation: Articulation, interior: InteriorKind) -> list[RawPart]:
+def _raw_parts(
+    work: _InteriorBuild, link: LinkBuilder, articulation: Articulation, interior: InteriorKind
+) -> list[RawPart]:
     """Return the visible surface of a built link, one part per finish, in file axes and units."""
     finishes: dict[str, list[Mesh]] = {}
-    for i, part in enumerate(piece.parts):
+    for i, part in enumerate(link.parts):
         tile = work.builder.supplies.finish(part.finish).tile_m
-        finishes.setdefault(part.finish, []).append(solid_mesh(part.solid, tile, part.grain, f"{piece.name}/{i}"))
+        finishes.setdefault(part.finish, []).append(solid_mesh(part.solid, tile, part.grain, f"{link.name}/{i}"))
     out = []
     for finish, meshes in finishes.items():
         starts = np.cumsum([0, *(len(m.vertices) for m in meshes[:-1])])
-        points = np.concatenate([m.vertices for m in meshes]) + np.array(piece.pose.position)
+        points = np.concatenate([m.vertices for m in meshes]) + np.array(link.pose.position)
         faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=True)])
         mesh = Mesh(vertices=articulation.frame.to_file(points / work.metres), faces=faces.astype(np.int32))
         material = work.builder.supplies.finish(finish).material
@@ -243,25 +243,25 @@ def _raw_parts(work: _Work, piece: LinkBuilder, articulation: Articulation, inte
     return out
 
 
-def _shapes(piece: LinkBuilder) -> list[Floats]:
+def _collider_clouds(link: LinkBuilder) -> list[Floats]:
     """Return the points of every collider of a built link, its frame, metres."""
-    return [tessellate(c.shape, c.pose, 16)[0] for c in piece.colliders]
+    return [tessellate(c.shape, c.pose, 16)[0] for c in link.colliders]
 
 
-def _cloud(points: Floats, piece: LinkBuilder, metres: float) -> Floats:
+def _to_frame(points: Floats, link: LinkBuilder, metres: float) -> Floats:
     """Convert points of a built link to the frame of the analysis."""
-    found: Floats = (points + np.array(piece.pose.position)) / metres
+    found: Floats = (points + np.array(link.pose.position)) / metres
     return found
 
 
-def _tray(
-    name: str, rows: Ints, moved: JointBuilder, piece: LinkBuilder, metres: float, interior: InteriorKind
+def _tray_part(
+    name: str, rows: Ints, moved: JointBuilder, link: LinkBuilder, metres: float, interior: InteriorKind
 ) -> PartPlan:
     """Return the plan of a part that came with an interior: a rack or a basket that slides out."""
     joint = JointPlan(
         kind=JointKind.SLIDE,
         axis=(0.0, -1.0, 0.0),
-        anchor=to_vec3(np.array(piece.pose.position) / metres),
+        anchor=to_vec3(np.array(link.pose.position) / metres),
         range=(0.0, max(abs(r) for r in moved.range) / metres),
         confidence=1.0,
         reason="built so",
@@ -278,15 +278,15 @@ def _tray(
     )
 
 
-def _space(name: str, link: str, middle: Vec3, size: Vec3, work: _Work) -> StorageSpace:
+def _region_space(name: str, link: str, middle: Vec3, size: Vec3, work: _InteriorBuild) -> StorageSpace:
     """Return a region of a built link as a storage space."""
-    at = np.array(middle) + np.array(work.builder.links[link].pose.position)
+    center = np.array(middle) + np.array(work.builder.links[link].pose.position)
     half = np.array(size) / 2
-    lower, upper = (at - half) / work.metres, (at + half) / work.metres
+    lower, upper = (center - half) / work.metres, (center + half) / work.metres
     return StorageSpace(name=name, part=link, lower=to_vec3(lower), upper=to_vec3(upper))
 
 
-def _metres(point: Vec3, metres: float) -> Vec3:
+def _to_metres(point: Vec3, metres: float) -> Vec3:
     """Convert a point of the frame to metres, rounded to 0.1 mm so that the last digit does not matter."""
     x, y, z = (math.floor(v * metres * 1e4 + 0.5) / 1e4 for v in point)
     return (x, y, z)

@@ -37,7 +37,11 @@ class CategoryGuess:
 
 
 def guess_category(
-    one: Found, extent: Vec3, articulation: Articulation, ordered: str = "", seen: ImageClassifier | None = None
+    one: Found,
+    extent: Vec3,
+    articulation: Articulation,
+    stated: str = "",
+    classify_by_image: ImageClassifier | None = None,
 ) -> CategoryGuess:
     """Return the category of an input.
 
@@ -46,31 +50,33 @@ def guess_category(
 
     Args:
         extent: width, depth, height, any unit. articulation: its moving parts.
-        ordered: category given by the user, or empty. seen: classifier by appearance, where there is one.
+        stated: category given by the user, or empty. classify_by_image: classifier by appearance, where there is one.
     Raises:
         UnknownId: there is no such category.
     """
-    guessed = _guessed(one, extent, articulation, seen)
-    if not ordered or (ordered == guessed.category.id and guessed.confidence >= NAMING_CONFIDENCE):
+    guessed = _guess_without_user(one, extent, articulation, classify_by_image)
+    if not stated or (stated == guessed.category.id and guessed.confidence >= NAMING_CONFIDENCE):
         return guessed
     known = registry.load()
-    return CategoryGuess(known.fixtures.get(ordered) or known.category(ordered), 1.0, GIVEN_REASON)
+    return CategoryGuess(known.fixtures.get(stated) or known.category(stated), 1.0, GIVEN_REASON)
 
 
-def stated_category(one: Found, ordered: str = "") -> str:
+def stated_category(one: Found, stated: str = "") -> str:
     """Return the category that the user or the file name states; empty where neither does."""
-    if ordered:
-        return ordered
+    if stated:
+        return stated
     named = kind_named([h for h in (one.source.category, *one.source.hints) if h])
     return named.id if named is not None and named.confidence >= NAMING_CONFIDENCE else ""
 
 
-def _guessed(one: Found, extent: Vec3, articulation: Articulation, seen: ImageClassifier | None) -> CategoryGuess:
+def _guess_without_user(
+    one: Found, extent: Vec3, articulation: Articulation, classify_by_image: ImageClassifier | None
+) -> CategoryGuess:
     """Guess the category without the user's word."""
     known = registry.load()
     look = NO_WEIGHTS
-    if seen is not None:
-        kind, confidence, look = seen()
+    if classify_by_image is not None:
+        kind, confidence, look = classify_by_image()
         if kind:
             return CategoryGuess(known.fixtures[kind], confidence, look)
     hints = [h for h in (one.source.category, *one.source.hints) if h]

@@ -38,11 +38,10 @@ from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.strip import MovingJoint, joint_strip
 
 STRIP = "strip.png"
-# What moves a few millimetres, or looks the same all the way round, has no picture of its own.
-_SMALL = frozenset({PartKind.KNOB, PartKind.BUTTON})
+# Parts whose motion is too small to see, or that look the same all the way round, have no picture of their own.
+_WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
-
-# What is done to a mesh, for the certificate.
+# The code that turns a mesh into an asset, by the name under which certificates list its version.
 STEPS: Mapping[str, CodeRef] = {
     "load": load,
     "frame": guess_frame,
@@ -119,9 +118,9 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
     """
     try:
         with writing(request.out):
-            asked = _asked(request)
-            kept = None if request.anew else _kept(request, asked)
-            return _entry(request, build(request), asked) if kept is None else kept
+            key = _entry_key(request)
+            kept = None if request.anew else _kept_outcome(request, key)
+            return _publish(request, build(request), key) if kept is None else kept
     except Rejected as error:
         return ArticulateOutcome(request.mesh, code=error.code, message=error.message)
     except (CasaError, NoRenderer) as error:
@@ -129,14 +128,14 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _EntryKey:
     """Identity of an entry, and the cache key of everything else that decides it."""
 
     identity: Identity
     cache_key: str
 
 
-def _asked(request: ArticulateRequest) -> _Asked:
+def _entry_key(request: ArticulateRequest) -> _EntryKey:
     """Return identity and cache key of a request. Raises Rejected where the file cannot be read."""
     one = find_input(request.mesh)
     sha256 = collect(one, registry.load().limits).sha256
@@ -150,28 +149,28 @@ def _asked(request: ArticulateRequest) -> _Asked:
         "clip": "" if request.clip is None else weights_digest(str(request.clip)),
         "complete": request.complete,
     }
-    code = key_of(build, limit_ranges, with_contract, _written, certify)
-    return _Asked(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
+    code = key_of(build, limit_ranges, with_contract, _write_and_check, certify)
+    return _EntryKey(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
 
 
-def _kept(request: ArticulateRequest, asked: _Asked) -> ArticulateOutcome | None:
+def _kept_outcome(request: ArticulateRequest, entry_key: _EntryKey) -> ArticulateOutcome | None:
     """Return the outcome of an earlier run with the same key, where its entry and record both exist; else None."""
     library = disk.Library(request.out)
-    found = [(folder, key) for folder in library.entries_of(asked.identity) if (key := _key_in(folder))]
-    current = next((folder for folder, key in found if key == asked.cache_key), None)
-    told = Store(library.cache).get(_told_key(asked))
-    if current is None or told is None:
+    entries = [(folder, key) for folder in library.entries_of(entry_key.identity) if (key := _stored_key(folder))]
+    current = next((folder for folder, key in entries if key == entry_key.cache_key), None)
+    record = Store(library.cache).get(_record_key(entry_key))
+    if current is None or record is None:
         return None
-    done = replace(from_json(told, request.mesh), folder=current, kept=True)
-    if bool(done.code) != (current.parent.name == disk.REJECTED):
+    outcome = replace(from_json(record, request.mesh), folder=current, kept=True)
+    if bool(outcome.code) != (current.parent.name == disk.REJECTED):
         return None
-    for folder in list(library.entries_of(asked.identity)):
+    for folder in list(library.entries_of(entry_key.identity)):
         if folder != current:  # a run was killed after it had put the current one in place
             library.forget(folder)
-    return done
+    return outcome
 
 
-def _key_in(folder: Path) -> str:
+def _stored_key(folder: Path) -> str:
     """Return the cache key of an entry; empty where it is damaged."""
     try:
         if folder.parent.name == disk.REJECTED:
@@ -181,142 +180,131 @@ def _key_in(folder: Path) -> str:
         return ""
 
 
-def _told_key(asked: _Asked) -> str:
+def _record_key(key: _EntryKey) -> str:
     """Return the cache key of the record of an outcome."""
-    return digest_of("articulate/told", asked.identity.sha256, asked.cache_key, key_of(to_json, from_json))
+    return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(to_json, from_json))
 
 
-def to_json(done: ArticulateOutcome) -> bytes:
+def to_json(outcome: ArticulateOutcome) -> bytes:
     """Serialise an outcome without its folder, for the next run."""
-    told = {
-        "found": None if done.articulation is None else done.articulation.to_json(),
-        "report": None if done.report is None else done.report.to_json(),
-        "travels": {part: vars(travel) for part, travel in done.travels.items()},
-        "lacking": list(done.unmet_checks),
-        **{name: getattr(done, name) for name in ("category", "size", "contract", "code", "message")},
+    record = {
+        "articulation": None if outcome.articulation is None else outcome.articulation.to_json(),
+        "report": None if outcome.report is None else outcome.report.to_json(),
+        "travels": {part: vars(travel) for part, travel in outcome.travels.items()},
+        "unmet_checks": list(outcome.unmet_checks),
+        **{name: getattr(outcome, name) for name in ("category", "size", "contract", "code", "message")},
     }
-    return json.dumps(told).encode()
+    return json.dumps(record).encode()
 
 
 def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
     """Read an outcome that `to_json` wrote."""
-    told = json.loads(data)
+    record = json.loads(data)
     return ArticulateOutcome(
         mesh=mesh,
-        articulation=None if told["found"] is None else Articulation.from_json(told["found"]),
-        report=None if told["report"] is None else Report.from_json(told["report"]),
-        travels={part: JointTravel(**travel) for part, travel in told["travels"].items()},
-        unmet_checks=tuple(told["lacking"]),
-        **{name: told[name] for name in ("category", "size", "contract", "code", "message")},
+        articulation=None if record["articulation"] is None else Articulation.from_json(record["articulation"]),
+        report=None if record["report"] is None else Report.from_json(record["report"]),
+        travels={part: JointTravel(**travel) for part, travel in record["travels"].items()},
+        unmet_checks=tuple(record["unmet_checks"]),
+        **{name: record[name] for name in ("category", "size", "contract", "code", "message")},
     )
 
 
-def _entry(request: ArticulateRequest, built: ArticulateResult, asked: _Asked) -> ArticulateOutcome:
-    """Write an entry of the library; where a check finds an error, it goes to `rejected`, with all its files."""
+def _publish(request: ArticulateRequest, result: ArticulateResult, key: _EntryKey) -> ArticulateOutcome:
+    """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files."""
     library = disk.Library(request.out)
-    if built.asset.provenance.sha256 != asked.identity.sha256:
+    if result.asset.provenance.sha256 != key.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
-    staged = library.stage(built.asset.id)
-    built = with_contract(limit_ranges(built).with_runtime_names(), staged)
-    report, went = _written(request, built, staged)
-    category, asset = built.category.id, built.asset
-    kind = f"{category}, {built.confidence[0]:.0%} sure: {built.confidence[1]}"
-    done = ArticulateOutcome(
-        request.mesh,
-        None,
-        built.articulation,
-        kind,
-        built.size[1],
-        report,
-        went,
-        asset.contract or "",
-        built.unmet_checks,
+    staged = library.stage(result.asset.id)
+    result = with_contract(limit_ranges(result).with_runtime_names(), staged)
+    report, travel = _write_and_check(request, result, staged)
+    category, asset = result.category.id, result.asset
+    kind = f"{category}, {result.confidence[0]:.0%} sure: {result.confidence[1]}"
+    outcome = ArticulateOutcome(
+        mesh=request.mesh,
+        articulation=result.articulation,
+        category=kind,
+        size=result.size[1],
+        report=report,
+        travels=travel,
+        contract=asset.contract or "",
+        unmet_checks=result.unmet_checks,
     )
-    accepted, refused = library.folder(category, asset.id), library.refusal_folder(asset.id)
     if report.passed:
-        made_by = disk.MadeBy(Producer.ARTICULATE, asked.cache_key, versions_of({**STEPS, **WRITING}))
+        made_by = disk.MadeBy(Producer.ARTICULATE, key.cache_key, versions_of({**STEPS, **WRITING}))
         certify(asset, report, staged, made_by)
-        library.publish(staged, accepted)
-        return _remembered(_at(done, accepted), library, asked)
-    worst = report.errors[0]
-    message = f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message
-    sha = asset.provenance.sha256
-    disk.write_refusal(
-        staged,
-        disk.Refusal(
+        outcome = replace(outcome, folder=library.folder(category, asset.id))
+    else:
+        worst = report.errors[0]
+        message = f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message
+        refusal = disk.Refusal(
             producer=Producer.ARTICULATE,
             id=asset.id,
             code=worst.code,
             message=message,
             category=category,
-            cache_key=asked.cache_key,
-            sha256=sha,
-            source=built.source,
+            cache_key=key.cache_key,
+            sha256=asset.provenance.sha256,
+            source=result.source,
             report=report,
-        ),
-    )
-    library.publish(staged, refused)
-    return _remembered(_at(done, refused, worst.code, message), library, asked)
+        )
+        disk.write_refusal(staged, refusal)
+        outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=message)
+    assert outcome.folder is not None
+    library.publish(staged, outcome.folder)
+    Store(library.cache).put(_record_key(key), to_json(outcome))
+    return outcome
 
 
-def _remembered(done: ArticulateOutcome, library: disk.Library, asked: _Asked) -> ArticulateOutcome:
-    """Store the record of an outcome for the next run; return the outcome."""
-    Store(library.cache).put(_told_key(asked), to_json(done))
-    return done
-
-
-def _at(done: ArticulateOutcome, folder: Path, code: str = "", message: str = "") -> ArticulateOutcome:
-    """Return the outcome with its folder, and with a rejection if any."""
-    return ArticulateOutcome(**{**vars(done), "folder": folder, "code": code, "message": message})
-
-
-def with_contract(built: ArticulateResult, folder: Path) -> ArticulateResult:
+def with_contract(result: ArticulateResult, folder: Path) -> ArticulateResult:
     """Return the asset with the contract of its category where it meets it, else without, and what is missing.
 
     Args:
         folder: to write the model to for the checks of the contract.
     """
-    known, asset = registry.load(), built.asset
+    known, asset = registry.load(), result.asset
     if asset.contract is None:
-        return built
+        return result
     disk.write_files(folder, mjcf.write(asset))
-    faults = unmet_checks(asset, built.category, folder, known.contracts.get(asset.contract), known.limits)
+    faults = unmet_checks(asset, result.category, folder, known.contracts.get(asset.contract), known.limits)
     if not faults:
-        return built
+        return result
     unmet = (f"contract {asset.contract} not met", *faults)
-    return replace(built, asset=without_contract(asset, faults), unmet_checks=unmet)
+    return replace(result, asset=without_contract(asset, faults), unmet_checks=unmet)
 
 
-def _written(
-    request: ArticulateRequest, built: ArticulateResult, staged: Path
+def _write_and_check(
+    request: ArticulateRequest, result: ArticulateResult, staged: Path
 ) -> tuple[Report, dict[str, JointTravel]]:
     """Write both formats, pictures and decisions; return the report of every check, and the travel of each part."""
-    asset = built.asset
+    asset = result.asset
     write_package(asset, staged)
-    (staged / sidecar.NAME).write_text(sidecar.text(built), encoding="utf-8")
+    (staged / sidecar.NAME).write_text(sidecar.text(result), encoding="utf-8")
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
-    travel = {part: by_joint[joint] for part, joint in built.joints.items()}
+    travel = {part: by_joint[joint] for part, joint in result.joints.items()}
     if request.preview:
-        (staged / STRIP).write_bytes(joint_strip(staged / "model.xml", _moving(built, travel), _heading(built, asset)))
-    return check_package(asset, staged, built.category), travel
+        (staged / STRIP).write_bytes(
+            joint_strip(staged / "model.xml", _moving_joints(result, travel), _heading(result, asset))
+        )
+    return check_package(asset, staged, result.category), travel
 
 
-def _moving(built: ArticulateResult, went: Mapping[str, JointTravel]) -> list[MovingJoint]:
+def _moving_joints(result: ArticulateResult, travel: Mapping[str, JointTravel]) -> list[MovingJoint]:
     """Return the moving parts with their captions for the strip of pictures."""
     out = []
-    for part in built.articulation.parts:
-        joint, way = part.joint, went[part.name]
+    for part in result.articulation.parts:
+        joint, reach = part.joint, travel[part.name]
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         other = f", else {joint.runner_up}" if joint.runner_up else ""
         message = f"{how}, {part.confidence:.0%} sure{other}" + (
-            "" if way.free_share >= 1.0 else f"; runs into {way.blocked_by}"
+            "" if reach.free >= 1.0 else f"; runs into {reach.against}"
         )
-        out.append(MovingJoint(built.joints[part.name], part.name, message, alone=part.kind not in _SMALL))
+        out.append(MovingJoint(result.joints[part.name], part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
     return out
 
 
-def _heading(built: ArticulateResult, asset: Asset) -> str:
+def _heading(result: ArticulateResult, asset: Asset) -> str:
     """Return the heading of the strip of pictures."""
-    frame = built.articulation.frame
+    frame = result.articulation.frame
     x, y, z = (asset.bounds[1] - asset.bounds[0]).tolist()
-    return f"{built.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"
+    return f"{result.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"

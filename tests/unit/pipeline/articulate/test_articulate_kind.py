@@ -47,20 +47,20 @@ def nothing() -> tuple[str, float, str]:
 
 
 def test_the_user_goes_before_all(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    kind = guess_category(one(tmp_path, "fridge.obj"), *chest, ordered="dishwasher", seen=toaster)
+    kind = guess_category(one(tmp_path, "fridge.obj"), *chest, stated="dishwasher", classify_by_image=toaster)
     assert (kind.id, kind.confidence) == ("dishwasher", 1.0)
     with pytest.raises(UnknownId):
-        guess_category(one(tmp_path, "fridge.obj"), *chest, ordered="spaceship")
+        guess_category(one(tmp_path, "fridge.obj"), *chest, stated="spaceship")
 
 
 def test_a_look_goes_before_a_name(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
-    kind = guess_category(one(tmp_path, "fridge.obj"), *chest, seen=toaster)
+    kind = guess_category(one(tmp_path, "fridge.obj"), *chest, classify_by_image=toaster)
     assert (kind.id, kind.confidence, kind.reason) == ("toaster", 0.8, "CLIP says a toaster")
 
 
 def test_a_name_goes_before_the_shape(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     for seen in (None, nothing):
-        kind = guess_category(one(tmp_path, "fridge.obj"), *chest, seen=seen)
+        kind = guess_category(one(tmp_path, "fridge.obj"), *chest, classify_by_image=seen)
         assert kind.id == "refrigerator"
         assert kind.reason.startswith("by its name")
 
@@ -72,7 +72,7 @@ def test_the_shape_names_what_nothing_else_does(tmp_path: Path, chest: tuple[Vec
     assert 0.2 < kind.confidence <= 0.6
     assert "by its shape and parts" in kind.reason
     assert NO_WEIGHTS in kind.reason
-    assert "names nothing" in guess_category(mesh, *chest, seen=nothing).reason
+    assert "names nothing" in guess_category(mesh, *chest, classify_by_image=nothing).reason
 
 
 def test_a_thing_of_no_parts_is_any_thing(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
@@ -85,4 +85,4 @@ def test_a_thing_of_no_parts_is_any_thing(tmp_path: Path, chest: tuple[Vec3, Art
 def test_a_word_that_repeats_a_sure_guess_leaves_it_one(tmp_path: Path, chest: tuple[Vec3, Articulation]) -> None:
     named = guess_category(one(tmp_path, "fridge.obj"), *chest)
     assert named.confidence >= NAMING_CONFIDENCE
-    assert guess_category(one(tmp_path, "fridge.obj"), *chest, ordered="refrigerator") == named
+    assert guess_category(one(tmp_path, "fridge.obj"), *chest, stated="refrigerator") == named
