@@ -116,12 +116,12 @@ def find_toaster_slots(asset: Asset) -> list[Niche]:
     return sorted(out, key=lambda h: h.lower[0] if along else h.lower[1])
 
 
-def niche_floor(hollow: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
+def niche_floor(niche: Niche, thick: float = 0.003) -> tuple[Box, Pose]:
     """Return a thin board whose top is the floor of a niche."""
-    x, y, _ = (float(v) for v in hollow.size)
-    at = hollow.middle
+    x, y, _ = (float(v) for v in niche.size)
+    at = niche.middle
     return Box(size=(round_mm(x), round_mm(y), thick)), Pose(
-        position=round_mm_vec3((at[0], at[1], hollow.lower[2] - thick / 2))
+        position=round_mm_vec3((at[0], at[1], niche.lower[2] - thick / 2))
     )
 
 

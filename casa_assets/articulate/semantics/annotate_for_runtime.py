@@ -65,14 +65,14 @@ def annotate_for_runtime(asset: Asset, category: str, burners: Sequence[Burner] 
     asset = asset.replace(regions=tuple(_regions(asset, category)))
     if category in ("hob", "range"):
         asset = _with_burners(asset, burners)
-    if category == "coffee_machine":
-        asset = _with_cup(asset)
-    if category == "toaster":
-        asset = _with_slots(asset)
-    if category == "microwave":
-        asset = _with_tray(asset)
-    if category == REFRIGERATOR:
-        asset = _with_lamp(asset)
+    annotators = {
+        "coffee_machine": _with_cup,
+        "toaster": _with_slots,
+        "microwave": _with_tray,
+        REFRIGERATOR: _with_lamp,
+    }
+    if category in annotators:
+        asset = annotators[category](asset)
     asset = asset.replace(behavior=behavior_for(asset, category), contract=contract_for(asset, category))
     return asset.replace(keyframes=tuple(_poses(asset)))
 
@@ -166,33 +166,33 @@ def _middle(asset: Asset, region: Region) -> Floats:
 def _with_burners(asset: Asset, burners: Sequence[Burner]) -> Asset:
     """Add flames and places over the burners that have a knob, and give their visuals the names of burners."""
     knobs = {j.name for j in asset.joints}
-    used = [b for b in burners if f"knob_{b.loc}_joint" in knobs]
+    controlled = [b for b in burners if f"knob_{b.loc}_joint" in knobs]
     sites: list[Site] = []
-    for b in used:
+    for b in controlled:
         x, y, z = b.middle
-        wide = 1.3 * b.radius
+        diameter = 1.3 * b.radius
         flame = Pose(position=(x, y, round(z + FLAME_M / 2, 4)))
         sites.append(
             Site(
                 name=f"burner_on_{b.loc}",
                 pose=flame,
                 kind="cylinder",
-                size=(wide, wide, FLAME_M),
+                size=(diameter, diameter, FLAME_M),
                 color=FLAME_HIDDEN_RGBA,
             )
         )
         sites.append(Site(name=f"burner_{b.loc}_place_site", pose=Pose(position=b.middle), radius=0.01))
     visuals: list[Visual] = []
     for visual in asset.root.visuals:
-        left = np.ones(len(visual.mesh.faces), dtype=bool)
-        for b in used:
-            own = burner_faces(visual.mesh, b) & left
-            if own.any() and not own.all():
-                left &= ~own
+        remaining = np.ones(len(visual.mesh.faces), dtype=bool)
+        for b in controlled:
+            burner_rows = burner_faces(visual.mesh, b) & remaining
+            if burner_rows.any() and not burner_rows.all():
+                remaining &= ~burner_rows
                 name = f"burner_{b.loc}_{visual.name.removeprefix('object_')}"
-                visuals.append(visual.replace(name=name, mesh=_rows(visual.mesh, own), label="burner"))
-        kept = visual if left.all() else visual.replace(mesh=_rows(visual.mesh, left))
-        visuals += [kept] if left.any() else []
+                visuals.append(visual.replace(name=name, mesh=_rows(visual.mesh, burner_rows), label="burner"))
+        kept = visual if remaining.all() else visual.replace(mesh=_rows(visual.mesh, remaining))
+        visuals += [kept] if remaining.any() else []
     root = asset.root.replace(visuals=tuple(visuals))
     return asset.replace(links=(root, *asset.links[1:]), sites=(*asset.sites, *sites))
 
@@ -230,19 +230,19 @@ def _with_slots(asset: Asset) -> Asset:
     found = find_toaster_slots(asset)
     words = {2: ("slot_l", "slot_r"), 4: tuple(f"side_{a}_slot_{b}" for a in "lr" for b in "lr")}.get(len(found), ())
     regions, floors = [], []
-    for word, hollow in zip(words, found, strict=False):
-        regions.append(_region(word, hollow))
-        shape, pose = niche_floor(hollow)
+    for word, niche in zip(words, found, strict=False):
+        regions.append(_region(word, niche))
+        shape, pose = niche_floor(niche)
         substance = asset.root.colliders[0].substance
         floors.append(Collider(name=f"{word}_floor", shape=shape, pose=pose, substance=substance))
     root = asset.root.replace(colliders=(*asset.root.colliders, *floors))
     return asset.replace(links=(root, *asset.links[1:]), regions=(*asset.regions, *regions))
 
 
-def _region(name: str, hollow: Niche) -> Region:
+def _region(name: str, niche: Niche) -> Region:
     """Return a niche as a region."""
-    x, y, z = (round(float(v), 4) for v in hollow.middle)
-    a, b, c = (round(max(float(v), 1e-3), 4) for v in hollow.size)
+    x, y, z = (round(float(v), 4) for v in niche.middle)
+    a, b, c = (round(max(float(v), 1e-3), 4) for v in niche.size)
     return Region(name=name, pose=Pose(position=(x, y, z)), size=(a, b, c))
 
 
@@ -278,18 +278,18 @@ def _poses(asset: Asset) -> Iterator[Keyframe]:
     joints = asset.joints
     yield Keyframe(name="closed")
     fronts = [j for j in joints if j.behind is None and link_label(asset, j.child) in ("door", "drawer", "lid")]
-    upper = [j for j in joints if j.name == "rack1_joint" and asset.contract == "dishwasher"]
-    wide = [*((j, 1.0) for j in fronts), *((j, 0.6) for j in upper)]
-    if wide:
-        yield _pose("open", wide)
-    turned = [(j, 0.5) for j in joints if re.fullmatch(r"knob_(rear|front|center|left|right).*_joint", j.name)]
-    turned += [(j, 0.5) for j in joints if j.name == "handle_joint" and j.kind is JointKind.HINGE]
-    turned += [(j, 1.0) for j in joints if j.name.endswith("lever_joint") or j.name == "switch_joint"]
-    if turned:
-        yield _pose("on", turned)
+    upper_racks = [j for j in joints if j.name == "rack1_joint" and asset.contract == "dishwasher"]
+    open_joints = [*((j, 1.0) for j in fronts), *((j, 0.6) for j in upper_racks)]
+    if open_joints:
+        yield _pose("open", open_joints)
+    on_joints = [(j, 0.5) for j in joints if re.fullmatch(r"knob_(rear|front|center|left|right).*_joint", j.name)]
+    on_joints += [(j, 0.5) for j in joints if j.name == "handle_joint" and j.kind is JointKind.HINGE]
+    on_joints += [(j, 1.0) for j in joints if j.name.endswith("lever_joint") or j.name == "switch_joint"]
+    if on_joints:
+        yield _pose("on", on_joints)
 
 
-def _pose(name: str, stands: Sequence[tuple[Joint, float]]) -> Keyframe:
+def _pose(name: str, joint_shares: Sequence[tuple[Joint, float]]) -> Keyframe:
     """Return a pose with joints at shares of their ranges."""
-    values = tuple(JointValue(joint=j.name, value=max(j.range, key=abs) * share) for j, share in stands)
+    values = tuple(JointValue(joint=j.name, value=max(j.range, key=abs) * share) for j, share in joint_shares)
     return Keyframe(name=name, joints=values)

@@ -43,29 +43,24 @@ NamesByPart = dict[str, RuntimeName]
 
 def runtime_names(places: Sequence[PlacedPart], category: str, burners: Sequence[Burner] = ()) -> NamesByPart:
     """Return the runtime names of the parts that a category names, by part name; burners are those on its top."""
-    if category == "microwave":
-        return _microwave(places)
-    if category in ("refrigerator", "fridge"):
-        return _fridge(places)
+    namers = {
+        "microwave": _microwave,
+        "refrigerator": _fridge,
+        "fridge": _fridge,
+        "dishwasher": _folding,
+        "toaster": _toaster,
+        "coffee_machine": _coffee_machine,
+        "kettle": _kettle,
+        "sink": _faucet,
+    }
+    if category in namers:
+        return namers[category](places)
     if category in ("wall_oven", "toaster_oven", "oven"):
         return _folding(places) | _settings(places, category)
-    if category == "dishwasher":
-        return _folding(places)
-    if category == "range":
-        return _folding(places) | _hob(places, burners)
-    if category == "hob":
-        return _hob(places, burners, oven=False)
-    if category == "toaster":
-        return _toaster(places)
-    if category == "coffee_machine":
-        return _starts(places)
-    if category == "kettle":
-        return _kettle(places)
-    if category == "sink":
-        return _faucet(places)
-    if any(word in category for word in CABINET_WORDS):
-        return _cabinet(places)
-    return {}
+    if category in ("range", "hob"):
+        has_oven = category == "range"
+        return (_folding(places) if has_oven else {}) | _hob(places, burners, has_oven)
+    return _cabinet(places) if any(word in category for word in CABINET_WORDS) else {}
 
 
 def _named(place: PlacedPart, link: str, joint: str = "", shape: str = "") -> NamesByPart:
@@ -76,36 +71,38 @@ def _named(place: PlacedPart, link: str, joint: str = "", shape: str = "") -> Na
 def _microwave(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name the door, the turntable, and the start and stop keys: the lowest ones, stop to the left of start."""
     names: dict[str, RuntimeName] = {}
-    doors = _of(places, PartKind.DOOR)
+    doors = _on_body(places, PartKind.DOOR)
     if len(doors) == 1:
         names |= _named(doors[0], "door", "microjoint")
-    for disc in (p for p in _of(places, PartKind.TRAY) if p.part.joint.endless):
+    for disc in (p for p in _on_body(places, PartKind.TRAY) if p.part.joint.endless):
         names |= _named(disc, "tray", shape="tray") if "tray" not in [n.link for n in names.values()] else {}
-    keys = sorted((p for p in places if p.part.kind is PartKind.BUTTON), key=lambda p: (_mm(p, 2), -_mm(p, 0)))
+    keys = sorted(
+        (p for p in places if p.part.kind is PartKind.BUTTON), key=lambda p: (_coordinate(p, 2), -_coordinate(p, 0))
+    )
     if len(keys) > 1:
         row = [k for k in keys if k.middle[2] - keys[0].middle[2] <= SAME_ROW_SHARE * max(k.size[2], keys[0].size[2])]
-        start = max(row, key=lambda p: _mm(p, 0))
-        stop = min(row, key=lambda p: _mm(p, 0)) if len(row) > 1 else keys[1]
+        start = max(row, key=lambda p: _coordinate(p, 0))
+        stop = min(row, key=lambda p: _coordinate(p, 0)) if len(row) > 1 else keys[1]
         names |= _named(start, "start_button", shape="start_button") | _named(stop, "stop_button", shape="stop_button")
     return names
 
 
 def _folding(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name doors from above, and racks from below, so that rack1 of a dishwasher is the upper one."""
-    doors = sorted(_of(places, PartKind.DOOR), key=lambda p: -_mm(p, 2))
+    doors = sorted(_on_body(places, PartKind.DOOR), key=lambda p: -_coordinate(p, 2))
     names: dict[str, RuntimeName] = {}
     words = [""] if len(doors) == 1 else ["upper_", "lower_"] if len(doors) == 2 else []
     for word, door in zip(words, doors, strict=False):
         names |= _named(door, f"{word}door")
-    racks = [p for p in _of(places, PartKind.TRAY) if p.part.joint.kind is JointKind.SLIDE]
-    for i, rack in enumerate(sorted(racks, key=lambda p: _mm(p, 2))[:6]):
+    racks = [p for p in _on_body(places, PartKind.TRAY) if p.part.joint.kind is JointKind.SLIDE]
+    for i, rack in enumerate(sorted(racks, key=lambda p: _coordinate(p, 2))[:6]):
         names |= _named(rack, f"rack{i}")
     return names
 
 
 def _settings(places: Sequence[PlacedPart], category: str) -> NamesByPart:
     """Name the knobs of an oven, from the left or from above: temperature, function, time."""
-    knobs = _in_line(_of(places, PartKind.KNOB))
+    knobs = _sorted_in_line(_on_body(places, PartKind.KNOB))
     words = {2: ("temp", "time"), 3: ("temp", "function", "time"), 4: ("temp", "function", "doneness", "time")}
     if category == "wall_oven":
         words = {2: words[2], 3: words[3]}
@@ -115,64 +112,65 @@ def _settings(places: Sequence[PlacedPart], category: str) -> NamesByPart:
     return names
 
 
-def _hob(places: Sequence[PlacedPart], burners: Sequence[Burner], oven: bool = True) -> NamesByPart:
+def _hob(places: Sequence[PlacedPart], burners: Sequence[Burner], has_oven: bool) -> NamesByPart:
     """Name a knob for each burner: of a row from left to right, of a column from the far end.
 
     Of the two burners of a side the outer knob belongs to the front one. Surplus knobs in the middle of the row belong
     to the oven; where there is no oven, some burner was not found, and no knob is named.
     """
-    knobs = _in_line(_of(places, PartKind.KNOB))
+    knobs = _sorted_in_line(_on_body(places, PartKind.KNOB))
     spare = len(knobs) - len(burners)
-    if not burners or spare < 0 or (spare and not oven):
+    if not burners or spare < 0 or (spare and not has_oven):
         return {}
     names: dict[str, RuntimeName] = {}
-    first = (len(knobs) - spare + 1) // 2
-    for word, knob in zip(("temp", "time", "function"), knobs[first : first + spare], strict=False):
+    left_count = (len(knobs) - spare + 1) // 2
+    for word, knob in zip(("temp", "time", "function"), knobs[left_count : left_count + spare], strict=False):
         names |= _named(knob, f"knob_{word}")
-    own = knobs[:first] + knobs[first + spare :]
-    span = np.ptp([k.middle for k in own], axis=0)
+    burner_knobs = knobs[:left_count] + knobs[left_count + spare :]
+    span = np.ptp([k.middle for k in burner_knobs], axis=0)
     middle = float(np.mean([b.middle[0] for b in burners]))
     if span[0] >= span[1]:
         ordered = sorted(burners, key=lambda b: (_side(b, middle), b.middle[1] * (1 if b.middle[0] < middle else -1)))
     else:
         ordered = sorted(burners, key=lambda b: (-round(b.middle[1], 3), b.middle[0]))
-    for burner, knob in zip(ordered, own, strict=True):
+    for burner, knob in zip(ordered, burner_knobs, strict=True):
         names |= _named(knob, f"knob_{burner.loc}")
     return names
 
 
 def _side(burner: Burner, middle: float) -> int:
     """Return -1, 0 or 1 for a burner left of the middle, in it, or right of it."""
-    off = burner.middle[0] - middle
-    return 0 if abs(off) < burner.radius / 2 else 1 if off > 0 else -1
+    offset = burner.middle[0] - middle
+    return 0 if abs(offset) < burner.radius / 2 else 1 if offset > 0 else -1
 
 
 def _toaster(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name the lever of each pair of slots, with the knob and the keys nearest to it: the lowest key cancels."""
     names: dict[str, RuntimeName] = {}
-    levers = _in_line(_of(places, PartKind.LEVER))
+    levers = _sorted_in_line(_on_body(places, PartKind.LEVER))
     for word, lever in zip({1: ("",), 2: ("side_l_", "side_r_")}.get(len(levers), ()), levers, strict=False):
         names |= _named(lever, f"{word}lever")
-        knobs, keys = (_nearest(lever, levers, _of(places, k)) for k in (PartKind.KNOB, PartKind.BUTTON))
+        knobs, keys = (_nearest(lever, levers, _on_body(places, k)) for k in (PartKind.KNOB, PartKind.BUTTON))
         names |= _named(knobs[0], f"{word}knob_doneness") if len(knobs) == 1 else {}
         cancel = f"{word}button_cancel"
-        names |= _named(min(keys, key=lambda p: _mm(p, 2)), cancel, shape=cancel) if keys else {}
+        names |= _named(min(keys, key=lambda p: _coordinate(p, 2)), cancel, shape=cancel) if keys else {}
     return names
 
 
-def _nearest(one: PlacedPart, all_: Sequence[PlacedPart], others: Sequence[PlacedPart]) -> list[PlacedPart]:
+def _nearest(anchor: PlacedPart, anchors: Sequence[PlacedPart], parts: Sequence[PlacedPart]) -> list[PlacedPart]:
     """Return the parts that are nearer to one part than to the others like it; ties go to the first."""
 
-    def away(place: PlacedPart, other: PlacedPart) -> float:
+    def distance(place: PlacedPart, other: PlacedPart) -> float:
         return round(float(np.linalg.norm(place.middle - other.middle)), 4)
 
-    return [o for o in others if min(all_, key=lambda p: away(p, o)) is one]
+    return [part for part in parts if min(anchors, key=lambda p: distance(p, part)) is anchor]
 
 
-def _starts(places: Sequence[PlacedPart]) -> NamesByPart:
+def _coffee_machine(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name the largest key of a coffee machine its start button."""
     keys = sorted(
-        _of(places, PartKind.BUTTON), key=lambda p: (-round(float(np.prod(np.sort(p.size)[1:])), 6), _mm(p, 0))
+        _on_body(places, PartKind.BUTTON),
+        key=lambda p: (-round(float(np.prod(np.sort(p.size)[1:])), 6), _coordinate(p, 0)),
     )
     return _named(keys[0], "start_button", shape="start_button") if keys else {}
 
@@ -180,10 +178,12 @@ def _starts(places: Sequence[PlacedPart]) -> NamesByPart:
 def _kettle(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name the lid, the lowest key as the switch, and the highest as the key that opens the lid."""
     names: dict[str, RuntimeName] = {}
-    lids = _of(places, PartKind.LID)
+    lids = _on_body(places, PartKind.LID)
     if len(lids) == 1:
         names |= _named(lids[0], "lid")
-    keys = sorted((p for p in places if p.part.kind in (PartKind.LEVER, PartKind.BUTTON)), key=lambda p: _mm(p, 2))
+    keys = sorted(
+        (p for p in places if p.part.kind in (PartKind.LEVER, PartKind.BUTTON)), key=lambda p: _coordinate(p, 2)
+    )
     if keys:
         names |= _named(keys[0], "switch")
     if len(keys) > 1:
@@ -194,11 +194,11 @@ def _kettle(places: Sequence[PlacedPart]) -> NamesByPart:
 def _faucet(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name the spout, the flow handle, and the temperature handle, which is the left one of two."""
     names: dict[str, RuntimeName] = {}
-    spouts = _of(places, PartKind.SPOUT)
+    spouts = _on_body(places, PartKind.SPOUT)
     if len(spouts) == 1:
         names |= _named(spouts[0], "spout")
-    taken = [*_of(places, PartKind.LEVER), *_of(places, PartKind.KNOB)]
-    handles = sorted((p for p in taken if p.part.joint.kind is JointKind.HINGE), key=lambda p: -_mm(p, 0))
+    controls = [*_on_body(places, PartKind.LEVER), *_on_body(places, PartKind.KNOB)]
+    handles = sorted((p for p in controls if p.part.joint.kind is JointKind.HINGE), key=lambda p: -_coordinate(p, 0))
     for word, handle in zip(("handle", "handle_temp"), handles, strict=False):
         names |= _named(handle, word)
     return names
@@ -206,8 +206,8 @@ def _faucet(places: Sequence[PlacedPart]) -> NamesByPart:
 
 def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name doors and drawers by their layout: beside each other, or one above the other."""
-    doors = sorted(_of(places, PartKind.DOOR), key=lambda p: _mm(p, 0))
-    drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: -_mm(p, 2))
+    doors = sorted(_on_body(places, PartKind.DOOR), key=lambda p: _coordinate(p, 0))
+    drawers = sorted(_on_body(places, PartKind.DRAWER), key=lambda p: -_coordinate(p, 2))
     parts: list[tuple[PlacedPart, str]] = []
     if len(doors) == 1:
         parts = [(doors[0], "fridge_door")]
@@ -221,7 +221,7 @@ def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
             small, large = sorted(doors, key=lambda p: float(p.size[2]))
             parts = [(small, "freezer_door"), (large, "fridge_door")]
     elif len(doors) == 3:
-        lower = min(doors, key=lambda p: _mm(p, 2))
+        lower = min(doors, key=lambda p: _coordinate(p, 2))
         left, right = [p for p in doors if p is not lower]
         parts = [(left, "fridge_left_door"), (right, "fridge_right_door"), (lower, "freezer_door")]
     names: dict[str, RuntimeName] = {}
@@ -237,9 +237,11 @@ def _fridge(places: Sequence[PlacedPart]) -> NamesByPart:
 
 def _cabinet(places: Sequence[PlacedPart]) -> NamesByPart:
     """Name side-hinged doors, from the left and from above, and drawers."""
-    doors = [p for p in _of(places, PartKind.DOOR) if p.part.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT)]
-    doors.sort(key=lambda p: (-round(float(p.middle[2]), 2), _mm(p, 0)))
-    drawers = sorted(_of(places, PartKind.DRAWER), key=lambda p: (-round(float(p.middle[2]), 3), _mm(p, 0)))
+    doors = [p for p in _on_body(places, PartKind.DOOR) if p.part.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT)]
+    doors.sort(key=lambda p: (-round(float(p.middle[2]), 2), _coordinate(p, 0)))
+    drawers = sorted(
+        _on_body(places, PartKind.DRAWER), key=lambda p: (-round(float(p.middle[2]), 3), _coordinate(p, 0))
+    )
     pairs = len({p.part.joint.edge for p in doors}) == 2
     names: dict[str, RuntimeName] = {}
     count: dict[str, int] = {}
@@ -255,19 +257,19 @@ def _cabinet(places: Sequence[PlacedPart]) -> NamesByPart:
     return names
 
 
-def _in_line(places: Sequence[PlacedPart]) -> list[PlacedPart]:
+def _sorted_in_line(places: Sequence[PlacedPart]) -> list[PlacedPart]:
     """Sort parts in a row from the left, in a column from above, on a top from the far end."""
     if len(places) < 2:
         return list(places)
     axis = int(np.argmax(np.ptp([p.middle for p in places], axis=0)))
-    return sorted(places, key=lambda p: _mm(p, axis) * (1 if axis == 0 else -1))
+    return sorted(places, key=lambda p: _coordinate(p, axis) * (1 if axis == 0 else -1))
 
 
-def _of(places: Sequence[PlacedPart], kind: PartKind) -> list[PlacedPart]:
+def _on_body(places: Sequence[PlacedPart], kind: PartKind) -> list[PlacedPart]:
     """Return the parts of a kind that the body carries."""
     return [p for p in places if p.part.kind is kind and not p.part.parent]
 
 
-def _mm(place: PlacedPart, axis: int) -> float:
+def _coordinate(place: PlacedPart, axis: int) -> float:
     """Return where a part is along an axis, rounded to 0.1 mm so that the order does not depend on the last digit."""
     return round(float(place.middle[axis]), 4)

@@ -42,16 +42,20 @@ def rename_for_runtime(asset: Asset, articulation: Articulation, category: str) 
     ]
     burners = find_burners(asset) if category in ("hob", "range") else ()
     names = runtime_names(places, category, burners)
-    called = {p.name: names.get(p.name, RuntimeName(p.name, f"{p.name}_joint")) for p in articulation.parts}
-    plain = {p.name for p in articulation.parts if p.name in names and p.kind in _PLAIN_AXES}
-    joints = {part: name.joint for part, name in called.items()}
-    links = {part: name.link for part, name in called.items()}
-    spelled = {f"{part}_joint": joint for part, joint in joints.items()}
+    new_names = {p.name: names.get(p.name, RuntimeName(p.name, f"{p.name}_joint")) for p in articulation.parts}
+    opens_positive = {p.name for p in articulation.parts if p.name in names and p.kind in _PLAIN_AXES}
+    joints = {part: name.joint for part, name in new_names.items()}
+    links = {part: name.link for part, name in new_names.items()}
+    joint_names = {f"{part}_joint": joint for part, joint in joints.items()}
     asset = asset.replace(
-        links=tuple(_link(k, called) for k in asset.links),
-        joints=tuple(_setting(_joint(j, called, spelled, j.child in plain), j.child in names) for j in asset.joints),
+        links=tuple(_link(k, new_names) for k in asset.links),
+        joints=tuple(
+            _setting(_joint(j, new_names, joint_names, j.child in opens_positive), j.child in names)
+            for j in asset.joints
+        ),
         states=tuple(
-            s.replace(name=s.name.replace(s.joint, spelled[s.joint]), joint=spelled[s.joint]) for s in asset.states
+            s.replace(name=s.name.replace(s.joint, joint_names[s.joint]), joint=joint_names[s.joint])
+            for s in asset.states
         ),
         exclusions=tuple(
             e.replace(first=links.get(e.first, e.first), second=links.get(e.second, e.second)) for e in asset.exclusions
@@ -76,41 +80,43 @@ def main_region(asset: Asset) -> Region:
     )
 
 
-def _link(link: Link, called: Mapping[str, RuntimeName]) -> Link:
+def _link(link: Link, new_names: Mapping[str, RuntimeName]) -> Link:
     """Return a link with its colliders and visuals renamed."""
-    name = called[link.name].link if link.name in called else link.name
-    parent = called[link.parent].link if link.parent is not None and link.parent in called else link.parent
-    first = called[link.name].shape if link.name in called else ""
+    name = new_names[link.name].link if link.name in new_names else link.name
+    parent = new_names[link.parent].link if link.parent is not None and link.parent in new_names else link.parent
+    first = new_names[link.name].shape if link.name in new_names else ""
 
-    def own(word: str) -> str:
+    def renamed_word(word: str) -> str:
         return name + word[len(link.name) :] if word.startswith(link.name) else word
 
     colliders: tuple[Collider, ...] = tuple(
-        c.replace(name=first if first and not i else own(c.name)) for i, c in enumerate(link.colliders)
+        c.replace(name=first if first and not i else renamed_word(c.name)) for i, c in enumerate(link.colliders)
     )
-    visuals: tuple[Visual, ...] = tuple(v.replace(name=own(v.name)) for v in link.visuals)
+    visuals: tuple[Visual, ...] = tuple(v.replace(name=renamed_word(v.name)) for v in link.visuals)
     return link.replace(name=name, parent=parent, colliders=colliders, visuals=visuals)
 
 
-def _joint(joint: Joint, called: Mapping[str, RuntimeName], spelled: Mapping[str, str], plain: bool) -> Joint:
+def _joint(
+    joint: Joint, new_names: Mapping[str, RuntimeName], joint_names: Mapping[str, str], opens_positive: bool
+) -> Joint:
     """Return a joint renamed and with its axis snapped to x, y or z; that of a front points along +x, +y or +z."""
-    name = called[joint.child]
+    name = new_names[joint.child]
     grip = None
     if joint.grip is not None:
         grip = name.shape or name.link + joint.grip[len(joint.child) :]
-    fresh = joint.replace(
+    renamed = joint.replace(
         name=name.joint,
         child=name.link,
         grip=grip,
         axis=_straight(joint.axis),
-        behind=None if joint.behind is None else spelled[joint.behind],
+        behind=None if joint.behind is None else joint_names[joint.behind],
     )
-    if not plain or max(fresh.axis, key=abs) > 0:
-        return fresh
-    x, y, z = (-c if c else 0.0 for c in fresh.axis)
-    drive = None if fresh.drive is None else fresh.drive.replace(target=-fresh.drive.target)
-    lower, upper = fresh.range
-    return fresh.replace(axis=(x, y, z), range=(-upper, -lower if lower else 0.0), drive=drive)
+    if not opens_positive or max(renamed.axis, key=abs) > 0:
+        return renamed
+    x, y, z = (-c if c else 0.0 for c in renamed.axis)
+    drive = None if renamed.drive is None else renamed.drive.replace(target=-renamed.drive.target)
+    lower, upper = renamed.range
+    return renamed.replace(axis=(x, y, z), range=(-upper, -lower if lower else 0.0), drive=drive)
 
 
 def _setting(joint: Joint, known: bool) -> Joint:

@@ -50,11 +50,11 @@ def behavior_for(asset: Asset, category: str) -> Behavior | None:
     if category == "refrigerator":
         return _fridge(asset, joints)
     if category == "toaster_oven":
-        return _timer(asset, joints)
+        return _toaster_oven(asset, joints)
     if category == "toaster":
         return _toaster(asset, joints, shapes)
     if category == "coffee_machine":
-        return _pours(asset, shapes)
+        return _coffee_machine(asset, shapes)
     if category == "kettle":
         return _kettle(asset, joints)
     if category == "sink":
@@ -70,7 +70,7 @@ def _microwave(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str])
     rules = [Rule(variable="power", from_values=("on",), to="off", when=(stop,))]
     shut: tuple[Condition, ...] = ()
     if "microjoint" in joints:
-        shut = (_shut(joints["microjoint"]),)
+        shut = (_is_shut(joints["microjoint"]),)
         rules.insert(0, Rule(variable="power", from_values=("on",), to="off", when=(shut[0].replace(negated=True),)))
     rules.append(Rule(variable="power", from_values=("off",), to="on", when=(start, *shut)))
     spins = [v.name for k in asset.links if k.name == "tray" for v in k.visuals]
@@ -103,16 +103,16 @@ def _burners(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
 
 def _fridge(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     """The lamp is on while a door of the fridge is open."""
-    shut = [_shut(j) for n, j in joints.items() if n.startswith("fridge") and "door" in n]
-    if not shut:
+    closed = [_is_shut(j) for n, j in joints.items() if n.startswith("fridge") and "door" in n]
+    if not closed:
         return None
-    rules = [Rule(variable="light", to="off", when=tuple(shut))]
-    rules += [Rule(variable="light", to="on", when=(s.replace(negated=True),)) for s in shut]
+    rules = [Rule(variable="light", to="off", when=tuple(closed))]
+    rules += [Rule(variable="light", to="on", when=(s.replace(negated=True),)) for s in closed]
     effects = _effects(asset, "light", "on", EffectKind.SHOW, ("lamp",), WARM)
     return Behavior(variables=(_switch("light"),), rules=tuple(rules), effects=tuple(effects))
 
 
-def _timer(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
+def _toaster_oven(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     """A toaster oven heats while its timer, and its other knobs where they exist, are away from zero."""
     knobs = [joints[n] for n in ("knob_time_joint", "knob_temp_joint", "knob_function_joint") if n in joints]
     if not knobs or knobs[0].name != "knob_time_joint":
@@ -133,18 +133,20 @@ def _toaster(asset: Asset, joints: Mapping[str, Joint], shapes: Sequence[str]) -
         if lever is None:
             continue
         variables.append(_switch(power))
-        down = _share(lever, LEVER_DOWN_SHARE, 1.0, begins=True)
+        down = _range_between(lever, LEVER_DOWN_SHARE, 1.0, begins=True)
         rules.append(Rule(variable=power, from_values=("off",), to="on", when=(down,)))
         if f"{stem}button_cancel" in shapes:
             cancel = Condition(contact=f"{stem}button_cancel", begins=True)
             rules.append(Rule(variable=power, from_values=("on",), to="off", when=(cancel,)))
-        rules.append(Rule(variable=power, from_values=("on",), to="off", when=(_share(lever, 0.0, LEVER_UP_SHARE),)))
+        rules.append(
+            Rule(variable=power, from_values=("on",), to="off", when=(_range_between(lever, 0.0, LEVER_UP_SHARE),))
+        )
         slots = [r.name for r in asset.regions if r.name.startswith(f"{stem}slot_")]
         effects += _effects(asset, power, "on", EffectKind.HEAT, slots)
     return Behavior(variables=tuple(variables), rules=tuple(rules), effects=tuple(effects)) if variables else None
 
 
-def _pours(asset: Asset, shapes: Sequence[str]) -> Behavior | None:
+def _coffee_machine(asset: Asset, shapes: Sequence[str]) -> Behavior | None:
     """The start key starts a brew, which ends by itself."""
     if "start_button" not in shapes:
         return None
@@ -165,14 +167,14 @@ def _kettle(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     """A kettle heats while its switch is down; its lid is open or closed at the ends of its range."""
     variables, rules = [], []
     if "switch_joint" in joints:
-        down = _share(joints["switch_joint"], SWITCH_ON_SHARE, 1.0)
+        down = _range_between(joints["switch_joint"], SWITCH_ON_SHARE, 1.0)
         variables.append(_switch("power"))
         rules.append(Rule(variable="power", from_values=("off",), to="on", when=(down,)))
         rules.append(Rule(variable="power", from_values=("on",), to="off", when=(down.replace(negated=True),)))
     if "lid_joint" in joints:
         lid = joints["lid_joint"]
         variables.append(Variable(name="lid", values=("closed", "open"), initial="closed"))
-        wide, shut = _share(lid, LID_OPEN_SHARE, 1.0), _share(lid, 0.0, LID_SHUT_SHARE)
+        wide, shut = _range_between(lid, LID_OPEN_SHARE, 1.0), _range_between(lid, 0.0, LID_SHUT_SHARE)
         rules.append(Rule(variable="lid", from_values=("closed",), to="open", when=(wide,)))
         rules.append(Rule(variable="lid", from_values=("open",), to="closed", when=(shut,)))
     effects = _effects(asset, "power", "on", EffectKind.HEAT, ("int",)) if "switch_joint" in joints else []
@@ -184,9 +186,9 @@ def _faucet(asset: Asset, joints: Mapping[str, Joint]) -> Behavior | None:
     handle, other = joints.get("handle_joint"), joints.get("handle_temp_joint")
     if handle is None or handle.range[1] <= FAUCET_ON_RAD:
         return None
-    far = handle.range[1]
-    half = max(far / 2, FAUCET_ON_RAD)
-    levels = {"off": (-STOP_SLACK, FAUCET_ON_RAD), "low": (FAUCET_ON_RAD, half), "high": (half, far + STOP_SLACK)}
+    end = handle.range[1]
+    half = max(end / 2, FAUCET_ON_RAD)
+    levels = {"off": (-STOP_SLACK, FAUCET_ON_RAD), "low": (FAUCET_ON_RAD, half), "high": (half, end + STOP_SLACK)}
     variables = [Variable(name="water", values=("off", "low", "high"), initial="off")]
     rules = [Rule(variable="water", to=v, when=(Condition(joint=handle.name, interval=i),)) for v, i in levels.items()]
     if other is not None:
@@ -208,19 +210,19 @@ def _switch(name: str) -> Variable:
     return Variable(name=name, values=OFF_ON, initial="off")
 
 
-def _shut(joint: Joint) -> Condition:
+def _is_shut(joint: Joint) -> Condition:
     """Return the condition that a joint is no farther open than counts as shut."""
-    return _share(joint, 0.0, DOOR_SHUT_SHARE)
+    return _range_between(joint, 0.0, DOOR_SHUT_SHARE)
 
 
-def _share(joint: Joint, first: float, last: float, begins: bool = False) -> Condition:
+def _range_between(joint: Joint, first: float, last: float, begins: bool = False) -> Condition:
     """Return the condition that a joint is between two shares of its range, from zero to its farther end."""
-    far = max(joint.range, key=abs)
-    ends = [first * far, last * far]
+    end = max(joint.range, key=abs)
+    ends = [first * end, last * end]
     if first <= 0.0:
-        ends[0] = -math.copysign(STOP_SLACK, far)
+        ends[0] = -math.copysign(STOP_SLACK, end)
     if last >= 1.0:
-        ends[1] += math.copysign(STOP_SLACK, far)
+        ends[1] += math.copysign(STOP_SLACK, end)
     return Condition(joint=joint.name, interval=(min(ends), max(ends)), begins=begins)
 
 
