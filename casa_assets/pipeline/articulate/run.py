@@ -297,7 +297,7 @@ def _moving_joints(result: ArticulateResult, travel: Mapping[str, JointTravel]) 
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
         other = f", else {joint.runner_up}" if joint.runner_up else ""
         message = f"{how}, {part.confidence:.0%} sure{other}" + (
-            "" if reach.free >= 1.0 else f"; runs into {reach.against}"
+            "" if reach.free_share >= 1.0 else f"; runs into {reach.blocked_by}"
         )
         out.append(MovingJoint(result.joints[part.name], part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
     return out
