@@ -30,7 +30,7 @@ def load_plan(name: str) -> tuple[Plan, Document]:
     """A plan and the document that it was read from, which tells the lines of its parts.
 
     Raises:
-        UnknownId: there is none of that name. RegistryError: its file does not say what a plan says.
+        UnknownId: there is none of that name. RegistryError: its file is no plan.
     """
     return _load(Plan, PLANS, "plan", name)
 

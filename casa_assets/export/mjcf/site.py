@@ -68,7 +68,7 @@ def add_region(body: etree._Element, region: Region, prefix: str = "") -> None:
 
 
 def outer_region(asset: Asset) -> Region | None:
-    """Bounding box of everything that collides (of what is seen, where nothing does), unless the asset names one."""
+    """Bounding box of all colliders (of visuals where there are none), unless the asset has such a region."""
     if any(region.name in OUTER_REGIONS for region in asset.regions):
         return None
     lower, upper = collision_bounds(asset)
@@ -76,7 +76,7 @@ def outer_region(asset: Asset) -> Region | None:
 
 
 def collision_bounds(asset: Asset) -> npt.NDArray[np.float64]:
-    """(2, 3) corners of all colliders, asset frame, joints at zero, metres; of what is seen where nothing collides."""
+    """(2, 3) corners of all colliders, asset frame, joints at zero, metres; of visuals where there are none."""
     boxes = [b for k in asset.links if (b := link_bounds(k, asset.asset_from_link(k.name))) is not None]
     return np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]]) if boxes else asset.bounds
 

@@ -57,7 +57,7 @@ def fill(kind: Any, categories: dict[str, Any], groups: dict[str, list[str]], ro
         for registry, own in registries.items():
             folders = [str(root / "objects" / folder) for folder in own["model_folders"]]
             row = kind(name, types, **{**common, **own, "model_folders": folders})
-            # A runtime that looks in several places finds a folder that is told in full once in each.
+            # A runtime with several search paths finds an absolute folder once for each of them.
             row.mjcf_paths = sorted(set(row.mjcf_paths))
             categories.setdefault(name, {})[registry] = row
             added.add(registry)

@@ -51,7 +51,7 @@ class OrderItem:
     """One thing to build, and the place to put it.
 
     Attributes:
-        name: of the placement. role: what it is for (`base`, `upper`, `fridge`, `wall`, `prop` ...).
+        name: of the placement. role: purpose (`base`, `upper`, `fridge`, `wall`, `prop` ...).
         choice: family, preset and what differs from it.
         spot: place. unit, run: ids in the plan that it belongs to, empty for parts of the room.
         layer: value of the scene's Layer.

@@ -90,7 +90,7 @@ def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], mod
 
 
 def _free_interval(line: RunLine) -> tuple[float, float]:
-    """Part of an island or peninsula to sit at, metres: nobody sits against the wall that it begins at."""
+    """Interval along an island or peninsula for seats, metres: a seat keeps a distance from the wall."""
     if line.run.joins is None:
         return 0.0, line.length
     return (

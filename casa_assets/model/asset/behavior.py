@@ -105,7 +105,7 @@ class Behavior(Record):
     Attributes:
         variables: such as `power`: `off`, `on`.
         rules: in the order in which they are tried.
-        effects: what is seen of it.
+        effects: visible consequences of values.
     """
 
     variables: tuple[Variable, ...]

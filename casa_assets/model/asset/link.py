@@ -80,7 +80,7 @@ class Link(Record):
         parent: name of the link that carries it, None for the root.
         pose: parent_from_link with every joint at zero.
         inertial: explicit, for every link.
-        visuals, colliders: what is seen and what is touched.
+        visuals, colliders: rendered meshes, and collision shapes.
     """
 
     name: Id

@@ -125,7 +125,7 @@ class Substance(Record):
         density: kg/m^3 of the material itself.
         static_friction, dynamic_friction: Coulomb coefficients against a dry worktop, > 0.
         torsional_friction, rolling_friction: metres, as in MuJoCo's geom friction.
-        metallic, roughness: how it looks where a source says nothing.
+        metallic, roughness: appearance where a source has none.
     """
 
     id: Id

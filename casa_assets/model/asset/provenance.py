@@ -39,7 +39,7 @@ class Labels(Record):
         category: id in registry/categories.yaml.
         classes: from the category upwards, such as (`mug`, `tableware`).
         qcode: Wikidata item and how sure we are of it.
-        split: what it is kept for, `split_of` its input; None for what families and articulation make.
+        split: `split_of` its input; None for assets of families and articulation.
     """
 
     category: Id

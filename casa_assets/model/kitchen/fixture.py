@@ -1,6 +1,6 @@
 """Fixtures of a kitchen seen from above: position, swept areas of their doors, regions for things.
 
-All of it is in the frame of the world (z up, metres). A fixture has its own x axis to the right of somebody who stands
+Everything is in the frame of the world (z up, metres). A fixture has its own x axis to the right of somebody who stands
 before it, and faces -y; `yaw` is the turn to the left that takes the world's axes to it, radians.
 """
 
@@ -66,7 +66,7 @@ class Footprint(Record):
 
     @property
     def right_axis(self) -> Vec2:
-        """Unit vector to the right of who stands before it."""
+        """Unit vector to the right, for a person in front of it."""
         return (math.cos(self.yaw), math.sin(self.yaw))
 
     @property

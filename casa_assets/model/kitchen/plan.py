@@ -2,7 +2,7 @@
 
 Lengths are metres, or the name of a parameter of the plan. Walls follow each other clockwise as seen from above,
 beginning at the back left corner, which is the origin of the room (x right, y back, z up). `left` and `right` of a wall
-or a run are as seen by somebody who stands in front of it.
+or a run are as seen by a person in front of it.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class IslandPosition(Record):
     Attributes:
         run: id of the run that it faces. aisle: from worktop to worktop, metres.
         in_front_of: unit of that run that it is centred on; None: the middle of the run.
-        shift: of its centre to the right as seen by who stands before the run, metres.
+        shift: of its centre to the right, for a person in front of the run, metres.
     """
 
     run: Id

@@ -42,7 +42,7 @@ class RestingPose(StrEnum):
 class FrontRule(StrEnum):
     """Rule for the yaw of an object, so that instances of a category face the same way."""
 
-    ANY = "any"  # the same from all sides, or nobody minds
+    ANY = "any"  # the same from all sides, or without a front
     FACE = "face"  # its printed or working face looks to -y
     HANDLE = "handle"  # its handle points to +x
     LENGTH = "length"  # its length lies along x

@@ -23,7 +23,7 @@ def fields_at(kind: type[BaseModel], path: Sequence[str | int]) -> tuple[str, ..
 
 
 def expected_one_of(names: Sequence[str], got: str) -> str:
-    """`one of a, b, c`, the nearest to what was written told first."""
+    """`one of a, b, c`, with the name nearest to what was written first."""
     near = difflib.get_close_matches(got, names, n=1, cutoff=0.5)
     hint = f"{near[0]!r}, or another " if near else ""
     return f"{hint}one of {', '.join(names)}"
