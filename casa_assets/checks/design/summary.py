@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.checks.design.robot.floor_map import RADIUS
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M
 from casa_assets.checks.design.robot.task_view import Afforded
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.kitchen.floor import ParkingPlace
@@ -25,7 +25,7 @@ def whereabouts(subject: DesignSubject) -> dict[str, Any]:
     }
     for (name, joint), place in subject.parking.open.items():
         places[name]["open"][joint] = _place(place)
-    return {"base_radius": RADIUS, "parking": places, "tasks": {t.task: _task(t) for t in subject.tasks}}
+    return {"base_radius": BASE_RADIUS_M, "parking": places, "tasks": {t.task: _task(t) for t in subject.tasks}}
 
 
 def _task(task: Afforded) -> dict[str, Any]:

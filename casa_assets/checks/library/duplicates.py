@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run
 
-# Copies of one thing lie this near to each other with nearly all of their surface, in parts of their radius.
+# Nearly all of the surfaces of two copies lie within so many times the limit for 95 % of them.
 EVERY_SHARE = 4.0
-# The same thing has the same size, and the same colours (CIELAB units).
+# Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
 SAME_SIZE, SAME_COLORS = 0.03, 4.0
-# So many kinds that a thing looks like are named.
+# Other categories that messages name.
 NAMED = 3
 ALONE = "there are no two assets to compare"
 

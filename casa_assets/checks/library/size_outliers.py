@@ -8,12 +8,12 @@ import numpy as np
 
 from casa_assets.checks.check import Measurement, largest
 
-# With fewer of a kind there is no telling which one is odd.
-FEWEST = 5
-# What the sizes of a category scatter by at least, as a ratio: mugs of a set differ by as much.
-LEAST_SCATTER = 1.1
-# So many mean deviations of a normal distribution are one standard deviation.
-NORMAL = 1.4826
+# With fewer assets of a category nobody can tell which one is odd.
+MIN_ASSETS = 5
+# The least scatter of the sizes of a category, as a ratio: mugs of a set differ by as much.
+MIN_SCATTER = 1.1
+# Standard deviation of a normal distribution over its median absolute deviation.
+SIGMA_PER_MAD = 1.4826
 
 
 @dataclass(frozen=True)
@@ -28,24 +28,24 @@ class LibrarySizes:
 
 
 def sizes_fit_their_category(sizes: LibrarySizes, limit: float) -> Measurement:
-    """Robust deviations of the oddest longest side from the median of its category.
+    """LIB004: robust deviations of the oddest longest side from the median of its category.
 
     Ref: Iglewicz and Hoaglin 1993, the modified z score, here of logarithms; they call outliers what is beyond 3.5.
     """
-    of: dict[str, list[tuple[str, float]]] = {}
+    by_category: dict[str, list[tuple[str, float]]] = {}
     for name, category, longest in sizes.rows:
-        of.setdefault(category, []).append((name, longest))
-    found: list[float] = []
+        by_category.setdefault(category, []).append((name, longest))
+    deviations: list[float] = []
     problems = []
-    for category, members in sorted(of.items()):
-        if len(members) < FEWEST:
+    for category, members in sorted(by_category.items()):
+        if len(members) < MIN_ASSETS:
             continue
         logs = np.log([longest for _, longest in members])
         middle = float(np.median(logs))
-        scatter = max(NORMAL * float(np.median(np.abs(logs - middle))), float(np.log(LEAST_SCATTER)))
-        for (name, longest), off in zip(members, np.abs(logs - middle) / scatter, strict=True):
-            found.append(float(off))
-            if off > limit:
+        scatter = max(SIGMA_PER_MAD * float(np.median(np.abs(logs - middle))), float(np.log(MIN_SCATTER)))
+        for (name, longest), deviation in zip(members, np.abs(logs - middle) / scatter, strict=True):
+            deviations.append(float(deviation))
+            if deviation > limit:
                 message = f"is {longest:.3g} m long, and {np.exp(middle):.3g} m is usual for a {category} here"
                 problems.append((name, f"{message}; look at its unit and its category"))
-    return largest(found, tuple(problems), f"no category has {FEWEST} assets to compare")
+    return largest(deviations, problems, f"no category has {MIN_ASSETS} assets to compare")

@@ -14,15 +14,15 @@ from casa_assets.model.kitchen.floor import Corners, Fixture, KitchenFacts, Plac
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 
-CELL = 0.025  # metres
-RADIUS = 0.30  # of the base, metres
-TALL = 1.2  # what begins above does not stop a base that reaches under worktops' height, metres
-FLAT = 0.03  # what is lower is driven over: rugs, thresholds
-STANDS = 0.3  # what begins higher hangs
-MARGIN = 0.5  # metres of grid around the room
-THICK = 0.12
-INSIDE = RADIUS + 0.1  # metres from a doorway or an open wall at which the base enters
-NOT_THERE = (Role.ROOM, Role.HUNG, Role.WORKTOP)
+CELL_M = 0.025
+BASE_RADIUS_M = 0.30
+OVERHEAD_M = 1.2  # an open leaf that begins higher does not stop the base
+DRIVEN_OVER_M = 0.03  # what is lower is driven over: rugs, thresholds
+HANGING_M = 0.3  # a fixture that begins higher hangs, and leaves the floor free
+MARGIN_M = 0.5  # of grid around the room
+WALL_M = 0.12  # thickness of walls
+ENTRY_DEPTH_M = BASE_RADIUS_M + 0.1  # from a doorway or an open wall, at which the base enters
+NO_OBSTACLES = (Role.ROOM, Role.HUNG, Role.WORKTOP)
 
 
 class FloorMap:
@@ -31,17 +31,17 @@ class FloorMap:
     def __init__(self, facts: KitchenFacts) -> None:
         self.facts = facts
         points = np.array(facts.outline)
-        self.low = points.min(axis=0) - MARGIN
-        count = np.ceil((points.max(axis=0) + MARGIN - self.low) / CELL).astype(int)
+        self.low = points.min(axis=0) - MARGIN_M
+        count = np.ceil((points.max(axis=0) + MARGIN_M - self.low) / CELL_M).astype(int)
         self.shape = (int(count[1]), int(count[0]))
-        xs, ys = (self.low[k] + (np.arange(count[k]) + 0.5) * CELL for k in (0, 1))
+        xs, ys = (self.low[k] + (np.arange(count[k]) + 0.5) * CELL_M for k in (0, 1))
         self.xs, self.ys = xs, ys
         self.room = _inside(facts.outline, xs, ys)
         self.solid = np.zeros(self.shape, dtype=bool)
         for outline in obstacles(facts):
             self._fill(outline)
-        self.clear = ndimage.distance_transform_edt(~self.solid) * CELL
-        self.free: Mask = self.room & (self.clear > RADIUS)
+        self.clear = ndimage.distance_transform_edt(~self.solid) * CELL_M
+        self.free: Mask = self.room & (self.clear > BASE_RADIUS_M)
         self.entries = np.zeros(self.shape, dtype=bool)
         for mask in self._entries():
             self.entries |= mask & self.free
@@ -54,8 +54,8 @@ class FloorMap:
 
     def _window(self, outline: Outline, gap: float) -> tuple[slice, slice]:
         corners = np.asarray(outline)
-        first = np.floor((corners.min(axis=0) - gap - self.low) / CELL).astype(int)
-        last = np.ceil((corners.max(axis=0) + gap - self.low) / CELL).astype(int) + 1
+        first = np.floor((corners.min(axis=0) - gap - self.low) / CELL_M).astype(int)
+        last = np.ceil((corners.max(axis=0) + gap - self.low) / CELL_M).astype(int) + 1
         (x0, y0), (x1, y1) = np.maximum(first, 0), np.maximum(last, 0)
         return slice(y0, min(y1, self.shape[0])), slice(x0, min(x1, self.shape[1]))
 
@@ -66,8 +66,8 @@ class FloorMap:
     def beside(self, outline: Outline) -> Mask:
         """Free cells for the base while one more obstacle stands on the floor."""
         free = self.free.copy()
-        rows, columns = self._window(outline, RADIUS)
-        near = distance(outline, self._points(rows, columns)) <= RADIUS
+        rows, columns = self._window(outline, BASE_RADIUS_M)
+        near = distance(outline, self._points(rows, columns)) <= BASE_RADIUS_M
         free[rows, columns] &= ~near.reshape(points_shape(rows, columns))
         return free
 
@@ -80,7 +80,7 @@ class FloorMap:
 
     def cell(self, point: Vec2) -> tuple[int, int] | None:
         """Row and column of a point, None outside of the grid."""
-        column, row = ((point[k] - float(self.low[k])) / CELL for k in (0, 1))
+        column, row = ((point[k] - float(self.low[k])) / CELL_M for k in (0, 1))
         inside = 0 <= row < self.shape[0] and 0 <= column < self.shape[1]
         return (int(row), int(column)) if inside else None
 
@@ -92,7 +92,7 @@ class FloorMap:
     def area(self, point: Vec2, radius: float) -> float:
         """Square metres of floor around a point that the middle of the base can get to."""
         near = (self.xs[None, :] - point[0]) ** 2 + (self.ys[:, None] - point[1]) ** 2 <= radius**2
-        return float((near & self.reached).sum()) * CELL**2
+        return float((near & self.reached).sum()) * CELL_M**2
 
     def leads_in(self, start: Vec2, end: Vec2) -> bool:
         """True if the base gets from a doorway to the largest piece of free floor."""
@@ -111,7 +111,7 @@ class FloorMap:
 
     def _inside_of(self, start: Vec2, end: Vec2) -> Mask:
         every = self._points(slice(0, self.shape[0]), slice(0, self.shape[1]))
-        near: Mask = (distance(np.array([start, end]), every) <= INSIDE).reshape(self.shape)
+        near: Mask = (distance(np.array([start, end]), every) <= ENTRY_DEPTH_M).reshape(self.shape)
         return near
 
 
@@ -138,7 +138,7 @@ def obstacles(facts: KitchenFacts) -> Iterator[Outline]:
 
 def stands(fixture: Fixture) -> bool:
     """True if a fixture stands on the floor in the way of a base."""
-    return fixture.role not in NOT_THERE and fixture.bottom < STANDS and fixture.top > FLAT
+    return fixture.role not in NO_OBSTACLES and fixture.bottom < HANGING_M and fixture.top > DRIVEN_OVER_M
 
 
 def _is_passed(kind: OpeningKind) -> bool:
@@ -151,17 +151,17 @@ def _wall(room: Corners, wall: RoomWall, holes: Sequence[tuple[Vec2, Vec2]]) -> 
     length = float(np.linalg.norm(b - a))
     along = (b - a) / max(length, 1e-9)
     out = np.array([-along[1], along[0]])
-    corner = THICK / 2 * out
+    corner = WALL_M / 2 * out
     before, after = (
-        0.0 if contains_point(room, (float(p[0]), float(p[1]))) else THICK
-        for p in (a - THICK / 2 * along + corner, b + THICK / 2 * along + corner)
+        0.0 if contains_point(room, (float(p[0]), float(p[1]))) else WALL_M
+        for p in (a - WALL_M / 2 * along + corner, b + WALL_M / 2 * along + corner)
     )
     marks = [-before]
     for start, end in sorted(holes, key=lambda h: float((np.array(h[0]) - a) @ along)):
         marks += [float((np.array(start) - a) @ along), float((np.array(end) - a) @ along)]
     marks.append(length + after)
     for low, high in zip(marks[::2], marks[1::2], strict=True):
-        corners = [a + low * along, a + high * along, a + high * along + THICK * out, a + low * along + THICK * out]
+        corners = [a + low * along, a + high * along, a + high * along + WALL_M * out, a + low * along + WALL_M * out]
         yield np.array(corners)
 
 

@@ -6,19 +6,19 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from casa_assets.checks.design.robot.floor_map import RADIUS, STANDS, TALL, FloorMap, toward
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, HANGING_M, OVERHEAD_M, FloorMap, toward
 from casa_assets.core.rounding import decimals
 from casa_assets.core.typing import Mask
 from casa_assets.model.kitchen.floor import Fixture, FixtureJoint, KitchenFacts, ParkingPlace, ParkingSide, Role
 from casa_assets.model.record import Vec2
 
 # Ref: RoboCasa (robocasa/utils/env_utils.py) parks 0.20 m before fixtures and 0.30 m before housings and fridges.
-GAP, GAP_TALL = 0.20, 0.30
-TALL_UNIT = 1.5  # height from which a unit on the floor is a tall one, metres
-STEP = 0.05  # metres between the places that are tried to the left and right
-ASIDE = 0.3  # metres by which the base may stand beside a fixture's own width
-PLAY = 0.04  # metres between the base and the side of an open leaf
-VISITED = (
+GAP_M, TALL_GAP_M = 0.20, 0.30
+TALL_UNIT_M = 1.5  # height from which a unit on the floor is a tall one
+STEP_M = 0.05  # between the places that are tried to the left and right
+ASIDE_M = 0.3  # that the base may stand beside the width of a fixture
+LEAF_GAP_M = 0.04  # between the base and the side of an open leaf
+PARKED_ROLES = (
     Role.SINK,
     Role.RANGE,
     Role.HOB,
@@ -64,13 +64,13 @@ def find_parking(facts: KitchenFacts, floor: FloorMap) -> ParkingPlaces:
     """Places for all fixtures that a robot works at."""
     shut: dict[str, ParkingPlace | None] = {}
     opened: dict[tuple[str, str], ParkingPlace | None] = {}
-    for fixture in facts.with_role(*VISITED):
-        edge = front_of(facts, fixture) + (GAP_TALL if is_tall(facts, fixture) else GAP)
+    for fixture in facts.with_role(*PARKED_ROLES):
+        edge = front_of(facts, fixture) + (TALL_GAP_M if is_tall(facts, fixture) else GAP_M)
         shut[fixture.name] = _first(_in_front(fixture, edge), floor, floor.reached)
         for joint in fixture.joints:
             if joint.swept_area is None or joint.behind is not None:
                 continue
-            if joint.swept_area.bottom > TALL:
+            if joint.swept_area.bottom > OVERHEAD_M:
                 place = shut[fixture.name]
                 opened[fixture.name, joint.name] = place and place.replace(open_joint=joint.name)
                 continue
@@ -84,8 +84,8 @@ def is_tall(facts: KitchenFacts, fixture: Fixture) -> bool:
     """True if a fixture stands in a unit that is higher than worktops."""
     run = facts.run(fixture.run)
     high = max((u.height for u in run.units if u.name == fixture.unit), default=0.0) if run else 0.0
-    on_floor = fixture.bottom < STANDS and fixture.top > TALL_UNIT
-    return fixture.role in (Role.FRIDGE, Role.PANTRY) or high > TALL_UNIT or on_floor
+    on_floor = fixture.bottom < HANGING_M and fixture.top > TALL_UNIT_M
+    return fixture.role in (Role.FRIDGE, Role.PANTRY) or high > TALL_UNIT_M or on_floor
 
 
 def front_of(facts: KitchenFacts, fixture: Fixture) -> float:
@@ -101,10 +101,10 @@ def front_of(facts: KitchenFacts, fixture: Fixture) -> float:
 
 def _in_front(fixture: Fixture, edge: float) -> Iterator[ParkingPlace]:
     """Places where the base's rim is at `edge` metres before a fixture's front, the middle one first."""
-    reach = fixture.footprint.size[0] / 2 + ASIDE
-    for k in range(int(reach / STEP) + 1):
-        for aside in (k * STEP, -k * STEP)[: 1 if k == 0 else 2]:
-            yield _place(fixture, aside, edge + RADIUS, ParkingSide.FRONT)
+    reach = fixture.footprint.size[0] / 2 + ASIDE_M
+    for k in range(int(reach / STEP_M) + 1):
+        for aside in (k * STEP_M, -k * STEP_M)[: 1 if k == 0 else 2]:
+            yield _place(fixture, aside, edge + BASE_RADIUS_M, ParkingSide.FRONT)
 
 
 def _place(
@@ -132,11 +132,13 @@ def _around(fixture: Fixture, joint: FixtureJoint, edge: float) -> Iterator[Park
     out = max(p[1] for p in points)
     look = fixture.footprint.at((left + right) / 2, 0.0)
     for k in range(5):
-        more = RADIUS + PLAY + k * STEP
+        more = BASE_RADIUS_M + LEAF_GAP_M + k * STEP_M
         for aside, stance in ((right + more, ParkingSide.RIGHT), (left - more, ParkingSide.LEFT)):
-            yield _place(fixture, aside, edge + RADIUS, stance, look)
+            yield _place(fixture, aside, edge + BASE_RADIUS_M, stance, look)
     for k in range(5):
-        yield _place(fixture, (left + right) / 2, max(out + GAP / 2, edge) + RADIUS + k * STEP, ParkingSide.BEHIND)
+        yield _place(
+            fixture, (left + right) / 2, max(out + GAP_M / 2, edge) + BASE_RADIUS_M + k * STEP_M, ParkingSide.BEHIND
+        )
 
 
 def _first(places: Iterator[ParkingPlace], floor: FloorMap, reached: Mask) -> ParkingPlace | None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from PIL import Image, ImageDraw
 
-from casa_assets.checks.design.robot.floor_map import RADIUS, row_parts, stands
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, row_parts, stands
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.kitchen.floor import Corners, Fixture, ParkingPlace, ParkingSide, Role
 from casa_assets.model.record import Vec2
@@ -106,7 +106,10 @@ class _Sheet:
         x, y = self._to(place.position)
         r = 0.05 * PIXELS
         self.pen.ellipse([x - r, y - r, x + r, y + r], outline=colour, width=2)
-        tip = (place.position[0] + RADIUS * math.cos(place.yaw), place.position[1] + RADIUS * math.sin(place.yaw))
+        tip = (
+            place.position[0] + BASE_RADIUS_M * math.cos(place.yaw),
+            place.position[1] + BASE_RADIUS_M * math.sin(place.yaw),
+        )
         self.line((place.position, tip), colour, 2)
 
     def word(self, fixture: Fixture) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.checks.design.robot.floor_map import RADIUS
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M
 from casa_assets.core.typing import Floats
 from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, KitchenFacts, ParkingPlace, Role
 from casa_assets.model.record import Vec2, Vec3
@@ -84,7 +84,10 @@ def box_around(foot: Footprint, low: float, high: float) -> WorldBox:
 
 def shoulders(places: Iterable[ParkingPlace]) -> Floats:
     """(N, 2) front of the base at each place: where a mobile manipulator carries its arm."""
-    points = [(p.position[0] + RADIUS * math.cos(p.yaw), p.position[1] + RADIUS * math.sin(p.yaw)) for p in places]
+    points = [
+        (p.position[0] + BASE_RADIUS_M * math.cos(p.yaw), p.position[1] + BASE_RADIUS_M * math.sin(p.yaw))
+        for p in places
+    ]
     return np.array(points, dtype=np.float64).reshape(-1, 2)
 
 

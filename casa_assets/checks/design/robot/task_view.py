@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from casa_assets.checks.design.robot.floor_map import RADIUS, FloorMap
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, FloorMap
 from casa_assets.checks.design.robot.parking import ParkingPlaces, front_of
 from casa_assets.checks.design.robot.placing import (
     BoxSizes,
@@ -117,8 +117,8 @@ class TaskView:
         if joint.swept_area is None:
             return False
         reached = self.floor.connected(self.floor.beside(joint.swept_area.open_outline))
-        before = front_of(self.facts, fixture) + 0.2 + RADIUS
-        aside = fixture.footprint.size[0] / 2 + RADIUS + 0.05
+        before = front_of(self.facts, fixture) + 0.2 + BASE_RADIUS_M
+        aside = fixture.footprint.size[0] / 2 + BASE_RADIUS_M + 0.05
         return any(self.floor.holds(reached, fixture.footprint.at(s * aside, before)) for s in (1.0, -1.0))
 
 

@@ -5,8 +5,8 @@ Ref: 2010 ADA Standards 804, 305, 306, 308, 309; ICC A117.1 1003.12.
 
 from __future__ import annotations
 
-from casa_assets.checks.design.robot.floor_map import CELL, RADIUS
-from casa_assets.checks.design.robot.parking import GAP
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, CELL_M
+from casa_assets.checks.design.robot.parking import GAP_M
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.kitchen.floor import APPLIANCES, AisleKind, Footprint, Role
 from casa_assets.model.kitchen.plan import OpeningKind
@@ -41,10 +41,12 @@ def _has_floor(subject: DesignSubject, name: str) -> bool:
         return False
     fixture = next(f for f in subject.facts.fixtures if f.name == name)
     _, before = fixture.footprint.to_local(place.position)
-    start = before - RADIUS - GAP
+    start = before - BASE_RADIUS_M - GAP_M
     for wide, deep in (CLEAR, CLEAR[::-1]):
-        middle = fixture.footprint.at(0.0, start + deep / 2 + CELL)
-        if not _is_taken(subject, Footprint(center=middle, size=(wide - CELL, deep - CELL), yaw=fixture.footprint.yaw)):
+        middle = fixture.footprint.at(0.0, start + deep / 2 + CELL_M)
+        if not _is_taken(
+            subject, Footprint(center=middle, size=(wide - CELL_M, deep - CELL_M), yaw=fixture.footprint.yaw)
+        ):
             return True
     return False
 
@@ -52,9 +54,9 @@ def _has_floor(subject: DesignSubject, name: str) -> bool:
 def _is_taken(subject: DesignSubject, foot: Footprint) -> bool:
     floor = subject.floor
     w, d = foot.size
-    for i in range(int(w / CELL) + 1):
-        for k in range(int(d / CELL) + 1):
-            if floor.holds(floor.solid, foot.at(-w / 2 + i * CELL, -k * CELL)):
+    for i in range(int(w / CELL_M) + 1):
+        for k in range(int(d / CELL_M) + 1):
+            if floor.holds(floor.solid, foot.at(-w / 2 + i * CELL_M, -k * CELL_M)):
                 return True
     return False
 

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from casa_assets.checks.design.robot.floor_map import CELL, RADIUS, FloorMap
-from casa_assets.checks.design.robot.parking import GAP, GAP_TALL, find_parking, is_tall
+from casa_assets.checks.design.robot.floor_map import BASE_RADIUS_M, CELL_M, FloorMap
+from casa_assets.checks.design.robot.parking import GAP_M, TALL_GAP_M, find_parking, is_tall
 from casa_assets.checks.design.robot.picture import FLOOR, REACHED, floor_picture
 from casa_assets.checks.design.robot.placing import (
     BoxSizes,
@@ -85,13 +85,13 @@ class TestFloor:
     def test_base_keeps_its_radius_from_what_stands(self) -> None:
         floor = FloorMap(kitchen())
         front = -0.65
-        assert floor.holds(floor.reached, (2.0, front - RADIUS - 2 * CELL))
-        assert not floor.holds(floor.free, (2.0, front - RADIUS + 2 * CELL))
+        assert floor.holds(floor.reached, (2.0, front - BASE_RADIUS_M - 2 * CELL_M))
+        assert not floor.holds(floor.free, (2.0, front - BASE_RADIUS_M + 2 * CELL_M))
 
     def test_open_side_is_no_obstacle_but_the_end_of_the_floor(self) -> None:
         floor = FloorMap(kitchen())
-        assert floor.holds(floor.reached, (2.0, -4.0 + CELL))
-        assert not floor.holds(floor.reached, (2.0, -4.0 - CELL))
+        assert floor.holds(floor.reached, (2.0, -4.0 + CELL_M))
+        assert not floor.holds(floor.reached, (2.0, -4.0 - CELL_M))
 
     def test_floor_that_is_cut_off_is_free_but_not_reached(self) -> None:
         bar = thing("bar", Role.ON_FLOOR, (2.5, -2.2), (5.0, 0.3), 0.0, 0.9)
@@ -122,7 +122,7 @@ class TestParking:
         facts = kitchen()
         place = find_parking(facts, FloorMap(facts)).shut["main_drawers"]
         assert place is not None
-        assert place.position == pytest.approx((2.1, -0.65 - GAP - RADIUS))
+        assert place.position == pytest.approx((2.1, -0.65 - GAP_M - BASE_RADIUS_M))
         assert place.yaw == pytest.approx(math.pi / 2, abs=1e-4)
         assert (place.side, place.offset) == (ParkingSide.FRONT, 0.0)
 
@@ -132,7 +132,7 @@ class TestParking:
         assert is_tall(facts, fridge)
         place = find_parking(facts, FloorMap(facts)).shut["fridge"]
         assert place is not None
-        assert place.position[1] == pytest.approx(-0.77 - GAP_TALL - RADIUS)
+        assert place.position[1] == pytest.approx(-0.77 - TALL_GAP_M - BASE_RADIUS_M)
 
     def test_base_stands_beside_a_flap_and_before_a_door(self) -> None:
         facts = kitchen()
@@ -152,7 +152,7 @@ class TestParking:
                 ],
                 np.array([washer.position]),
             )[0]
-            > RADIUS
+            > BASE_RADIUS_M
         )
         assert fridge.side is ParkingSide.FRONT
 
@@ -163,7 +163,7 @@ class TestParking:
         place = find_parking(facts, FloorMap(facts)).open["main_drawers", "drawer2_slidejoint"]
         assert place is not None
         assert place.side is ParkingSide.BEHIND
-        assert place.position[1] < -0.6 - 0.5 - RADIUS
+        assert place.position[1] < -0.6 - 0.5 - BASE_RADIUS_M
 
     def test_wall_cabinets_open_over_the_base(self) -> None:
         facts = kitchen()
