@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_xaml
 from casa_assets.ingest.load.collada.reader import read_dae
 from casa_assets.ingest.load.formats import SUFFIX_OF, Format, sniff, suffix_of
@@ -53,7 +53,7 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     notes = Notes()
     if suffix_of(bundle.main) != SUFFIX_OF[file_format]:
         notes.add(
-            rejection_codes.TYPE_BY_CONTENT,
+            codes.TYPE_BY_CONTENT,
             name,
             f"{name}: read as {file_format.value.upper()} by its content, not by its name",
         )

@@ -11,7 +11,7 @@ from enum import StrEnum
 from pathlib import PurePosixPath
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 
 
 class Format(StrEnum):
@@ -112,7 +112,7 @@ def sniff(data: bytes, name: str) -> Format:
         Rejected: EMPTY_FILE, WRONG_TYPE (something else, named), BAD_MAGIC (a GLB by name only).
     """
     if not data.strip(b" \t\r\n\0"):
-        raise Rejected(rejection_codes.EMPTY_FILE, f"{name}: the file is empty ({len(data)} bytes); fetch it again")
+        raise Rejected(codes.EMPTY_FILE, f"{name}: the file is empty ({len(data)} bytes); fetch it again")
     if data.startswith(b"glTF"):
         return Format.GLB
     if is_binary_stl(data):
@@ -121,7 +121,7 @@ def sniff(data: bytes, name: str) -> Format:
         return _zip(data, name)
     for magic, what in _FOREIGN:
         if data.startswith(magic):
-            raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh")
+            raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh")
     return _sniff_text(data, name)
 
 
@@ -134,12 +134,12 @@ def _zip(data: bytes, name: str) -> Format:
         members = []  # damaged: all that is known of it are its first bytes
     if any(m.startswith("/") or m[1:2] == ":" or ".." in m.split("/") for m in members):
         message = f"{name}: a zip archive with members that leave the folder it is unpacked into; do not unpack it"
-        raise Rejected(rejection_codes.PATH_TRAVERSAL, message)
+        raise Rejected(codes.PATH_TRAVERSAL, message)
     if any(m.lower().endswith("3d/3dmodel.model") for m in members):
         return Format.THREE_MF
     if members and suffix_of(members[0]) in (".usd", ".usda", ".usdc"):
-        raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.usdz']}, not a mesh")
-    raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: this is a zip archive; unpack it, not a mesh")
+        raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.usdz']}, not a mesh")
+    raise Rejected(codes.WRONG_TYPE, f"{name}: this is a zip archive; unpack it, not a mesh")
 
 
 def _sniff_text(data: bytes, name: str) -> Format:
@@ -155,9 +155,9 @@ def _sniff_text(data: bytes, name: str) -> Format:
         if b"schemas.microsoft.com/winfx/2006/xaml" in head:
             return Format.XAML
         if b"<X3D" in head:
-            raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.x3d']}, not a mesh")
+            raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.x3d']}, not a mesh")
         what = "an HTML page (a failed download?)" if b"html" in lower else "XML, but not COLLADA"
-        raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh; fetch it again")
+        raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh; fetch it again")
     if start.startswith(b"{"):
         return Format.GLTF
     if re.match(rb"C?OFF\s", start) and suffix_of(name) != ".obj":
@@ -181,11 +181,11 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
     if suffix == ".glb":
         start = data[:4].decode("ascii", "backslashreplace")
         message = f"{name}: a GLB starts with 'glTF', this starts with {start!r}; fetch it again"
-        raise Rejected(rejection_codes.BAD_MAGIC, message)
+        raise Rejected(codes.BAD_MAGIC, message)
     if suffix in UNREAD_SUFFIXES:
-        raise Rejected(rejection_codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
+        raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
     message = f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML"
-    raise Rejected(rejection_codes.WRONG_TYPE, message)
+    raise Rejected(codes.WRONG_TYPE, message)
 
 
 def _ascii_head(data: bytes) -> bytes:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import color
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.model.asset.material import ColorSpace, Texture
@@ -98,15 +98,13 @@ class Images:
                     return None
                 return _eight_bit(self._shrunk(image, where))
         except Image.DecompressionBombError:
-            self._notes.add(
-                rejection_codes.IMAGE_REFUSED, where, "the image is far too large to decode; texture left out"
-            )
+            self._notes.add(codes.IMAGE_REFUSED, where, "the image is far too large to decode; texture left out")
         except UnidentifiedImageError:
             message = f"not a {', '.join(FORMATS)} image (it starts with {data[:8]!r}); texture left out"
-            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, message)
+            self._notes.add(codes.IMAGE_UNREADABLE, where, message)
         except _DECODE_FAULTS as error:
             message = f"the image cannot be decoded ({type(error).__name__}: {error}); texture left out"
-            self._notes.add(rejection_codes.IMAGE_UNREADABLE, where, message)
+            self._notes.add(codes.IMAGE_UNREADABLE, where, message)
         return None
 
     def _is_small_enough(self, image: Image.Image, where: str) -> bool:
@@ -116,7 +114,7 @@ class Images:
         message = (
             f"{image.width} x {image.height} pixels, over {max_side:.0f} a side or {max_pixels:.0f} in all; left out"
         )
-        self._notes.add(rejection_codes.IMAGE_REFUSED, where, message)
+        self._notes.add(codes.IMAGE_REFUSED, where, message)
         return False
 
     def _shrunk(self, image: Image.Image, where: str) -> Image.Image:
@@ -125,7 +123,7 @@ class Images:
             return image
         size = (max(1, image.width * LARGEST_PX // longest), max(1, image.height * LARGEST_PX // longest))
         message = f"{image.width} x {image.height} scaled to {size[0]} x {size[1]}"
-        self._notes.add(rejection_codes.IMAGE_DOWNSCALED, where, message)
+        self._notes.add(codes.IMAGE_DOWNSCALED, where, message)
         if image.mode in ("P", "1"):
             image = image.convert("RGBA")
         return image.resize(size, Image.Resampling.BOX)

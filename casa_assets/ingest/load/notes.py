@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.model.issue import Issue, Severity
 
 MAX_NOTES = 40
@@ -41,4 +41,4 @@ class Notes:
         if not self._left_out:
             return found
         message = f"{self._left_out} more warnings were left out of this list"
-        return (*found, Issue(code=rejection_codes.MORE_NOTES, severity=Severity.WARNING, message=message))
+        return (*found, Issue(code=codes.MORE_NOTES, severity=Severity.WARNING, message=message))

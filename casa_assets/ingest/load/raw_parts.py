@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes
@@ -58,7 +58,7 @@ def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None
     max_faces = limits["input_faces"]
     if count > max_faces:
         message = f"{name}: {count} triangles, more than {max_faces:.0f}; simplify the mesh first or raise --max-faces"
-        raise Rejected(rejection_codes.TOO_LARGE, message)
+        raise Rejected(codes.TOO_LARGE, message)
 
 
 def raw_model(
@@ -83,21 +83,17 @@ def raw_model(
         lost = int(len(is_usable) - is_usable.sum())
         dropped += lost
         if lost:
-            notes.add(
-                rejection_codes.FACE_DROPPED, part.name, f"{lost} faces with NaN or infinite vertices were dropped"
-            )
+            notes.add(codes.FACE_DROPPED, part.name, f"{lost} faces with NaN or infinite vertices were dropped")
         if is_usable.any():
             parts.append(_part(part, is_usable, names, notes))
     if dropped * 2 > total:
         message = f"{name}: {dropped} of {total} faces use NaN or infinite vertices; export it again"
-        raise Rejected(rejection_codes.NON_FINITE, message)
+        raise Rejected(codes.NON_FINITE, message)
     if not parts:
         vertices = sum(len(d.vertices) for d in read_parts)
         if vertices:
-            raise Rejected(
-                rejection_codes.NO_FACES, f"{name}: {vertices} vertices but no triangle; export a surface mesh"
-            )
-        raise Rejected(rejection_codes.NO_GEOMETRY, f"{name}: holds no mesh; export the object itself")
+            raise Rejected(codes.NO_FACES, f"{name}: {vertices} vertices but no triangle; export a surface mesh")
+        raise Rejected(codes.NO_GEOMETRY, f"{name}: holds no mesh; export the object itself")
     _remark_coarse(parts, notes)
     return RawModel(parts=tuple(parts), metres_per_unit=metres_per_unit, up=up, format=file_format.value)
 
@@ -114,7 +110,7 @@ def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
         message = (
             f"it lies {reach:.3g} units off the origin, where coordinates come in steps of {step / extent:.1%} of it"
         )
-        notes.add(rejection_codes.PRECISION_LOST, "vertices", message)
+        notes.add(codes.PRECISION_LOST, "vertices", message)
 
 
 def _usable_faces(part: ReadPart) -> npt.NDArray[np.bool_]:
@@ -138,7 +134,7 @@ def _part(part: ReadPart, is_usable: npt.NDArray[np.bool_], names: UniqueNames, 
         message = (
             f"material {material.id} has a texture but the mesh has no texture coordinates; its plain colour is used"
         )
-        notes.add(rejection_codes.TEXTURE_WITHOUT_UV, part.name, message)
+        notes.add(codes.TEXTURE_WITHOUT_UV, part.name, message)
         material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
     return RawPart(name=names.unique(part.name, "part"), mesh=mesh, material=material)
 
@@ -161,9 +157,7 @@ def _finite_uv(uv: Floats, name: str, notes: Notes) -> Floats:
         is_finite = np.asarray((np.abs(uv) < MAX_UV).all(axis=1))
     if is_finite.all():
         return uv
-    notes.add(
-        rejection_codes.BAD_UV, name, f"{int((~is_finite).sum())} texture coordinates are NaN or absurd; set to 0"
-    )
+    notes.add(codes.BAD_UV, name, f"{int((~is_finite).sum())} texture coordinates are NaN or absurd; set to 0")
     return np.where(is_finite[:, None], uv, 0.0)
 
 
@@ -175,11 +169,9 @@ def _unit(normals: Floats, vertices: Floats, faces: Ints, name: str, notes: Note
     if not is_bad.any():
         return np.asarray(normals / length[:, None])
     if is_bad.mean() > MAX_BAD_NORMALS:
-        notes.add(
-            rejection_codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; all are computed anew"
-        )
+        notes.add(codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; all are computed anew")
         return None
-    notes.add(rejection_codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; those are replaced")
+    notes.add(codes.BAD_NORMALS, name, f"{int(is_bad.sum())} normals are zero or NaN; those are replaced")
     repaired = np.where(is_bad[:, None], _vertex_normals(vertices, faces), normals)
     repaired_length = np.linalg.norm(repaired, axis=1)
     is_zero = ~(np.isfinite(repaired_length) & (repaired_length > 0.0))

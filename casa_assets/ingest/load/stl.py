@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, is_binary_stl
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.raw_parts import ReadPart, check_face_count, raw_model
@@ -37,15 +37,13 @@ def read_stl(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
 
 def _binary(data: bytes, limits: Mapping[str, float], name: str) -> ReadPart:
     if len(data) < 84:
-        raise Rejected(
-            rejection_codes.TRUNCATED, f"{name}: {len(data)} bytes, a binary STL header has 84; fetch it again"
-        )
+        raise Rejected(codes.TRUNCATED, f"{name}: {len(data)} bytes, a binary STL header has 84; fetch it again")
     claimed = int(struct.unpack_from("<I", data, 80)[0])
     present = (len(data) - 84) // 50
     if claimed > present:
         message = f"{name}: says {claimed} triangles, there are bytes for {present}; fetch it again"
         is_cut = claimed <= limits["input_faces"] and claimed <= 16 * max(present, 1)
-        raise Rejected(rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, message)
+        raise Rejected(codes.TRUNCATED if is_cut else codes.LENGTH_MISMATCH, message)
     check_face_count(claimed, limits, name)
     table = np.frombuffer(data, dtype=_TRIANGLE, count=claimed, offset=84)
     vertices = table["corners"].reshape(-1, 3).astype(np.float64)
@@ -64,13 +62,13 @@ def _text(data: bytes, limits: Mapping[str, float], name: str) -> list[ReadPart]
             solids[-1][1].append(words[1] if len(words) > 1 else b"")
     check_face_count(sum(len(rows) for _, rows in solids) // 3, limits, name)
     if data.rstrip()[-400:].lower().find(b"endsolid") < 0 and any(rows for _, rows in solids):
-        raise Rejected(rejection_codes.TRUNCATED, f"{name}: the text STL has no `endsolid`; fetch it again")
+        raise Rejected(codes.TRUNCATED, f"{name}: the text STL has no `endsolid`; fetch it again")
     if not any(rows for _, rows in solids):
-        raise Rejected(rejection_codes.EMPTY_FILE, f"{name}: a solid without a single facet; fetch or export it again")
+        raise Rejected(codes.EMPTY_FILE, f"{name}: a solid without a single facet; fetch or export it again")
     out = []
     for title, rows in solids:
         if len(rows) % 3:
-            raise Rejected(rejection_codes.TRUNCATED, f"{name}: {len(rows)} vertices are not triangles; fetch it again")
+            raise Rejected(codes.TRUNCATED, f"{name}: {len(rows)} vertices are not triangles; fetch it again")
         vertices = numbers(rows, 3, 3, "vertex")
         faces = np.arange(len(vertices)).reshape(-1, 3)
         out.append(ReadPart(title or "solid", vertices, faces, Material(id="material")))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import codecs
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 
 
 def normalize_text(data: bytes, name: str) -> bytes:
@@ -20,13 +20,9 @@ def normalize_text(data: bytes, name: str) -> bytes:
         try:
             data = data.decode("utf-16").encode("utf-8")
         except UnicodeError as error:
-            raise Rejected(
-                rejection_codes.ENCODING, f"{name}: broken UTF-16 ({error.args[-1]}); save it as UTF-8"
-            ) from error
+            raise Rejected(codes.ENCODING, f"{name}: broken UTF-16 ({error.args[-1]}); save it as UTF-8") from error
     elif b"\0" in data[:4096]:
-        raise Rejected(
-            rejection_codes.ENCODING, f"{name}: holds NUL bytes, so it is no text file; save it as UTF-8 text"
-        )
+        raise Rejected(codes.ENCODING, f"{name}: holds NUL bytes, so it is no text file; save it as UTF-8 text")
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return data

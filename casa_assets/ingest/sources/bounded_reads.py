@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 
 
@@ -30,34 +30,26 @@ def check_file(path: str, root: Path) -> os.stat_result:
     """
     name = printable(Path(escaped_path(path)).name)
     if Path(path).is_symlink() and not is_inside(path, root):
-        raise Rejected(
-            rejection_codes.LINK_OUTSIDE, f"{name}: a link that leaves its package; put the file itself there"
-        )
+        raise Rejected(codes.LINK_OUTSIDE, f"{name}: a link that leaves its package; put the file itself there")
     try:
         found = Path(path).stat()
     except (FileNotFoundError, NotADirectoryError) as error:
         if Path(path).is_symlink():
-            raise Rejected(
-                rejection_codes.NOT_A_FILE, f"{name}: a link to nothing; put the file itself there"
-            ) from error
-        raise Rejected(
-            rejection_codes.MISSING_FILE, f"{name}: there is no such file; add it or mend the name"
-        ) from error
+            raise Rejected(codes.NOT_A_FILE, f"{name}: a link to nothing; put the file itself there") from error
+        raise Rejected(codes.MISSING_FILE, f"{name}: there is no such file; add it or mend the name") from error
     except OSError as error:
         message = f"{name}: cannot be looked at ({error.strerror}); put a regular file there"
-        code = rejection_codes.UNREADABLE if isinstance(error, PermissionError) else rejection_codes.NOT_A_FILE
+        code = codes.UNREADABLE if isinstance(error, PermissionError) else codes.NOT_A_FILE
         raise Rejected(code, message) from error
     except ValueError as error:
-        raise Rejected(rejection_codes.BAD_NAME, f"{name}: a name that no file can have; mend it") from error
+        raise Rejected(codes.BAD_NAME, f"{name}: a name that no file can have; mend it") from error
     if not is_inside(path, root):
-        raise Rejected(
-            rejection_codes.LINK_OUTSIDE, f"{name}: behind a link that leaves its package; put the file itself there"
-        )
+        raise Rejected(codes.LINK_OUTSIDE, f"{name}: behind a link that leaves its package; put the file itself there")
     if not stat.S_ISREG(found.st_mode):
         kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a pipe, socket or device"
-        raise Rejected(rejection_codes.NOT_A_FILE, f"{name}: {kind}, not a regular file; put the file itself there")
+        raise Rejected(codes.NOT_A_FILE, f"{name}: {kind}, not a regular file; put the file itself there")
     if not os.access(path, os.R_OK):
-        raise Rejected(rejection_codes.UNREADABLE, f"{name}: may not be read; change its permissions")
+        raise Rejected(codes.UNREADABLE, f"{name}: may not be read; change its permissions")
     return found
 
 
@@ -72,21 +64,17 @@ def read_file(path: str, root: Path, most_bytes: float) -> bytes:
     size = looked_at.st_size
     if size > most_bytes:
         message = f"{name}: {size} bytes, more than the {max(0, int(most_bytes))} left of --max-size; simplify it first"
-        raise Rejected(rejection_codes.TOO_LARGE, message)
+        raise Rejected(codes.TOO_LARGE, message)
     try:
         # never blocks: what was a file at the check may be a pipe by now
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
         with os.fdopen(handle, "rb") as stream:
             opened = os.fstat(handle)
             if not stat.S_ISREG(opened.st_mode):
-                raise Rejected(rejection_codes.NOT_A_FILE, f"{name}: no longer a regular file")
+                raise Rejected(codes.NOT_A_FILE, f"{name}: no longer a regular file")
             # A link that was put in its place meanwhile would lead anywhere.
             if (opened.st_dev, opened.st_ino) != (looked_at.st_dev, looked_at.st_ino):
-                raise Rejected(
-                    rejection_codes.UNREADABLE, f"{name}: was exchanged while it was being opened; run again"
-                )
+                raise Rejected(codes.UNREADABLE, f"{name}: was exchanged while it was being opened; run again")
             return stream.read(size)
     except OSError as error:
-        raise Rejected(
-            rejection_codes.UNREADABLE, f"{name}: cannot be read ({error.strerror}); check the disk"
-        ) from error
+        raise Rejected(codes.UNREADABLE, f"{name}: cannot be read ({error.strerror}); check the disk") from error

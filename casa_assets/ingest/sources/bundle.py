@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format, sniff
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.references import Reference, Role, mtl_references, references
@@ -76,7 +76,7 @@ class _Collector:
             try:
                 wanted = mtl_references(self.files[name], printable(name))
             except Rejected as error:
-                self.notes.add(rejection_codes.MATERIAL_MISSING, name, f"material file left out: {error.message}")
+                self.notes.add(codes.MATERIAL_MISSING, name, f"material file left out: {error.message}")
                 continue
             self.add_all(wanted, place)
 
@@ -86,7 +86,7 @@ class _Collector:
         fits = [n for n in self._listing(folder) if n.lower() in (f"{stem}.mtl", f"{main.lower()}.mtl")]
         if len(fits) == 1 and fits[0] not in self.files:
             self.notes.add(
-                rejection_codes.MATERIAL_GUESSED,
+                codes.MATERIAL_GUESSED,
                 fits[0],
                 f"{printable(fits[0])} is taken for its material file, by name",
             )
@@ -96,13 +96,9 @@ class _Collector:
         try:
             data = read_file(str(self._found.root / place), self._found.root, self._budget)
         except Rejected as error:
-            if reference.role is Role.BUFFER or error.code == rejection_codes.TOO_LARGE:
+            if reference.role is Role.BUFFER or error.code == codes.TOO_LARGE:
                 raise
-            code = (
-                rejection_codes.LINK_IGNORED
-                if error.code == rejection_codes.LINK_OUTSIDE
-                else rejection_codes.REFERENCE_MISSING
-            )
+            code = codes.LINK_IGNORED if error.code == codes.LINK_OUTSIDE else codes.REFERENCE_MISSING
             self.notes.add(code, reference.name, f"{reference.role.value} left out: {error.message}")
             return
         self._budget -= len(data)
@@ -118,7 +114,7 @@ class _Collector:
         for spelling in spellings:
             path = posixpath.normpath(posixpath.join(folder, spelling.replace("\\", "/").removeprefix("file:")))
             if path.startswith("..") and path[2:3] in ("", "/"):
-                refusal = rejection_codes.PATH_TRAVERSAL
+                refusal = codes.PATH_TRAVERSAL
                 continue
             place = self._existing(path, reference)
             if place is not None:
@@ -129,11 +125,11 @@ class _Collector:
 
     def _bad_buffer(self, reference: Reference, refusal: str | None) -> Rejected:
         name = printable(reference.name, 80)
-        if refusal == rejection_codes.NETWORK_URI:
+        if refusal == codes.NETWORK_URI:
             return Rejected(refusal, f"buffer {name!r} lies on the network, which is not read; pack it into the file")
         if refusal:
             return Rejected(refusal, f"buffer {name!r} leaves the package; pack it into the file")
-        return Rejected(rejection_codes.MISSING_FILE, f"buffer {name!r} is missing; put it beside the glTF")
+        return Rejected(codes.MISSING_FILE, f"buffer {name!r} is missing; put it beside the glTF")
 
     def _by_base_name(self, reference: Reference, folder: str, refusal: str | None) -> str | None:
         """A file of the same base name where pictures usually lie; else a note."""
@@ -145,13 +141,13 @@ class _Collector:
             place = None if path.startswith("..") else self._existing(path, reference)
             if place is not None:
                 message = f"`{name}` was found by its base name, as {printable(place, 80)}"
-                self.notes.add(rejection_codes.FOUND_BY_BASE_NAME, name, message)
+                self.notes.add(codes.FOUND_BY_BASE_NAME, name, message)
                 return place
         if refusal:
-            self.notes.add(rejection_codes.REFERENCE_IGNORED, name, f"reference `{name}` outside the package ignored")
+            self.notes.add(codes.REFERENCE_IGNORED, name, f"reference `{name}` outside the package ignored")
         else:
             message = f"{reference.role.value} {name!r} is missing; put it beside the mesh"
-            self.notes.add(rejection_codes.REFERENCE_MISSING, name, message)
+            self.notes.add(codes.REFERENCE_MISSING, name, message)
         return None
 
     def _existing(self, path: str, reference: Reference) -> str | None:
@@ -169,7 +165,7 @@ class _Collector:
         if not fits:
             return None
         message = f"{printable(reference.name, 80)!r} is spelt {printable(fits[0], 80)!r} on disk; rename one"
-        self.notes.add(rejection_codes.CASE_MISMATCH, reference.name, message)
+        self.notes.add(codes.CASE_MISMATCH, reference.name, message)
         return posixpath.join(folder, fits[0])
 
     def _listing(self, folder: str) -> list[str]:
@@ -186,7 +182,7 @@ def _refusal(name: str) -> str | None:
     """Code of what makes a name unacceptable before the disk is looked at, or None."""
     text = unquote(name).strip()
     if _DRIVE.match(text) or text.startswith(("/", "\\")):
-        return rejection_codes.PATH_TRAVERSAL
+        return codes.PATH_TRAVERSAL
     if _SCHEME.match(text):
-        return rejection_codes.PATH_TRAVERSAL if text.lower().startswith("file:") else rejection_codes.NETWORK_URI
-    return rejection_codes.PATH_TRAVERSAL if "\0" in text else None
+        return codes.PATH_TRAVERSAL if text.lower().startswith("file:") else codes.NETWORK_URI
+    return codes.PATH_TRAVERSAL if "\0" in text else None

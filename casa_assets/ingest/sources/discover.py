@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence, Set
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
 from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path
@@ -60,7 +60,7 @@ def _discover(root: Path) -> Iterator[Found | Refused]:
             yield one
         if not inputs and suffix_of(place.name) in SUFFIXES:
             message = f"{escaped_path(place.name)}: a folder, not a regular file; put the file itself there"
-            yield Refused(escaped_path(place.name), rejection_codes.NOT_A_FILE, message)
+            yield Refused(escaped_path(place.name), codes.NOT_A_FILE, message)
     elif place.suffix.lower() in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
     else:
@@ -88,7 +88,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     except OSError as error:
         folder = escaped_path(package.prefix)
         message = f"{folder or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
-        yield Refused(folder.rstrip("/"), rejection_codes.UNREADABLE, message)
+        yield Refused(folder.rstrip("/"), codes.UNREADABLE, message)
         return
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
     names = frozenset(e.name.lower() for e in entries)
@@ -110,7 +110,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     for name in folders:
         if depth >= DEEPEST_FOLDER:
             message = f"{escaped_path(name)}: folders nested too deep; move it"
-            yield Refused(escaped_path(package.prefix + name), rejection_codes.UNREADABLE, message)
+            yield Refused(escaped_path(package.prefix + name), codes.UNREADABLE, message)
         else:
             yield from _inner(package, name, claimed, depth)
 
@@ -129,7 +129,7 @@ def _is_unread(name: str, names: Set[str]) -> bool:
 
 def _unread(package: Package, name: str) -> Refused:
     message = f"{escaped_path(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
-    return Refused(escaped_path(package.prefix + name), rejection_codes.WRONG_TYPE, message)
+    return Refused(escaped_path(package.prefix + name), codes.WRONG_TYPE, message)
 
 
 def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
@@ -159,7 +159,7 @@ def _loose(package: Package, main: str) -> Found | Refused:
     path = package.prefix + main
     try:
         if escaped_path(path) != path:
-            raise Rejected(rejection_codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
+            raise Rejected(codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
         check_file(str(package.root / main), package.root)
     except Rejected as error:
         return Refused(escaped_path(path), error.code, error.message)

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx_id
@@ -67,13 +67,13 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
         rows = parse_json(data.removeprefix(codecs.BOM_UTF8), name)
     except Rejected as error:
         if must:
-            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.message))
+            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, error.message))
         return
     is_manifest = isinstance(rows, list) and any(isinstance(r, dict) and "id" in r and "file" in r for r in rows)
     if not isinstance(rows, list) or not is_manifest:
         if must:
             message = f"{name}: not a list of rows with `id` and `file`; mend it"
-            yield package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, message))
+            yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
         return
     reader = _Rows(package, name)
     yield from reader.bounded(reader.row(f"{name} row {number}", row) for number, row in enumerate(rows, start=1))
@@ -90,7 +90,7 @@ class _Rows:
         """The rows, until there are more, or more broken ones, than any honest manifest has."""
         broken = 0
         for number, one in enumerate(rows, start=1):
-            broken += isinstance(one, Refused) and one.code == rejection_codes.BAD_ROW
+            broken += isinstance(one, Refused) and one.code == codes.BAD_ROW
             if number > MAX_ROWS or broken > MAX_BROKEN_ROWS:
                 most, advice = f"{MAX_BROKEN_ROWS} broken rows", "mend the file"
                 if number > MAX_ROWS:
@@ -99,7 +99,7 @@ class _Rows:
                 message = (
                     f"{printable(self._name)}: more than {most}; the rows from {number} on were not read, {advice}"
                 )
-                yield self._package.refuse(self._name, Rejected(rejection_codes.BAD_MANIFEST, message))
+                yield self._package.refuse(self._name, Rejected(codes.BAD_MANIFEST, message))
                 return
             yield one
 
@@ -115,14 +115,10 @@ class _Rows:
         """One row; refused with its place where anything in it is wrong."""
         try:
             if not isinstance(row, dict):
-                raise Rejected(
-                    rejection_codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; mend it"
-                )
+                raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; mend it")
             uid = safe_id(row.get("id"), place)
             if uid in self._ids:
-                raise Rejected(
-                    rejection_codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one"
-                )
+                raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
             self._check_types(row, place)
             main = self._package.file(row.get("file"), place)
             self._ids[uid] = place
@@ -135,7 +131,7 @@ class _Rows:
             value = row.get(key)
             if value is not None and not isinstance(value, str):
                 message = f"{place}: {key} {printable(repr(value), 40)} is not text; mend it"
-                raise Rejected(rejection_codes.BAD_ROW, message)
+                raise Rejected(codes.BAD_ROW, message)
 
 
 def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
@@ -143,9 +139,7 @@ def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
     notes = Notes()
     for key, value in row.items():
         if isinstance(value, float) and not math.isfinite(value):
-            notes.add(
-                rejection_codes.NUMBER_IGNORED, place, f"{printable(key, 40)!r} is {value}, which is no number; ignored"
-            )
+            notes.add(codes.NUMBER_IGNORED, place, f"{printable(key, 40)!r} is {value}, which is no number; ignored")
     return notes.issues
 
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from casa_assets.errors import CasaError, Rejected, UnknownId
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path
 from casa_assets.ingest.sources.found import Found, Refused
@@ -83,7 +83,7 @@ def _input(package: Package, main: str, uid: str, row: object, category: str) ->
     try:
         check_file(str(package.root / main), package.root)
         if escaped_path(main) != main:
-            raise Rejected(rejection_codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
+            raise Rejected(codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
         return package.found(main, _source(main, uid, row, category))
     except Rejected as error:
         return package.refuse(main, error)
@@ -134,9 +134,9 @@ class _Reader:
                 value = parse_json(_plain(self._package.read(name), name), name)
                 if isinstance(value, dict):
                     return value
-                raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: not a JSON object; mend it or remove it")
+                raise Rejected(codes.BAD_MANIFEST, f"{name}: not a JSON object; mend it or remove it")
             except Rejected as error:
-                self.refused.append(self._package.refuse(name, Rejected(rejection_codes.BAD_MANIFEST, error.message)))
+                self.refused.append(self._package.refuse(name, Rejected(codes.BAD_MANIFEST, error.message)))
         return {}
 
     def metadata(self, folder: str) -> Mapping[str, object]:
@@ -153,9 +153,9 @@ def _plain(data: bytes, name: str) -> bytes:
             unpacker = zlib.decompressobj(wbits=16 + zlib.MAX_WBITS)
             data = unpacker.decompress(data, MAX_INDEX_BYTES)
         except zlib.error as error:
-            raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: broken gzip ({error}); fetch it again") from error
+            raise Rejected(codes.BAD_MANIFEST, f"{name}: broken gzip ({error}); fetch it again") from error
         if unpacker.unconsumed_tail:
-            raise Rejected(rejection_codes.BAD_MANIFEST, f"{name}: more than {MAX_INDEX_BYTES} bytes unpacked; mend it")
+            raise Rejected(codes.BAD_MANIFEST, f"{name}: more than {MAX_INDEX_BYTES} bytes unpacked; mend it")
     return data.removeprefix(codecs.BOM_UTF8)
 
 
@@ -174,7 +174,7 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
     place = f"{name} row {number}"
     try:
         if not isinstance(row, dict):
-            raise Rejected(rejection_codes.BAD_ROW, f"{place}: not an object; mend it")
+            raise Rejected(codes.BAD_ROW, f"{place}: not an object; mend it")
         main = package.file(row.get("path"), place)
         title = text_field(row, "name")
         stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path, read_file
 from casa_assets.ingest.sources.found import Found, Refused
@@ -46,23 +46,19 @@ class Package:
             Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
         """
         if not isinstance(value, str) or not value.strip() or "\0" in value:
-            raise Rejected(
-                rejection_codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); mend it"
-            )
+            raise Rejected(codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); mend it")
         path = value.strip()
         if "\\" in path and not os.path.lexists(self.root / path):
             path = path.replace("\\", "/")
         whole = posixpath.normpath(path)
         if path.startswith("/") or re.match(r"[A-Za-z]:", path) or (whole.startswith("..") and whole[2:3] in ("", "/")):
-            raise Rejected(
-                rejection_codes.PATH_TRAVERSAL, f"{place}: {printable(path, 80)!r} leaves the package; mend it"
-            )
+            raise Rejected(codes.PATH_TRAVERSAL, f"{place}: {printable(path, 80)!r} leaves the package; mend it")
         try:
             check_file(str(self.root / whole), self.root)
         except Rejected as error:
             raise Rejected(error.code, f"{place}: {error.message}") from error
         except UnicodeError as error:
-            raise Rejected(rejection_codes.BAD_NAME, f"{place}: a name that no file can have; mend it") from error
+            raise Rejected(codes.BAD_NAME, f"{place}: a name that no file can have; mend it") from error
         return whole
 
     def found(self, main: str, source: Source) -> Found:

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 
 MAX_CHARACTERS = 2000
@@ -25,15 +25,13 @@ def parse_json(text: bytes | str, place: str) -> object:
     """
     raw = text if isinstance(text, bytes) else text.encode("utf-8", "replace")
     if sum(raw.count(mark) for mark in (b",", b"[", b"{")) > MAX_VALUES:
-        raise Rejected(rejection_codes.BAD_ROW, f"{place}: more than {MAX_VALUES} values; split the file")
+        raise Rejected(codes.BAD_ROW, f"{place}: more than {MAX_VALUES} values; split the file")
     try:
         return json.loads(text, parse_constant=lambda _: None, parse_int=_whole)
     except RecursionError as error:
-        raise Rejected(rejection_codes.BAD_ROW, f"{place}: JSON nested too deep; mend the line") from error
+        raise Rejected(codes.BAD_ROW, f"{place}: JSON nested too deep; mend the line") from error
     except ValueError as error:
-        raise Rejected(
-            rejection_codes.BAD_ROW, f"{place}: broken JSON ({printable(str(error), 80)}); mend the line"
-        ) from error
+        raise Rejected(codes.BAD_ROW, f"{place}: broken JSON ({printable(str(error), 80)}); mend the line") from error
 
 
 def _whole(digits: str) -> int | None:
@@ -74,8 +72,8 @@ def safe_id(value: object, place: str) -> str:
         Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
     """
     if not isinstance(value, str):
-        raise Rejected(rejection_codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; mend it")
+        raise Rejected(codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; mend it")
     if not _SAFE_ID.fullmatch(value) or ".." in value:
         message = f"{place}: id {printable(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; mend it"
-        raise Rejected(rejection_codes.BAD_ID, message)
+        raise Rejected(codes.BAD_ID, message)
     return value

@@ -20,7 +20,7 @@ from casa_assets.geometry.mesh.trimesh_exchange import (
     placed_meshes,
     up_axis,
 )
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images, ImageUse, linear_from_srgb, srgb_bytes_from_linear
 from casa_assets.ingest.load.names import UniqueNames
@@ -77,9 +77,7 @@ def read_placed(
 ) -> RawModel:
     """RawModel of a mesh or scene; remarks go into `notes`. Raises Rejected as raw_from_trimesh."""
     if count := count_other_geometries(thing):
-        notes.add(
-            rejection_codes.FEATURE_IGNORED, "geometry", f"{count} geometries are paths or point clouds; left out"
-        )
+        notes.add(codes.FEATURE_IGNORED, "geometry", f"{count} geometries are paths or point clouds; left out")
     placed: list[PlacedMesh] = []
     faces = 0
     try:
@@ -88,11 +86,11 @@ def read_placed(
             check_face_count(faces, limits, name)
             placed.append(placed_mesh)
     except ValueError as error:
-        raise Rejected(rejection_codes.OUT_OF_BOUNDS, f"{name}: {error}") from error
+        raise Rejected(codes.OUT_OF_BOUNDS, f"{name}: {error}") from error
     try:
         metres = metres_per_unit(thing)
     except ValueError as error:
-        raise Rejected(rejection_codes.MIXED_UNITS, f"{name}: {error}") from error
+        raise Rejected(codes.MIXED_UNITS, f"{name}: {error}") from error
     stated = up_axis(thing)
     materials = _Materials(Images(limits, notes), notes)
     parts = [_read_part(p, materials) for p in placed]
@@ -140,7 +138,7 @@ class _Materials:
         name = source.name or "material"
         picture, color = source.images.get("base"), source.color
         if max(color[:3]) <= _BLACK < max(source.emissive) and (picture is None or "emissive" in source.images):
-            self._notes.add(rejection_codes.EMISSIVE_AS_BASE, name, "black surface that glows: its glow is its colour")
+            self._notes.add(codes.EMISSIVE_AS_BASE, name, "black surface that glows: its glow is its colour")
             picture, color = source.images.get("emissive"), (*source.emissive, color[3])
         alpha, opacity = self._alpha(source, name)
         base_picture = self._texture(picture, f"{name}_color", ImageUse(ColorSpace.SRGB, alpha))
@@ -167,7 +165,7 @@ class _Materials:
         if source.alpha_mode == "OPAQUE":
             return "drop", 1.0
         if opacity <= 0.0:
-            self._notes.add(rejection_codes.FULLY_TRANSPARENT, name, "alpha 0 would hide it; made opaque")
+            self._notes.add(codes.FULLY_TRANSPARENT, name, "alpha 0 would hide it; made opaque")
             return "drop", 1.0
         return (min(1.0, source.alpha_cutoff / opacity), 1.0) if source.alpha_mode == "MASK" else ("keep", opacity)
 

@@ -15,7 +15,7 @@ from lxml import etree
 
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.trimesh_exchange import read_scene
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.by_trimesh.from_trimesh import read_placed
 from casa_assets.ingest.load.by_trimesh.threemf import package_size
 from casa_assets.ingest.load.collada.guarded_xml import check_xml, local_name
@@ -57,11 +57,11 @@ def read_off(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     name = printable(bundle.main)
     text = normalize_text(bundle.files[bundle.main], name)
     if text.lstrip()[:4] == b"COFF":
-        notes.add(rejection_codes.FEATURE_IGNORED, "COFF", "colours of vertices are left out")
+        notes.add(codes.FEATURE_IGNORED, "COFF", "colours of vertices are left out")
     words = sum(text.count(space) for space in (b" ", b"\t", b"\n"))
     if words > WORDS_PER_FACE * limits["input_faces"]:
         message = f"{name}: {words} words, more than {limits['input_faces']:.0f} faces need; simplify the mesh first"
-        raise Rejected(rejection_codes.TOO_LARGE, message)
+        raise Rejected(codes.TOO_LARGE, message)
     return _read(text, "off", Format.OFF, limits, notes, name)
 
 
@@ -78,7 +78,7 @@ def read_3mf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
         check_xml(member, name)
     stated = package_size(members, limits, name)
     if stated.is_colored:
-        notes.add(rejection_codes.FEATURE_IGNORED, "resources", "materials, colours and pictures of a 3MF are left out")
+        notes.add(codes.FEATURE_IGNORED, "resources", "materials, colours and pictures of a 3MF are left out")
     return _read(_packed(members), "3mf", Format.THREE_MF, limits, notes, name, Up.Z)
 
 
@@ -98,12 +98,10 @@ def read_xaml(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
         if local_name(element) == "GeometryModel3D" and any(
             local_name(a) == "GeometryModel3D" for a in element.iterancestors()
         ):
-            raise Rejected(
-                rejection_codes.BAD_SCENE_GRAPH, f"{name}: models stand within models; export the file again"
-            )
+            raise Rejected(codes.BAD_SCENE_GRAPH, f"{name}: models stand within models; export the file again")
     if words > WORDS_PER_FACE * limits["input_faces"]:
         message = f"{name}: {words} numbers, more than {limits['input_faces']:.0f} faces need; simplify the mesh first"
-        raise Rejected(rejection_codes.TOO_LARGE, message)
+        raise Rejected(codes.TOO_LARGE, message)
     return _read(data, "xaml", Format.XAML, limits, notes, name, Up.Y).replace(metres_per_unit=1.0)
 
 
@@ -116,7 +114,7 @@ def _read(
         message = (
             f"{name}: trimesh cannot read it ({type(error).__name__}: {printable(str(error), 80)}); export it as GLB"
         )
-        raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, message) from error
+        raise Rejected(codes.EXCHANGE_UNREADABLE, message) from error
     check_face_count(sum(len(getattr(g, "faces", ())) for g in scene.geometry.values()), limits, name)
     return read_placed(scene, limits, notes, name, found, up)
 
@@ -137,12 +135,12 @@ def _unpacked(data: bytes, limits: Mapping[str, float], name: str) -> dict[str, 
                 total += info.file_size
                 if total > most:
                     message = f"{name}: unpacks to more than {most:.0f} bytes; simplify it first or raise --max-faces"
-                    raise Rejected(rejection_codes.TOO_LARGE, message)
+                    raise Rejected(codes.TOO_LARGE, message)
                 with archive.open(info) as stream:
                     out[info.filename] = stream.read(info.file_size)
     except _FAULTS as error:
         message = f"{name}: the archive cannot be unpacked ({printable(str(error), 80)}); fetch it again"
-        raise Rejected(rejection_codes.EXCHANGE_UNREADABLE, message) from error
+        raise Rejected(codes.EXCHANGE_UNREADABLE, message) from error
     return out
 
 

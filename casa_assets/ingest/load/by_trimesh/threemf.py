@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from lxml import etree
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.collada.guarded_xml import local_name
 from casa_assets.ingest.load.raw_parts import check_face_count
 
@@ -75,7 +75,7 @@ def package_size(members: Mapping[str, bytes], limits: Mapping[str, float], name
     faces, copies = _placed(objects, placed, name)
     check_face_count(faces, limits, name)
     if not faces:
-        raise Rejected(rejection_codes.NO_GEOMETRY, f"{name}: its build places no triangle; export the object itself")
+        raise Rejected(codes.NO_GEOMETRY, f"{name}: its build places no triangle; export the object itself")
     return PackageSize(faces, copies, is_colored)
 
 
@@ -88,9 +88,7 @@ def _placed(objects: Mapping[str, _Object], placed: list[str], name: str) -> tup
         if key in known or key not in objects:
             return known.get(key, (0, 0))
         if key in open_now or len(open_now) > 100:
-            raise Rejected(
-                rejection_codes.BAD_SCENE_GRAPH, f"{name}: objects contain each other; export the file again"
-            )
+            raise Rejected(codes.BAD_SCENE_GRAPH, f"{name}: objects contain each other; export the file again")
         open_now.add(key)
         inner = [total(k) for k in objects[key].inner]
         open_now.discard(key)
@@ -100,7 +98,5 @@ def _placed(objects: Mapping[str, _Object], placed: list[str], name: str) -> tup
     sums = [total(key) for key in placed]
     faces, copies = sum(f for f, _ in sums), sum(c for _, c in sums)
     if copies > MAX_COPIES:
-        raise Rejected(
-            rejection_codes.BAD_SCENE_GRAPH, f"{name}: objects are copied without end; export the file again"
-        )
+        raise Rejected(codes.BAD_SCENE_GRAPH, f"{name}: objects are copied without end; export the file again")
     return faces, copies

@@ -13,7 +13,7 @@ from lxml import etree
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.load.wavefront.parser import parsed_numbers
 
@@ -38,14 +38,14 @@ def check_xml(data: bytes, name: str) -> None:
         nonlocal depth
         depth += 1
         if depth > MAX_DEPTH:
-            raise Rejected(rejection_codes.XML_DEPTH, f"{name}: XML nested deeper than {MAX_DEPTH}; export it again")
+            raise Rejected(codes.XML_DEPTH, f"{name}: XML nested deeper than {MAX_DEPTH}; export it again")
 
     def end(tag: str) -> None:
         nonlocal depth
         depth -= 1
 
     def doctype(*parts: object) -> None:
-        raise Rejected(rejection_codes.XML_ENTITY, f"{name}: carries a document type or entities; remove them")
+        raise Rejected(codes.XML_ENTITY, f"{name}: carries a document type or entities; remove them")
 
     scanner = expat.ParserCreate()
     scanner.StartElementHandler, scanner.EndElementHandler = start, end
@@ -53,12 +53,12 @@ def check_xml(data: bytes, name: str) -> None:
     try:
         scanner.Parse(data, True)
     except expat.ExpatError as error:
-        code = rejection_codes.TRUNCATED if error.code in _CUT else rejection_codes.BAD_XML
+        code = codes.TRUNCATED if error.code in _CUT else codes.BAD_XML
         message = f"{name}: the XML is broken at line {error.lineno} ({expat.ErrorString(error.code)}); fetch it again"
         raise Rejected(code, message) from error
     except (ValueError, LookupError) as error:
         message = f"{name}: the XML cannot be read ({printable(str(error), 60)}); export it again"
-        raise Rejected(rejection_codes.BAD_XML, message) from error
+        raise Rejected(codes.BAD_XML, message) from error
 
 
 @dataclass
@@ -83,10 +83,10 @@ def open_dae(data: bytes, name: str) -> Document:
         root = etree.fromstring(data, parser)
     except (etree.XMLSyntaxError, ValueError) as error:
         message = f"{name}: the XML is broken ({printable(str(error), 80)}); export it again"
-        raise Rejected(rejection_codes.BAD_XML, message) from error
+        raise Rejected(codes.BAD_XML, message) from error
     if local_name(root) != "COLLADA":
         raise Rejected(
-            rejection_codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {printable(local_name(root), 30)})"
+            codes.WRONG_TYPE, f"{name}: XML, but not COLLADA (its root is {printable(local_name(root), 30)})"
         )
     by_id: dict[str, Element] = {}
     for element in root.iter():

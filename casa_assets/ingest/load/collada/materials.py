@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.collada.guarded_xml import (
     Document,
     Element,
@@ -53,7 +53,7 @@ class Surfaces:
             if node is None:
                 if key:
                     message = f"material {printable(key, 40)!r} is not described; a grey one is used"
-                    self.notes.add(rejection_codes.MATERIAL_MISSING, key, message)
+                    self.notes.add(codes.MATERIAL_MISSING, key, message)
                 self._read[key] = Surface(Material(id=self.names.unique(key.removeprefix("#"), "material")))
             else:
                 self._read[key] = self._surface(node)
@@ -66,9 +66,7 @@ class Surfaces:
         profile = find_path(effect, "profile_COMMON")
         shader = next(children(find_path(profile, "technique"), *_SHADERS), None)
         if profile is None or shader is None:
-            self.notes.add(
-                rejection_codes.MATERIAL_MISSING, name, "a material without a common effect; a grey one is used"
-            )
+            self.notes.add(codes.MATERIAL_MISSING, name, "a material without a common effect; a grey one is used")
             return Surface(Material(id=self.names.unique(name, "material")))
         slot = self._color_slot(shader)
         file, texcoord = self._file(profile, find_path(slot, "texture"))
@@ -94,7 +92,7 @@ class Surfaces:
         plain = floats_of(find_path(diffuse, "color"))[:3]
         if glows and (diffuse is None or (len(plain) == 3 and bool((plain <= _BLACK).all()))):
             self.notes.add(
-                rejection_codes.EMISSIVE_AS_BASE, local_name(shader), "black surface that glows: its glow is its colour"
+                codes.EMISSIVE_AS_BASE, local_name(shader), "black surface that glows: its glow is its colour"
             )
             return emission
         return diffuse
@@ -103,9 +101,7 @@ class Surfaces:
         values = floats_of(find_path(slot, "color"))
         if len(values) < 3 or not np.isfinite(values[:3]).all():
             if find_path(slot, "color") is not None:
-                self.notes.add(
-                    rejection_codes.BAD_VALUE, f"{name}/diffuse", "the colour is not three numbers; grey is used"
-                )
+                self.notes.add(codes.BAD_VALUE, f"{name}/diffuse", "the colour is not three numbers; grey is used")
             return (0.8, 0.8, 0.8)
         r, g, b = (linear_from_srgb(float(v)) for v in values[:3])
         return (r, g, b)
@@ -124,7 +120,7 @@ class Surfaces:
             else:
                 alpha = share * float(color[3])
         if alpha <= 0.0:
-            self.notes.add(rejection_codes.FULLY_TRANSPARENT, name, "transparency would hide it; made opaque")
+            self.notes.add(codes.FULLY_TRANSPARENT, name, "transparency would hide it; made opaque")
             return 1.0
         return min(1.0, alpha)
 
@@ -134,7 +130,7 @@ class Surfaces:
         if not len(values):
             return 0.6
         if not np.isfinite(values[0]) or values[0] < 0:
-            self.notes.add(rejection_codes.BAD_VALUE, f"{name}/shininess", "shininess is not a number >= 0; ignored")
+            self.notes.add(codes.BAD_VALUE, f"{name}/shininess", "shininess is not a number >= 0; ignored")
             return 0.6
         # many exporters write 0..1 where an exponent is meant; those say nothing
         exponent = float(values[0])

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.collada.guarded_xml import (
     Document,
     Element,
@@ -169,7 +169,7 @@ def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]
     if kind == "polygons":
         holed = [integers_of(find_path(h, "p")) for h in children(primitive, "ph")]
         if holed:
-            notes.add(rejection_codes.FEATURE_IGNORED, "polygons", "holes in polygons are filled")
+            notes.add(codes.FEATURE_IGNORED, "polygons", "holes in polygons are filled")
         lists += holed
     rows = [flat[: len(flat) // stride * stride].reshape(-1, stride) for flat in lists]
     if not rows:
@@ -186,7 +186,7 @@ def _corners(primitive: Element, stride: int, notes: Notes) -> tuple[Ints, Ints]
         fits = (lengths >= 0) & (np.cumsum(lengths) <= len(whole))
         if not fits.all():
             notes.add(
-                rejection_codes.FACE_DROPPED,
+                codes.FACE_DROPPED,
                 "polylist",
                 f"{int((~fits).sum())} polygons past the index list were dropped",
             )
@@ -213,7 +213,7 @@ def _check(inputs: list[_Input], corners: Ints, primitive: Element) -> None:
             message = (
                 f"COLLADA <{local_name(primitive)}>: index {int(column.max())} of {len(one.table)} in {one.semantic}"
             )
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message + "; export the file again")
+            raise Rejected(codes.OUT_OF_BOUNDS, message + "; export the file again")
 
 
 def _triangles(points: Floats, lengths: Ints, notes: Notes) -> Ints:
@@ -224,7 +224,7 @@ def _triangles(points: Floats, lengths: Ints, notes: Notes) -> Ints:
         which = np.flatnonzero(lengths == corners)
         if corners < 3:
             notes.add(
-                rejection_codes.FACE_DROPPED,
+                codes.FACE_DROPPED,
                 "polygons",
                 f"{len(which)} faces with fewer than three corners were dropped",
             )
@@ -232,7 +232,7 @@ def _triangles(points: Floats, lengths: Ints, notes: Notes) -> Ints:
         index = starts[which][:, None] + np.arange(corners)
         local, polygon, fanned = triangulate(points[index][:, :, :3])
         if fanned:
-            notes.add(rejection_codes.POLYGON_FAN, "polygons", f"{fanned} concave or crossed faces were cut as fans")
+            notes.add(codes.POLYGON_FAN, "polygons", f"{fanned} concave or crossed faces were cut as fans")
         found.append((index[polygon[:, None], local], which[polygon]))
     if not found:
         return np.zeros((0, 3), dtype=np.int64)

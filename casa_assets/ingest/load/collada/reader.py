@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from casa_assets.core.rotation import about_axis
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.collada.guarded_xml import (
     Document,
     Element,
@@ -59,7 +59,7 @@ class _Reader:
             visited += 1
             if visited > MAX_NODES or depth > DEEPEST_NODE:
                 message = f"{self.name}: nodes are nested or copied without end; export the file again"
-                raise Rejected(rejection_codes.BAD_SCENE_GRAPH, message)
+                raise Rejected(codes.BAD_SCENE_GRAPH, message)
             world = parent @ node_matrix(node, self.notes)
             label = node.get("name") or node.get("id") or ""
             for child in children(node, "instance_geometry"):
@@ -106,9 +106,7 @@ class _Reader:
         skin = find_path(self.document.target(instance.get("url")), "skin")
         if skin is None:
             return
-        self.notes.add(
-            rejection_codes.FEATURE_IGNORED, "skin", "a rigged mesh: read in its bind shape, without its rig"
-        )
+        self.notes.add(codes.FEATURE_IGNORED, "skin", "a rigged mesh: read in its bind shape, without its rig")
         shape = floats_of(find_path(skin, "bind_shape_matrix"))
         if len(shape) == 16 and np.isfinite(shape).all():
             world = world @ shape.reshape(4, 4)
@@ -139,7 +137,7 @@ def node_matrix(node: Element, notes: Notes) -> Matrix:
         values = floats_of(child)
         wanted = {"matrix": 16, "translate": 3, "rotate": 4, "scale": 3}[local_name(child)]
         if len(values) != wanted or not np.isfinite(values).all():
-            notes.add(rejection_codes.BAD_VALUE, f"node/{local_name(child)}", f"not {wanted} numbers; ignored")
+            notes.add(codes.BAD_VALUE, f"node/{local_name(child)}", f"not {wanted} numbers; ignored")
             continue
         step = np.eye(4)
         if wanted == 16:
@@ -182,7 +180,7 @@ def _unit_and_up(document: Document, notes: Notes) -> tuple[float | None, Up]:
             metres = None
         if metres is None or not math.isfinite(metres) or metres <= 0:
             text = printable(unit.get("meter", ""), 20)
-            notes.add(rejection_codes.BAD_VALUE, "asset/unit", f"meter={text!r} is no length; ignored")
+            notes.add(codes.BAD_VALUE, "asset/unit", f"meter={text!r} is no length; ignored")
             metres = None
     return metres, _UPS.get(text_of(find_path(asset, "up_axis")).upper(), Up.Y)
 
@@ -203,13 +201,13 @@ def read_dae(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
         geometries = list(children(find_path(document.root, "library_geometries"), "geometry"))
         if geometries and not reader.parts:
             notes.add(
-                rejection_codes.MESH_OUTSIDE_SCENE,
+                codes.MESH_OUTSIDE_SCENE,
                 "scene",
                 "no mesh stands in the scene; all meshes of the file are used",
             )
             for geometry in geometries:
                 reader.geometry(geometry, None, np.eye(4), "")
     if find_path(document.root, "library_animations") is not None:
-        notes.add(rejection_codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
+        notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     metres, up = _unit_and_up(document, notes)
     return raw_model(reader.parts, notes, name, Format.DAE, metres, up)

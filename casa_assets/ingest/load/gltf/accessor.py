@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.gltf.container import data_uri
 from casa_assets.ingest.load.gltf.meshopt import EXTENSIONS, decompressed
 from casa_assets.ingest.load.gltf.tree import JsonObject
@@ -42,9 +42,7 @@ class Accessors:
         """(count,) whole numbers of a scalar accessor."""
         array = self._array(index)
         if array.dtype.kind not in "iu" or array.shape[1] != 1:
-            raise Rejected(
-                rejection_codes.BAD_SCHEMA, f"glTF accessors/{index}: indices must be whole scalars; export it again"
-            )
+            raise Rejected(codes.BAD_SCHEMA, f"glTF accessors/{index}: indices must be whole scalars; export it again")
         return array[:, 0].astype(np.int64)
 
     def floats(self, index: int, widths: tuple[int, ...]) -> npt.NDArray[np.float64]:
@@ -59,7 +57,7 @@ class Accessors:
         values = self._floats[index]
         if values.shape[1] not in widths:
             message = f"glTF accessors/{index}: {values.shape[1]} components where {widths} fit; export the file again"
-            raise Rejected(rejection_codes.BAD_SCHEMA, message)
+            raise Rejected(codes.BAD_SCHEMA, message)
         return values
 
     def view_bytes(self, index: int) -> bytes:
@@ -89,7 +87,7 @@ class Accessors:
         component, shape = accessor.count("componentType"), accessor.text("type")
         if component not in _COMPONENTS or shape not in _WIDTHS:
             message = f"glTF {accessor.place}: componentType {component} with type {shape[:12]!r} cannot be read here"
-            raise Rejected(rejection_codes.BAD_SCHEMA, message)
+            raise Rejected(codes.BAD_SCHEMA, message)
         return np.dtype(_COMPONENTS[component]), _WIDTHS[shape]
 
     def _check_element_count(self, count: int, accessor: JsonObject) -> None:
@@ -97,7 +95,7 @@ class Accessors:
             message = (
                 f"glTF {accessor.place}: {count} elements, more than {self._max_elements}; simplify the mesh first"
             )
-            raise Rejected(rejection_codes.TOO_LARGE, message)
+            raise Rejected(codes.TOO_LARGE, message)
 
     def _strided(self, owner: JsonObject, view_index: int, count: int, dtype: np.dtype[np.generic], width: int) -> Raw:
         view = self._document.pick(view_index, "bufferViews")
@@ -111,7 +109,7 @@ class Accessors:
             message = (
                 f"glTF {owner.place}: {count} elements need more than the {length} bytes of bufferViews/{view_index}"
             )
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message + "; fetch or export the file again")
+            raise Rejected(codes.OUT_OF_BOUNDS, message + "; fetch or export the file again")
         self._check_element_count(count, owner)
         if not count:
             return np.zeros((0, width), dtype=dtype)
@@ -125,9 +123,7 @@ class Accessors:
             raise places.fail("componentType", "an unsigned type")
         where = self._strided(places, places.count("bufferView"), count, np.dtype(component), 1)[:, 0].astype(np.int64)
         if count and int(where.max()) >= len(array):
-            raise Rejected(
-                rejection_codes.OUT_OF_BOUNDS, f"glTF {sparse.place}: an index is past the accessor; export it again"
-            )
+            raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {sparse.place}: an index is past the accessor; export it again")
         out = array.copy()
         out[where] = self._strided(values, values.count("bufferView"), count, dtype, width)
         return out
@@ -141,7 +137,7 @@ class Accessors:
                 message = (
                     f"glTF {view.place}: says {view.count('byteLength')} bytes, {len(data)} are packed; export it again"
                 )
-                raise Rejected(rejection_codes.LENGTH_MISMATCH, message)
+                raise Rejected(codes.LENGTH_MISMATCH, message)
             return data, 0, view.count("byteLength")
         return self._cut(view)
 
@@ -159,7 +155,7 @@ class Accessors:
             message = (
                 f"glTF {view.place}: ends at byte {start + length} of a buffer of {len(data)}; fetch the file again"
             )
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
+            raise Rejected(codes.OUT_OF_BOUNDS, message)
         return data, start, length
 
     def _buffer(self, index: int) -> bytes:
@@ -169,7 +165,7 @@ class Accessors:
             wanted = buffer.count("byteLength")
             if len(data) < wanted:
                 message = f"glTF {buffer.place}: says {wanted} bytes, there are {len(data)}; fetch the file again"
-                raise Rejected(rejection_codes.LENGTH_MISMATCH, message)
+                raise Rejected(codes.LENGTH_MISMATCH, message)
             self._buffers[index] = data
         return self._buffers[index]
 
@@ -179,11 +175,9 @@ class Accessors:
             return data_uri(uri, buffer.place)
         if uri:
             if uri not in self._files:
-                raise Rejected(
-                    rejection_codes.MISSING_FILE, f"glTF {buffer.place}: the file {uri[:80]!r} is missing; add it"
-                )
+                raise Rejected(codes.MISSING_FILE, f"glTF {buffer.place}: the file {uri[:80]!r} is missing; add it")
             return self._files[uri]
         if index == 0 and self._binary is not None:
             return self._binary
         message = f"glTF {buffer.place}: has neither a file nor a binary chunk; export it again"
-        raise Rejected(rejection_codes.MISSING_FILE, message)
+        raise Rejected(codes.MISSING_FILE, message)

@@ -8,7 +8,7 @@ import struct
 from urllib.parse import unquote_to_bytes
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.gltf.meshopt import EXTENSIONS
 from casa_assets.ingest.load.gltf.tree import JsonObject, parse
 
@@ -37,9 +37,7 @@ def open_document(data: bytes, name: str) -> tuple[JsonObject, bytes | None]:
     document = JsonObject(parse(text, name), "")
     version = document.child("asset").value.get("version", "2.0")
     if not isinstance(version, str) or not version.startswith("2"):
-        raise Rejected(
-            rejection_codes.UNSUPPORTED_VERSION, f"{name}: glTF version {str(version)[:8]!r}; only 2.x can be read"
-        )
+        raise Rejected(codes.UNSUPPORTED_VERSION, f"{name}: glTF version {str(version)[:8]!r}; only 2.x can be read")
     _check_extensions(document, name)
     return document, binary
 
@@ -50,15 +48,15 @@ def _check_extensions(document: JsonObject, name: str) -> None:
         if not readable:
             advice = ADVICE.get(str(wanted), "export without it")
             message = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, not supported; {advice}"
-            raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, message)
+            raise Rejected(codes.UNSUPPORTED_EXTENSION, message)
 
 
 def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
     if len(data) < 12:
-        raise Rejected(rejection_codes.TRUNCATED, f"{name}: {len(data)} bytes, a GLB header has 12; fetch it again")
+        raise Rejected(codes.TRUNCATED, f"{name}: {len(data)} bytes, a GLB header has 12; fetch it again")
     version, length = struct.unpack_from("<II", data, 4)
     if version != 2:
-        raise Rejected(rejection_codes.UNSUPPORTED_VERSION, f"{name}: GLB version {version}; only 2 can be read")
+        raise Rejected(codes.UNSUPPORTED_VERSION, f"{name}: GLB version {version}; only 2 can be read")
     text: bytes | None = None
     binary: bytes | None = None
     offset = 12
@@ -68,24 +66,24 @@ def _chunks(data: bytes, name: str) -> tuple[bytes, bytes | None]:
         if end > len(data):
             raise _overrun(kind, end, length, len(data), name)
         if text is None and kind != _JSON:
-            raise Rejected(rejection_codes.BAD_JSON, f"{name}: the first chunk of a GLB must be JSON; export it again")
+            raise Rejected(codes.BAD_JSON, f"{name}: the first chunk of a GLB must be JSON; export it again")
         if kind == _JSON and text is None:
             text = data[offset + 8 : end]
         elif kind == _BIN and binary is None:
             binary = data[offset + 8 : end]
         offset = end
     if text is None:
-        raise Rejected(rejection_codes.TRUNCATED, f"{name}: the GLB has a header but no JSON chunk; fetch it again")
+        raise Rejected(codes.TRUNCATED, f"{name}: the GLB has a header but no JSON chunk; fetch it again")
     if not offset <= length <= len(data) or length - offset >= 8:
         message = f"{name}: the header says {length} bytes, the chunks end at {offset} of {len(data)}; fetch it again"
-        raise Rejected(rejection_codes.LENGTH_MISMATCH, message)
+        raise Rejected(codes.LENGTH_MISMATCH, message)
     return text, binary
 
 
 def _overrun(kind: int, end: int, length: int, size: int, name: str) -> Rejected:
     message = f"{name}: a chunk ends at byte {end}, the file at {size} (header: {length}); fetch it again"
     is_cut = kind == _BIN or end <= length
-    return Rejected(rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, message)
+    return Rejected(codes.TRUNCATED if is_cut else codes.LENGTH_MISMATCH, message)
 
 
 def data_uri(uri: str, where: str) -> bytes:
@@ -96,7 +94,7 @@ def data_uri(uri: str, where: str) -> bytes:
     """
     head, comma, body = uri.partition(",")
     if not comma:
-        raise Rejected(rejection_codes.BAD_SCHEMA, f"glTF {where}: a data URI without a comma; export the file again")
+        raise Rejected(codes.BAD_SCHEMA, f"glTF {where}: a data URI without a comma; export the file again")
     raw = unquote_to_bytes(body)
     if not head.endswith(";base64"):
         return raw
@@ -104,4 +102,4 @@ def data_uri(uri: str, where: str) -> bytes:
         return base64.b64decode(raw, validate=True)
     except (binascii.Error, ValueError) as error:
         message = f"glTF {where}: base64 data is broken ({error}); export the file again"
-        raise Rejected(rejection_codes.BAD_SCHEMA, message) from error
+        raise Rejected(codes.BAD_SCHEMA, message) from error

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.gltf.tree import JsonObject
 from casa_assets.ingest.load.notes import Notes
 
@@ -53,7 +53,7 @@ def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
         if graph.placed or not document.array("meshes"):
             return graph
     notes.add(
-        rejection_codes.MESH_OUTSIDE_SCENE,
+        codes.MESH_OUTSIDE_SCENE,
         "scenes",
         "no mesh stands in the shown scene; all meshes of the file are used",
     )
@@ -63,7 +63,7 @@ def read_graph(document: JsonObject, notes: Notes) -> SceneGraph:
         return graph
     if nodes and len(children) >= len(nodes):
         message = "glTF nodes: every node has a parent, so they form a cycle; export it again"
-        raise Rejected(rejection_codes.BAD_SCENE_GRAPH, message)
+        raise Rejected(codes.BAD_SCENE_GRAPH, message)
     bare = tuple(MeshInstance(None, i, np.eye(4)) for i in range(len(document.items("meshes"))))
     return SceneGraph(bare, graph.world_from_node)
 
@@ -84,21 +84,17 @@ def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes
     while stack:
         index, parent = stack.pop()
         if index >= len(nodes):
-            raise Rejected(
-                rejection_codes.OUT_OF_BOUNDS, f"glTF nodes: index {index} of {len(nodes)}; export the file again"
-            )
+            raise Rejected(codes.OUT_OF_BOUNDS, f"glTF nodes: index {index} of {len(nodes)}; export the file again")
         if index in worlds:
             message = f"glTF nodes/{index}: reached twice (a cycle or a shared child); export the file again"
-            raise Rejected(rejection_codes.BAD_SCENE_GRAPH, message)
+            raise Rejected(codes.BAD_SCENE_GRAPH, message)
         node = nodes[index]
         with np.errstate(over="ignore", invalid="ignore"):
             worlds[index] = parent @ local_matrix(node, notes)
         if node.has("mesh"):
             mesh = node.count("mesh")
             if mesh >= meshes:
-                raise Rejected(
-                    rejection_codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again"
-                )
+                raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again")
             placed.append(MeshInstance(index, mesh, worlds[index]))
         stack.extend((_index(child, node), worlds[index]) for child in reversed(node.array("children")))
     return SceneGraph(tuple(placed), worlds)
@@ -111,7 +107,7 @@ def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
     x, y, z, w = node.numbers("rotation", (0.0, 0.0, 0.0, 1.0))
     length = float(np.sqrt(x * x + y * y + z * z + w * w))
     if length < 1e-9:
-        notes.add(rejection_codes.BAD_ROTATION, node.place, "the rotation quaternion is zero; read as no rotation")
+        notes.add(codes.BAD_ROTATION, node.place, "the rotation quaternion is zero; read as no rotation")
         x, y, z, w, length = 0.0, 0.0, 0.0, 1.0, 1.0
     x, y, z, w = x / length, y / length, z / length, w / length
     rotation = np.array(
@@ -129,7 +125,5 @@ def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
 
 def _index(value: object, node: JsonObject) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise Rejected(
-            rejection_codes.BAD_SCHEMA, f"glTF {node.place}: {str(value)[:20]!r} is no node index; export it again"
-        )
+        raise Rejected(codes.BAD_SCHEMA, f"glTF {node.place}: {str(value)[:20]!r} is no node index; export it again")
     return value

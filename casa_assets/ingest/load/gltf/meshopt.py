@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.gltf.tree import JsonObject
 
 EXTENSIONS = ("KHR_meshopt_compression", "EXT_meshopt_compression")
@@ -44,7 +44,7 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
         message = (
             f"glTF {extension.place}: claims {count * stride} bytes, more than {max_bytes}; simplify the mesh first"
         )
-        raise Rejected(rejection_codes.TOO_LARGE, message)
+        raise Rejected(codes.TOO_LARGE, message)
     if not count:
         return b""
     try:
@@ -54,7 +54,7 @@ def decompressed(extension: JsonObject, data: bytes, max_bytes: int) -> bytes:
             return _indices(extension, data, count, stride)
     except (RuntimeError, ValueError) as error:
         message = f"glTF {extension.place}: the compressed data is broken; fetch or export the file again"
-        raise Rejected(rejection_codes.TRUNCATED, message) from error
+        raise Rejected(codes.TRUNCATED, message) from error
     raise _unknown(extension, "mode", mode)
 
 
@@ -91,4 +91,4 @@ def _unknown(extension: JsonObject, key: str, name: str) -> Rejected:
     message = (
         f"glTF {extension.place}: meshopt {key} {name[:20]!r} is not supported; run `gltf-transform copy` on the file"
     )
-    return Rejected(rejection_codes.UNSUPPORTED_EXTENSION, message)
+    return Rejected(codes.UNSUPPORTED_EXTENSION, message)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import open_document
@@ -54,7 +54,7 @@ class _Reader:
     def _primitive(self, primitive: JsonObject, placed: MeshInstance, label: str) -> ReadPart | None:
         attributes = primitive.child("attributes")
         if not attributes.has("POSITION"):
-            self.notes.add(rejection_codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
+            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
             return None
         self._refuse_draco(primitive, attributes)
         self._remark(primitive)
@@ -97,9 +97,7 @@ class _Reader:
         """Vertices and normals in the frame of the file, and whether the transform mirrors."""
         skinned = rest_vertices(self.document, self.accessors, self.graph, placed, attributes, used, vertices)
         if skinned is not None:
-            self.notes.add(
-                rejection_codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig"
-            )
+            self.notes.add(codes.FEATURE_IGNORED, "skins", "a rigged mesh: read in its rest pose, without its rig")
             return skinned, None, False
         return transformed(vertices, normals, placed.world_from_mesh)
 
@@ -109,7 +107,7 @@ class _Reader:
         values = self.accessors.floats(attributes.count(key), widths)
         if len(values) <= int(used[-1]):
             message = f"{key} has {len(values)} rows, fewer than the vertices; left out"
-            self.notes.add(rejection_codes.BAD_VALUE, attributes.place, message)
+            self.notes.add(codes.BAD_VALUE, attributes.place, message)
             return None
         return values[used]
 
@@ -119,7 +117,7 @@ class _Reader:
         if values is None:
             return None
         if not np.isfinite(values).all():
-            self.notes.add(rejection_codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
+            self.notes.add(codes.BAD_COLOR, attributes.place, "vertex colours hold NaN; left out")
             return None
         out = np.full((len(values), 4), 255, dtype=np.uint8)
         out[:, :3] = srgb_bytes_from_linear(values[:, :3])
@@ -131,7 +129,7 @@ class _Reader:
         """(F, 3) indices into the vertices of the primitive."""
         mode = primitive.count("mode", _TRIANGLES)
         if mode not in (_TRIANGLES, _STRIP, _FAN):
-            self.notes.add(rejection_codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
+            self.notes.add(codes.FEATURE_IGNORED, primitive.place, "points or lines, not a surface; left out")
             return np.zeros((0, 3), dtype=np.int64)
         check_face_count(self._claimed_faces(primitive, count, mode), self.limits, self.name)
         if primitive.has("indices"):
@@ -139,7 +137,7 @@ class _Reader:
             flat = self.accessors.integers(index)
             if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < count:
                 message = f"glTF accessors/{index}: vertex {int(flat.max())} of {count}; export the file again"
-                raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
+                raise Rejected(codes.OUT_OF_BOUNDS, message)
         else:
             flat = np.arange(count, dtype=np.int64)
         return _from_mode(flat, mode)
@@ -156,13 +154,11 @@ class _Reader:
             message = (
                 f"{self.name}: compressed by Draco (KHR_draco_mesh_compression); decompress it with gltf-transform"
             )
-            raise Rejected(rejection_codes.UNSUPPORTED_EXTENSION, message)
+            raise Rejected(codes.UNSUPPORTED_EXTENSION, message)
 
     def _remark(self, primitive: JsonObject) -> None:
         if primitive.array("targets"):
-            self.notes.add(
-                rejection_codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read"
-            )
+            self.notes.add(codes.FEATURE_IGNORED, "meshes", "morph targets are left out; the rest shape is read")
 
 
 def _from_mode(flat: Ints, mode: int) -> Ints:
@@ -193,7 +189,7 @@ def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
     surfaces = Surfaces(document, accessors, bundle.files, Images(limits, notes), notes)
     graph = read_graph(document, notes)
     if document.array("animations"):
-        notes.add(rejection_codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
+        notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
     found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
     return raw_model(reader.parts(), notes, name, found, metres_per_unit=1.0, up=Up.Y)

@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import data_uri
 from casa_assets.ingest.load.gltf.tree import JsonObject
@@ -118,7 +118,7 @@ class Surfaces:
         is_black = max(color[:3]) <= _BLACK
         if not is_black or max(glow) <= _BLACK or (picture.value and not node.has("emissiveTexture")):
             return picture, color
-        self.notes.add(rejection_codes.EMISSIVE_AS_BASE, node.place, "black surface that glows: its glow is its colour")
+        self.notes.add(codes.EMISSIVE_AS_BASE, node.place, "black surface that glows: its glow is its colour")
         return node.child("emissiveTexture"), (*glow, color[3])
 
     def _alpha(self, node: JsonObject, color: tuple[float, ...]) -> tuple[str | float, tuple[float, ...]]:
@@ -126,7 +126,7 @@ class Surfaces:
         if mode == "OPAQUE":
             return "drop", (*color[:3], 1.0)
         if color[3] <= 0.0:
-            self.notes.add(rejection_codes.FULLY_TRANSPARENT, node.place, "alpha 0 would hide it; made opaque")
+            self.notes.add(codes.FULLY_TRANSPARENT, node.place, "alpha 0 would hide it; made opaque")
             return "drop", (*color[:3], 1.0)
         if mode == "MASK":
             return min(1.0, node.number("alphaCutoff", 0.5) / color[3]), (*color[:3], 1.0)
@@ -138,9 +138,7 @@ class Surfaces:
         texture = self.document.pick(node.count("index"), "textures")
         source = self._source(texture)
         if source is None:
-            self.notes.add(
-                rejection_codes.IMAGE_UNREADABLE, texture.place, "a texture without a readable image; left out"
-            )
+            self.notes.add(codes.IMAGE_UNREADABLE, texture.place, "a texture without a readable image; left out")
             return None
         image = self.document.pick(source, "images")
         data = self._image_bytes(image)
@@ -161,18 +159,14 @@ class Surfaces:
             try:
                 return self.accessors.view_bytes(image.count("bufferView"))
             except Rejected as error:
-                self.notes.add(
-                    rejection_codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}"
-                )
+                self.notes.add(codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}")
                 return None
         uri = image.text("uri")
         if uri.startswith("data:"):
             try:
                 return data_uri(uri, image.place)
             except Rejected as error:
-                self.notes.add(
-                    rejection_codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}"
-                )
+                self.notes.add(codes.IMAGE_UNREADABLE, image.place, f"embedded image left out: {error.message}")
                 return None
         return self.files.get(uri)
 
@@ -185,9 +179,7 @@ class Surfaces:
         for picture in pictures:
             fits = picture is not None and picture[1] == lead
             if picture is not None and not fits:
-                self.notes.add(
-                    rejection_codes.UV_SET_MIXED, place, f"{picture[0].name} uses other texture coordinates; left out"
-                )
+                self.notes.add(codes.UV_SET_MIXED, place, f"{picture[0].name} uses other texture coordinates; left out")
             kept.append(picture[0] if picture is not None and fits else None)
         return lead, kept[0], kept[1], kept[2]
 

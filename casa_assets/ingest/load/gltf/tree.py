@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 
 Json = Mapping[str, object]
@@ -24,9 +24,9 @@ def parse(text: bytes, name: str) -> Json:
         value = json.loads(text.removeprefix(b"\xef\xbb\xbf").rstrip(b"\0 \t\r\n"))
     except (ValueError, RecursionError) as error:
         message = f"{name}: the JSON cannot be read ({printable(str(error), 80)}); fetch or export the file again"
-        raise Rejected(rejection_codes.BAD_JSON, message) from error
+        raise Rejected(codes.BAD_JSON, message) from error
     if not isinstance(value, dict):
-        raise Rejected(rejection_codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
+        raise Rejected(codes.BAD_JSON, f"{name}: the JSON is not an object; this is no glTF")
     return value
 
 
@@ -45,9 +45,7 @@ class JsonObject:
     def fail(self, key: str, wanted: str) -> Rejected:
         """The error to raise for a wrong value at `key`."""
         got = printable(repr(self.value.get(key)), 40)
-        return Rejected(
-            rejection_codes.BAD_SCHEMA, f"glTF {self.place}/{key}: expected {wanted}, got {got}; export it again"
-        )
+        return Rejected(codes.BAD_SCHEMA, f"glTF {self.place}/{key}: expected {wanted}, got {got}; export it again")
 
     def has(self, key: str) -> bool:
         """True where the key is there and not null."""
@@ -125,9 +123,7 @@ class JsonObject:
         except OverflowError:
             number = math.inf
         if not math.isfinite(number):
-            raise Rejected(
-                rejection_codes.NON_FINITE, f"glTF {self.place}/{key}: NaN or infinite; export the file again"
-            )
+            raise Rejected(codes.NON_FINITE, f"glTF {self.place}/{key}: NaN or infinite; export the file again")
         return number
 
     def pick(self, index: int, key: str) -> JsonObject:
@@ -135,7 +131,7 @@ class JsonObject:
         values = self.array(key)
         if not 0 <= index < len(values):
             message = f"glTF {self.place}/{key}: index {index} of {len(values)}; export the file again"
-            raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
+            raise Rejected(codes.OUT_OF_BOUNDS, message)
         value = values[index]
         if not isinstance(value, dict):
             raise self.fail(key, "an array of objects")

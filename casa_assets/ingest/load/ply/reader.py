@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images, ImageUse
 from casa_assets.ingest.load.notes import Notes, printable
@@ -42,13 +42,13 @@ def read_ply(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     tables = read_tables(data, header, name)
     vertex = tables.get("vertex")
     if vertex is None or not {"x", "y", "z"} <= vertex.scalars.keys():
-        raise Rejected(rejection_codes.NO_GEOMETRY, f"{name}: the PLY has no vertices with x, y, z; export it again")
+        raise Rejected(codes.NO_GEOMETRY, f"{name}: the PLY has no vertices with x, y, z; export it again")
     vertices = _columns(vertex, ("x", "y", "z"))
     check_face_count(_triangle_count(tables.get("face")), limits, name)
     corners, polygons, fanned = _faces(tables.get("face"), vertices, name, notes)
     check_face_count(len(corners), limits, name)
     if fanned:
-        notes.add(rejection_codes.POLYGON_FAN, "face", f"{fanned} concave or crossed faces were cut as fans")
+        notes.add(codes.POLYGON_FAN, "face", f"{fanned} concave or crossed faces were cut as fans")
     part = ReadPart("part", vertices, corners, _material(bundle, header.textures, limits, notes))
     if {"nx", "ny", "nz"} <= vertex.scalars.keys():
         part.normals = _columns(vertex, ("nx", "ny", "nz"))
@@ -83,16 +83,14 @@ def _faces(face: Table | None, vertices: Floats, name: str, notes: Notes) -> tup
     flat, lengths = face.lists[column][0].astype(np.int64), face.lists[column][1]
     if len(flat) and not 0 <= int(flat.min()) <= int(flat.max()) < len(vertices):
         message = f"{name}: a face names vertex {int(flat.max())} of {len(vertices)}; export the file again"
-        raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
+        raise Rejected(codes.OUT_OF_BOUNDS, message)
     starts = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(lengths)[:-1])) if len(lengths) else lengths
     found: list[tuple[Ints, Ints]] = []
     fanned = 0
     for corners in np.unique(lengths).tolist():
         rows = np.flatnonzero(lengths == corners)
         if corners < 3:
-            notes.add(
-                rejection_codes.FACE_DROPPED, "face", f"{len(rows)} faces with fewer than three corners were dropped"
-            )
+            notes.add(codes.FACE_DROPPED, "face", f"{len(rows)} faces with fewer than three corners were dropped")
             continue
         index = flat[starts[rows][:, None] + np.arange(corners)]
         local, polygon, count = triangulate(vertices[index])
@@ -120,7 +118,7 @@ def _spread_corner_uv(part: ReadPart, face: Table, origin: Ints, notes: Notes) -
     starts = np.concatenate((np.zeros(1, dtype=np.int64), np.cumsum(lengths)[:-1]))
     needed = 2 * (int(origin[:, 1:].max()) + 1)
     if int(lengths.min()) < needed and (lengths[origin[:, 0]] < 2 * (origin[:, 1:].max(axis=1) + 1)).any():
-        notes.add(rejection_codes.BAD_UV, "face/texcoord", "some faces have no texture coordinates; all are left out")
+        notes.add(codes.BAD_UV, "face/texcoord", "some faces have no texture coordinates; all are left out")
         return
     place = (starts[origin[:, :1]] + 2 * origin[:, 1:]).reshape(-1)
     uv = np.column_stack((flat[place], flat[place + 1])).astype(np.float64)
@@ -141,7 +139,7 @@ def _colors(vertex: Table, notes: Notes) -> npt.NDArray[np.uint8] | None:
     scale = 1.0 if vertex.scalars[names[0]].dtype.kind in "iu" else 255.0
     values = _columns(vertex, names) * scale
     if not np.isfinite(values).all():
-        notes.add(rejection_codes.BAD_COLOR, "vertex", "vertex colours hold NaN; left out")
+        notes.add(codes.BAD_COLOR, "vertex", "vertex colours hold NaN; left out")
         return None
     out = np.full((len(values), 4), 255, dtype=np.uint8)
     out[:, :3] = np.rint(np.clip(values, 0.0, 255.0)).astype(np.uint8)
@@ -151,7 +149,7 @@ def _colors(vertex: Table, notes: Notes) -> npt.NDArray[np.uint8] | None:
 def _material(bundle: Bundle, textures: list[str], limits: Mapping[str, float], notes: Notes) -> Material:
     """White where a picture or vertex colours give the colour; the picture is the first `comment TextureFile`."""
     if len(textures) > 1:
-        notes.add(rejection_codes.FEATURE_IGNORED, "header", f"{len(textures)} texture files; only the first is used")
+        notes.add(codes.FEATURE_IGNORED, "header", f"{len(textures)} texture files; only the first is used")
     texture = None
     if textures and textures[0] in bundle.files:
         texture = Images(limits, notes).texture(textures[0], bundle.files[textures[0]], "color", ImageUse())

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.load.text import decode
 
@@ -77,12 +77,12 @@ def read_header(data: bytes, name: str) -> Header:
     if end is None:
         end = re.search(rb"\rend_header[ \t]*\r", data[: 1 << 20])
     if end is None:
-        raise Rejected(rejection_codes.TRUNCATED, f"{name}: the PLY header has no `end_header`; fetch it again")
+        raise Rejected(codes.TRUNCATED, f"{name}: the PLY header has no `end_header`; fetch it again")
     header = Header("?", [], [], end.end())
     for line in re.split(r"[\r\n]+", decode(data[: end.start()]))[1:]:
         _header_line(header, line.strip(), name)
     if header.order == "?":
-        raise Rejected(rejection_codes.BAD_HEADER, f"{name}: the PLY header names no format; export it again")
+        raise Rejected(codes.BAD_HEADER, f"{name}: the PLY header names no format; export it again")
     return header
 
 
@@ -109,7 +109,7 @@ def _header_line(header: Header, line: str, name: str) -> None:
             raise KeyError(words[0])
     except (KeyError, IndexError, ValueError) as error:
         message = f"{name}: PLY header line {printable(line, 60)!r} is not understood; export it again"
-        raise Rejected(rejection_codes.BAD_HEADER, message) from error
+        raise Rejected(codes.BAD_HEADER, message) from error
 
 
 def read_tables(data: bytes, header: Header, name: str) -> dict[str, Table]:
@@ -147,9 +147,7 @@ def check_lengths(data: bytes, header: Header, name: str) -> None:
                 f"{name}: {element.count} rows of {printable(element.name, 20)!r} need {need} bytes, {room} are left"
             )
             is_cut = need <= 16 * max(room, 1) and room > 0
-            raise Rejected(
-                rejection_codes.TRUNCATED if is_cut else rejection_codes.LENGTH_MISMATCH, message + "; fetch it again"
-            )
+            raise Rejected(codes.TRUNCATED if is_cut else codes.LENGTH_MISMATCH, message + "; fetch it again")
         room -= max(need, 0)
 
 
@@ -157,7 +155,7 @@ def _truncated(element: Element, name: str) -> Rejected:
     message = (
         f"{name}: the rows of {printable(element.name, 20)!r} end before their count ({element.count}); fetch it again"
     )
-    return Rejected(rejection_codes.TRUNCATED, message)
+    return Rejected(codes.TRUNCATED, message)
 
 
 def _binary_rows(data: bytes, at: int, element: Element, order: str, name: str) -> tuple[Table, int]:
@@ -278,7 +276,7 @@ def _text_rows(words: list[bytes], at: int, element: Element, name: str) -> tupl
     except (ValueError, OverflowError) as error:
         message = f"{name}: a row of {printable(element.name, 20)!r} is not numbers ({printable(str(error), 60)})"
         message += "; export it again"
-        raise Rejected(rejection_codes.BAD_NUMBER, message) from error
+        raise Rejected(codes.BAD_NUMBER, message) from error
     lists = Table({}, {})
     for i, p in enumerate(element.properties):
         column = _cast(np.array(values[i], dtype=np.float64), p)

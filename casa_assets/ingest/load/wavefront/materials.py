@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.image import Images, ImageUse, Pixels, linear_from_srgb
 from casa_assets.ingest.load.names import UniqueNames
 from casa_assets.ingest.load.notes import Notes, printable
@@ -103,7 +103,7 @@ def _set_value(entry: MtlEntry, key: str, rest: str, name: str, notes: Notes) ->
     except ValueError:
         values = []
     if not values or not all(math.isfinite(v) for v in values):
-        notes.add(rejection_codes.BAD_VALUE, f"{name}/{key}", f"{key} {printable(rest, 40)!r} is not a number; ignored")
+        notes.add(codes.BAD_VALUE, f"{name}/{key}", f"{key} {printable(rest, 40)!r} is not a number; ignored")
         return
     first = values[0]
     if key == "kd":
@@ -140,7 +140,7 @@ class Materials:
         r, g, b = (1.0, 1.0, 1.0) if color_map else tuple(linear_from_srgb(c) for c in entry.color)
         alpha = min(1.0, max(0.0, entry.alpha))
         if alpha == 0.0:
-            self.notes.add(rejection_codes.FULLY_TRANSPARENT, name, "d 0 (or Tr 1) would hide it; made opaque")
+            self.notes.add(codes.FULLY_TRANSPARENT, name, "d 0 (or Tr 1) would hide it; made opaque")
             alpha = 1.0
         rough_map, has_rough, has_metal = self._rough_map(entry, name)
         return Material(
@@ -168,9 +168,7 @@ class Materials:
             if pixels is None:
                 continue
             if key in ("map_bump", "bump") and not _looks_like_normals(pixels):
-                self.notes.add(
-                    rejection_codes.FEATURE_IGNORED, f"{name}/{key}", "a height map, not a normal map; left out"
-                )
+                self.notes.add(codes.FEATURE_IGNORED, f"{name}/{key}", "a height map, not a normal map; left out")
                 continue
             return self.images.encode(np.ascontiguousarray(pixels[:, :, :3]), f"{name}_normal", ColorSpace.RAW)
         return None
@@ -181,9 +179,7 @@ class Materials:
         if rough is None and metal is None:
             return None, False, False
         if rough is not None and metal is not None and rough.shape[:2] != metal.shape[:2]:
-            self.notes.add(
-                rejection_codes.FEATURE_IGNORED, f"{name}/map_Pm", "its size is not that of map_Pr; left out"
-            )
+            self.notes.add(codes.FEATURE_IGNORED, f"{name}/map_Pm", "its size is not that of map_Pr; left out")
             metal = None
         given = [p for p in (rough, metal) if p is not None]
         packed = np.full((*given[0].shape[:2], 3), 255, dtype=np.uint8)

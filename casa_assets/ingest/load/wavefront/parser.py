@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.text import decode
 
@@ -93,9 +93,7 @@ def read_lines(data: bytes, notes: Notes) -> ObjLines:
         elif key == b"mtllib":
             out.libraries.append(decode(rest).strip())
         elif key in _DIRECTIVES:
-            notes.add(
-                rejection_codes.DIRECTIVE_IGNORED, "directives", "statements that run or include something are ignored"
-            )
+            notes.add(codes.DIRECTIVE_IGNORED, "directives", "statements that run or include something are ignored")
     out.groups = list(known)
     return out
 
@@ -169,10 +167,10 @@ def _slow_numbers(lines: list[bytes], min_columns: int, max_columns: int, keywor
             values = [float(word) for word in words]
         except ValueError as error:
             message = f"`{keyword} {printable(decode(line), 60)}` (number {i + 1} of its kind) is not a row of numbers"
-            raise Rejected(rejection_codes.BAD_NUMBER, message + "; export with decimal points") from error
+            raise Rejected(codes.BAD_NUMBER, message + "; export with decimal points") from error
         if len(values) < min_columns:
             message = f"`{keyword} {printable(decode(line), 60)}`: {min_columns} numbers wanted; export it again"
-            raise Rejected(rejection_codes.BAD_NUMBER, message)
+            raise Rejected(codes.BAD_NUMBER, message)
         out[i, : len(values)] = values
     return out
 

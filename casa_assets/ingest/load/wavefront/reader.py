@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
-from casa_assets.ingest import rejection_codes
+from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.image import Images
 from casa_assets.ingest.load.notes import Notes, printable
@@ -47,9 +47,7 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     name = printable(bundle.main)
     lines = read_lines(normalize_text(bundle.files[bundle.main], name), notes)
     if not lines.v and not lines.face_count:
-        raise Rejected(
-            rejection_codes.EMPTY_FILE, f"{name}: holds neither vertices nor faces; fetch or export it again"
-        )
+        raise Rejected(codes.EMPTY_FILE, f"{name}: holds neither vertices nor faces; fetch or export it again")
     check_face_count(sum(len(b.text) * (b.corners - 2) for b in lines.faces.values()), limits, name)
     vertices = numbers(lines.v, 3, 7, "v")
     uvs = numbers(lines.vt, 1, 2, "vt")
@@ -102,13 +100,13 @@ def _gathered(found: list[tuple[Ints, Ints, Ints]], bad: int, fanned: int, name:
     count = sum(len(order) for _, order, _ in found)
     if bad and not count:
         message = f"{name}: all {bad} faces name vertices that do not exist; export it again"
-        raise Rejected(rejection_codes.OUT_OF_BOUNDS, message)
+        raise Rejected(codes.OUT_OF_BOUNDS, message)
     if bad:
         message = f"{bad} faces with fewer than three corners or missing vertices were dropped"
-        notes.add(rejection_codes.FACE_DROPPED, "f", message)
+        notes.add(codes.FACE_DROPPED, "f", message)
     if fanned:
         message = f"{fanned} concave or crossed faces were cut as fans; triangulate them first"
-        notes.add(rejection_codes.POLYGON_FAN, "f", message)
+        notes.add(codes.POLYGON_FAN, "f", message)
     if not count:
         none = np.zeros((0, 3), dtype=np.int64)
         return _Triangles(none, none, none, np.zeros(0, dtype=np.int64))
@@ -150,7 +148,7 @@ def _colors(vertices: Floats, notes: Notes) -> npt.NDArray[np.uint8] | None:
         return None
     rgb = vertices[:, 3:6]
     if not np.isfinite(rgb).all():
-        notes.add(rejection_codes.BAD_COLOR, "v", "some vertex colours are missing or NaN; all are left out")
+        notes.add(codes.BAD_COLOR, "v", "some vertex colours are missing or NaN; all are left out")
         return None
     scale = 255.0 if float(rgb.max()) <= 1.0 else 1.0
     out = np.full((len(rgb), 4), 255, dtype=np.uint8)
@@ -165,7 +163,7 @@ def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], not
         try:
             entries.update(parse_mtl(bundle.files[file], printable(file), notes))
         except Rejected as error:
-            notes.add(rejection_codes.MATERIAL_MISSING, file, f"material file left out: {error.message}")
+            notes.add(codes.MATERIAL_MISSING, file, f"material file left out: {error.message}")
     by_case = {name.lower(): entry for name, entry in entries.items()}
     made = Materials(bundle.files, Images(limits, notes), notes)
     out: dict[str, Material] = {}
@@ -177,7 +175,7 @@ def _materials(bundle: Bundle, lines: ObjLines, limits: Mapping[str, float], not
             entry = next(iter(entries.values()))
         if entry is None and name:
             notes.add(
-                rejection_codes.MATERIAL_MISSING,
+                codes.MATERIAL_MISSING,
                 name,
                 f"material {printable(name, 40)!r} is not described; a grey one is used",
             )
