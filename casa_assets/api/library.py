@@ -22,8 +22,8 @@ from casa_assets.pipeline.articulate.run import ArticulateOutcome
 from casa_assets.pipeline.articulate.run import articulate as run_articulate
 from casa_assets.pipeline.articulate.sidecar import read as read_decisions
 from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
-from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, first_error, ingest_mesh
-from casa_assets.pipeline.ingest.job import Event
+from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, ingest_mesh
+from casa_assets.pipeline.ingest.job import Event, first_error
 from casa_assets.pipeline.ingest.run import FAILURE_CODES, Options
 from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk

@@ -11,7 +11,7 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
 
 
-def escaped_path(path: str) -> str:
+def utf8_escaped(path: str) -> str:
     """Escape a path for messages and records: names that are not UTF-8 become text."""
     return path.encode("utf-8", "backslashreplace").decode("utf-8")
 
@@ -28,7 +28,7 @@ def check_file(path: str, root: Path) -> os.stat_result:
     Raises:
         Rejected: MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
     """
-    name = printable(Path(escaped_path(path)).name)
+    name = printable(Path(utf8_escaped(path)).name)
     if Path(path).is_symlink() and not is_inside(path, root):
         raise Rejected(codes.LINK_OUTSIDE, f"{name}: a link that leaves its package; put the file itself there")
     try:
@@ -59,7 +59,7 @@ def read_file(path: str, root: Path, most_bytes: float) -> bytes:
     Raises:
         Rejected: as `check_file`, and TOO_LARGE before anything is read.
     """
-    name = printable(Path(escaped_path(path)).name)
+    name = printable(Path(utf8_escaped(path)).name)
     looked_at = check_file(path, root)
     size = looked_at.st_size
     if size > most_bytes:

@@ -12,7 +12,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path
+from casa_assets.ingest.sources.bounded_reads import check_file, utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.package import Package
 from casa_assets.ingest.sources.untrusted_fields import unique_hints
@@ -59,8 +59,8 @@ def _discover(root: Path) -> Iterator[Found | Refused]:
             inputs += 1
             yield one
         if not inputs and suffix_of(place.name) in SUFFIXES:
-            message = f"{escaped_path(place.name)}: a folder, not a regular file; put the file itself there"
-            yield Refused(escaped_path(place.name), codes.NOT_A_FILE, message)
+            message = f"{utf8_escaped(place.name)}: a folder, not a regular file; put the file itself there"
+            yield Refused(utf8_escaped(place.name), codes.NOT_A_FILE, message)
     elif place.suffix.lower() in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
     else:
@@ -86,7 +86,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     try:
         entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
     except OSError as error:
-        folder = escaped_path(package.prefix)
+        folder = utf8_escaped(package.prefix)
         message = f"{folder or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
         yield Refused(folder.rstrip("/"), codes.UNREADABLE, message)
         return
@@ -109,8 +109,8 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
             folders.append(entry.name)
     for name in folders:
         if depth >= DEEPEST_FOLDER:
-            message = f"{escaped_path(name)}: folders nested too deep; move it"
-            yield Refused(escaped_path(package.prefix + name), codes.UNREADABLE, message)
+            message = f"{utf8_escaped(name)}: folders nested too deep; move it"
+            yield Refused(utf8_escaped(package.prefix + name), codes.UNREADABLE, message)
         else:
             yield from _inner(package, name, claimed, depth)
 
@@ -128,8 +128,8 @@ def _is_unread(name: str, names: Set[str]) -> bool:
 
 
 def _unread(package: Package, name: str) -> Refused:
-    message = f"{escaped_path(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
-    return Refused(escaped_path(package.prefix + name), codes.WRONG_TYPE, message)
+    message = f"{utf8_escaped(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
+    return Refused(utf8_escaped(package.prefix + name), codes.WRONG_TYPE, message)
 
 
 def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
@@ -158,11 +158,11 @@ def _loose(package: Package, main: str) -> Found | Refused:
     """A mesh file that no package describes: its name and folders are all that is known."""
     path = package.prefix + main
     try:
-        if escaped_path(path) != path:
-            raise Rejected(codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
+        if utf8_escaped(path) != path:
+            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(main)}: the name is not UTF-8; rename the file")
         check_file(str(package.root / main), package.root)
     except Rejected as error:
-        return Refused(escaped_path(path), error.code, error.message)
+        return Refused(utf8_escaped(path), error.code, error.message)
     stem = posixpath.splitext(posixpath.basename(main))[0]
     folders = posixpath.dirname(path).split("/")[::-1]
     source = Source(kind=SourceKind.FOLDER, path=path, hints=unique_hints([stem], folders, [package.root.name]))

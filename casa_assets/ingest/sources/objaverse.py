@@ -14,7 +14,7 @@ from pathlib import Path
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path
+from casa_assets.ingest.sources.bounded_reads import check_file, utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.package import MAX_INDEX_BYTES, Package
@@ -82,8 +82,8 @@ def _glbs(root: Path) -> list[tuple[str, str]]:
 def _input(package: Package, main: str, uid: str, row: object, category: str) -> Found | Refused:
     try:
         check_file(str(package.root / main), package.root)
-        if escaped_path(main) != main:
-            raise Rejected(codes.BAD_NAME, f"{escaped_path(main)}: the name is not UTF-8; rename the file")
+        if utf8_escaped(main) != main:
+            raise Rejected(codes.BAD_NAME, f"{utf8_escaped(main)}: the name is not UTF-8; rename the file")
         return package.found(main, _source(main, uid, row, category))
     except Rejected as error:
         return package.refuse(main, error)

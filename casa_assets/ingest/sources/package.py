@@ -11,7 +11,7 @@ from pathlib import Path
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.bounded_reads import check_file, escaped_path, read_file
+from casa_assets.ingest.sources.bounded_reads import check_file, read_file, utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.ingest.source import Source
 
@@ -37,7 +37,7 @@ class Package:
 
     def refuse(self, name: str, error: Rejected) -> Refused:
         """Refusal that points at a file of the package."""
-        return Refused(escaped_path(self.prefix + name), error.code, error.message)
+        return Refused(utf8_escaped(self.prefix + name), error.code, error.message)
 
     def file(self, value: object, place: str) -> str:
         """POSIX path, relative to the package, of a file that a row names; it exists and may be read.

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.ingest.source import Source
@@ -28,15 +29,10 @@ def discover_inputs(roots: Sequence[Path], library: Path) -> Iterator[Found | Re
             yield replace(one, source=_as_text(one.source)) if isinstance(one, Found) else one
 
 
-def escaped(text: str) -> str:
-    """Text in which bytes that are not UTF-8 are written as backslash escapes, so that any file can hold it."""
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")
-
-
 def _as_text(source: Source) -> Source:
     """The source's words as text that every file can hold."""
     words: dict[str, Any] = {
-        name: tuple(map(escaped, value)) if isinstance(value, tuple) else escaped(value)
+        name: tuple(map(utf8_escaped, value)) if isinstance(value, tuple) else utf8_escaped(value)
         for name, value in source
         if isinstance(value, str | tuple) and name != "kind"
     }

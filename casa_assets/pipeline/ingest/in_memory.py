@@ -12,16 +12,14 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh, raw_from_trimesh
+from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Source, SourceKind, Up
 from casa_assets.model.issue import Report
-from casa_assets.pipeline.ingest.discover_inputs import escaped
-from casa_assets.pipeline.ingest.stages import BuildContext, run_stages
-from casa_assets.pipeline.ingest.survey import find_category
+from casa_assets.pipeline.ingest.stages import build_asset
+from casa_assets.pipeline.ingest.survey import Survey, find_category
 from casa_assets.pipeline.library.asset_package import check_package, write_package
-from casa_assets.pipeline.library.review import doubtful_guesses
 
 # Axis of a mesh that points up; empty: what its metadata say, else it is guessed.
 UpAxis = Literal["", "x", "y", "z"]
@@ -52,7 +50,7 @@ def stage_meshes(meshes: Sequence[MeshInput], staging: Path) -> Iterator[Found |
     """
     folder = staging / MESHES
     for number, one in enumerate(meshes):
-        name = escaped(one.name)
+        name = utf8_escaped(one.name)
         try:
             model = raw_from_trimesh(one.mesh, name=name, up=Up(one.up) if one.up else None)
         except Rejected as error:
@@ -77,33 +75,14 @@ def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None 
         Rejected: a stage cannot accept it. UnknownId: no such category.
         CannotDraw, NoRenderer: this machine draws no pictures.
     """
-    known = registry.load()
     source = _source(name)
     kind, confidence, reason = find_category(Found(Path(), name, source), category)
     bundle = bundle_from_trimesh(mesh, name=name, up=up)
-    brief = BuildContext(
-        asset_id=f"{kind.id}_{bundle.sha256[:10]}",
-        sha256=bundle.sha256,
-        source=source,
-        category=kind,
-        classes=known.classes_of(kind),
-        substance=known.substances[kind.substance],
-        limits=dict(known.limits),
-    )
-    asset, notes = run_stages(bundle, brief, lambda _: None, lambda *_: None)
-    provenance = asset.provenance
-    guess = Guess(subject="category", value=kind.id, confidence=round(confidence, 2), reason=reason)
-    guesses = (guess, *provenance.guesses)
-    asset = asset.replace(provenance=provenance.replace(guesses=guesses))
+    survey = Survey(bundle.sha256, kind.id, confidence, reason)
+    asset, notes = build_asset(bundle, survey, source, f"{kind.id}_{bundle.sha256[:10]}", registry.load().limits)
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
         folder = Path(place) / asset.id
         folder.mkdir()
         write_package(asset, folder)
         checked = check_package(asset, folder)
-    return asset, Report(subject=asset.id, issues=(*notes, *doubtful_guesses(guesses))) + checked
-
-
-def first_error(report: Report) -> Rejected:
-    """The first error of a report as the reason of a rejection."""
-    worst = report.errors[0]
-    return Rejected(worst.code, f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message)
+    return asset, Report(subject=asset.id, issues=notes) + checked

@@ -140,6 +140,12 @@ def stage_refusal(
     return staged
 
 
+def first_error(report: Report) -> Rejected:
+    """The first error of a report as the reason of a rejection."""
+    worst = report.errors[0]
+    return Rejected(worst.code, f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message)
+
+
 @contextmanager
 def writing(root: Path) -> Iterator[None]:
     """Turn what the disk of a library refuses into an OutputError; other OSErrors pass."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from casa_assets import registry
 from casa_assets.ingest.add_back_faces import add_back_faces
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.clean import clean
@@ -21,12 +22,16 @@ from casa_assets.ingest.size.scale import scale
 from casa_assets.ingest.texture import texture
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Substance
+from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Bundle, RawModel, Source, SourceKind
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Issue
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.library.review import doubtful_guesses
 
 
 class BuildContext(Record):
@@ -185,6 +190,42 @@ def run_stages(
             put(key, result.to_json().encode())
     asset, notes = result
     return asset, (*bundle.notes, *notes)
+
+
+def build_asset(
+    bundle: Bundle,
+    survey: Survey,
+    source: Source,
+    asset_id: str,
+    limits: Mapping[str, float],
+    override: UserOverride = NO_OVERRIDE,
+    store: Store | None = None,
+) -> tuple[Asset, tuple[Issue, ...]]:
+    """An asset from a bundle with the guess of its category, and warnings, those on doubtful guesses among them.
+
+    Args:
+        survey: category of the bundle. store: keeps results of stages; None: nothing is kept.
+    Raises:
+        Rejected: a stage cannot accept its input.
+    """
+    known = registry.load()
+    category = known.category(survey.category)
+    context = BuildContext(
+        asset_id=asset_id,
+        sha256=bundle.sha256,
+        source=source,
+        category=category,
+        classes=known.classes_of(category),
+        substance=known.substances[category.substance],
+        limits=dict(limits),
+        override=override,
+    )
+    get, put = (store.get, store.put) if store is not None else (lambda key: None, lambda key, data: None)
+    asset, notes = run_stages(bundle, context, get, put)
+    guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), reason=survey.reason)
+    guesses = (guess, *asset.provenance.guesses)
+    asset = asset.replace(provenance=asset.provenance.replace(guesses=guesses))
+    return asset, (*notes, *doubtful_guesses(guesses))
 
 
 def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:

@@ -10,19 +10,15 @@ from casa_assets.checks.package import usd
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
-from casa_assets.model.asset.asset import Asset
-from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Bundle
-from casa_assets.model.issue import Issue, Report
-from casa_assets.model.registry.category import Category
+from casa_assets.model.issue import Report
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, stage_refusal, writing
-from casa_assets.pipeline.ingest.stages import BuildContext, run_stages, stage_functions
+from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, stage_refusal, writing
+from casa_assets.pipeline.ingest.stages import build_asset, stage_functions
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.library.review import doubtful_guesses
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
 
@@ -65,12 +61,13 @@ def _work(job: Job) -> Outcome:
         bundle = collect(job.found, job.limits)
         if bundle.sha256 != job.survey.sha256:
             raise Rejected("RUN005", "the file changed while it was being read; run again")
-        asset, notes = _asset(job, bundle, category, Store(library.cache))
+        asset, notes = build_asset(
+            bundle, job.survey, job.found.source, job.asset_id, job.limits, job.override, Store(library.cache)
+        )
         write_package(asset, staged)
         report = check_package(asset, staged, category, notes)
         if not report.passed:
-            worst = report.errors[0]
-            raise Rejected(worst.code, f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message)
+            raise first_error(report)
         made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stage_functions(), **WRITING}))
         certify(asset, report, staged, made_by)
         return Outcome(True, warnings=report.issues, staged=staged)
@@ -78,26 +75,6 @@ def _work(job: Job) -> Outcome:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)
         return Outcome(False, error.code, error.message, staged=refused)
-
-
-def _asset(job: Job, bundle: Bundle, category: Category, store: Store) -> tuple[Asset, tuple[Issue, ...]]:
-    known = registry.load()
-    brief = BuildContext(
-        asset_id=job.asset_id,
-        sha256=bundle.sha256,
-        source=job.found.source,
-        category=category,
-        classes=known.classes_of(category),
-        substance=known.substances[category.substance],
-        limits=dict(job.limits),
-        override=job.override,
-    )
-    asset, notes = run_stages(bundle, brief, store.get, store.put)
-    survey = job.survey
-    guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), reason=survey.reason)
-    provenance = asset.provenance
-    guesses = (guess, *provenance.guesses)
-    return asset.replace(provenance=provenance.replace(guesses=guesses)), (*notes, *doubtful_guesses(guesses))
 
 
 def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes | None:

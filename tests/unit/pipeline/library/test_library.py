@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from casa_assets.errors import OutputError
+from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.ingest import unreadable_inputs
-from casa_assets.pipeline.ingest.discover_inputs import escaped
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library, Refusal, read_refusal, write_refusal
 from casa_assets.pipeline.reports import index
@@ -102,8 +102,8 @@ def test_hostile_words_survive(library: Library) -> None:
 
 
 def test_bytes_that_are_no_text_are_escaped() -> None:
-    assert escaped("mug_\udcff.glb") == "mug_\\udcff.glb"
-    assert escaped("Tässe") == "Tässe"
+    assert utf8_escaped("mug_\udcff.glb") == "mug_\\udcff.glb"
+    assert utf8_escaped("Tässe") == "Tässe"
 
 
 def test_a_refusal_that_stands_already_is_not_written_again(library: Library) -> None:
