@@ -26,11 +26,14 @@ if TYPE_CHECKING:
     from casa_assets.api.kitchen import Kitchen, kitchen, load_scene
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
+    from casa_assets.families.family import Params
     from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
     from casa_assets.model.asset.asset import Asset
     from casa_assets.model.issue import Issue, Report
     from casa_assets.pipeline.cache.cache_folder import cache_dir
+    from casa_assets.pipeline.dedup.search import SearchHit
     from casa_assets.pipeline.ingest.in_memory import MeshInput
+    from casa_assets.pipeline.reports.entry import Entry
 
 __version__ = "0.1.0"
 __all__ = [
@@ -53,11 +56,14 @@ __all__ = [
     "cache_dir",
     "Kitchen",
     "Asset",
+    "Params",
     "Report",
     "Issue",
     "Ingested",
     "IngestResult",
     "MeshInput",
+    "Entry",
+    "SearchHit",
     "Articulated",
     "Rejection",
     "PlanInfo",
@@ -81,6 +87,9 @@ _SOURCES = {
     **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),
     "Asset": "casa_assets.model.asset.asset",
     **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
+    "Params": "casa_assets.families.family",
+    "Entry": "casa_assets.pipeline.reports.entry",
+    "SearchHit": "casa_assets.pipeline.dedup.search",
     "MeshInput": "casa_assets.pipeline.ingest.in_memory",
     "cache_dir": "casa_assets.pipeline.cache.cache_folder",
     "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",

@@ -14,6 +14,7 @@ from casa_assets.pipeline.cache.cache_folder import cache_dir, max_cache_bytes
 from casa_assets.registry.families import family as family_of
 
 ROOT = Path(__file__).parents[3]
+EVERY_NAME = Path(__file__).with_name("every_name.py")
 
 
 def test_importing_is_light() -> None:
@@ -45,6 +46,11 @@ print(casa.{name}.__name__, {name} is casa.{name}, sys.modules["casa_assets.{nam
     assert told.stdout == f"{name} True True\n"
 
 
+def test_every_name_is_in_the_script_that_is_checked() -> None:
+    text = EVERY_NAME.read_text(encoding="utf-8")
+    assert [name for name in casa.__all__ if f"casa.{name}" not in text] == []
+
+
 def test_types_are_real(tmp_path: Path) -> None:
     sample = tmp_path / "sample.py"
     sample.write_text(
@@ -73,7 +79,7 @@ casa.nothing
         encoding="utf-8",
     )
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", ".mypy_cache", str(sample)],
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", ".mypy_cache", str(sample), str(EVERY_NAME)],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -83,6 +89,7 @@ casa.nothing
     told = [line.split(": ", 1)[1] for line in lines]
     reveals = [line for line in told if line.startswith("note: Revealed")]
     errors = [line for line in told if line.startswith("error")]
+    assert EVERY_NAME.name not in done.stdout
     assert '"str"' in reveals[0]
     assert "Bounds" in reveals[-1]
     assert len(errors) == 4, done.stdout

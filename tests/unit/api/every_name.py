@@ -1,0 +1,56 @@
+"""Every name of `import casa_assets` once, with its type; type checkers read it, nobody runs it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import mujoco
+import trimesh
+
+import casa_assets as casa
+
+plan: casa.PlanInfo = casa.plans()["l_small"]
+bounds: casa.Bounds = plan.bounds[next(iter(plan.bounds))]
+style: casa.StyleInfo = casa.styles()["coastal"]
+family: casa.FamilyInfo = casa.families()["microwave"]
+walls: tuple[str, ...] = casa.surfaces()["wall"]
+kitchen: casa.Kitchen = casa.kitchen("l_small", "coastal", seed=7, surfaces={"wall": walls[0]}, closed=True)
+random: casa.Kitchen = casa.kitchen("l_small", "coastal", surfaces="random")
+model: mujoco.MjModel = kitchen.to_mjmodel("light", sleep=True)
+spec: mujoco.MjSpec = kitchen.to_mjspec()
+folder: Path = kitchen.write("out/scenes", picture=False)
+print(kitchen.id, kitchen.scene, kitchen.placements, kitchen.assets, kitchen.facts["parking"])
+loaded: mujoco.MjModel = casa.load_scene(folder, textures={"floor": "oak_ebony"})
+loaded_spec: mujoco.MjSpec = casa.load_scene("l_small__coastal", as_spec=True)
+asset: casa.Asset = casa.build("microwave", "steel", {"width": 0.6})
+params: casa.Params = casa.sample("microwave", seed=1, index=4)
+drawn: casa.Asset = casa.build("microwave", params=params)
+report: casa.Report = casa.check(asset)
+issues: tuple[casa.Issue, ...] = report.issues
+written: Path = casa.write(asset, "out/assets")
+again: casa.Asset = casa.read_asset(written)
+scene: trimesh.Scene = casa.to_trimesh(asset, "collision")
+done: casa.Ingested = casa.ingest("mug.obj", category="mug", library="out/lib")
+box = trimesh.creation.box(extents=(0.3, 0.2, 0.02))
+in_memory: casa.Ingested = casa.ingest(box, name="board", up="z")
+rejection: casa.Rejection | None = done.rejection
+oven: casa.Articulated = casa.articulate("oven.glb", up="+y", front="+z", category="wall_oven", size_m=0.7)
+library = casa.Library("out/lib")
+mesh = casa.MeshInput(box, name="board", category="cutting_board", up="z")
+results: Iterator[casa.IngestResult] = library.ingest("meshes", Path("a.obj"), box, scene, [mesh, box, "b.obj"], jobs=2)
+for result in results:
+    print(result.source, result.status, result.asset_id, result.folder, result.count)
+    reasons: tuple[casa.Rejection, ...] = result.reasons
+    warnings: tuple[casa.Issue, ...] = result.warnings
+accepted: list[casa.Entry] = list(library)
+rejected: list[casa.Entry] = list(library.rejected())
+hits: list[casa.SearchHit] = library.search("red mug", limit=3)
+kept: casa.Asset = library.get(hits[0].id)
+print(len(library), library.folder("mug_0"), "mug_0" in library)
+cache: Path = casa.cache_dir()
+version: str = casa.__version__
+try:
+    casa.kitchen("galley", "rustik")
+except casa.UnknownId as error:
+    nearest: tuple[str, ...] = error.nearest
+except (casa.OutputError, casa.RegistryError, casa.Rejected, casa.CasaError):
+    pass
