@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats
 
@@ -12,24 +13,15 @@ Outline = Sequence[tuple[float, float]] | Floats
 
 
 def outline_of(points: Outline) -> Floats:
-    """(M, 2) corners of the convex outline of (N, 2) points, counter-clockwise from the leftmost one."""
-    # Ref: Andrew 1979, monotone chain.
-    order: Floats = np.unique(np.round(np.asarray(points, dtype=np.float64), 6), axis=0)
-    if len(order) < 3:
-        return order
-    chains = []
-    for way in (order, order[::-1]):
-        chain: list[Floats] = []
-        for p in way:
-            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 1e-12:
-                chain.pop()
-            chain.append(p)
-        chains += chain[:-1]
-    return np.array(chains)
-
-
-def _turn(a: Floats, b: Floats, c: Floats) -> float:
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+    """(M, 2) corners of the convex hull of (N, 2) points, to 1e-6, counter-clockwise from the leftmost one."""
+    corners: Floats = np.unique(np.round(np.asarray(points, dtype=np.float64), 6), axis=0)
+    if len(corners) < 3:
+        return corners
+    try:
+        around = ConvexHull(corners).vertices
+    except QhullError:  # all lie on a line
+        return corners[[0, -1]]
+    return corners[np.roll(around, -int(np.argmin(around)))]
 
 
 def penetration_depth(one: Outline, other: Outline) -> float:

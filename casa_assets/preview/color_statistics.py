@@ -12,6 +12,7 @@ from casa_assets.core.rounding import decimals
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.shape_descriptor import quantile_means
+from casa_assets.geometry.solid.coverage import barycentric_samples
 from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.signature import TONE_SHARES, ColorHistogram
@@ -70,12 +71,8 @@ def _colors(visual: Visual, look: Material, count: int) -> Floats:
     if picture is None or uv is None:
         return np.tile(base, (count, 1))
     faces = visual.mesh.faces.astype(np.int64)
-    ends = np.cumsum(face_normals(visual.mesh.vertices, faces)[1])
-    face = faces[np.minimum(np.searchsorted(ends, (np.arange(count) + 0.5) / count * ends[-1]), len(faces) - 1)]
-    # Ref: the R2 sequence, Roberts 2018.
-    step = np.arange(1, count + 1)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])
-    u, v = (step % 1.0).T
-    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    sample, u, v = barycentric_samples(visual.mesh.vertices, faces, count)
+    face = faces[sample]
     at = uv[face[:, 0]] * (1 - u - v)[:, None] + uv[face[:, 1]] * u[:, None] + uv[face[:, 2]] * v[:, None]
     with Image.open(io.BytesIO(picture.png)) as opened:
         pixels = np.asarray(opened.convert("RGB"))

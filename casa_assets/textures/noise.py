@@ -29,21 +29,6 @@ def gradient(size_px: Size, cells: Size, rng: np.random.Generator) -> Map:
     return np.asarray(upper * (1 - v) + lower * v, dtype=np.float32)
 
 
-def value(size_px: Size, cells: Size, rng: np.random.Generator) -> Map:
-    """(H, W) smooth noise in 0..1 with a random value at each corner of a cell."""
-    (height, width), (rows, columns) = size_px, cells
-    table = rng.random((rows, columns)).astype(np.float32)
-    y, x = _places(height, rows), _places(width, columns)
-    row, column = np.floor(y).astype(np.int64), np.floor(x).astype(np.int64)
-    v, u = _fade((y - row).astype(np.float32))[:, None], _fade((x - column).astype(np.float32))[None, :]
-    upper = (
-        table[np.ix_(row % rows, column % columns)] * (1 - u) + table[np.ix_(row % rows, (column + 1) % columns)] * u
-    )
-    below = (row + 1) % rows
-    lower = table[np.ix_(below, column % columns)] * (1 - u) + table[np.ix_(below, (column + 1) % columns)] * u
-    return np.asarray(upper * (1 - v) + lower * v, dtype=np.float32)
-
-
 def fbm(size_px: Size, cells: Size, rng: np.random.Generator, octaves: int = 5, gain: float = 0.5) -> Map:
     """(H, W) sum of octaves of gradient noise, about -1..1. Octaves finer than two pixels are drawn but left out."""
     total = np.zeros(size_px, dtype=np.float32)
@@ -97,21 +82,6 @@ def worley(
             owner = np.where(closer, number, owner)
             nearest = np.where(closer, gap, nearest)
     return np.sqrt(nearest), np.sqrt(second), owner
-
-
-def warp(image: Map, dx_px: Map, dy_px: Map) -> Map:
-    """The picture read at (x + dx, y + dy), bilinear, round the torus. (H, W) or (H, W, C); shifts in pixels."""
-    height, width = image.shape[:2]
-    y = np.arange(height, dtype=np.float32)[:, None] + dy_px
-    x = np.arange(width, dtype=np.float32)[None, :] + dx_px
-    row, column = np.floor(y).astype(np.int64), np.floor(x).astype(np.int64)
-    fy, fx = y - row, x - column
-    if image.ndim == 3:
-        fy, fx = fy[..., None], fx[..., None]
-    r0, r1, c0, c1 = row % height, (row + 1) % height, column % width, (column + 1) % width
-    upper = image[r0, c0] * (1 - fx) + image[r0, c1] * fx
-    lower = image[r1, c0] * (1 - fx) + image[r1, c1] * fx
-    return np.asarray(upper * (1 - fy) + lower * fy, dtype=np.float32)
 
 
 def blur(image: Map, sigma_px: float) -> Map:

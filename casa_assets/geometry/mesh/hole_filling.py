@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.topology import edge_counts, is_closed
+from casa_assets.geometry.mesh.topology import directed_edges, edge_counts, is_closed
 
 # Faces around tangled edges are taken out this many times, as each time may tear open some more.
 ROUNDS = 3
@@ -53,7 +53,7 @@ def fill_holes(
 
 def _touching(faces: Ints, bad: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
     """(F,) faces with one of the edges that `edge_counts` lists and `bad` marks."""
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    directed = directed_edges(faces)
     ends = np.sort(directed, axis=1)
     key = ends[:, 0] * (int(faces.max()) + 1) + ends[:, 1]
     _, inverse = np.unique(key, return_inverse=True)
@@ -66,7 +66,7 @@ def _loops(faces: Ints) -> list[Ints] | None:
 
     Where two holes meet in a point, each way goes on around the hole that it came along.
     """
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    directed = directed_edges(faces)
     count = int(faces.max()) + 1
     forth, back = directed[:, 0] * count + directed[:, 1], directed[:, 1] * count + directed[:, 0]
     open_ = np.sort(back[~np.isin(back, forth)])

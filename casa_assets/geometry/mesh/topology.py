@@ -74,7 +74,7 @@ def manifold_patches(ids: Ints) -> Ints:
     Args:
         ids: (F, 3) indices of welded points, at least one face.
     """
-    directed = np.sort(np.concatenate([ids[:, [0, 1]], ids[:, [1, 2]], ids[:, [2, 0]]]), axis=1)
+    directed = np.sort(directed_edges(ids), axis=1)
     owner = np.tile(np.arange(len(ids)), 3)
     key = directed[:, 0] * (int(ids.max()) + 1) + directed[:, 1]
     order = np.argsort(key, kind="stable")
@@ -86,13 +86,18 @@ def manifold_patches(ids: Ints) -> Ints:
     return patch
 
 
+def directed_edges(faces: Ints) -> Ints:
+    """(3F, 2) edges of (F, 3) faces in their winding: the first edge of every face, then the second, then the third."""
+    return np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+
+
 def edge_counts(faces: Ints) -> tuple[Ints, Ints, Ints]:
     """Undirected edges of a face set.
 
     Returns:
         (E, 2) edges with ascending ends; (E,) how many faces use each; (E,) uses forward minus uses backward.
     """
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    directed = directed_edges(faces)
     forward = directed[:, 0] < directed[:, 1]
     ends = np.sort(directed, axis=1)
     key = ends[:, 0] * (int(faces.max()) + 1 if len(faces) else 1) + ends[:, 1]
@@ -122,7 +127,7 @@ def consistent_winding(faces: Ints) -> tuple[Ints, npt.NDArray[np.bool_]]:
     turned = np.zeros(count, dtype=bool)
     if count < 2:
         return faces, turned
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    directed = directed_edges(faces)
     owner = np.tile(np.arange(count), 3)
     forward = directed[:, 0] < directed[:, 1]
     ends = np.sort(directed, axis=1)

@@ -21,16 +21,21 @@ def samples_with_faces(points: Floats, faces: Ints, count: int) -> tuple[Floats,
 
     Ref: systematic sampling of the cumulative area, and the R2 sequence (Roberts 2018) within the triangles.
     """
-    _, areas = face_normals(points, faces)
-    ends = np.cumsum(areas)
+    face, u, v = barycentric_samples(points, faces, count)
+    a, b, c = (points[faces[face, k]] for k in range(3))
+    samples: Floats = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    return samples, face
+
+
+def barycentric_samples(points: Floats, faces: Ints, count: int) -> tuple[Ints, Floats, Floats]:
+    """(count,) faces of the samples, and their weights of the second and of the third corner."""
+    ends = np.cumsum(face_normals(points, faces)[1])
     at = (np.arange(count) + 0.5) / count * ends[-1]
     face = np.minimum(np.searchsorted(ends, at), len(faces) - 1)
     step = np.arange(1, count + 1)[:, None] * np.array([0.7548776662466927, 0.5698402909980532])
     u, v = (step % 1.0).T
-    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
-    a, b, c = (points[faces[face, k]] for k in range(3))
-    samples: Floats = a + u[:, None] * (b - a) + v[:, None] * (c - a)
-    return samples, face.astype(np.int64)
+    beyond = u + v > 1
+    return face.astype(np.int64), np.where(beyond, 1 - u, u), np.where(beyond, 1 - v, v)
 
 
 def distances_outside_hulls(samples: Floats, clouds: Sequence[Floats]) -> Floats:

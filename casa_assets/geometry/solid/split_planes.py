@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import directed_edges
 
 # With more pieces than these on one side that side is taken as one.
 MOST_PIECES = 24
@@ -41,7 +42,7 @@ class Plane:
 
 def edge_graph(points: Floats, faces: Ints) -> EdgeGraph:
     """The points and edges of a closed surface, (P, 3) and (F, 3)."""
-    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    ends = np.sort(directed_edges(faces), axis=1)
     key = np.unique(ends[:, 0] * len(points) + ends[:, 1])
     return EdgeGraph(points, np.stack([key // len(points), key % len(points)], axis=1))
 
@@ -102,7 +103,7 @@ def concave_edge_planes(points: Floats, faces: Ints, most: int) -> list[Plane]:
         points: (P, 3). faces: (F, 3) of a closed outward surface. most: planes at most.
     """
     normals, areas = face_normals(points, faces)
-    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    directed = directed_edges(faces)
     ends = np.sort(directed, axis=1)
     order = np.lexsort(ends.T[::-1])
     pairs = order.reshape(-1, 2) if len(order) % 2 == 0 else np.zeros((0, 2), dtype=np.int64)

@@ -9,11 +9,10 @@ import pytest
 
 from casa_assets.core.sampling import rng_for
 from casa_assets.textures import noise
-from casa_assets.textures.canvas import Map
+from casa_assets.textures.canvas import Canvas, Map
 
 SIZE, CELLS = (96, 128), (6, 4)
 MAKERS: dict[str, Callable[[tuple[int, int]], Map]] = {
-    "value": lambda size: noise.value(size, CELLS, rng_for(1, "n")),
     "gradient": lambda size: noise.gradient(size, CELLS, rng_for(1, "n")),
     "fbm": lambda size: noise.fbm(size, CELLS, rng_for(1, "n"), 3),
     "ridged": lambda size: noise.ridged(size, CELLS, rng_for(1, "n"), 2),
@@ -52,10 +51,11 @@ def test_cells_stretch_it() -> None:
     assert 5.0 < down / across < 12.0
 
 
-def test_warp_by_whole_pixels_is_a_roll() -> None:
-    image = noise.value((32, 48), (4, 4), rng_for(1, "n"))
-    moved = noise.warp(image, np.full((32, 48), 5, np.float32), np.full((32, 48), -3, np.float32))
-    np.testing.assert_allclose(moved, np.roll(image, (3, -5), axis=(0, 1)), atol=1e-6)
+def test_a_shift_by_whole_pixels_is_a_roll() -> None:
+    canvas = Canvas((32, 48), (4.8, 3.2))
+    image = noise.gradient(canvas.size_px, (4, 4), rng_for(1, "n"))
+    moved = canvas.shifted(image, np.full((32, 48), 0.5, np.float32), np.full((32, 48), -0.3, np.float32))
+    np.testing.assert_allclose(moved, np.roll(image, (3, -5), axis=(0, 1)), atol=1e-5)
 
 
 def test_blur_keeps_the_mean_and_goes_round_the_border() -> None:
