@@ -61,7 +61,7 @@ BOX_FINISHES: Mapping[InteriorKind, str] = {
 FURNISHERS: Mapping[InteriorKind, Callable[[AssetBuilder, Interior], None]] = {
     InteriorKind.OVEN: interiors.furnish_oven,
     InteriorKind.MICROWAVE: interiors.furnish_microwave,
-    InteriorKind.REFRIGERATOR: interiors.furnish_cold,
+    InteriorKind.REFRIGERATOR: interiors.furnish_refrigerator,
     InteriorKind.DISHWASHER: interiors.furnish_dishwasher,
     InteriorKind.CABINET: interiors.furnish_cabinet,
 }

@@ -41,11 +41,7 @@ def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0),
     uv -= np.floor(uv.reshape(-1, 2).min(axis=0))
     corners = np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 7)])
     first, index = merge_rows(corners)
-    mesh = Mesh(
-        vertices=points[faces.ravel()[first]],
-        faces=index.reshape(-1, 3),
-        uv=uv.reshape(-1, 2)[first],
-    )
+    mesh = Mesh(vertices=points[faces.ravel()[first]], faces=index.reshape(-1, 3), uv=uv.reshape(-1, 2)[first])
     return _rounded(with_normals(mesh, solid.crease_deg))
 
 

@@ -83,13 +83,6 @@ def extrude_across(outline: Floats, width: float, chamfer: float) -> Solid:
     return Solid(points, solid.faces, crease_deg=40.0)
 
 
-def extrude_along(outline: Floats, depth: float, chamfer: float) -> Solid:
-    """An outline in x, z pulled along y from 0 to depth; counter-clockwise seen from the front."""
-    solid = prism(outline, depth, chamfer)
-    points = np.column_stack([solid.points[:, 0], depth - solid.points[:, 2], solid.points[:, 1]])
-    return Solid(points, solid.faces, crease_deg=40.0)
-
-
 def rounded_body(
     width: float, depth: float, steps: Sequence[tuple[float, float]], radius: float, corner: int = 6
 ) -> Solid:

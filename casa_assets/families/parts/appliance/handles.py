@@ -32,11 +32,6 @@ def appliance_pull(kind: AppliancePull, length: float) -> Handle:
     return _MAKERS[kind](length)
 
 
-def pull_reach(kind: AppliancePull) -> float:
-    """Distance that a pull stands out, metres."""
-    return appliance_pull(kind, 0.4).reach
-
-
 def _post_boxes(at: float, reach: float, width: float, height: float) -> tuple[Placed, ...]:
     return tuple(collider_box(x, -reach, 0.0, width, height) for x in (-at, at))
 

@@ -87,7 +87,7 @@ def furnish_microwave(builder: AssetBuilder, interior: Interior) -> None:
         add_turntable(builder, interior.lower, interior.upper)
 
 
-def furnish_cold(builder: AssetBuilder, interior: Interior) -> None:
+def furnish_refrigerator(builder: AssetBuilder, interior: Interior) -> None:
     """Panes on ledges."""
     width, depth, height = interior.size
     count = max(0, int(height / FRIDGE_SHELF_PITCH) - 1) if min(width, depth) >= 0.18 else 0

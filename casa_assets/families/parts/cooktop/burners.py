@@ -169,14 +169,7 @@ def _ring(builder: AssetBuilder, s: BurnerSpot, top: float, fuel: Fuel, ink: str
             tick = box((0.0014, 0.3 * s.radius, 0.0002), (0.0, 0.0, z + 0.0001), 0.0).translated(
                 0.0, 0.85 * s.radius - 0.15 * s.radius, 0.0
             )
-            builder.add(
-                ROOT,
-                _moved(tick.rotated("z", float(t)), s),
-                ink,
-                label="burner",
-                collider=False,
-                density=0.0,
-            )
+            builder.add(ROOT, _moved(tick.rotated("z", float(t)), s), ink, label="burner", collider=False, density=0.0)
 
 
 def add_burner_behavior(behavior: BehaviorBuilder, places: list[BurnerSpot], fuel: Fuel, turn: float) -> None:

@@ -19,10 +19,8 @@ from casa_assets.model.record import Vec3
 
 FRONT_THICKNESS = 0.02  # metres; fronts are 19 to 22 mm
 FRONT_EDGE_RADIUS = 0.0012
-GROOVE_LIP, GROOVE_DEPTH = (
-    0.007,
-    0.03,
-)  # thickness of the lip in front of a finger groove, and how far the groove reaches in
+GROOVE_LIP = 0.007  # metres, thickness of the lip in front of a finger groove
+GROOVE_DEPTH = 0.03  # metres that a finger groove reaches in from the edge
 
 
 class FrontKind(StrEnum):
@@ -188,11 +186,6 @@ def _hit(corners: np.ndarray, x: float, z: float) -> float | None:
     inside = (np.abs(det) > 1e-12) & (s >= 0) & (t >= 0) & (s + t <= 1)
     y = a[:, 1] + s * (b[:, 1] - a[:, 1]) + t * (c[:, 1] - a[:, 1])
     return float(y[inside].min()) if inside.any() else None
-
-
-def is_glazed(kind: FrontKind) -> bool:
-    """True where a door of the kind has glass, clear or frosted."""
-    return kind in GLAZED_KINDS
 
 
 def lip(width: float, height: float, groove: FrontEdge) -> Placed:

@@ -41,12 +41,7 @@ class HandleKind(StrEnum):
 EDGE_HANDLES = (HandleKind.EDGE_PULL, HandleKind.FINGER_GROOVE)
 # Handles that are as wide as high, or always lie across.
 LEVEL_HANDLES = (HandleKind.CUP, HandleKind.RING, HandleKind.KNOB)
-FIXED_LENGTHS = {
-    HandleKind.CUP: 0.096,
-    HandleKind.KNOB: 0.034,
-    HandleKind.RING: 0.056,
-    HandleKind.TEE: 0.06,
-}
+FIXED_LENGTHS = {HandleKind.CUP: 0.096, HandleKind.KNOB: 0.034, HandleKind.RING: 0.056, HandleKind.TEE: 0.06}
 
 
 @dataclass(frozen=True)

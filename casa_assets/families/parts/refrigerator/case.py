@@ -39,11 +39,6 @@ def compartment(name: str, left: float, right: float, bottom: float, top: float,
     return Compartment(name, (left, 0.0, bottom), (right, depth - BACK_THICKNESS, top))
 
 
-def case_top(height: float, look: ApplianceLook) -> float:
-    """Height of the case where covers of hinges stand on it and the whole is so high, metres."""
-    return height if look.form is ApplianceFront.PANEL else height - HINGE_COVER_HEIGHT
-
-
 def add_case(
     builder: AssetBuilder,
     width: float,
@@ -169,11 +164,3 @@ def add_shelf(builder: AssetBuilder, name: str, r: Compartment, z: float, front:
         builder.add(ROOT, rail, look.trim, label="shelf", collider=False)
     collider_box = board((x0, front, z - 0.012), (x1, y1, z), 0.0)
     builder.add_collider(ROOT, collider_box, "glass_clear", "shelf", f"{name}_pane")
-
-
-def region_above_shelf(
-    builder: AssetBuilder, name: str, r: Compartment, z: float, front: float, ceiling: float
-) -> None:
-    """The region above a shelf: from z to the ceiling, from its front edge to the back, metres."""
-    lower = (r.lower[0] + 0.006, front + 0.004, z)
-    builder.region(name, lower, (r.upper[0] - 0.006, r.upper[1] - 0.016, ceiling))

@@ -150,15 +150,7 @@ def add_face(
         slab = subtract(slab, _opening(hole))
         shapes = _around(hole, w, t, h)
     body = look.body if look.form is ApplianceFront.GLASS else door.face
-    door.add_part(
-        builder,
-        slab.with_shapes(*shapes),
-        body,
-        "door",
-        name,
-        collider=name,
-        density="foamed_door",
-    )
+    door.add_part(builder, slab.with_shapes(*shapes), body, "door", name, collider=name, density="foamed_door")
     if look.form is ApplianceFront.GLASS:
         pane = board((0.001, 0.0, 0.001), (w - 0.001, 0.004, h - 0.001), 0.0012)
         door.add_part(builder, subtract(pane, _opening(hole)) if hole else pane, door.face, "door", density="glass")

@@ -88,7 +88,7 @@ class FridgeCase:
     @property
     def top(self) -> float:
         """Height of the case without covers of hinges, metres."""
-        return parts.case_top(self.p.height, self.p.look)
+        return self.p.height - (0.0 if self.p.look.form is ApplianceFront.PANEL else parts.HINGE_COVER_HEIGHT)
 
     @property
     def inside(self) -> tuple[float, float, float, float]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.behavior_builder import negated
 from casa_assets.families.parts.appliance.look import ApplianceLook
-from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, add_shelf, region_above_shelf
+from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, add_shelf
 from casa_assets.families.parts.refrigerator.door import BIN_DEPTH, FridgeDoor
 from casa_assets.families.parts.refrigerator.sliding_parts import SIDE_CLEARANCE, add_crisper
 from casa_assets.model.asset.behavior import Condition
@@ -53,7 +53,8 @@ def furnish_compartment(
         if k:
             add_shelf(builder, f"{r.name}_shelf{k}", r, z, first, look)
         ceiling = levels[k + 1] - 0.018 if k < count else top
-        region_above_shelf(builder, f"{r.name}_shelf{k}", r, z, first, ceiling)
+        lower, upper = (r.lower[0] + 0.006, first + 0.004, z), (r.upper[0] - 0.006, r.upper[1] - 0.016, ceiling)
+        builder.region(f"{r.name}_shelf{k}", lower, upper)
     return level + 0.012
 
 
