@@ -17,7 +17,7 @@ Array = npt.NDArray[np.float64]
 # person shown both as a cabinet front would call it the same finish.
 NEARLY_ALIKE = 1.0
 
-_LONGEST_M = 1.28  # the first octave ends here; what is larger hangs on the seed
+_LONGEST_M = 1.28  # the first octave ends here; what is larger depends on the seed
 _OCTAVES = 8  # down to 5 mm: pictures of the 128 px that a quick look has show no more
 _SECTORS = 4  # along u, the two diagonals, along v
 _BINS = 8  # of pixels sorted by lightness; means of bins, for a quantile jumps from one mineral to the next

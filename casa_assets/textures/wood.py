@@ -55,10 +55,10 @@ def board(
         rng: all of the randomness.
         leaves: boards or veneers side by side.
     """
-    return dress(grain_maps(canvas, species, cut, leaves, rng), species, palette, canvas, rng)
+    return finish_wood(grain_maps(canvas, species, cut, leaves, rng), species, palette, canvas, rng)
 
 
-def dress(
+def finish_wood(
     grain: GrainMaps, species: WoodSpecies, palette: WoodPalette, canvas: Canvas, rng: np.random.Generator
 ) -> Layers:
     """Give maps of a face their colours, relief and gloss."""

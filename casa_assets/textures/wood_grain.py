@@ -109,7 +109,7 @@ def grain_maps(canvas: Canvas, species: WoodSpecies, cut: SawCut, leaves: int, r
         species: anatomy.
         cut: of every leaf.
         leaves: number of pieces across the width; a flat-cut face without joints is not possible, so 1 gives 1 joint.
-        rng: all of the randomness; the maps hang on it and on metres, not on the number of pixels.
+        rng: all of the randomness; the maps depend on it and on metres, not on the number of pixels.
     """
     x, y = canvas.axes()
     leaf, edge, left, wide = _leaves(canvas, x, leaves, rng)

@@ -26,7 +26,7 @@ class PlacedOutline:
         turn: radians from the picture's axes to its own (clockwise as seen). v runs along the piece, u across.
         half_u, half_v: half of its box, metres.
         outline: its shape.
-        sort: number of its shape or orientation, for colours that hang on it.
+        sort: number of its shape or orientation, for colours that depend on it.
     """
 
     x: float

@@ -41,7 +41,7 @@ class Veneer(Record):
 def paint(params: Veneer, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one sheet of fronts, grain along v."""
     grain = grain_maps(canvas, params.species, params.cut, params.leaves, rng)
-    face = wood.dress(grain, params.species, params.palette, canvas, rng)
+    face = wood.finish_wood(grain, params.species, params.palette, canvas, rng)
     albedo, height, roughness = face.albedo, face.height_m, face.roughness
     if params.weather > 0:
         grey = np.array([0.60, 0.57, 0.53], dtype=np.float32) * (0.9 + 0.08 * grain.fibre[..., None])

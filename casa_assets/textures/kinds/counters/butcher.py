@@ -123,10 +123,10 @@ def paint_blocks(params: EndGrain, canvas: Canvas, rng: np.random.Generator) -> 
     radius = np.hypot(dx, dy) + lot + 0.0006 * canvas.noise(0.015, 0.015, rng)
     grain = _end_maps(canvas, params.species, radius.astype(np.float32), np.arctan2(dy, dx), rng)
     grain = replace(grain, tone=rng.uniform(-1.0, 1.0, rows * columns).astype(np.float32)[block])
-    face = wood.dress(grain, params.species, params.palette, canvas, rng)
+    face = wood.finish_wood(grain, params.species, params.palette, canvas, rng)
     albedo = face.albedo
     if params.second is not None:
-        other = wood.dress(grain, params.species, params.second, canvas, rng)
+        other = wood.finish_wood(grain, params.species, params.second, canvas, rng)
         albedo = np.where((np.mod(row + column, 2) == 1)[..., None], other.albedo, albedo)
     edge = np.minimum(wide / 2.0 - np.abs(in_x), tall / 2.0 - np.abs(in_y))
     glue = line_coverage(edge, _GLUE_M, canvas.pixel_width_m)

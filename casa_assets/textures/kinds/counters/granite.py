@@ -101,7 +101,7 @@ def streams(canvas: Canvas, size_m: float, flow: float, shear: int, rng: np.rand
 
 
 def _mosaic(params: Granite, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
-    """(H, W, 3) crystals side by side; which mineral each is hangs on its swarm."""
+    """(H, W, 3) crystals side by side; the swarm decides the odds of each mineral."""
     mosaic = crystal_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
     # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
     coarse = crystal_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)

@@ -82,10 +82,10 @@ def paint(
     slab = slab_canvas(canvas, (params.slab_m, params.slab_m))
     stones = [stone for stone in (params.stone, params.accent) if stone is not None]
     faces = [_PAINT_SLAB[type(stone)](stone, slab, rng) for stone in stones]
-    return _laid(params, faces, canvas, rng, along=isinstance(params, LayeredTile))
+    return _cut_and_lay(params, faces, canvas, rng, along=isinstance(params, LayeredTile))
 
 
-def _laid(
+def _cut_and_lay(
     params: StoneTile, faces: list[Layers], canvas: Canvas, rng: np.random.Generator, along: bool = False
 ) -> Layers:
     """Pieces cut from slabs; `along`: the layers of the slab lie along the pieces."""

@@ -63,7 +63,7 @@ def paint(params: CeramicTile, canvas: Canvas, rng: np.random.Generator) -> Laye
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
     number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
-    glaze = own(canvas.noise(0.035, 0.035, rng, 4), canvas, pieces, rng)
+    glaze = read_per_piece(canvas.noise(0.035, 0.035, rng, 4), canvas, pieces, rng)
     albedo = rgb_table(params.colors)[number][pieces.owner]
     shade = 1.0 + params.variety * 0.13 * tone.astype(np.float32)[pieces.owner] + params.glaze_pooling * 0.045 * glaze
     albedo = albedo * shade[..., None]
@@ -96,7 +96,7 @@ def colors_of(deal: ColorAssignment, count: int, pieces: PieceMap, rng: np.rando
     return np.asarray(rng.permutation(np.arange(pieces.count) % count))
 
 
-def own(image: Map, canvas: Canvas, pieces: PieceMap, rng: np.random.Generator) -> Map:
+def read_per_piece(image: Map, canvas: Canvas, pieces: PieceMap, rng: np.random.Generator) -> Map:
     """A picture that each piece reads at a place of its own, so that nothing runs on across a joint."""
     jump = rng.random((2, pieces.count)).astype(np.float32)
     dx, dy = jump[0] * np.float32(canvas.tile_m[0]), jump[1] * np.float32(canvas.tile_m[1])

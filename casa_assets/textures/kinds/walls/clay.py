@@ -11,7 +11,7 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep, stratified
 from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.walls.ceramic import ColorAssignment, colors_of, own
+from casa_assets.textures.kinds.walls.ceramic import ColorAssignment, colors_of, read_per_piece
 from casa_assets.textures.laying.joint import Joint, fill, rim
 from casa_assets.textures.laying.laying import Laying, lay
 from casa_assets.textures.laying.pieces import PieceMap
@@ -52,7 +52,7 @@ def paint(params: FiredClay, canvas: Canvas, rng: np.random.Generator) -> Layers
     pieces = lay(params.laying, canvas, rng)
     rim_m = rim(params.joint, pieces, canvas, rng)
     number, tone = colors_of(params.color_order, len(params.colors), pieces, rng), stratified(pieces.count, rng)
-    cloud = own(canvas.noise(0.06, 0.06, rng, 5), canvas, pieces, rng)
+    cloud = read_per_piece(canvas.noise(0.06, 0.06, rng, 5), canvas, pieces, rng)
     grit = canvas.resolved(0.004, 0.004) * canvas.noise(0.004, 0.004, rng) + 0.6 * canvas.noise(0.011, 0.011, rng, 2)
     shade = 1.0 + params.variety * 0.17 * tone.astype(np.float32)[pieces.owner]
     shade = shade + params.mottle * 0.10 * cloud + 0.018 * grit
