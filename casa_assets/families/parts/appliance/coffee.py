@@ -1,4 +1,4 @@
-"""Parts of coffee machines: drip trays, groups with a portafilter, wands, hoppers, gauges, cups' rails."""
+"""Parts of coffee machines: drip trays, brewing groups with a portafilter, steam wands, hoppers, gauges, cup rails."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from casa_assets.model.record import Vec3
 
 
 def add_drip_tray(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
-    """A dark tray with a grid on top; high[2] is where a cup stands. Its frame, slats and shape are put on the root."""
+    """Add a dark tray with a grid on top, between two corners, to the root link; a cup stands at upper[2]. Metres."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     pan = subtract(
         board(lower, (x1, y1, z1 - 0.0006), 0.003, 2),
@@ -126,7 +126,7 @@ def add_pressure_gauge(builder: AssetBuilder, at: Vec3, radius: float, metal: st
 
 
 def add_cup_rail(builder: AssetBuilder, lower: Vec3, upper: Vec3, metal: str) -> None:
-    """A low fence of rod round a warming top; low[2] is the top."""
+    """Add a low fence of rod round the warming plate at lower[2], up to upper[2]. Metres."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     loop = [(x1, y1, z1), (x1, y0, z1), (x0, y0, z1), (x0, y1, z1), (x1, y1, z1)]
     builder.add(ROOT, tube(loop, 0.0028), metal, label="rail")

@@ -28,7 +28,7 @@ def add_dish_rack(
     """A basket between two corners, open on top; its link is `name`, its joint `<name>_joint`.
 
     Args:
-        lower, upper: metres; low[1] is its front. travel: how far it slides out, metres.
+        lower, upper: metres; lower[1] is its front. travel: how far it slides out, metres.
         tines: rows that hold plates; fewer where they would stand closer than TINE_PITCH.
         finish: of the wire. metal: of the bar that a hand takes.
     """

@@ -65,7 +65,7 @@ def add_cavity(
     """Walls round a cavity, open to the front (-y), and its racks.
 
     Args:
-        lower, upper: corners of the outside; the front plane is low[1].
+        lower, upper: corners of the outside; the front plane is lower[1].
         racks: how many; they are named rack<first>, rack<first + 1> from below.
         door: joint that has to be open before a rack can move. collider: False: no colliders for walls.
     """

@@ -1,4 +1,4 @@
-"""The case of a refrigerator: foamed walls round its rooms, what it stands on, hinge covers, lamps and shelves."""
+"""The case of a refrigerator: foamed walls round its compartments, base, hinge covers, lamps and shelves."""
 
 from __future__ import annotations
 
@@ -48,9 +48,10 @@ def add_case(
     compartments: Sequence[Compartment],
     look: ApplianceLook,
 ) -> None:
-    """Walls with liners round the rooms, from z = foot to top, open to the front; a compressor behind the floor.
+    """Add walls with liners round the compartments, from z = base_height to top, and a compressor behind the floor.
 
-    The rooms lie above or beside each other; width and depth are those of the case, without doors, metres.
+    The compartments are open to the front and lie above or beside each other; width and depth are those of the case,
+    without doors, metres.
     """
     edge_radius, steps = {ApplianceFront.ROUND: (0.022, 4), ApplianceFront.SOFT: (0.006, 2)}.get(look.form, (0.0025, 1))
     body = board((0.0, 0.0, base_height), (width, depth, top), edge_radius, steps)

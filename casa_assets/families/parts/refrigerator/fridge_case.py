@@ -106,7 +106,7 @@ class FridgeCase:
         return left, right, split + DIVIDER_THICKNESS / 2, top, self.deep
 
     def enclose(self, *compartments: Compartment) -> None:
-        """Walls round the rooms, and what they stand on."""
+        """Add walls round the compartments, and the base."""
         p = self.p
         parts.add_case(self.builder, p.width, self.deep, self.top, p.foot, compartments, p.look)
         parts.add_base(self.builder, p.width, self.deep, p.foot, p.look)

@@ -25,7 +25,7 @@ class FreezerFront(StrEnum):
 def lower_compartments(
     kind: FreezerFront, left: float, right: float, bottom: float, top: float, depth: float
 ) -> list[Compartment]:
-    """The rooms of a freezer between planes of the case's inside, metres; from left to right, from below."""
+    """Compartments of a freezer between planes of the case's inside, metres; from left to right, from below."""
     middle = (left + right) / 2
     if kind is FreezerFront.TWO_DOORS:
         return [
@@ -51,7 +51,7 @@ def add_lower_fronts(
     look: ApplianceLook,
     right: bool,
 ) -> list[str]:
-    """Fronts before the rooms, from z = low to high over the whole width; returns their joints."""
+    """Add fronts before the compartments, from z = bottom to top over the whole width; returns their joints."""
     face = look.lower or look.face
     if kind is FreezerFront.TWO_DOORS:
         middle, half = width / 2, center_gap(width / 2, look.thick) / 2
