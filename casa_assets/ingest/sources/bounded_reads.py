@@ -53,17 +53,17 @@ def check_file(path: str, root: Path) -> os.stat_result:
     return found
 
 
-def read_file(path: str, root: Path, most_bytes: float) -> bytes:
+def read_file(path: str, root: Path, max_bytes: float) -> bytes:
     """Bytes of a regular file inside the root.
 
     Raises:
         Rejected: as `check_file`, and TOO_LARGE before anything is read.
     """
     name = printable(Path(utf8_escaped(path)).name)
-    looked_at = check_file(path, root)
-    size = looked_at.st_size
-    if size > most_bytes:
-        message = f"{name}: {size} bytes, more than the {max(0, int(most_bytes))} left of --max-size; simplify it first"
+    checked = check_file(path, root)
+    size = checked.st_size
+    if size > max_bytes:
+        message = f"{name}: {size} bytes, more than the {max(0, int(max_bytes))} left of --max-size; simplify it first"
         raise Rejected(codes.TOO_LARGE, message)
     try:
         # never blocks: what was a file at the check may be a pipe by now
@@ -73,7 +73,7 @@ def read_file(path: str, root: Path, most_bytes: float) -> bytes:
             if not stat.S_ISREG(opened.st_mode):
                 raise Rejected(codes.NOT_A_FILE, f"{name}: no longer a regular file")
             # A link that was put in its place meanwhile would lead anywhere.
-            if (opened.st_dev, opened.st_ino) != (looked_at.st_dev, looked_at.st_ino):
+            if (opened.st_dev, opened.st_ino) != (checked.st_dev, checked.st_ino):
                 raise Rejected(codes.UNREADABLE, f"{name}: was exchanged while it was being opened; run again")
             return stream.read(size)
     except OSError as error:

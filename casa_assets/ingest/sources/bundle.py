@@ -110,8 +110,8 @@ class _Collector:
         """Path relative to the root of what is referred to, or None (noted; a buffer raises)."""
         folder = posixpath.dirname(owner)
         refusal = _refusal(reference.name)
-        spellings = () if refusal else dict.fromkeys((reference.name, unquote(reference.name)))
-        for spelling in spellings:
+        candidates = () if refusal else dict.fromkeys((reference.name, unquote(reference.name)))
+        for spelling in candidates:
             path = posixpath.normpath(posixpath.join(folder, spelling.replace("\\", "/").removeprefix("file:")))
             if path.startswith("..") and path[2:3] in ("", "/"):
                 refusal = codes.PATH_TRAVERSAL

@@ -31,23 +31,23 @@ def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
     Yields:
         Found or Refused, sorted by path within a root; packages before the loose files of the same folder.
     """
-    seen: set[tuple[str, str]] = set()
-    refused: set[bytes] = set()
+    found_keys: set[tuple[str, str]] = set()
+    refused_digests: set[bytes] = set()
     for root in roots:
         folder = root if root.is_dir() else root.parent
         for one in _discover(root):
             if isinstance(one, Refused):
                 # A digest of the place and the reason, which names the line: there may be very many.
                 place = f"{os.path.realpath(folder / one.path)}\0{one.code}\0{one.message}"
-                short = hashlib.sha256(place.encode("utf-8", "surrogateescape")).digest()[:16]
-                if short in refused:
+                digest = hashlib.sha256(place.encode("utf-8", "surrogateescape")).digest()[:16]
+                if digest in refused_digests:
                     continue
-                refused.add(short)
+                refused_digests.add(digest)
             if isinstance(one, Found):
                 key = (os.path.realpath(one.root / one.main), one.source.uid)
-                if key in seen:
+                if key in found_keys:
                     continue
-                seen.add(key)
+                found_keys.add(key)
             yield one
 
 

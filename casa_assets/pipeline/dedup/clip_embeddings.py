@@ -18,12 +18,12 @@ from casa_assets.pipeline.clip import ClipModel, class_shares, render_model_view
 from casa_assets.pipeline.dedup.entries import AssetRow
 from casa_assets.pipeline.library.entry_files import checked_model
 
-# Pairs whose pictures are nearer than this are worth a word; the limit of the check is stricter.
-LEAST_COSINE = 0.9
+# Smallest cosine between the pictures of a pair that is reported; the limit of the check is stricter.
+MIN_COSINE = 0.9
 
 
 def image_embeddings(row: AssetRow, eye: ClipModel, store: Store) -> Floats:
-    """(V, D) numbers of the pictures of an asset, each of length 1; taken from the store where they are there.
+    """(V, D) unit embeddings of the pictures of an asset; taken from the store if they are there.
 
     Raises:
         CannotDraw, NoRenderer: see preview.still.
@@ -33,7 +33,7 @@ def image_embeddings(row: AssetRow, eye: ClipModel, store: Store) -> Floats:
 
 
 def text_embedding(phrases: Sequence[str], eye: ClipModel, store: Store) -> Floats:
-    """(D,) numbers of several ways to say one thing: their mean, of length 1."""
+    """(D,) mean embedding of several phrases, of length 1."""
     found = _cached(store, ["words", eye.weights_digest, *phrases], lambda: eye.encode_text(phrases))
     mean: Floats = found.mean(axis=0)
     return mean / float(np.linalg.norm(mean))
@@ -49,43 +49,46 @@ def likenesses(
     """
     if not rows:
         return
-    kinds = [kind for kind in registry.load().categories.values() if kind.id != registry.FALLBACK]
-    said = np.array([text_embedding(clip_prompts(kind), eye, store) for kind in kinds])
+    categories = [category for category in registry.load().categories.values() if category.id != registry.FALLBACK]
+    text_embeddings = np.array([text_embedding(clip_prompts(category), eye, store) for category in categories])
     for row in rows:
-        yield _likeness(row, kinds, class_shares(seen[row.id], said, eye.logit_scale))
+        yield _likeness(row, categories, class_shares(seen[row.id], text_embeddings, eye.logit_scale))
 
 
-def similar_looking_pairs(seen: Mapping[str, Floats], least: float = LEAST_COSINE) -> list[tuple[str, str, float]]:
-    """Pairs of ids and the cosine between the means of their pictures where it is at least `least`, nearest first."""
+def similar_looking_pairs(seen: Mapping[str, Floats], min_cosine: float = MIN_COSINE) -> list[tuple[str, str, float]]:
+    """Pairs of ids with the cosine between their mean embeddings, if that is at least `min_cosine`, nearest first."""
     names = list(seen)
     if len(names) < 2:
         return []
     means = np.array([seen[name].mean(axis=0) for name in names])
     means /= np.linalg.norm(means, axis=1, keepdims=True)
-    found = []
+    pairs = []
     for i in range(len(names) - 1):
-        near = means[i + 1 :] @ means[i]
-        found += [(names[i], names[i + 1 + int(j)], round(float(near[j]), 4)) for j in np.flatnonzero(near >= least)]
-    return sorted(found, key=lambda pair: (-pair[2], pair[0], pair[1]))
+        cosines = means[i + 1 :] @ means[i]
+        pairs += [
+            (names[i], names[i + 1 + int(j)], round(float(cosines[j]), 4))
+            for j in np.flatnonzero(cosines >= min_cosine)
+        ]
+    return sorted(pairs, key=lambda pair: (-pair[2], pair[0], pair[1]))
 
 
-def _likeness(row: AssetRow, kinds: Sequence[Category], found: Floats) -> CategoryRank:
-    order = sorted(range(len(kinds)), key=lambda i: (-float(found[i]), kinds[i].id))
-    names = [kinds[i].id for i in order]
+def _likeness(row: AssetRow, categories: Sequence[Category], shares: Floats) -> CategoryRank:
+    order = sorted(range(len(categories)), key=lambda i: (-float(shares[i]), categories[i].id))
+    names = [categories[i].id for i in order]
     rank = names.index(row.category) + 1 if row.category in names else 0
-    others = [(kinds[i].id, round(float(found[i]), 4)) for i in order if kinds[i].id != row.category]
-    share = round(float(found[order[rank - 1]]), 4) if rank else 0.0
+    others = [(categories[i].id, round(float(shares[i]), 4)) for i in order if categories[i].id != row.category]
+    share = round(float(shares[order[rank - 1]]), 4) if rank else 0.0
     return CategoryRank(row.id, row.category, share, rank, tuple(others[:NAMED]))
 
 
-def _cached(store: Store, words: Sequence[object], make: Callable[[], Floats]) -> Floats:
-    key = digest_of(*words)
-    kept = store.get(key)
-    if kept is not None:
-        return np.asarray(np.load(io.BytesIO(kept), allow_pickle=False), dtype=np.float64)
-    found = make()
+def _cached(store: Store, key_parts: Sequence[object], compute: Callable[[], Floats]) -> Floats:
+    key = digest_of(*key_parts)
+    stored = store.get(key)
+    if stored is not None:
+        return np.asarray(np.load(io.BytesIO(stored), allow_pickle=False), dtype=np.float64)
+    values = compute()
     out = io.BytesIO()
-    np.save(out, found.astype(np.float32), allow_pickle=False)
+    np.save(out, values.astype(np.float32), allow_pickle=False)
     with suppress(OSError):  # a library that may only be read
         store.put(key, out.getvalue())
-    return found.astype(np.float32).astype(np.float64)
+    return values.astype(np.float32).astype(np.float64)

@@ -1,8 +1,7 @@
 """Reject near-duplicates among the inputs of a run and in its library: the first stays.
 
-Which one is first must not hang on which worker is faster: what the library had from other inputs comes first, then the
-inputs in the order in which they were found. So an accepted asset is held back, unpublished, until all inputs before it
-are done.
+Which one is first must not depend on which worker is faster: what the library had from other inputs comes first, then
+the inputs in the order in which they were found. So an accepted asset is held back until all inputs before it are done.
 """
 
 from __future__ import annotations
@@ -27,8 +26,8 @@ class Deduplicator:
     """Finds copies among the inputs of a run and in its library.
 
     Attributes:
-        library: of the run. limit: how near the surfaces of copies lie to each other, as a part of their radius.
-        own: sha256 of the inputs of this run; what the library has of these is judged in the order of the inputs.
+        library: of the run. limit: largest distance between the surfaces of copies, as a share of their radius.
+        own: sha256 of the inputs of this run; their entries in the library are judged in the order of the inputs.
     """
 
     library: disk.Library
@@ -45,49 +44,49 @@ class Deduplicator:
         Args:
             results: numbered from 0 without gaps, in any order. What comes after a missing number is judged at the end.
         """
-        held: dict[int, Result | None] = {}
-        due = 0
+        finished: dict[int, Result | None] = {}
+        next_number = 0
         for result in results:
             if result.outcome.accepted:
-                held[result.number] = result
+                finished[result.number] = result
             else:
-                held[result.number] = None
+                finished[result.number] = None
                 yield result
-            while due in held:
-                if (ready := held.pop(due)) is not None:
+            while next_number in finished:
+                if (ready := finished.pop(next_number)) is not None:
                     yield self._judged(ready)
-                due += 1
-        for number in sorted(held):
-            if (ready := held[number]) is not None:
+                next_number += 1
+        for number in sorted(finished):
+            if (ready := finished[number]) is not None:
                 yield self._judged(ready)
 
     def _judged(self, result: Result) -> Result:
-        """The result, or a rejection where the library has the same thing already."""
+        """The result, or a rejection if it is a copy of an earlier asset."""
         if result.folder is None:
             return result
         job = result.job
-        own = replace(read_row(result.folder), category=job.survey.category, path=job.found.source.path)
-        found = self._original(own)
-        if found is None:
-            if own.signature is not None:
-                self._others().append(replace(own, folder=self.library.folder(own.category, own.id)))
-                self._forms.add(own.signature.shape)
+        row = replace(read_row(result.folder), category=job.survey.category, path=job.found.source.path)
+        original_and_pair = self._original(row)
+        if original_and_pair is None:
+            if row.signature is not None:
+                self._others().append(replace(row, folder=self.library.folder(row.category, row.id)))
+                self._forms.add(row.signature.shape)
             return result
-        original, pair = found
+        original, pair = original_and_pair
         outcome = Outcome(False, NEAR_DUPLICATE_CODE, _message(original, pair))
         copy_of = original.folder.relative_to(self.library.root).as_posix()
         return replace(result, outcome=outcome, is_kept=False, copy_of=copy_of)
 
-    def _original(self, own: AssetRow) -> tuple[AssetRow, ShapePair] | None:
+    def _original(self, row: AssetRow) -> tuple[AssetRow, ShapePair] | None:
         """The first asset that this one is a copy of, and how near they are."""
-        if own.signature is None:
+        if row.signature is None:
             return None
         store = Store(self.library.cache)
         others = self._others()
-        for place in self._forms.near(own.signature.shape):
-            other = others[place]
+        for index in self._forms.near(row.signature.shape):
+            other = others[index]
             try:
-                pair = measure_pair(other, own, store)
+                pair = measure_pair(other, row, store)
             except OutputError:
                 continue  # damaged, or made anew in the meantime: it is no copy of anything
             if pair.twins(self.limit):
@@ -97,9 +96,9 @@ class Deduplicator:
     def _others(self) -> list[AssetRow]:
         """Assets that later inputs may be copies of: at first those of the library from inputs outside this run."""
         if self._known is None:
-            found = [one for one in EntryTable(self.library, skip_damaged=True).rows if one.sha256 not in self.own]
-            signed = [(one, one.signature.shape) for one in found if one.signature is not None]
-            self._known, self._forms = [one for one, _ in signed], ShapeIndex(form for _, form in signed)
+            rows = [row for row in EntryTable(self.library, skip_damaged=True).rows if row.sha256 not in self.own]
+            with_shape = [(row, row.signature.shape) for row in rows if row.signature is not None]
+            self._known, self._forms = [row for row, _ in with_shape], ShapeIndex(form for _, form in with_shape)
         return self._known
 
 

@@ -1,4 +1,4 @@
-"""The accepted assets of a library as comparing needs them: read from their JSON alone."""
+"""The accepted assets of a library with what a comparison needs, read from their JSON alone."""
 
 from __future__ import annotations
 

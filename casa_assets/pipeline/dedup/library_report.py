@@ -31,7 +31,7 @@ class LookRecord(Record):
     """Result of comparing the pictures of one asset with all categories, see checks.library.duplicates.CategoryRank.
 
     Attributes:
-        content: digest of the asset that was looked at.
+        content: digest of the asset.
     """
 
     content: str
@@ -45,7 +45,7 @@ class LibraryReport(Record):
     """Content of library.json.
 
     Attributes:
-        report: the checks on all assets together. weights: name of those that looked, empty where none did.
+        report: the checks on all assets together. weights: name of the CLIP weights, empty where there were none.
         seen: id -> what an asset looks like. looks: pairs of ids whose pictures are near each other, and the cosine.
     """
 
@@ -65,33 +65,33 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     Raises:
         OutputError: an entry is damaged. CannotDraw, NoRenderer: with an eye, where pictures cannot be made.
     """
-    found = table.rows
+    rows = table.rows
     store = Store(library.cache)
     before = read_library_report(library.root)
-    shelf = LibraryView(len(found), tuple(table.alike(store)))
+    view = LibraryView(len(rows), tuple(table.alike(store)))
     weights, looks = (before.weights, before.looks) if before else ("", ())
     if eye is not None:
-        numbers = {row.id: image_embeddings(row, eye, store) for row in found}
-        weights, looks = eye.name, tuple(similar_looking_pairs(numbers))
-        seen = tuple(likenesses(numbers, found, eye, store))
+        embeddings = {row.id: image_embeddings(row, eye, store) for row in rows}
+        weights, looks = eye.name, tuple(similar_looking_pairs(embeddings))
+        seen = tuple(likenesses(embeddings, rows, eye, store))
         unseen = ""
     else:
-        seen = _remembered(found, before)
-        unseen = "" if seen and len(seen) == len(found) else _why(len(seen), len(found))
-    there = {row.id for row in found}
-    looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= there)
-    shelf = LibraryView(shelf.count, shelf.alike, looks, seen, unseen)
+        seen = _remembered(rows, before)
+        unseen = "" if seen and len(seen) == len(rows) else _why(len(seen), len(rows))
+    ids = {row.id for row in rows}
+    looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= ids)
+    view = LibraryView(view.count, view.alike, looks, seen, unseen)
     name, limits = "library", registry.load().limits
-    report = run(shelf, name, limits, table=TABLE) + run(_sizes(found), name, limits, table=TABLE)
-    digests = {row.id: row.digest for row in found}
-    whole = LibraryReport(
+    report = run(view, name, limits, table=TABLE) + run(_sizes(rows), name, limits, table=TABLE)
+    digests = {row.id: row.digest for row in rows}
+    content = LibraryReport(
         report=report,
         weights=weights if seen else "",
         seen={one.asset: _kept(one, digests[one.asset]) for one in seen},
         looks=looks if not unseen else (),
     )
-    _write(library, whole)
-    return whole
+    _write(library, content)
+    return content
 
 
 def read_library_report(root: Path) -> LibraryReport | None:
@@ -118,19 +118,20 @@ def _remembered(found: Sequence[AssetRow], before: LibraryReport | None) -> tupl
     return tuple(likeness_of(r.id, old[r.id]) for r in found if r.id in old and old[r.id].content == r.digest)
 
 
-def _why(known: int, count: int) -> str:
-    if not known:
+def _why(known_count: int, count: int) -> str:
+    if not known_count:
         return f"{NO_WEIGHTS} (--clip-weights)"
-    return f"{NO_WEIGHTS} (--clip-weights), and {count - known} of {count} assets were not there when somebody looked"
+    new = count - known_count
+    return f"{NO_WEIGHTS} (--clip-weights), and {new} of {count} assets were not there when somebody looked"
 
 
 def _kept(one: CategoryRank, digest: str) -> LookRecord:
     return LookRecord(content=digest, category=one.category, share=one.share, rank=one.rank, others=one.others)
 
 
-def _write(library: disk.Library, whole: LibraryReport) -> None:
-    text = json.dumps(whole.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
+def _write(library: disk.Library, content: LibraryReport) -> None:
+    text = json.dumps(content.model_dump(mode="json"), sort_keys=True, indent=1, ensure_ascii=False, allow_nan=False)
     library.private.mkdir(parents=True, exist_ok=True)
-    fresh = library.private / f"{NAME}.{os.getpid()}"
-    fresh.write_text(text + "\n", encoding="utf-8")
-    fresh.replace(library.root / NAME)
+    temporary = library.private / f"{NAME}.{os.getpid()}"
+    temporary.write_text(text + "\n", encoding="utf-8")
+    temporary.replace(library.root / NAME)

@@ -22,23 +22,23 @@ from casa_assets.pipeline.dedup.signature import surface
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.color_statistics import color_distance
 
-# ShapeIndex farther apart than this are not laid over each other, see benchmarks/ingest_duplicates.py.
+# Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest_duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035
 
 
 def similar_pairs(rows: Sequence[AssetRow], store: Store) -> Iterator[ShapePair]:
-    """Every pair of assets whose forms are near each other, measured, in the order of the rows.
+    """Every pair of assets with similar shape descriptors, measured, in the order of the rows.
 
     Args:
         store: keeps what was measured, by the contents of both.
     """
-    signed = [row for row in rows if row.signature is not None]
-    for i, j in nearby_pairs([row.signature.shape for row in signed if row.signature is not None]):
-        yield measure_pair(signed[i], signed[j], store)
+    rows_with_shape = [row for row in rows if row.signature is not None]
+    for i, j in nearby_pairs([row.signature.shape for row in rows_with_shape if row.signature is not None]):
+        yield measure_pair(rows_with_shape[i], rows_with_shape[j], store)
 
 
 class ShapeIndex:
-    """ShapeIndex as arrays, so that the few near one of them are found among very many at once."""
+    """Shape descriptors as one array, in which the few that are similar to a given one are found quickly."""
 
     def __init__(self, forms: Iterable[ShapeDescriptor] = ()) -> None:
         self._forms = list(forms)
@@ -55,12 +55,12 @@ class ShapeIndex:
 
     def near(self, form: ShapeDescriptor) -> list[int]:
         """Places of the forms that are near a form, ascending."""
-        apart = np.abs(self._table[: len(self._forms)] - np.array(_flat(form)))
-        pairs, reach = apart[:, :PAIR_SHARES].mean(axis=1), apart[:, PAIR_SHARES:-3].mean(axis=1)
-        gap = np.maximum(np.maximum(pairs, reach), apart[:, -3:].max(axis=1))
-        # Sums of another order may differ in their last digits: who is near is for `descriptor_distance` to say.
-        likely = np.flatnonzero(gap <= MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)).tolist()
-        return [i for i in likely if descriptor_distance(form, self._forms[i]) <= MAX_DESCRIPTOR_DISTANCE]
+        differences = np.abs(self._table[: len(self._forms)] - np.array(_flat(form)))
+        pairs, radii = differences[:, :PAIR_SHARES].mean(axis=1), differences[:, PAIR_SHARES:-3].mean(axis=1)
+        distance = np.maximum(np.maximum(pairs, radii), differences[:, -3:].max(axis=1))
+        # These sums are in another order and may differ in the last digits, so `descriptor_distance` decides.
+        candidates = np.flatnonzero(distance <= MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)).tolist()
+        return [i for i in candidates if descriptor_distance(form, self._forms[i]) <= MAX_DESCRIPTOR_DISTANCE]
 
 
 def _flat(form: ShapeDescriptor) -> tuple[float, ...]:
@@ -88,7 +88,7 @@ def measure_pair(one: AssetRow, other: AssetRow, store: Store) -> ShapePair:
         most=most,
         every=every,
         size=other.signature.shape.radius / one.signature.shape.radius,
-        # Where nobody gave either a look, there is none to tell them apart by.
+        # If neither asset has a stated colour, colours do not tell them apart.
         colors=color_distance(*tints) if tints[0].stated or tints[1].stated else 0.0,
         same_category=one.category == other.category,
     )

@@ -20,9 +20,9 @@ from casa_assets.pipeline.reports.entry import Entry
 
 # Other words for the colours that tints are named by.
 COLOR_SYNONYMS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
-# Words that say nothing about a thing.
+# Words that are left out of a query.
 STOP_WORDS = frozenset({"a", "an", "the", "of", "with", "and", "in", "for", "some"})
-# What a word counts for in the name of a category, of a class above it, and in what the source says of the thing.
+# Score of a word that is found in the category, in a class above it, and in what the source says.
 BY_CATEGORY, BY_CLASS, BY_SOURCE = 1.0, 0.6, 0.5
 
 
@@ -49,13 +49,13 @@ def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: i
         OutputError: an entry is damaged. CannotDraw, NoRenderer: pictures cannot be made.
     """
     store = Store(library.cache)
-    asked = text_embedding([picture.format(query) for picture in PICTURE_PROMPTS], eye, store)
+    query_embedding = text_embedding([picture.format(query) for picture in PICTURE_PROMPTS], eye, store)
     hits = []
     for row in EntryTable(library).rows:
-        near = image_embeddings(row, eye, store) @ asked
-        best = int(np.argmax(near))
+        cosines = image_embeddings(row, eye, store) @ query_embedding
+        best = int(np.argmax(cosines))
         hits.append(
-            SearchHit(row.id, row.category, row.folder, round(float(near.mean()), 4), f"best in view {best + 1}")
+            SearchHit(row.id, row.category, row.folder, round(float(cosines.mean()), 4), f"best in view {best + 1}")
         )
     return sorted(hits, key=lambda hit: (-hit.score, hit.id))[:most]
 
@@ -66,21 +66,23 @@ def search_by_words(query: str, library: disk.Library, most: int) -> list[Search
     Raises:
         OutputError: an entry is damaged.
     """
-    asked = [COLOR_SYNONYMS.get(word, word) for word in tokens(query) if word not in STOP_WORDS]
+    words = [COLOR_SYNONYMS.get(word, word) for word in tokens(query) if word not in STOP_WORDS]
     known, table = registry.load(), EntryTable(library)
     signatures = {row.id: row.signature for row in table.rows}
     hits = []
     for entry in table.entries:
         if not entry.accepted:
             continue
-        own = signatures[entry.id]
-        colors = dict(own.color.names) if own is not None and own.color.stated else {}
-        found = [_word(word, entry, colors, known) for word in asked]
+        signature = signatures[entry.id]
+        colors = dict(signature.color.names) if signature is not None and signature.color.stated else {}
+        found = [_word(word, entry, colors, known) for word in words]
         score = sum(value for value, _ in found)
         if score > 0:
             reason = ", ".join(why for value, why in found if value > 0)
-            met = sum(value > 0 for value, _ in found)
-            hits.append((met, SearchHit(entry.id, entry.category, library.root / entry.path, round(score, 3), reason)))
+            matched_count = sum(value > 0 for value, _ in found)
+            hits.append(
+                (matched_count, SearchHit(entry.id, entry.category, library.root / entry.path, round(score, 3), reason))
+            )
     hits.sort(key=lambda pair: (-pair[0], -pair[1].score, pair[1].id))
     return [hit for _, hit in hits[:most]]
 

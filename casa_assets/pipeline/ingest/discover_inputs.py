@@ -20,36 +20,36 @@ def discover_inputs(roots: Sequence[Path], library: Path) -> Iterator[Found | Re
     Args:
         library: what lies in it is output, not input; so is what lies in another library below a root.
     """
-    own = Path(os.path.realpath(library))
-    tops = {Path(os.path.realpath(root)) for root in roots}
-    seen: dict[Path, bool] = {}
-    for one in discover(roots):
-        places = [one.root / one.main] if isinstance(one, Found) else [root / one.path for root in roots]
-        if not any(_is_output(place, tops, own, seen) for place in places):
-            yield replace(one, source=_as_text(one.source)) if isinstance(one, Found) else one
+    own_library = Path(os.path.realpath(library))
+    real_roots = {Path(os.path.realpath(root)) for root in roots}
+    is_library_folder: dict[Path, bool] = {}
+    for found in discover(roots):
+        places = [found.root / found.main] if isinstance(found, Found) else [root / found.path for root in roots]
+        if not any(_is_output(place, real_roots, own_library, is_library_folder) for place in places):
+            yield replace(found, source=_as_text(found.source)) if isinstance(found, Found) else found
 
 
 def _as_text(source: Source) -> Source:
     """The source's words as text that every file can hold."""
-    words: dict[str, Any] = {
+    texts: dict[str, Any] = {
         name: tuple(map(utf8_escaped, value)) if isinstance(value, tuple) else utf8_escaped(value)
         for name, value in source
         if isinstance(value, str | tuple) and name != "kind"
     }
-    same = all(getattr(source, name) == value for name, value in words.items())
-    return source if same else source.replace(**words)
+    is_unchanged = all(getattr(source, name) == value for name, value in texts.items())
+    return source if is_unchanged else source.replace(**texts)
 
 
-def _is_output(place: Path, tops: Set[Path], own: Path, seen: dict[Path, bool]) -> bool:
+def _is_output(place: Path, real_roots: Set[Path], own_library: Path, is_library_folder: dict[Path, bool]) -> bool:
     """True if a file lies in our library, or in any library that lies below a root (a root may be one)."""
     for folder in Path(os.path.realpath(place)).parents:
-        if folder == own:
+        if folder == own_library:
             return True
-        if folder in tops:
+        if folder in real_roots:
             # Above it only our own library counts: the user asked for what is in there.
-            return own in folder.parents
-        if folder not in seen:
-            seen[folder] = (folder / ".casa" / "lock").is_file()
-        if seen[folder]:
+            return own_library in folder.parents
+        if folder not in is_library_folder:
+            is_library_folder[folder] = (folder / ".casa" / "lock").is_file()
+        if is_library_folder[folder]:
             return True
     return False

@@ -24,9 +24,9 @@ from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import REJECTED, Library
 
 NAME = "rows.jsonl"
-# So many rows of a file are kept and told word for word; the others are counted.
+# Rows of a file that are kept with their messages; the others are counted.
 MAX_ROWS_PER_FILE = 100
-# Files of one run that have a line of their own; those beyond are counted together.
+# Files of one run with a line of their own; all others share one line.
 MAX_FILES = 10_000
 OTHER_FILES = "(other files)"
 
@@ -59,24 +59,24 @@ class RefusedRows:
 
     def __init__(self, library: Library) -> None:
         self._library = library
-        self._before = {one.path: one for one in read(library)}
+        self._before = {file.path: file for file in read(library)}
         self._counts: dict[str, Counter[str]] = {}
         self._rows: dict[str, list[tuple[str, str]]] = {}
 
-    def add(self, one: Refused) -> str:
+    def add(self, row: Refused) -> str:
         """Count a row; returns the id that it is listed by, empty where it is only counted."""
-        path = one.path if one.path in self._counts or len(self._counts) < MAX_FILES else OTHER_FILES
+        path = row.path if row.path in self._counts or len(self._counts) < MAX_FILES else OTHER_FILES
         rows = self._rows.setdefault(path, [])
-        self._counts.setdefault(path, Counter())[one.code] += 1
+        self._counts.setdefault(path, Counter())[row.code] += 1
         if len(rows) >= MAX_ROWS_PER_FILE or path == OTHER_FILES:
             return ""
-        rows.append((one.code, one.message))
+        rows.append((row.code, row.message))
         return row_id(path, len(rows))
 
-    def was_known(self, one: Refused) -> bool:
+    def was_known(self, row: Refused) -> bool:
         """True if an earlier run refused the same for the same reason."""
-        before = self._before.get(one.path)
-        return before is not None and (one.code, one.message) in before.rows
+        before = self._before.get(row.path)
+        return before is not None and (row.code, row.message) in before.rows
 
     def was_counted(self, path: str, code: str, count: int) -> bool:
         """True if an earlier run counted as many more rows of a file for a reason."""
@@ -85,9 +85,9 @@ class RefusedRows:
 
     def rest(self) -> Iterator[tuple[str, str, int]]:
         """Path, code and number of the rows that were only counted."""
-        for one in self._found():
-            for code, count in one.rest.items():
-                yield one.path, code, count
+        for file in self._found():
+            for code, count in file.rest.items():
+                yield file.path, code, count
 
     def write(self, roots: Sequence[Path]) -> None:
         """Write the file anew, by one rename. Files that this run did not look at keep their lines.
@@ -95,20 +95,20 @@ class RefusedRows:
         Args:
             roots: that the run looked at.
         """
-        lines = {path: one for path, one in self._before.items() if path != OTHER_FILES and not _is_below(roots, path)}
-        lines |= {one.path: one for one in self._found()}
+        lines = {p: file for p, file in self._before.items() if p != OTHER_FILES and not _is_below(roots, p)}
+        lines |= {file.path: file for file in self._found()}
         target = self._library.root / REJECTED / NAME
         if not lines:
             target.unlink(missing_ok=True)
             return
-        if len(lines) == len(self._before) and all(self._before.get(path) == one for path, one in lines.items()):
+        if len(lines) == len(self._before) and all(self._before.get(path) == file for path, file in lines.items()):
             return
         target.parent.mkdir(exist_ok=True)
-        fresh = self._library.private / f"{NAME}.{os.getpid()}"
-        with fresh.open("w", encoding="utf-8") as out:
+        temporary = self._library.private / f"{NAME}.{os.getpid()}"
+        with temporary.open("w", encoding="utf-8") as out:
             for path in sorted(lines):
                 out.write(lines[path].model_dump_json() + "\n")
-        fresh.replace(target)
+        temporary.replace(target)
 
     def _found(self) -> Iterator[RefusedFile]:
         for path in sorted(self._counts):
@@ -134,12 +134,12 @@ def read(library: Library) -> list[RefusedFile]:
 
 def listed(library: Library) -> Iterator[dict[str, str]]:
     """Id, path, code and reason of every row that is kept, and of the others of a file as one for each reason."""
-    for one in read(library):
-        for number, (code, message) in enumerate(one.rows, 1):
-            yield {"id": row_id(one.path, number), "source_path": one.path, "code": code, "message": message}
-        for code, count in one.rest.items():
+    for file in read(library):
+        for number, (code, message) in enumerate(file.rows, 1):
+            yield {"id": row_id(file.path, number), "source_path": file.path, "code": code, "message": message}
+        for code, count in file.rest.items():
             message = remainder_message(count)
-            yield {"id": row_id(one.path, code), "source_path": one.path, "code": code, "message": message}
+            yield {"id": row_id(file.path, code), "source_path": file.path, "code": code, "message": message}
 
 
 def remainder_message(count: int) -> str:

@@ -11,13 +11,13 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.registry.category import Category
 
-# How sure a name can make of a category where the source states another one: for a person to look at.
+# Largest confidence in a category from a name if the source states another one, so that a person looks at it.
 CONTRADICTED_CONFIDENCE = 0.4
 
 
 @dataclass(frozen=True)
 class Survey:
-    """Digest of an input, its category, how sure that is, and why."""
+    """Digest of an input and its category, with the confidence, 0..1, and the reason."""
 
     sha256: str
     category: str
@@ -31,21 +31,21 @@ def warm() -> None:
 
 
 def survey(job: tuple[Found, str, Mapping[str, float]]) -> Survey | Rejected:
-    """Survey of an input; then come a category that the user ordered, or nothing, and the limits of the run."""
-    found, ordered, limits = job
+    """Survey of an input. The job is the input, the category that the user requested or nothing, and the limits."""
+    found, requested, limits = job
     try:
         bundle = collect(found, limits)
     except Rejected as error:
         return error
-    category, confidence, reason = find_category(found, ordered)
+    category, confidence, reason = find_category(found, requested)
     return Survey(bundle.sha256, category.id, confidence, reason)
 
 
-def find_category(found: Found, ordered: str) -> tuple[Category, float, str]:
-    """Category of an input, how sure, and why: the user's word, then the source's, then names and titles."""
+def find_category(found: Found, requested: str) -> tuple[Category, float, str]:
+    """Category of an input, confidence and reason: by the user, else by the source, else by names and titles."""
     known = registry.load()
-    if ordered:
-        return known.category(ordered), 1.0, "given on the command line"
+    if requested:
+        return known.category(requested), 1.0, "given on the command line"
     source = found.source
     if source.category:
         match = known.find_category([source.category])

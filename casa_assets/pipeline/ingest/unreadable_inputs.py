@@ -1,4 +1,4 @@
-"""Refusals of meshes that were found and never read whole: named after where they stand, having no bytes to go by."""
+"""Refusals of meshes that could not be read: their ids come from their place, since there is no digest of the bytes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PREFIX = "unread_"
 
 
 class UnreadableInputs:
-    """UnreadableInputs of one run's refusals: several at one place (rows that name one mesh) are counted."""
+    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered."""
 
     def __init__(self) -> None:
         self._times: Counter[str] = Counter()
@@ -52,7 +52,7 @@ class UnreadableInputs:
         self._places.add(f"{one.path}:")
 
     def prune(self, library: disk.Library) -> None:
-        """Take away refusals of places that this run looked at and has nothing to say against."""
+        """Remove refusals of places that this run looked at and did not refuse."""
         for folder in list(library.refused()):
             if folder.name.startswith(PREFIX) and folder.name not in self._ids:
                 try:
