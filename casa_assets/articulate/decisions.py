@@ -26,7 +26,7 @@ Direction = str | Vec3
 BODY = "body"
 GIVEN_REASON = "given in the decisions"
 # Values of decisions.yaml that differ by less are the guessed ones, rounded for reading.
-SHARE_TOLERANCE, ANGLE_TOLERANCE_DEG, LENGTH_TOLERANCE_M = 2e-4, 0.06, 6e-5
+ANGLE_TOLERANCE_DEG, LENGTH_TOLERANCE_M = 0.06, 6e-5
 KNOB_RANGE_RAD, BUTTON_TRAVEL, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
 _AXES = "xyz"
 

@@ -79,13 +79,13 @@ def find_cavities(mesh: WeldedMesh, articulation: Articulation, category: str) -
     """
     if not articulation.parts:
         return ()
-    view = make_probe(mesh, articulation.parts)
+    probe = make_probe(mesh, articulation.parts)
     metres = articulation.frame.metres or 1.0
     interior = interior_kind_of(articulation, category)
     out = []
-    for opening in _openings(view, articulation, interior):
+    for opening in _openings(probe, articulation, interior):
         cavity = (
-            _drawer_cavity(view, opening, metres) if opening.drawer else _door_cavity(view, opening, interior, metres)
+            _drawer_cavity(probe, opening, metres) if opening.drawer else _door_cavity(probe, opening, interior, metres)
         )
         if cavity is not None:
             out.append(cavity)
