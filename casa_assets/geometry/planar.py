@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.typing import Floats, Ints
 
 Outline = Sequence[tuple[float, float]] | Floats
 
@@ -18,10 +18,11 @@ def outline_of(points: Outline) -> Floats:
     if len(corners) < 3:
         return corners
     try:
-        around = ConvexHull(corners).vertices
+        around: Ints = ConvexHull(corners).vertices.astype(np.int64)
     except QhullError:  # all lie on a line
         return corners[[0, -1]]
-    return corners[np.roll(around, -int(np.argmin(around)))]
+    outline: Floats = corners[np.roll(around, -int(np.argmin(around)))]
+    return outline
 
 
 def penetration_depth(one: Outline, other: Outline) -> float:

@@ -60,7 +60,7 @@ def paint(params: MadeStone, canvas: Canvas, rng: np.random.Generator) -> Layers
     """Paint one slab."""
     cloud = 0.7 * canvas.noise(params.cloud_m, params.cloud_m, rng, 6) + 0.5 * canvas.noise(0.06, 0.09, rng, 5)
     fine = canvas.noise(0.003, 0.003, rng)
-    albedo = rgb(params.binder) * (1.0 + params.clouds * (0.075 * cloud + 0.02 * fine))[..., None]
+    albedo: Map = rgb(params.binder) * (1.0 + params.clouds * (0.075 * cloud + 0.02 * fine))[..., None]
     for vein in params.veins:
         albedo, _ = add_vein(albedo, vein, canvas, rng)
     height = 0.000001 * fine
