@@ -53,12 +53,12 @@ def deepest_contacts(scene: Path) -> dict[str, float]:
     model = with_margins(loaded)
     depths: dict[str, float] = {}
     data = mujoco.MjData(model)
-    for joint in np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE):
+    for joint in map(int, np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE)):
         mujoco.mj_resetData(model, data)
         for before in _open_before(model, joint):
             data.qpos[model.jnt_qposadr[before]] = max(model.jnt_range[before], key=abs)
         everything = np.ones(model.nbody, dtype=bool)
-        depths[model.joint(joint).name] = max(0.0, sweep(model, data, int(joint), everything).worst.depth)
+        depths[model.joint(joint).name] = max(0.0, sweep(model, data, joint, everything).worst.depth)
     return depths
 
 

@@ -37,7 +37,8 @@ def missing_requirements(asset: Asset, contract: Contract, check: RuleCheck) -> 
     """
     problems = check(asset, contract)
     for choice in contract.one_of:
-        problems += min((check(asset, needs) for needs in choice.any_of), key=len)
+        nearest: list[Problem] = min([check(asset, needs) for needs in choice.any_of], key=len)
+        problems += nearest
     for each in contract.for_each:
         for value in in_use(asset, contract, each.key):
             problems += check(asset, each.needs.filled(each.key, value))
