@@ -15,6 +15,8 @@ from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.model.record import Vec3
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
@@ -60,7 +62,6 @@ def articulate(
     from casa_assets.pipeline.articulate import review_page
     from casa_assets.pipeline.articulate.build import ArticulateRequest
     from casa_assets.pipeline.articulate.run import articulate as run
-    from casa_assets.pipeline.ingest.run import CRASH_CODE
 
     given = _read_decisions(decisions, len(meshes))
     axes = _axis(up, "--up"), _axis(front, "--front")
@@ -79,9 +80,16 @@ def articulate(
             _print_parts(outcome, console)
     if review:
         console.print(f"{review_page.write(out, outcomes)}", highlight=False)
-    if faults := [str(d.mesh) for d in outcomes if d.code == CRASH_CODE]:
+    _exit_with(outcomes)
+
+
+def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
+    """End with exit 3 after a fault of the program, 1 after a rejection; return where all were accepted."""
+    from casa_assets.pipeline.ingest.run import CRASH_CODE
+
+    if faults := [str(outcome.mesh) for outcome in outcomes if outcome.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))
-    if not all(d.accepted for d in outcomes):
+    if not all(outcome.accepted for outcome in outcomes):
         raise typer.Exit(1)
 
 
@@ -117,13 +125,12 @@ def _print_outcome(outcome: ArticulateOutcome, console: Console) -> None:
     whole = sum(t.is_full for t in outcome.travels.values())
     cavities = sum(r.built for r in outcome.articulation.cavities)
     added = f", {pluralize(cavities, 'interior')} added" if cavities else ""
-    way = "goes all its way" if len(outcome.travels) == 1 else "go all their way"
-    message = f"{pluralize(count, 'moving part')}, {whole} of {len(outcome.travels)} {way}{added}"
-    mark = (
-        f"[green]{'kept' if outcome.kept else 'accepted'}[/]"
-        if outcome.accepted
-        else f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))};"
-    )
+    reached = f"full range: {whole} of {pluralize(len(outcome.travels), 'joint')}"
+    message = f"{pluralize(count, 'moving part')}, {reached}{added}"
+    if outcome.accepted:
+        mark = f"[green]{'kept' if outcome.kept else 'accepted'}[/]"
+    else:
+        mark = f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))};"
     console.print(f"{mark} {name}: {message}", highlight=False)
     console.print(f"  {escape(terminal_safe(str(outcome.folder)))}", highlight=False, soft_wrap=True)
     if outcome.contract:

@@ -154,19 +154,19 @@ def _arm(start: float, end: float, cutouts: list[float], is_shared: bool) -> flo
 def _slabs(stretch: WorktopStretch) -> Iterator[WorktopStretch]:
     """Parts of a stretch with one cutout at most, none longer than a slab."""
     cuts = [stretch.left]
-    for a, b in itertools.pairwise(stretch.cutout_slots):
-        cuts.append(round((a.right + b.left) / 2, 4))
+    for slot, right_slot in itertools.pairwise(stretch.cutout_slots):
+        cuts.append(round((slot.right + right_slot.left) / 2, 4))
     cuts.append(stretch.right)
-    for a, b in itertools.pairwise(cuts):
-        part = stretch.part(a, b)
-        if b - a <= MAX_SLAB_M:
+    for left, right in itertools.pairwise(cuts):
+        part = stretch.part(left, right)
+        if right - left <= MAX_SLAB_M:
             yield part
         else:
-            seam = part.cutout_slots[0].left - MIN_WIDTH_M if part.cutout_slots else (a + b) / 2
-            if not MAX_SLAB_M >= seam - a >= MIN_WIDTH_M:
+            seam = part.cutout_slots[0].left - MIN_WIDTH_M if part.cutout_slots else (left + right) / 2
+            if not MAX_SLAB_M >= seam - left >= MIN_WIDTH_M:
                 seam = part.cutout_slots[0].right + MIN_WIDTH_M
-            yield stretch.part(a, round(seam, 4))
-            yield stretch.part(round(seam, 4), b)
+            yield stretch.part(left, round(seam, 4))
+            yield stretch.part(round(seam, 4), right)
 
 
 def worktop_of(models: StyleModels, line: RunLine) -> WorktopStyle:
