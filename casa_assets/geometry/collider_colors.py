@@ -69,6 +69,7 @@ class _ColoredVisual:
 
     @classmethod
     def of(cls, mesh: Mesh, color: Vec4) -> _ColoredVisual:
+        """Take a mesh in the frame of its link, one color for all of it."""
         corners = mesh.vertices[mesh.faces]
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         return cls(mesh.bounds, corners.mean(axis=1), np.linalg.norm(cross, axis=1) / 2, color)

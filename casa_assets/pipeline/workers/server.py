@@ -93,6 +93,7 @@ class _Server:
         os.set_blocking(self._alarm, False)
 
     def serve(self) -> None:
+        """Answer the pool, reap workers and hold them to their limits until the pool closes its end."""
         signal.signal(signal.SIGCHLD, lambda *_: None)
         signal.set_wakeup_fd(self._alarm, warn_on_full_buffer=False)
         try:

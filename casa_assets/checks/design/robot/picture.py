@@ -1,4 +1,4 @@
-"""A picture of the floor: where the base can be, where it parks, and what stands there."""
+"""Draw a kitchen from above: where a mobile base can be, where it parks, and what stands there."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.model.kitchen.floor import Corners, Fixture, ParkingPlace, ParkingSide, Role
 from casa_assets.model.record import Vec2
 
-PIXELS = 120  # per metre
-MARGIN = 0.35
+PIXELS_PER_M = 120
+MARGIN_M = 0.35  # of floor around the outline of the room
+DASH_M = 0.1  # from the start of one dash to the next
 WHITE, BLACK = (255, 255, 255), (40, 40, 44)
 REACHED, FREE, FLOOR = (214, 234, 214), (250, 226, 190), (238, 238, 236)
-SOLID, APPLIANCE, UPPER, LEAF, POSE, BESIDE = (
+SOLID, APPLIANCE, WALL_UNIT, SWEPT_AREA, PARKED, PARKED_AT_OPEN_DOOR = (
     (196, 190, 182),
     (150, 170, 200),
     (120, 110, 100),
@@ -28,90 +29,97 @@ APPLIANCES = (Role.SINK, Role.RANGE, Role.HOB, Role.FRIDGE, Role.DISHWASHER, Rol
 
 
 def floor_picture(subject: DesignSubject) -> Image.Image:
-    """Green: floor that the middle of the base gets to; yellow: where it could be but does not get to.
+    """Return the floor of a kitchen from above, `PIXELS_PER_M` pixels per metre, y upwards.
 
-    Poses with all shut are green, those with a leaf open blue; ways of leaves are drawn in red, wall units dashed.
+    Floor that the middle of the base reaches is green, floor that is free but out of reach yellow. Parking places with
+    all doors shut are green circles, those with one door open blue. Areas that doors sweep are red, wall units dashed.
     """
     facts = subject.facts
     points = np.array(facts.outline)
-    sheet = _Sheet(points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN)
-    sheet.fill(facts.outline, FLOOR)
-    sheet.cells(subject)
+    drawing = _Drawing(points.min(axis=0) - MARGIN_M, points.max(axis=0) + MARGIN_M)
+    drawing.fill(facts.outline, FLOOR)
+    drawing.reach(subject)
     for row in facts.runs:
         for part in row_parts(row):
-            sheet.fill(part, SOLID, BLACK)
+            drawing.fill(part, SOLID, BLACK)
     for fixture in facts.fixtures:
         if fixture.role in APPLIANCES:
-            sheet.fill(fixture.footprint.corners, APPLIANCE, BLACK)
+            drawing.fill(fixture.footprint.corners, APPLIANCE, BLACK)
         elif fixture.role is Role.SEAT or (stands(fixture) and not fixture.run):
-            sheet.fill(fixture.footprint.corners, SOLID, BLACK)
+            drawing.fill(fixture.footprint.corners, SOLID, BLACK)
         elif fixture.role in (Role.UPPER, Role.SHELF, Role.HOOD):
-            sheet.dashes(fixture.footprint.corners)
+            drawing.dashed(fixture.footprint.corners)
     for fixture in facts.fixtures:
         for joint in fixture.joints:
             if joint.swept_area is not None and joint.behind is None:
-                sheet.line((*joint.swept_area.outline, joint.swept_area.outline[0]), LEAF)
+                drawing.line((*joint.swept_area.outline, joint.swept_area.outline[0]), SWEPT_AREA)
     for wall in facts.walls:
-        sheet.line((wall.start, wall.end), (200, 200, 200) if wall.is_open else BLACK, 2 if wall.is_open else 9)
+        drawing.line((wall.start, wall.end), (200, 200, 200) if wall.is_open else BLACK, 2 if wall.is_open else 9)
     for way in facts.openings:
-        sheet.line((way.start, way.end), WHITE, 5)
+        drawing.line((way.start, way.end), WHITE, 5)
     for place in subject.parking.every:
-        sheet.pose(place)
+        drawing.parking(place)
     for fixture in facts.with_role(*APPLIANCES, Role.COFFEE_MACHINE, Role.TOASTER):
-        sheet.word(fixture)
-    return sheet.image
+        drawing.name(fixture)
+    return drawing.image
 
 
-class _Sheet:
-    """A drawing in metres, y upwards."""
+class _Drawing:
+    """Image that is drawn on in metres, y upwards."""
 
-    def __init__(self, low: np.ndarray, high: np.ndarray) -> None:
-        self.low, self.high = low, high
-        width, height = np.ceil((high - low) * PIXELS).astype(int)
+    def __init__(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        self.lower, self.upper = lower, upper
+        width, height = np.ceil((upper - lower) * PIXELS_PER_M).astype(int)
         self.image = Image.new("RGB", (int(width), int(height)), WHITE)
-        self.pen = ImageDraw.Draw(self.image)
+        self.draw = ImageDraw.Draw(self.image)
 
-    def _to(self, point: Vec2) -> tuple[float, float]:
-        return (float((point[0] - self.low[0]) * PIXELS), float((self.high[1] - point[1]) * PIXELS))
+    def _pixel(self, point: Vec2) -> tuple[float, float]:
+        """Return column and row of a point in metres."""
+        return (float((point[0] - self.lower[0]) * PIXELS_PER_M), float((self.upper[1] - point[1]) * PIXELS_PER_M))
 
-    def fill(self, corners: Corners, colour: tuple[int, int, int], edge: tuple[int, int, int] | None = None) -> None:
-        self.pen.polygon([self._to(p) for p in corners], fill=colour, outline=edge)
+    def fill(self, corners: Corners, color: tuple[int, int, int], edge: tuple[int, int, int] | None = None) -> None:
+        """Fill a polygon, with an outline where its color is given."""
+        self.draw.polygon([self._pixel(p) for p in corners], fill=color, outline=edge)
 
-    def line(self, points: Corners, colour: tuple[int, int, int], width: int = 1) -> None:
-        self.pen.line([self._to(p) for p in points], fill=colour, width=width)
+    def line(self, points: Corners, color: tuple[int, int, int], width: int = 1) -> None:
+        """Draw a line through points; width in pixels."""
+        self.draw.line([self._pixel(p) for p in points], fill=color, width=width)
 
-    def dashes(self, corners: Corners) -> None:
+    def dashed(self, corners: Corners) -> None:
+        """Draw the outline of a polygon in dashes."""
         for a, b in zip(corners, (*corners[1:], corners[0]), strict=True):
-            count = max(1, int(math.dist(a, b) / 0.1))
+            count = max(1, int(math.dist(a, b) / DASH_M))
             for k in range(count):
                 ends = [(a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t) for t in (k / count, (k + 0.5) / count)]
-                self.line((ends[0], ends[1]), UPPER)
+                self.line((ends[0], ends[1]), WALL_UNIT)
 
-    def cells(self, subject: DesignSubject) -> None:
+    def reach(self, subject: DesignSubject) -> None:
+        """Paint the cells of the floor grid: in the room, free, and reached by the base."""
         floor = subject.floor
-        colours = np.full((*floor.shape, 3), 255, dtype=np.uint8)
-        colours[floor.room] = FLOOR
-        colours[floor.free] = FREE
-        colours[floor.reached] = REACHED
-        low, high = np.array([floor.xs[0], floor.ys[0]]), np.array([floor.xs[-1], floor.ys[-1]])
-        (x0, y1), (x1, y0) = self._to((low[0], low[1])), self._to((high[0], high[1]))
-        grid = Image.fromarray(colours[::-1]).resize((round(x1 - x0), round(y1 - y0)), Image.Resampling.NEAREST)
+        colors = np.full((*floor.shape, 3), 255, dtype=np.uint8)
+        colors[floor.room] = FLOOR
+        colors[floor.free] = FREE
+        colors[floor.reached] = REACHED
+        (x0, y1), (x1, y0) = self._pixel((floor.xs[0], floor.ys[0])), self._pixel((floor.xs[-1], floor.ys[-1]))
+        grid = Image.fromarray(colors[::-1]).resize((round(x1 - x0), round(y1 - y0)), Image.Resampling.NEAREST)
         mask = Image.fromarray(floor.room[::-1].astype(np.uint8) * 255).resize(grid.size, Image.Resampling.NEAREST)
         self.image.paste(grid, (round(x0), round(y0)), mask)
 
-    def pose(self, place: ParkingPlace) -> None:
-        colour = POSE if not place.open_joint else BESIDE
+    def parking(self, place: ParkingPlace) -> None:
+        """Draw a parking place as a circle with a line of the base's radius to where it faces."""
+        color = PARKED_AT_OPEN_DOOR if place.open_joint else PARKED
         if place.open_joint and place.side is ParkingSide.FRONT:
             return
-        x, y = self._to(place.position)
-        r = 0.05 * PIXELS
-        self.pen.ellipse([x - r, y - r, x + r, y + r], outline=colour, width=2)
+        x, y = self._pixel(place.position)
+        r = 0.05 * PIXELS_PER_M
+        self.draw.ellipse([x - r, y - r, x + r, y + r], outline=color, width=2)
         tip = (
             place.position[0] + BASE_RADIUS_M * math.cos(place.yaw),
             place.position[1] + BASE_RADIUS_M * math.sin(place.yaw),
         )
-        self.line((place.position, tip), colour, 2)
+        self.line((place.position, tip), color, 2)
 
-    def word(self, fixture: Fixture) -> None:
-        x, y = self._to(fixture.footprint.center)
-        self.pen.text((x, y), fixture.role.value.replace("_", " "), fill=BLACK, anchor="mm")
+    def name(self, fixture: Fixture) -> None:
+        """Write what a fixture is at its center."""
+        x, y = self._pixel(fixture.footprint.center)
+        self.draw.text((x, y), fixture.role.value.replace("_", " "), fill=BLACK, anchor="mm")
