@@ -16,7 +16,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,8 +42,15 @@ LOCK = "lock"
 R = TypeVar("R", bound=Record)
 # Arguments of renameat2: paths relative to the working folder; exchange two names. Ref: rename(2), linux/fcntl.h.
 AT_FDCWD, RENAME_EXCHANGE = -100, 2
-# Fields that had another name in entries of schema version 1.
+# Fields that had another name in entries of schema version 1: anywhere, and in the signature.
 _NAMES_SINCE_1 = {"says": "message", "because": "reason"}
+_SIGNATURE_NAMES_SINCE_1 = {
+    "form": "shape",
+    "tint": "color",
+    "pairs": "pair_distances",
+    "reach": "center_distances",
+    "axes": "axis_spread",
+}
 _ADVICE = "remove its folder and run again"
 
 
@@ -352,11 +359,12 @@ def _json(path: Path) -> dict[str, Any]:
         raise OutputError(str(path), f"is not a JSON object; {_ADVICE}")
     version = data.get("certificate", data)
     is_first = isinstance(version, dict) and version.get("schema_version") == 1
-    return dict(_renamed(data)) if is_first else data
+    return dict(_renamed(data, _NAMES_SINCE_1)) if is_first else data
 
 
-def _renamed(data: Any) -> Any:
+def _renamed(data: Any, names: Mapping[str, str]) -> Any:
     """Data of schema version 1 with the field names of version 2."""
     if isinstance(data, dict):
-        return {_NAMES_SINCE_1.get(name, name): _renamed(value) for name, value in data.items()}
-    return [_renamed(value) for value in data] if isinstance(data, list) else data
+        inner = {"signature": {**names, **_SIGNATURE_NAMES_SINCE_1}}
+        return {names.get(name, name): _renamed(value, inner.get(name, names)) for name, value in data.items()}
+    return [_renamed(value, names) for value in data] if isinstance(data, list) else data

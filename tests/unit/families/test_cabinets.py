@@ -184,7 +184,7 @@ def test_depth_at_finds_the_panel_behind_the_face() -> None:
 def test_handles_stand_on_the_face_and_fit_a_gripper(kind: HandleKind) -> None:
     length = handles.handle_length(kind, 0.16)
     made = handles.edge_pull(length) if kind is HandleKind.EDGE_PULL else handles.handle(kind, length)
-    solids = (*made.metal, *made.hide)
+    solids = (*made.metal, *made.leather)
     assert all(s.volume > 0 for s in solids)
     cloud = np.concatenate([s.points for s in solids])
     assert cloud[:, 1].max() >= -1e-6
