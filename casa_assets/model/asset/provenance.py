@@ -68,7 +68,7 @@ class Provenance(Record):
     """Origin of an asset: source, author, licence, digest, and the guesses that were made.
 
     Attributes:
-        source: kind of source: folder, objaverse, objaverse_xl, text_to_3d, generated.
+        source: kind of source: folder, objaverse, objaverse_xl, text_to_3d, manifest, family.
         path: file, relative to the source's root.
         sha256: of the main source file and all files that it refers to.
         title, author, licence, uri: as the source states them; licence is an SPDX id or `unknown`.

@@ -60,7 +60,7 @@ class Options:
         seconds: processor time for one input, with all that is started for it; 0: what registry/limits.yaml says.
         memory_bytes: memory of one input; 0: the same.
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
-        weights: of CLIP, see pipeline.look.eye; empty: nobody looks at the pictures.
+        weights: of CLIP, see pipeline.clip; empty: nobody looks at the pictures.
         keep_duplicates: what has the form, size and colours of another asset stays too.
     """
 
