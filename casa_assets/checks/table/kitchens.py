@@ -42,8 +42,8 @@ ROWS: tuple[Check, ...] = (
           "them, or add a hood."),
     Check("NKB010", "No window over cooktops", ERROR, DesignSubject, appliances.no_openable_window_over_cooktops,
           "window_m", "m",
-          "At most {limit:g} m of a window that opens lies over a cooktop (NKBA 20); move the cooktop, or fix the "
-          "sash."),
+          "The length of openable window over a cooktop is at most {limit:g} m (NKBA 20); move the cooktop, or fix "
+          "the sash."),
     Check("NKB011", "Distance from corners", ERROR, DesignSubject, appliances.appliances_keep_off_corners,
           "corner_m", "m",
           "Appliances are at least {limit:g} m from an inside corner of the worktops (LSU AgCenter); move them along "
@@ -52,17 +52,17 @@ ROWS: tuple[Check, ...] = (
           "At least {limit:g} of 100 advisory design rules that apply are followed (NKBA, LSU, trade sizes); see the "
           "section Design for those that are not."),
     Check("NAV001", "Reachable fixtures", ERROR, DesignSubject, reach.fixtures_are_reachable, "unreached", "",
-          "At most {limit:g} fixtures have no place before them to which a base of 0.30 m radius can drive from an "
-          "entry; leave floor free there, and a way to it."),
+          "The number of fixtures that a base of 0.30 m radius cannot reach from an entry is at most {limit:g}; leave "
+          "floor free before them, and a way to it."),
     Check("NAV002", "Reachable when open", ERROR, DesignSubject, reach.opened_fixtures_are_reachable, "unreached", "",
-          "At most {limit:g} fixtures have a door or drawer that, once open, leaves a base of 0.30 m radius no place "
-          "to stand; leave floor free beside the open part."),
+          "The number of fixtures whose open door or drawer leaves a base of 0.30 m radius no place to stand is at most "
+          "{limit:g}; leave floor free beside the open part."),
     Check("NAV003", "Entries lead in", ERROR, DesignSubject, reach.entries_lead_in, "unreached", "",
-          "At most {limit:g} doors and passages do not let a base of 0.30 m radius on to the floor of the kitchen; "
-          "clear what stands before them."),
+          "The number of doors and passages through which a base of 0.30 m radius cannot enter the kitchen is at most "
+          "{limit:g}; clear what stands before them."),
     Check("TSK001", "Tasks supported", ERROR, DesignSubject, reach.tasks_are_supported, "tasks_lacking", "",
-          "At most {limit:g} of the 25 atomic tasks of RoboCasa lack fixtures, joints or sites within reach; add what "
-          "the task lacks."),
+          "The number of RoboCasa's 25 atomic tasks that lack a fixture, joint or site within reach is at most "
+          "{limit:g}; add what the task lacks."),
     Check("TSK002", "Room for task objects", ERROR, DesignSubject, reach.task_objects_find_room, "task_rate", "",
           "At least {limit:.0%} of 200 drawn objects find a free place within reach, for each task; clear the "
           "surface, or make it larger."),

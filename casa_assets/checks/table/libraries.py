@@ -13,7 +13,7 @@ ERROR, WARNING = Severity.ERROR, Severity.WARNING
 # fmt: off
 ROWS: tuple[Check, ...] = (
     Check("LIB001", "No duplicate shapes", WARNING, LibraryView, duplicates.shapes_are_unique, "alike_form", "",
-          "No two assets have one shape, that is, no 95 % of two surfaces lie within {limit:g} of the radius of each "
+          "No two assets have the same shape: two do where 95 % of either surface lies within {limit:g} radii of the "
           "other; keep one of the two, or both if that is meant."),
     Check("LIB002", "No duplicate looks", WARNING, LibraryView, duplicates.looks_are_unique, "alike_look", "",
           "No two assets look alike to CLIP: the cosine of their pictures is below {limit:g}; keep one of them, or "

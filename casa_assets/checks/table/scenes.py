@@ -37,8 +37,8 @@ ROWS: tuple[Check, ...] = (
           "scene_overlap_m", "m",
           "No two fixed things overlap by more than {mm:g} mm; move one of them, or make it smaller."),
     Check("SCN008", "Floating things", ERROR, SceneSubject, support.fixed_things_are_supported, "scene_floating", "",
-          "At most {limit:g} fixed things are held up by nothing, neither floor, wall, ceiling nor a thing that those "
-          "hold; set them on what carries them."),
+          "The number of fixed things that rest on nothing (floor, wall, ceiling, or a thing that these hold) is at "
+          "most {limit:g}; set them on what carries them."),
     Check("SCN009", "Inside the room", ERROR, SceneSubject, inside.things_are_inside_room, "scene_outside_m", "m",
           "Nothing reaches more than {mm:g} mm beyond floor, walls and ceiling; move it in."),
     Check("SCN010", "Number of bodies", ERROR, SceneSubject, budget.body_count_is_bounded, "scene_bodies", "",
@@ -60,8 +60,8 @@ ROWS: tuple[Check, ...] = (
           "At most {limit:g} pairs of shapes touch while nothing moves, because each costs time in every step; set "
           "things down on fewer feet."),
     Check("SCN017", "MJCF equals USD", ERROR, SceneFiles, parity.formats_agree, "scene_disagreements", "",
-          "At most {limit:g} facts (bodies, poses, joints, masses, shapes, labels) differ between scene.xml and "
-          "scene.usda; a difference is a fault of a writer."),
+          "The number of facts (bodies, poses, joints, masses, shapes, labels) that differ between scene.xml and "
+          "scene.usda is at most {limit:g}; a difference is a fault of a writer."),
     Check("SCN018", "USD scene loads", ERROR, SceneFiles, usd_layer.usd_scene_loads_without_warnings, None, "",
           "scene.usda composes without complaint, has a default prim, and MuJoCo imports it without a warning; "
           "correct what the reader names."),
