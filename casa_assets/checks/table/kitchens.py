@@ -55,8 +55,8 @@ ROWS: tuple[Check, ...] = (
           "The number of fixtures that a base of 0.30 m radius cannot reach from an entry is at most {limit:g}; leave "
           "floor free before them, and a way to it."),
     Check("NAV002", "Reachable when open", ERROR, DesignSubject, reach.opened_fixtures_are_reachable, "unreached", "",
-          "The number of fixtures whose open door or drawer leaves a base of 0.30 m radius no place to stand is at most "
-          "{limit:g}; leave floor free beside the open part."),
+          "The number of fixtures whose open door or drawer leaves a base of 0.30 m radius no place to stand is at "
+          "most {limit:g}; leave floor free beside the open part."),
     Check("NAV003", "Entries lead in", ERROR, DesignSubject, reach.entries_lead_in, "unreached", "",
           "The number of doors and passages through which a base of 0.30 m radius cannot enter the kitchen is at most "
           "{limit:g}; clear what stands before them."),

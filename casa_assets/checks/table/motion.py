@@ -41,8 +41,8 @@ ROWS: tuple[Check, ...] = (
           "turn the part straight."),
     Check("KIN009", "Travel of found joints", WARNING, Package, joint_travel.joints_reach_full_range,
           "travel_share", "",
-          "The share of joints of an articulated mesh that go through their whole range under 20 N without collision is "
-          "at least {limit:.0%}; shorten ranges, or clear what the parts meet."),
+          "The share of joints of an articulated mesh that go through their whole range under 20 N without collision "
+          "is at least {limit:.0%}; shorten ranges, or clear what the parts meet."),
     Check("HOL001", "Usable interiors", ERROR, Package, hollow_regions.interiors_hold_a_ball, "hollow_m", "m",
           "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within {mm:g} mm "
           "of its floor and sides; clear the region, or correct its box."),

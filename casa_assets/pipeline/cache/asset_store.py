@@ -1,6 +1,6 @@
 """Built assets and their light forms, kept on disk by what they are made from, so that a kitchen is put together fast.
 
-<cache>/assets/{built,pictures}/   by `pipeline.families.run.asset_key`: a change of one family leaves the assets of all others
+<cache>/assets/{built,pictures}/   by `families.run.asset_key`: a change of one family leaves the assets of all others
 """
 
 from __future__ import annotations
