@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from casa_assets.articulate.frame.axes import PIXELS, given_frame
+from casa_assets.articulate.frame.axes import FRAME_IMAGE_PX, given_frame
 from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, measure_fragments
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.geometry.grid.voxel import boundary, voxelise
@@ -87,7 +87,7 @@ def seen(mesh: Mesh, one: bool = False) -> MeasuredFragments:
     frame = given_frame(soup, (0, 0, 1), (0, -1, 0))
     placed = soup.in_frame(frame)
     label = placed.fragment_labels
-    return measure_fragments(placed, np.minimum(label, 0) if one else label, PIXELS)
+    return measure_fragments(placed, np.minimum(label, 0) if one else label, FRAME_IMAGE_PX)
 
 
 def changed(mesh: Mesh, rng: np.random.Generator) -> MeasuredFragments:

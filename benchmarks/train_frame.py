@@ -4,9 +4,9 @@
 
 First a conditional logit over what the six sides look like, then one over what the likeliest candidates let find when
 they are tried out, on the scores that families got while they were left out of the first. Prints the tables WEIGHTS
-and TRIAL_WEIGHTS and the number SHARPNESS of casa_assets/articulate/frame/axes.py; how many looks are right when their
-family is left out of both, and how many of the guesses above a confidence are. `--keep` stores what was measured, and
-takes what is stored there.
+and SCORE_WEIGHTS and the number APPEARANCE_WEIGHT of casa_assets/articulate/frame/axes.py; how many looks are right
+when their family is left out of both, and how many of the guesses above a confidence are. `--keep` stores what was
+measured, and takes what is stored there.
 """
 
 from __future__ import annotations
@@ -68,27 +68,27 @@ FOR = (
 AGAINST = (
     *("back_detail", "sides_detail", "back_juts", "bottom_juts", "sides_juts", "back_knobs", "sides_knobs"),
     *("top_bars", "back_bars", "bottom_bars", "sides_bars", "back_panels", "back_stands", "sides_stands"),
-    *("inside_upright", "low_mass", "top_legs"),
+    *("inside_upright", "mass_height", "top_legs"),
 )
 # What a trial is expected to say, log odds; it may say more or less, but not the opposite. Of the others the members
 # decide alone. Set by what kitchens are like, and nothing else.
 EXPECTED = {
-    "covered": 1.5,
+    "front_coverage": 1.5,
     "doors": 0.0,
     "drawers": 0.0,
-    "boxed": 0.7,
-    "unboxed": -0.3,
+    "drawers_with_box": 0.7,
+    "drawers_without_box": -0.3,
     "knobs": 0.3,
     "buttons": 0.1,
     "levers": 0.5,
     "lids": 1.0,
     "racks": 1.5,
     "turntables": 1.5,
-    "surely": 2.0,
-    "joints": 1.0,
-    "held": 1.0,
+    "front_confidence": 2.0,
+    "joint_confidence": 1.0,
+    "with_handle": 1.0,
     "hinged_above": -1.5,
-    "nothing": -0.7,
+    "no_parts": -0.7,
 }
 # Score of what is not tried; weights below the second are left out; confidences that are reported.
 NEVER, LEAST = -1e3, 1e-3
@@ -284,11 +284,11 @@ def main() -> None:
     weights, (sharpness, *trial) = learned(looks, names)
     for title, table_ in (
         ("WEIGHTS", zip(FEATURES, weights, strict=True)),
-        ("TRIAL_WEIGHTS", zip(SCORE_NAMES, trial, strict=True)),
+        ("SCORE_WEIGHTS", zip(SCORE_NAMES, trial, strict=True)),
     ):
         print(title)
         print("\n".join(f'    "{n}": {float(f"{v:.4g}")},' for n, v in table_ if abs(v) > LEAST))
-    print(f"SHARPNESS = {sharpness:.3f}")
+    print(f"APPEARANCE_WEIGHT = {sharpness:.3f}")
 
 
 if __name__ == "__main__":

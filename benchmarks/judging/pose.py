@@ -9,8 +9,8 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.cloud import sample_surface
 from casa_assets.ingest.pose.evidence import outline_score
+from casa_assets.ingest.pose.surface_sample import sample_surface
 from casa_assets.ingest.pose.ups import UP_ROTATIONS
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 

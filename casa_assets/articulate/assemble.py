@@ -85,7 +85,7 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
         )
     ordered = _parents_first(links)
     joints = tuple(
-        build_joint(p, spec.metres, k, t.behind, names)
+        build_joint(p, spec.metres, k, t.blocking_part, names)
         for p, k, t in zip(articulation.parts, links[1:], shapes[1:], strict=True)
     )
     return Asset(

@@ -139,7 +139,7 @@ class Cavity(Record):
 
     Attributes:
         parts: that close it, one or two; a drawer's holds what lies in it and moves with it.
-        lower, upper: inner corners; low[1] is its mouth, of a drawer the back of its front.
+        lower, upper: inner corners; `lower[1]` is the y of its opening, for a drawer of the back of its front.
         wall: thickness of what is built round it. outer: corners that it keeps within, where the body begins.
         built: the mesh has none, so it is to be built; else it is the mesh's own, or stays `empty`.
         cut: corners of what is taken away of the body for it, None where it is hollow.

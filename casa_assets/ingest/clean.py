@@ -13,7 +13,7 @@ from casa_assets.ingest.repair.cracks import close_cracks
 from casa_assets.ingest.repair.degenerate_faces import valid_faces
 from casa_assets.ingest.repair.enclosed_parts import enclosed_parts, transparent_parts
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
-from casa_assets.ingest.repair.intersecting_parts import intersecting_parts
+from casa_assets.ingest.repair.intersecting_components import intersecting_components
 from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces, sheet_fins
 from casa_assets.ingest.repair.solidity import solidity
 from casa_assets.ingest.repair.t_junctions import split_t_junctions
@@ -97,7 +97,7 @@ def _measured(draft: Draft, full: bool) -> Draft:
     points, faces = draft.surface.points, draft.surface.welded_faces
     found = solidity(points, faces, full)
     guesses = draft.guessed("solidity", found.kind.value, found.confidence, found.message)
-    notes = draft.noted(*_unsound(faces), *intersecting_parts(points, faces))
+    notes = draft.noted(*_unsound(faces), *intersecting_components(points, faces))
     return draft.replace(guesses=guesses, notes=notes)
 
 

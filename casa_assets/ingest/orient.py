@@ -9,9 +9,9 @@ import numpy as np
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.cloud import SurfaceSample, sample_surface
 from casa_assets.ingest.pose.evidence import pose_score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
+from casa_assets.ingest.pose.surface_sample import SurfaceSample, sample_surface
 from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride

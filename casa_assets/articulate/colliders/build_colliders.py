@@ -25,30 +25,49 @@ from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.asset.link import Collider
 from casa_assets.model.pose import Pose
 
-# Most collision shapes of a link before and after cuts, and of a handle. Ref: registry/limits.yaml, hull_count.
-MAX_SHAPES_BEFORE_CUTS, MAX_SHAPES, MAX_HANDLE_SHAPES = 22, 32, 6
-# Fewest shapes for the faces that a mesh itself has, and the owner of faces that were built, which bring their own
-# shapes.
-MIN_OWN_SHAPES, BUILT_OWNER = 14, -2
-# A fragment that reaches no farther out of the shapes so far, metres or share of its link, gets no shape of its own.
-REACH_M, REACH_SHARE = 0.004, 0.012
-# Samples of the visible surface of a link, and most shapes for a frame that reaches farthest to a side.
-SURFACE_SAMPLES, MAX_END_SHAPES = 30000, 12
-# Shapes that a frame needs, and the share of its link from which a fragment is checked for being a frame.
-FRAME_SIDES, LARGE_FRAME_SHARE = 4, 0.4
+# Most collision shapes of a link before cuts, which may split one into several.
+MAX_SHAPES_BEFORE_CUTS = 22
+# Most collision shapes of a link. Ref: registry/limits.yaml, hull_count.
+MAX_SHAPES = 32
+# Most collision shapes of a handle before those that _cover_extremes adds.
+MAX_HANDLE_SHAPES = 6
+# Fewest shapes that are kept of the mesh's own faces where a built interior adds shapes to a link.
+MIN_OWN_SHAPES = 14
+# Owner of the faces of the body. Ref: Articulation.face_owner.
+BODY_OWNER = -1
+# Owner of the faces of built interiors, which bring their own shapes.
+BUILT_OWNER = -2
+# A fragment gets no shape of its own if it reaches out of the boxes of earlier shapes by no more than this, metres.
+REACH_M = 0.004
+# The same distance where it is larger, as a share of the diagonal of the faces that are covered.
+REACH_SHARE = 0.012
+# Samples of the visible surface of a link.
+SURFACE_SAMPLES = 30000
+# Most shapes of a ring-like fragment that reaches farthest to a side.
+MAX_END_SHAPES = 12
+# Fewest shapes that go round the opening of a ring-like fragment: one for each of four sides.
+FRAME_SIDES = 4
+# A fragment longer than this share of the faces that are covered is tested for being ring-like.
+LARGE_FRAME_SHARE = 0.4
 # Most fragments of a link that get shapes, the largest first.
 MAX_FRAGMENTS = 60
 # Parts that are pressed or turned by fingers have one shape.
 SINGLE_SHAPE_KINDS = frozenset({PartKind.KNOB, PartKind.BUTTON})
+# Labels of visuals and colliders that differ from the name of the kind of part.
 _LABELS = {PartKind.TRAY: "rack"}
 
 
 @dataclass(frozen=True)
 class LinkColliders:
-    """Colliders of a link in its frame; `behind` is the index of the part that has to stand open before it moves."""
+    """Colliders of a link.
+
+    Attributes:
+        colliders: in the frame of the link.
+        blocking_part: index of the part that has to stand open before this link can move, or None.
+    """
 
     colliders: tuple[Collider, ...]
-    behind: int | None = None
+    blocking_part: int | None = None
 
 
 def part_label(kind: PartKind) -> str:
@@ -57,31 +76,34 @@ def part_label(kind: PartKind) -> str:
 
 
 def build_colliders(
-    points: Floats, mesh: WeldedMesh, label: Ints, articulation: Articulation, substance: str
+    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, articulation: Articulation, substance: str
 ) -> list[LinkColliders]:
     """Return the colliders of the body and of each part, in this order.
 
     Args:
-        points: (P, 3) of the mesh, metres, asset frame. label: (F,) fragments. substance: of all shapes.
+        points: (P, 3) of the mesh, metres, asset frame.
+        fragment_of_face: (F,) index of the fragment, -1 for none.
+        substance: of all shapes.
     """
-    metres = articulation.frame.metres or 1.0
+    metres_per_unit = articulation.frame.metres or 1.0
     owner = articulation.face_owner(len(mesh.faces))
     names = [p.name for p in articulation.parts]
-    behind = [_door_in_front(p, articulation.parts, mesh) for p in articulation.parts]
+    blocking_parts = [_door_in_front(p, articulation.parts, mesh) for p in articulation.parts]
     for added in articulation.added:
         owner[added.faces] = BUILT_OWNER
-    solids = [_link_solid(points, mesh, label, np.flatnonzero(owner == -1), None)]
+    solids = [_link_solid(points, mesh, fragment_of_face, np.flatnonzero(owner == BODY_OWNER), None)]
     for i, part in enumerate(articulation.parts):
-        solid = _link_solid(points, mesh, label, np.flatnonzero(owner == i), part)
-        door = behind[i]
+        solid = _link_solid(points, mesh, fragment_of_face, np.flatnonzero(owner == i), part)
+        door = blocking_parts[i]
         solid.carrier = names.index(part.parent) + 1 if part.parent else 0
-        solid.behind = None if door is None else door + 1
+        solid.blocking_link = None if door is None else door + 1
         solids.append(solid)
-    _set_joints(solids, articulation, points, mesh, metres)
-    _add_interiors(solids, articulation, points, mesh, metres)
+    _set_joints(solids, articulation, points, mesh, metres_per_unit)
+    _add_interiors(solids, articulation, points, mesh, metres_per_unit)
     for i, solid in enumerate(solids):
         solid.clouds = [snap_to_box(c) for c in solid.clouds]
-        own_faces = mesh.faces[owner == i - 1]
+        # Link 0 is the body; link i is part i - 1.
+        own_faces = mesh.faces[owner == (BODY_OWNER if i == 0 else i - 1)]
         solid.skin = surface_samples(points, own_faces, SURFACE_SAMPLES) if len(own_faces) else None
     clear_moving_parts(solids)
     for solid, part in zip(solids[1:], articulation.parts, strict=True):
@@ -91,26 +113,34 @@ def build_colliders(
         origin = np.zeros(3) if solid.anchor is None else solid.anchor
         kind = None if i == 0 else articulation.parts[i - 1].kind
         name = "object" if i == 0 else names[i - 1]
-        out.append(LinkColliders(_colliders(solid, origin, name, kind, substance), None if i == 0 else behind[i - 1]))
+        out.append(
+            LinkColliders(_colliders(solid, origin, name, kind, substance), None if i == 0 else blocking_parts[i - 1])
+        )
     return out
 
 
 def _set_joints(
-    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres: float
+    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres_per_unit: float
 ) -> None:
-    """Give each link its joint, asset frame; in place."""
-    origin = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
+    """Set the joint of each link but the body, asset frame; in place."""
+    origin = _frame_origin(points, mesh, metres_per_unit)
     for solid, part in zip(solids[1:], articulation.parts, strict=True):
         joint = part.joint
         solid.turns = joint.kind is JointKind.HINGE
         solid.axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        solid.anchor = np.array(joint.anchor) * metres + origin
-        solid.hidden = part.kind is PartKind.TRAY
-        solid.max_travel = float(joint.range[1]) * (1.0 if solid.turns else metres)
+        solid.anchor = np.array(joint.anchor) * metres_per_unit + origin
+        solid.is_behind_front = part.kind is PartKind.TRAY
+        solid.max_travel = float(joint.range[1]) * (1.0 if solid.turns else metres_per_unit)
+
+
+def _frame_origin(points: Floats, mesh: WeldedMesh, metres_per_unit: float) -> Floats:
+    """Return the (3,) origin of the analysed mesh in the asset frame, metres."""
+    origin: Floats = points[0] - mesh.points[0] * metres_per_unit if len(points) else np.zeros(3)
+    return origin
 
 
 def _largest(clouds: Sequence[Floats], max_count: int) -> list[Floats]:
-    """Return the largest of some shapes, including those that reach farthest to a side: a hand meets these first."""
+    """Return the largest shapes, and those that reach farthest, because a gripper touches the outermost first."""
     ranked = sorted(range(len(clouds)), key=lambda i: (-round(hull_volume(clouds[i]), 12), i))
     if len(ranked) <= max_count:
         return [clouds[i] for i in ranked]
@@ -121,89 +151,104 @@ def _largest(clouds: Sequence[Floats], max_count: int) -> list[Floats]:
 
 
 def _add_interiors(
-    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres: float
+    solids: Sequence[LinkSolid], articulation: Articulation, points: Floats, mesh: WeldedMesh, metres_per_unit: float
 ) -> None:
     """Add the shapes of built interiors to their links, and subtract the cavities from the body; in place."""
-    origin = points[0] - mesh.points[0] * metres if len(points) else np.zeros(3)
+    origin = _frame_origin(points, mesh, metres_per_unit)
     names = [p.name for p in articulation.parts]
+    # An interior that is neither cut out of the body nor furnished leaves the shapes of the body as they are.
     for cavity in (r for r in articulation.cavities if r.built and (r.cut is not None or r.furnish)):
         holes = [cavity.cut or (cavity.lower, cavity.upper), *cavity.fronts]
         for hole in holes:
-            box = np.array(hole) * metres + origin
+            box = np.array(hole) * metres_per_unit + origin
             solids[0].clouds = [piece for c in solids[0].clouds for piece in subtract_box(c, box)]
     for added in articulation.added:
         solid = solids[names.index(added.part) + 1 if added.part else 0]
         own = _largest(solid.clouds, max(MIN_OWN_SHAPES, MAX_SHAPES_BEFORE_CUTS - len(added.clouds)))
-        solid.clouds = [*own, *(c * metres + origin for c in added.clouds)]
+        solid.clouds = [*own, *(c * metres_per_unit + origin for c in added.clouds)]
 
 
-def _link_solid(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, part: PartPlan | None) -> LinkSolid:
-    """Return the shapes of one link before any cut."""
-    rows = rows[label[rows] >= 0]
+def _link_solid(
+    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, rows: Ints, part: PartPlan | None
+) -> LinkSolid:
+    """Return the shapes of one link before any cut.
+
+    Args:
+        rows: indices of its faces. part: None for the body.
+    """
+    rows = rows[fragment_of_face[rows] >= 0]
     if part is not None and part.kind is PartKind.TRAY and len(rows):
-        # Wires by themselves would use up the budget: a rack is touched as the floor and the walls that they make.
+        # One shape for each wire of a rack would exceed the budget, so the rack is covered as a whole.
         return LinkSolid(None, convex_clouds(points, mesh.faces[rows], MAX_SHAPES_BEFORE_CUTS), [])
-    # What is taken anywhere has no handle of its own: racks, levers.
+    # A part that is gripped at any of its faces, such as a lever, has no separate handle.
     has_handle = part is not None and len(part.grip) < len(part.faces)
     in_handle = np.isin(rows, part.grip) if part is not None and has_handle else np.zeros(len(rows), dtype=bool)
     if part is not None and part.kind in SINGLE_SHAPE_KINDS and len(rows):
         return LinkSolid(None, convex_clouds(points, mesh.faces[rows], 1), [])
-    handle = _cover_fragments(points, mesh, label, rows[in_handle], MAX_HANDLE_SHAPES)
-    return LinkSolid(None, _cover_fragments(points, mesh, label, rows[~in_handle], MAX_SHAPES_BEFORE_CUTS), handle)
+    handle = _cover_fragments(points, mesh, fragment_of_face, rows[in_handle], MAX_HANDLE_SHAPES)
+    return LinkSolid(
+        None, _cover_fragments(points, mesh, fragment_of_face, rows[~in_handle], MAX_SHAPES_BEFORE_CUTS), handle
+    )
 
 
-def _cover_fragments(points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, max_count: int) -> list[Floats]:
-    """Return shapes that cover some faces, fragment by fragment, the largest first, within the budget."""
+def _cover_fragments(
+    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, rows: Ints, max_count: int
+) -> list[Floats]:
+    """Return shapes that cover some faces, fragment by fragment, the largest first.
+
+    Shapes of the fragments that reach farthest to a side come on top of `max_count`; `_largest` cuts the shapes of a
+    link to MAX_SHAPES in the end.
+    """
     if not len(rows):
         return []
-    areas = np.bincount(label[rows], mesh.areas[rows])
-    ranked = np.lexsort((np.arange(len(areas)), -areas))[: int((areas > 0.0).sum())][:MAX_FRAGMENTS]
+    areas = np.bincount(fragment_of_face[rows], mesh.areas[rows])
+    ranked = np.argsort(-areas, kind="stable")[: int((areas > 0.0).sum())][:MAX_FRAGMENTS]
     extent = np.ptp(points[np.unique(mesh.faces[rows])], axis=0)
     reach = max(REACH_M, REACH_SHARE * float(np.linalg.norm(extent)))
     out: list[Floats] = []
     boxes: list[Floats] = []
     for n, fragment in enumerate(ranked.tolist()):
-        faces = mesh.faces[rows[label[rows] == fragment]]
+        faces = mesh.faces[rows[fragment_of_face[rows] == fragment]]
         cloud = points[np.unique(faces)]
         if any((cloud >= b[0] - reach).all() and (cloud <= b[1] + reach).all() for b in boxes):
             continue
         budget = max_count - len(out)
         if budget <= 0:
             break
-        # Those that follow need some of the budget too.
+        # Leave one shape for each fragment that follows, but at most half of the budget for all of them.
         share = max(1, budget - min(len(ranked) - n - 1, budget // 2))
         is_large = float(np.ptp(points[np.unique(faces)], axis=0).max()) > LARGE_FRAME_SHARE * float(extent.max())
         if share < FRAME_SIDES and is_large and hull_closes_opening(points, faces):
-            # A hull of it would close what it leaves open: it has as many shapes as a frame has sides, or none.
+            # With fewer shapes than sides its opening would be closed, so it gets one for each side, or none.
             if budget < FRAME_SIDES:
                 continue
             share = FRAME_SIDES
         clouds = convex_clouds(points, faces, share)[:budget]
         out += clouds
         boxes += [np.array([c.min(axis=0), c.max(axis=0)]) for c in clouds]
-    return out + _cover_extremes(points, mesh, label, rows, out, reach)
+    return out + _cover_extremes(points, mesh, fragment_of_face, rows, out, reach)
 
 
 def _cover_extremes(
-    points: Floats, mesh: WeldedMesh, label: Ints, rows: Ints, clouds: list[Floats], reach: float
+    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, rows: Ints, clouds: list[Floats], reach: float
 ) -> list[Floats]:
-    """Return shapes for the fragments that reach farthest, where the budget left one out: a hand meets those first."""
+    """Return shapes for fragments left out of `clouds` that reach farthest: a gripper touches the outermost first."""
     corners = points[mesh.faces[rows]]
     lower, upper = (np.array([f(c, axis=0) for c in clouds]) for f in (np.min, np.max))
     wanted: list[int] = []
     for axis in range(3):
         if corners[..., axis].min() < lower[:, axis].min() - reach:
-            wanted.append(int(label[rows[np.argmin(corners[..., axis].min(axis=1))]]))
+            wanted.append(int(fragment_of_face[rows[np.argmin(corners[..., axis].min(axis=1))]]))
         if corners[..., axis].max() > upper[:, axis].max() + reach:
-            wanted.append(int(label[rows[np.argmax(corners[..., axis].max(axis=1))]]))
-    reached = [mesh.faces[rows[label[rows] == fragment]] for fragment in sorted(set(wanted))]
+            wanted.append(int(fragment_of_face[rows[np.argmax(corners[..., axis].max(axis=1))]]))
+    reached = [mesh.faces[rows[fragment_of_face[rows] == fragment]] for fragment in sorted(set(wanted))]
     return [
         c for faces in reached for c in convex_clouds(points, faces, MAX_END_SHAPES if is_frame(points, faces) else 1)
     ]
 
 
 def _door_in_front(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) -> int | None:
-    """Return the index of the door in front of something that slides or turns inside, or None."""
+    """Return the index of the door in front of a rack, turntable or drawer, or None; x is right, y back, z up."""
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None
     points = mesh.points[mesh.faces[part.faces].reshape(-1)]
@@ -225,16 +270,23 @@ def _door_in_front(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) 
 
 
 def _colliders(
-    solid: LinkSolid, middle: Floats, name: str, kind: PartKind | None, substance: str
+    solid: LinkSolid, anchor: Floats, name: str, kind: PartKind | None, substance: str
 ) -> tuple[Collider, ...]:
-    """Return the colliders of a link in its frame; those of the handle come first, under its name."""
-    mains = _largest(solid.clouds, MAX_SHAPES - len(solid.grips))
-    label = None if kind is None else part_label(kind)
+    """Return the colliders of a link in its frame; those of the handle come first, under its name.
+
+    Args:
+        anchor: origin of the frame of the link. name: of the link. kind: of the part, None for the body.
+    """
+    body_clouds = _largest(solid.clouds, MAX_SHAPES - len(solid.grips))
+    groups = (
+        (solid.grips, f"{name}_handle_main", "handle"),
+        (body_clouds, f"{name}_main", None if kind is None else part_label(kind)),
+    )
     out: list[Collider] = []
-    for clouds, stem, part_mark in ((solid.grips, f"{name}_handle_main", "handle"), (mains, f"{name}_main", label)):
+    for clouds, prefix, collider_label in groups:
         for n, cloud in enumerate(clouds):
-            shape, pose = fit_shape(cloud - middle)
+            shape, pose = fit_shape(cloud - anchor)
             at = Pose(position=pose.position)
-            name_ = stem if not n else f"{stem}_{n:02d}"
-            out.append(Collider(name=name_, shape=shape, pose=at, substance=substance, label=part_mark))
+            collider_name = prefix if not n else f"{prefix}_{n:02d}"
+            out.append(Collider(name=collider_name, shape=shape, pose=at, substance=substance, label=collider_label))
     return tuple(out)

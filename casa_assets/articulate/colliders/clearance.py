@@ -31,8 +31,8 @@ SAMPLED_SHARES = (0.02, 0.05, 0.09, 0.14, 0.2, 0.28, 0.38, 0.5, 0.62, 0.75, 0.88
 MIN_SHAPE_M3, MIN_SHAPE_M = 1e-8, 0.001
 # Boxes that are subtracted from one shape.
 MAX_CUTS = 3
-# Hidden links may be cut so many times deeper.
-HIDDEN_CUT_FACTOR = 2.5
+# Cuts may be this many times deeper where a link lies behind a front.
+BEHIND_FRONT_CUT_FACTOR = 2.5
 # An overlap this thick, by the thinner of two shapes, means that one runs through the other.
 CROSSING_SHARE = 0.6
 # A notch takes at most the first share of the width of a shape, and no more than the second in one direction.
@@ -53,9 +53,9 @@ class LinkSolid:
         carrier: index of the link that carries it, None for the body.
         clouds: (N, 3) points of each convex shape, metres. grips: those of handles, which are never cut.
         turns: it turns about `axis` through `anchor`; else it slides along it. max_travel: end of its range, rad or m.
-        behind: index of the link that stands open before this one moves, or None.
+        blocking_link: index of the link that has to stand open before this one moves, or None.
         skin: (N, 3) points of what is seen of it, metres, or None.
-        hidden: it is seen only when something else is open, as racks on their rails are: deeper cuts are allowed.
+        is_behind_front: it is seen only when a front is open, as racks on their rails are: deeper cuts are allowed.
     """
 
     carrier: int | None
@@ -65,8 +65,8 @@ class LinkSolid:
     axis: Floats | None = None
     anchor: Floats | None = None
     max_travel: float = 0.0
-    behind: int | None = None
-    hidden: bool = False
+    blocking_link: int | None = None
+    is_behind_front: bool = False
     skin: Floats | None = None
 
 
@@ -86,7 +86,7 @@ def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
             _record_overlaps(solids, i, share, pairs, crossed)
         cuts: dict[tuple[int, int], list[Floats]] = {}
         matter: set[tuple[int, int]] = set()
-        max_depth = max_cut_depth * (HIDDEN_CUT_FACTOR if solid.hidden else 1.0)
+        max_depth = max_cut_depth * (BEHIND_FRONT_CUT_FACTOR if solid.is_behind_front else 1.0)
         for pair, boxes in sorted(pairs.items()):
             # An overlap that is shallow in one pose and deep in the next is a part on its way into another.
             shallow = all(float((b[1] - b[0]).min()) <= max_depth for b in boxes)
@@ -117,7 +117,11 @@ def _record_overlaps(
             moving_clouds = [_transform(c, poses[a]) for c in (*solids[a].clouds, *solids[a].grips)]
             other_clouds = [_transform(c, poses[b]) for c in solids[b].clouds]
             for p, q in _overlapping_pairs(moving_clouds, other_clouds):
-                notch = b == 0 and solids[mover].hidden and _is_notch(moving_clouds[p], other_clouds[q], solids[mover])
+                notch = (
+                    b == 0
+                    and solids[mover].is_behind_front
+                    and _is_notch(moving_clouds[p], other_clouds[q], solids[mover])
+                )
                 # The larger of the two shapes is cut: it loses the smaller share.
                 cuts_other = (
                     notch
@@ -187,7 +191,7 @@ def _is_carried_by(solids: Sequence[LinkSolid], link: int | None, by: int) -> bo
 def _pose_at(solids: Sequence[LinkSolid], link: int, shares: dict[int, float]) -> tuple[Floats, Floats]:
     """Return the (3, 3) rotation and (3,) shift of a link while some links stand at shares of their ranges."""
     for mover in list(shares):
-        before = solids[mover].behind
+        before = solids[mover].blocking_link
         if before is not None and before not in shares:
             shares = {**shares, before: 1.0}
     rotation, translation = np.eye(3), np.zeros(3)

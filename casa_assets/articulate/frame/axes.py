@@ -15,8 +15,8 @@ from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFrag
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 
-# Weight of each feature in the log odds of a candidate; those that earn none are left out. Ref: conditional logit over
-# members of this project's own families, merged into one mesh each (benchmarks/train_frame.py).
+# Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
+# conditional logit over members of this project's own families, merged into one mesh each (benchmarks/train_frame.py).
 WEIGHTS: Mapping[str, float] = {
     "front_detail": 9.51,
     "back_detail": -3.106,
@@ -44,39 +44,50 @@ WEIGHTS: Mapping[str, float] = {
     "top_rings": 1.637,
     "top_slots": 0.9141,
     "knobs_near": 2.816,
-    "low_mass": -2.901,
+    "mass_height": -2.901,
     "back_plain": 0.00708,
     "bottom_legs": 3.768,
 }
 # Prior of the axis that points up where a file says nothing, by the side that is then the top: modellers write y up
 # or z up, hardly anything else.
 PRIOR_UP = (0.02, 0.42, 0.02, 0.02, 0.5, 0.02)
-STATED_UP, ASKEW_UP = 0.95, 0.02
-PIXELS = 256
-# Weight of the log odds by appearance, and of the scores of the parts that a candidate would have. Ref: as WEIGHTS.
+# Prior of the side that the file states as its top; the other five sides share the rest.
+STATED_UP = 0.95
+# Prior of an up direction that is not along an axis of the file.
+ASKEW_UP = 0.02
+# Pixels along the longer side of a depth image: half of what the analysis of the parts takes, so that the guess is
+# faster. The weights were learned from images of this size.
+FRAME_IMAGE_PX = 256
+# Weight of the log odds by appearance, where the parts are scored too. Ref: as WEIGHTS.
 APPEARANCE_WEIGHT = 0.605
+# Weights of the scores of the parts that a candidate would have. Ref: as WEIGHTS.
 SCORE_WEIGHTS: Mapping[str, float] = {
-    "covered": 1.071,
+    "front_coverage": 1.071,
     "drawers": 0.2748,
-    "boxed": 1.119,
-    # A front that may be drawn and has no box says nothing: this takes back what `drawers` gives it. Not learned.
-    "unboxed": -0.2748,
+    "drawers_with_box": 1.119,
+    # Cancels `drawers` for drawer fronts without a box. Set by hand.
+    "drawers_without_box": -0.2748,
     "knobs": 0.2237,
     "buttons": 0.127,
     "levers": 0.283,
     "lids": 1.247,
     "racks": 2.274,
     "turntables": 1.5,
-    "surely": 1.565,
-    "joints": 0.7721,
-    "held": 0.9607,
+    "front_confidence": 1.565,
+    "joint_confidence": 0.7721,
+    "with_handle": 0.9607,
     "hinged_aside": -0.11,
     "hinged_below": -0.7205,
     "hinged_above": -1.274,
-    "nothing": -0.4505,
+    "no_parts": -0.4505,
 }
-# Most candidates that are scored by their parts, unless their log odds are so far behind those of the best.
-MAX_SCORED, MAX_LOG_ODDS_BEHIND = 6, 6.0
+# Most candidates that are scored by their parts.
+MAX_SCORED = 6
+# Candidates whose log odds are this far below those of the best one are not scored by their parts.
+MAX_LOG_ODDS_BEHIND = 6.0
+# Direction, out of the object, that each of SIDES faces.
+OUTWARD = -SIDES[:, 2]
+# Pairs (front, top) of indices of SIDES. Opposite sides are 2k and 2k + 1, so a pair of the same k is left out.
 CANDIDATES = tuple((f, t) for f in range(len(SIDES)) for t in range(len(SIDES)) if f // 2 != t // 2)
 GUESSED_REASON = "detail, handles, proportions and symmetry of the six sides, and what they would let move"
 
@@ -85,16 +96,16 @@ def given_frame(mesh: WeldedMesh, up: Sequence[float], front: Sequence[float]) -
     """Return the frame for known up and front directions, file axes, at right angles to each other."""
     z = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
     y = -np.asarray(front, dtype=np.float64) / np.linalg.norm(front)
-    return _framed(mesh, np.stack([np.cross(y, z), y, z]))
+    return _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), "given")
 
 
-def _framed(mesh: WeldedMesh, rotation: Floats) -> Frame:
-    """Return the frame with these axes, centred in the box that they make around the object."""
+def _frame_with_axes(mesh: WeldedMesh, rotation: Floats, reason: str) -> Frame:
+    """Return the frame with these axes, centred in the bounding box of the object along them."""
     turned = mesh.points @ rotation.T
     lower, upper = turned.min(axis=0), turned.max(axis=0)
     a, b, c = (float(v) for v in (lower + upper) / 2 @ rotation)
     scale = 1.0 / max(float(np.linalg.norm(upper - lower)), 1e-300)
-    return Frame(rotation=rotation, origin=(a, b, c), scale=scale, reason="given")
+    return Frame(rotation=rotation, origin=(a, b, c), scale=scale, reason=reason)
 
 
 def guess_frame(
@@ -107,56 +118,60 @@ def guess_frame(
 
     Args:
         mesh: file axes and units.
-        up, front: directions that the user gave, file axes; None to guess. They hold within 45 degrees where walls of
-            the thing run along others, but `up` exactly.
-        stated: side (of SIDES) that is the top by the file's word; believed, but not blindly.
+        up, front: directions that the user gave, file axes; None to guess. If only one is given, it is kept exactly. If
+            both are, `up` is kept exactly; `front` may turn by up to 45 degrees to follow the walls.
+        stated: index in SIDES of the side that the file states as its top; this is likely, but not certain.
     """
-    straight = align_walls(mesh, [d for d in (up, front) if d is not None][:1])
-    plain = _framed(mesh, straight)
+    kept = front if up is None else up
+    straight = align_walls(mesh, [] if kept is None else [kept])
+    plain = _frame_with_axes(mesh, straight, GUESSED_REASON)
     placed = mesh.in_frame(plain)
-    pieces = measure_fragments(placed, placed.fragment_labels, PIXELS)
-    outward = -SIDES[:, 2] @ straight
+    pieces = measure_fragments(placed, placed.fragment_labels, FRAME_IMAGE_PX)
+    outward = OUTWARD @ straight
     allowed = [(f, t) for f, t in CANDIDATES if _fits(front, outward[f]) and _fits(up, outward[t])]
-    known = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}
-    shares = candidate_shares(pieces, known)
-    ranked = sorted(shares, key=lambda k: (-round(shares[k], 9), k))
+    log_prior = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}
+    probabilities = candidate_probabilities(pieces, log_prior)
+    ranked = sorted(probabilities, key=lambda k: (-round(probabilities[k], 9), k))
     face, top = ranked[0]
     y, z = -outward[face], outward[top]
-    return _framed(mesh, np.stack([np.cross(y, z), y, z])).replace(
-        confidence=round(shares[ranked[0]], 3),
-        reason=GUESSED_REASON if up is None or front is None else "given",
-        runner_up="; ".join(_words(k, straight) for k in ranked[1:3]),
+    reason = GUESSED_REASON if up is None or front is None else "given"
+    return _frame_with_axes(mesh, np.stack([np.cross(y, z), y, z]), reason).replace(
+        confidence=round(probabilities[ranked[0]], 3),
+        runner_up="; ".join(_describe(k, straight) for k in ranked[1:3]),
     )
 
 
-def candidate_shares(
-    measured: MeasuredFragments, known: Mapping[tuple[int, int], float]
+def candidate_probabilities(
+    measured: MeasuredFragments, log_prior: Mapping[tuple[int, int], float]
 ) -> dict[tuple[int, int], float]:
     """Return the probability of each candidate (front, top), by appearance and by the parts that it would move.
 
     Args:
-        known: log of what is known of each before.
+        log_prior: of each candidate, the logarithm of its prior probability.
     """
     sides = [measure_side(measured, i) for i in range(len(SIDES))]
     inside = hidden_area(measured)
     rows = [FEATURES.index(name) for name in WEIGHTS]
     weights = np.array(list(WEIGHTS.values()))
-    scores = {c: float(weights @ frame_features(measured, sides, *c, inside)[rows]) + known[c] for c in known}
+    scores = {c: float(weights @ frame_features(measured, sides, *c, inside)[rows]) + log_prior[c] for c in log_prior}
     ranked = sorted(scores, key=lambda k: (-round(scores[k], 9), k))
-    shares = _shares(scores)
+    probabilities = _probabilities(scores)
     likely = [c for c in ranked[:MAX_SCORED] if scores[c] > scores[ranked[0]] - MAX_LOG_ODDS_BEHIND]
     if len(likely) == 1:
-        return shares
+        return probabilities
     weights = np.array([SCORE_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
-    again = {
-        c: APPEARANCE_WEIGHT * (scores[c] - known[c]) + known[c] + float(weights @ score_candidate(measured, *c))
+    rescored = {
+        c: APPEARANCE_WEIGHT * (scores[c] - log_prior[c])
+        + log_prior[c]
+        + float(weights @ score_candidate(measured, *c))
         for c in likely
     }
-    whole = sum(shares[c] for c in likely)
-    return {**shares, **{c: whole * s for c, s in _shares(again).items()}}
+    # The candidates that were scored again share the probability that they had together.
+    likely_mass = sum(probabilities[c] for c in likely)
+    return {**probabilities, **{c: likely_mass * p for c, p in _probabilities(rescored).items()}}
 
 
-def _shares(scores: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
+def _probabilities(scores: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
     """Normalise log odds to probabilities that sum to 1."""
     best = max(scores.values())
     odds = {c: float(np.exp(s - best)) for c, s in scores.items()}
@@ -165,7 +180,7 @@ def _shares(scores: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], fl
 
 
 def _fits(wanted: Sequence[float] | None, direction: Floats) -> bool:
-    """Return whether a direction is nearest to the wanted one, or none is wanted."""
+    """Return whether a direction is within about 45 degrees of the wanted one, or none is wanted."""
     if wanted is None:
         return True
     return float(direction @ np.asarray(wanted, dtype=np.float64)) > 0.7 * float(np.linalg.norm(wanted))
@@ -173,7 +188,7 @@ def _fits(wanted: Sequence[float] | None, direction: Floats) -> bool:
 
 def _prior(up: Floats, stated: int | None) -> float:
     """Return the prior probability that a direction of the file points up."""
-    near = -SIDES[:, 2] @ up
+    near = OUTWARD @ up
     side = int(np.argmax(near))
     if float(near[side]) < 0.99:
         return ASKEW_UP
@@ -182,10 +197,10 @@ def _prior(up: Floats, stated: int | None) -> float:
     return STATED_UP if side == stated else (1 - STATED_UP) / 5
 
 
-def _words(candidate: tuple[int, int], straight: Floats) -> str:
+def _describe(candidate: tuple[int, int], straight: Floats) -> str:
     """Describe a candidate, such as `front -y, up +z`."""
     face, top = candidate
-    return f"front {axis_name(-SIDES[face][2] @ straight)}, up {axis_name(-SIDES[top][2] @ straight)}"
+    return f"front {axis_name(OUTWARD[face] @ straight)}, up {axis_name(OUTWARD[top] @ straight)}"
 
 
 def axis_name(direction: Floats) -> str:

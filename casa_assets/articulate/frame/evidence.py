@@ -12,11 +12,32 @@ from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFrag
 from casa_assets.core.typing import Floats
 
 _EACH = ("front", "back", "top", "bottom", "sides")
+# Features of a candidate, in the order in which `frame_features` computes them. `sides` stands for the mean of the left
+# and the right side; the fields of SideView say how each side is measured.
+_SIDE_FEATURES = (
+    "detail",  # share that this side has of the detail of all six sides
+    "juts",  # SideView.juts
+    "knobs",  # log(1 + number of knobs)
+    "bars",  # log(1 + number of bars)
+    "panels",  # SideView.panels
+    "stands",  # SideView.protruding_share
+)
 FEATURES = (
-    *(f"{side}_{what}" for what in ("detail", "juts", "knobs", "bars", "panels", "stands") for side in _EACH),
-    *("symmetry", "front_level", "support", "shape", "inside_upright"),
-    *("bars_high", "knobs_high", "top_rings", "top_slots", "knobs_near", "low_mass", "back_plain"),
-    *("bottom_legs", "top_legs"),
+    *(f"{side}_{what}" for what in _SIDE_FEATURES for side in _EACH),
+    "symmetry",  # front and back ends less alike than the other two, mean over top, bottom, left and right
+    "front_level",  # how much more alike the left and right ends of the front are than its top and bottom
+    "support",  # SideView.support of the bottom
+    "shape",  # log likelihood of the proportions, given where the controls are (shape_likelihood)
+    "inside_upright",  # share of the surface that no side shows and that faces front or back
+    "bars_high",  # mean height of level bars on the front, from its middle, as a share of its height
+    "knobs_high",  # the same of its knobs, 0 if they are below the middle
+    "top_rings",  # SideView.rings of the top
+    "top_slots",  # SideView.slots of the top
+    "knobs_near",  # mean offset of knobs on the top towards the front, as a share of the depth
+    "mass_height",  # mean height of the surface, from the middle, as a share of the height
+    "back_plain",  # 1 if the back has less than half as much detail as the front, else 0
+    "bottom_legs",  # by how much SideView.support of the bottom exceeds its SideView.filled
+    "top_legs",  # the same of the top
 )
 # Controls whose mean offset from the middle of the front, by its size, is larger than this are at its side or top; one
 # offset exceeds the other by the margin.
@@ -34,7 +55,7 @@ def frame_features(
     """Return the (len(FEATURES),) features of the hypothesis that these sides are the front and the top.
 
     Args:
-        sides: of all six, as `look` measures them. inside: as `hidden_area` measures it.
+        sides: of all six, as `measure_side` measures them. inside: as `hidden_area` measures it.
     """
     back, bottom = front ^ 1, top ^ 1
     up, out = -SIDES[top][2], -SIDES[front][2]

@@ -14,10 +14,26 @@ from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
-# Scores of a candidate; SCORE_WEIGHTS in frame/axes.py says for or against what each counts.
+# Scores of a candidate; the sign of its weight in SCORE_WEIGHTS (frame/axes.py) tells whether a score speaks for it.
 SCORE_NAMES = (
-    *("covered", "doors", "drawers", "boxed", "unboxed", "knobs", "buttons", "levers", "lids", "racks", "turntables"),
-    *("surely", "joints", "held", "hinged_aside", "hinged_below", "hinged_above", "nothing"),
+    "front_coverage",
+    "doors",
+    "drawers",
+    "drawers_with_box",
+    "drawers_without_box",
+    "knobs",
+    "buttons",
+    "levers",
+    "lids",
+    "racks",
+    "turntables",
+    "front_confidence",
+    "joint_confidence",
+    "with_handle",
+    "hinged_aside",
+    "hinged_below",
+    "hinged_above",
+    "no_parts",
 )
 # Counts of parts are capped at this.
 MAX_COUNT = 8
@@ -82,26 +98,26 @@ def score_articulation(articulation: Articulation, measured: MeasuredFragments) 
     doors = [p for p in fronts if p.kind is PartKind.DOOR]
     trays = [p for p in articulation.parts if p.kind is PartKind.TRAY]
     hinged = max(len(doors), 1)
-    covered = _covered(fronts, measured)
-    # How sure it is of fronts says little where they are a small part of what is seen.
-    much = min(1.0, covered / FULL_WEIGHT_COVERAGE)
-    boxed = sum(p.kind is PartKind.DRAWER and _reaches(p, measured) for p in fronts)
+    coverage = _covered(fronts, measured)
+    # The confidence in fronts says little where they cover only a small share of the side.
+    coverage_weight = min(1.0, coverage / FULL_WEIGHT_COVERAGE)
+    with_box = sum(p.kind is PartKind.DRAWER and _reaches(p, measured) for p in fronts)
     return np.array(
         [
-            covered,
+            coverage,
             _log(len(doors)),
             _log(len(fronts) - len(doors)),
-            _log(boxed),
-            _log(len(fronts) - len(doors) - boxed),
+            _log(with_box),
+            _log(len(fronts) - len(doors) - with_box),
             _log(sum(p.kind is PartKind.KNOB for p in articulation.parts)),
             _log(sum(p.kind is PartKind.BUTTON for p in articulation.parts)),
             _log(sum(p.kind is PartKind.LEVER for p in articulation.parts)),
             _log(sum(p.kind is PartKind.LID for p in articulation.parts)),
             _log(sum(p.joint.kind is JointKind.SLIDE for p in trays)),
             _log(sum(p.joint.kind is JointKind.HINGE for p in trays)),
-            much * float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
-            much * float(np.mean([p.joint.confidence for p in fronts])) if fronts else 0.0,
-            much * sum(len(p.grip) > 0 for p in fronts) / max(len(fronts), 1),
+            coverage_weight * float(np.mean([p.confidence for p in fronts])) if fronts else 0.0,
+            coverage_weight * float(np.mean([p.joint.confidence for p in fronts])) if fronts else 0.0,
+            coverage_weight * sum(len(p.grip) > 0 for p in fronts) / max(len(fronts), 1),
             sum(p.joint.edge in (HingeEdge.LEFT, HingeEdge.RIGHT) for p in doors) / hinged,
             sum(p.joint.edge is HingeEdge.BOTTOM for p in doors) / hinged,
             sum(p.joint.edge is HingeEdge.TOP for p in doors) / hinged,

@@ -19,23 +19,23 @@ MAX_TILTS = 12
 MIN_GAIN, MIN_GAIN_OF_REST = 0.05, 0.25
 
 
-def align_walls(mesh: WeldedMesh, floors: Sequence[Sequence[float]] = ()) -> Floats:
+def align_walls(mesh: WeldedMesh, kept_directions: Sequence[Sequence[float]] = ()) -> Floats:
     """Return a (3, 3) proper rotation whose rows are directions of the file that the walls of an object run along.
 
     The axes of the file stay where they serve; then they are turned about one of themselves, then about the normal of
     a large face.
 
     Args:
-        floors: directions of which one stays a row, such as the known up; empty for any.
+        kept_directions: directions of which one is kept exactly as a row, such as the known up; empty to keep none.
     """
     weight = mesh.areas / max(float(mesh.areas.sum()), 1e-300)
     tiers = (
-        [np.asarray(f, dtype=np.float64) / np.linalg.norm(f) for f in floors],
-        [] if floors else [np.eye(3)[k] for k in (2, 1, 0)],
-        [] if floors else _largest(mesh.normals, weight),
+        [np.asarray(f, dtype=np.float64) / np.linalg.norm(f) for f in kept_directions],
+        [] if kept_directions else [np.eye(3)[k] for k in (2, 1, 0)],
+        [] if kept_directions else _largest(mesh.normals, weight),
     )
     best = np.eye(3)
-    if floors and max(float(np.abs(f).max()) for f in tiers[0]) < 1.0 - 1e-9:
+    if kept_directions and max(float(np.abs(f).max()) for f in tiers[0]) < 1.0 - 1e-9:
         best = _turned(mesh.normals, weight, tiers[0][0])
     share = _along(mesh.normals, weight, best)
     for tier in tiers:

@@ -17,22 +17,28 @@ from casa_assets.geometry.solid.cutting import Solid, solid_of, surface_of, with
 from casa_assets.geometry.solid.deviation import distances_outside, reference_surface
 
 # All numbers below are choices.
-# With more components, or more faces of sheets, making the solid on a grid is quicker.
+# With more components than this assemble_solid gives up, and its caller makes the solid on a grid.
 MAX_COMPONENTS = 200
+# With more faces in sheets than this assemble_solid gives up as well.
 MAX_SHEET_FACES = 600
-# Thickness that a sheet is given: the larger of this, metres, and this share of the longest side.
+# Smallest thickness that a sheet is given, metres.
 SHEET_M = 0.001
+# Thickness that a sheet is given where that is larger, as a share of the longest side.
 SHEET_RATIO = 0.008
 # A lid is accepted if the grid is filled at this share of its samples.
 FILLED_LID_SHARE = 0.9
-# A solid whose mean wall is thinner than this share of the longest side is a sheet with two faces.
+# A solid is a sheet with two faces if its mean wall thickness, 2 V / A (V its volume, A the area of its surface), is
+# less than this share of the longest side.
 FLAT_WALL_RATIO = 1e-3
-# Share of the voxels enclosed by the surface that the solid has to cover, unless they are fewer than FEW_VOXELS.
-MIN_ENFILLED_LID_SHARE = 0.8
+# Smallest share of the voxels enclosed by the surface that the solid has to cover.
+MIN_ENCLOSED_SHARE = 0.8
+# With fewer enclosed voxels than this they are not compared.
 FEW_VOXELS = 50
-# Samples on the surface, and the share of them that may lie farther from the solid than FAR_RATIO of the longest side.
+# Samples on a surface.
 SAMPLES = 2000
+# Largest share of the samples that may lie far from the solid.
 MAX_FAR_SHARE = 0.01
+# A sample lies far from the solid if its distance is more than this share of the longest side.
 FAR_RATIO = 0.012
 
 
@@ -41,7 +47,8 @@ class AssembledSolid:
     """Solid that a surface was made into.
 
     Attributes:
-        steps: what was done for that, in words. sheet_share: share of the area that was sheets without a volume.
+        steps: what was done for that, in words.
+        sheet_share: share of the surface area that belonged to sheets, which enclose no volume.
     """
 
     solid: Solid
@@ -57,22 +64,24 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
         grid: voxels of the surface; a lid is put on an opening only where the grid is filled.
     """
     longest = float(np.ptp(points, axis=0).max())
-    label = face_components(faces, len(points))
-    count = int(label.max()) + 1
+    component = face_components(faces, len(points))
+    count = int(component.max()) + 1
     if count > MAX_COMPONENTS:
         return None
-    order = np.argsort(label, kind="stable")
+    # Sort the faces by component and cut the list where the component changes: one array of face rows for each.
+    order = np.argsort(component, kind="stable")
     solids: list[Solid] = []
     sheets: list[Ints] = []
-    closed_count = 0
-    for face_rows in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
+    lidded_count = 0
+    for face_rows in np.split(order, np.flatnonzero(np.diff(component[order])) + 1):
         used, local = np.unique(faces[face_rows], return_inverse=True)
-        closed = _closed(points[used], local.reshape(-1, 3), grid, longest)
-        if closed is None:
+        found = _component_solid(points[used], local.reshape(-1, 3), grid, longest)
+        if found is None:
             sheets.append(faces[face_rows])
         else:
-            solids.append(closed[0])
-            closed_count += closed[1]
+            solid, has_lids = found
+            solids.append(solid)
+            lidded_count += has_lids
     sheet_faces = _unique_faces(np.concatenate(sheets)) if sheets else np.zeros((0, 3), dtype=np.int64)
     if len(sheet_faces) > MAX_SHEET_FACES:
         return None
@@ -82,7 +91,7 @@ def assemble_solid(points: Floats, faces: Ints, grid: Grid) -> AssembledSolid | 
         return None
     united = without_voids(manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add))
     steps = [f"put together from {count} pieces"] if count > 1 else []
-    steps += [f"lids on {closed_count}"] if closed_count else []
+    steps += [f"lids on {lidded_count}"] if lidded_count else []
     steps += [f"{1000 * sheet_thickness_m:.2g} mm for {len(sheet_faces)} lone faces"] if len(sheet_faces) else []
     sheet_share = sum(float(face_normals(points, face_rows)[1].sum()) for face_rows in sheets) / float(
         face_normals(points, faces)[1].sum()
@@ -100,15 +109,16 @@ def covers_surface(solid: Solid, points: Floats, faces: Ints, grid: Grid | None)
     if grid is None or len(inner) < FEW_VOXELS:
         return True
     enclosed_points = grid.origin + inner[:: max(1, len(inner) // SAMPLES)] * grid.cell
-    return float((distances_outside(enclosed_points, surface) < grid.cell).mean()) >= MIN_ENFILLED_LID_SHARE
+    return float((distances_outside(enclosed_points, surface) < grid.cell).mean()) >= MIN_ENCLOSED_SHARE
 
 
-def _closed(points: Floats, faces: Ints, grid: Grid, longest: float) -> tuple[Solid, bool] | None:
+def _component_solid(points: Floats, faces: Ints, grid: Grid, longest: float) -> tuple[Solid, bool] | None:
     """A component as a solid, and whether it got lids; None if it is a sheet, or a lid is not accepted."""
     solid = _solid_either_way(points, faces, longest)
     if solid is not None:
         return solid, False
     single_sided = consistent_winding(_unique_faces(faces))[0]
+    # An opening of any width may get a lid, and any share of the edges may be open: the grid decides below.
     filled = fill_holes(points, single_sided, np.inf, most_torn=1.0)
     if filled is None:
         return None
@@ -134,7 +144,7 @@ def _is_flat(solid: Solid, longest: float) -> bool:
 
 
 def _new_faces(faces: Ints, old: Ints) -> Ints:
-    """Faces that are not among the old ones."""
+    """Faces whose three points, in any order, are not those of an old face."""
     base = int(max(faces.max(), old.max())) + 1
     keys = [(np.sort(f, axis=1) * np.array([base * base, base, 1])).sum(axis=1) for f in (faces, old)]
     return faces[~np.isin(*keys)]

@@ -9,7 +9,7 @@ from scipy.ndimage import binary_closing, grey_closing
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats
-from casa_assets.ingest.pose.cloud import SurfaceSample, plan_axes
+from casa_assets.ingest.pose.surface_sample import SurfaceSample, smallest_rectangle
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 # Cells along the longest side of the height map that is filled with rain; a choice.
@@ -50,7 +50,7 @@ def stance(cloud: SurfaceSample, rotation: Floats, with_rain: bool) -> Stance:
     samples, hull_points = cloud.rotated(rotation)
     lower, upper = hull_points.min(axis=0), hull_points.max(axis=0)
     height = max(float(upper[2] - lower[2]), 1e-9)
-    _, long, wide = plan_axes(hull_points[:, :2])
+    _, long, wide = smallest_rectangle(hull_points[:, :2])
     level = (samples[:, 2] - lower[2]) / height
     outline_area = _outline(hull_points[:, :2])
     points = np.concatenate([hull_points, samples[::4]])

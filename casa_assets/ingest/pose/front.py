@@ -8,8 +8,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from casa_assets.core.typing import Floats
-from casa_assets.ingest.pose.cloud import plan_axes
 from casa_assets.ingest.pose.evidence import FOOT_SHARE
+from casa_assets.ingest.pose.surface_sample import smallest_rectangle
 from casa_assets.model.registry.category import Category, FrontRule
 
 # Smaller turns are not made, so that meshes which lie along their axes stay as they are. A choice, as all numbers here.
@@ -63,13 +63,13 @@ def _smallest_turn(angle: float, period: float) -> float:
 
 def straightened(samples: Floats) -> float:
     """Smallest turn about z that lays the outline along x and y; 0 if the box around it gets no smaller."""
-    angle, a, b = plan_axes(samples[:, :2])
+    angle, a, b = smallest_rectangle(samples[:, :2])
     area_as_is = float(np.ptp(samples[:, 0]) * np.ptp(samples[:, 1]))
     return _smallest_turn(-angle, np.pi / 2) if a * b < 0.92 * area_as_is else 0.0
 
 
 def _lengthwise(samples: Floats) -> Facing:
-    angle, long, wide = plan_axes(samples[:, :2])
+    angle, long, wide = smallest_rectangle(samples[:, :2])
     ratio = long / max(wide, 1e-9)
     confidence = float(np.clip(0.4 + 1.2 * np.log(ratio), 0.3, 0.98))
     turn = _smallest_turn(-angle, np.pi)
@@ -133,7 +133,7 @@ def _handle(samples: Floats) -> Facing:
 
 def _snapped_to_outline(samples: Floats, direction: float) -> float:
     """A direction in plan, or that of the next side of the outline, so that rectangular pots lie along x and y."""
-    side_angle, long, wide = plan_axes(samples[:, :2])
+    side_angle, long, wide = smallest_rectangle(samples[:, :2])
     angle_to_side = (direction - side_angle + np.pi / 4) % (np.pi / 2) - np.pi / 4
     # The corners of a rectangular body reach out of the circle that it is measured by, so its direction is not used.
     is_square = float(ConvexHull(samples[:, :2]).volume) > RECTANGLE_FILL * long * wide

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.core.typing import Floats
-from casa_assets.ingest.pose.cloud import SurfaceSample
+from casa_assets.ingest.pose.surface_sample import SurfaceSample
 
 # asset_from_file rotations by the file axis that becomes z. The first two are the usual conversions,
 # so that a glTF front (+z) becomes the asset front (-y).

@@ -74,8 +74,8 @@ class Deduplicator:
             return result
         original, pair = original_and_pair
         outcome = Outcome(False, NEAR_DUPLICATE_CODE, _message(original, pair))
-        copy_of = original.folder.relative_to(self.library.root).as_posix()
-        return replace(result, outcome=outcome, is_kept=False, copy_of=copy_of)
+        twin = original.folder.relative_to(self.library.root).as_posix()
+        return replace(result, outcome=outcome, is_kept=False, twin=twin)
 
     def _original(self, row: AssetRow) -> tuple[AssetRow, ShapePair] | None:
         """The first asset that this one is a copy of, and how near they are."""

@@ -96,7 +96,7 @@ class Result:
         job: the input. outcome: what a worker, or an earlier run, says of it.
         folder: of an accepted asset: in the staging folder, or, where it was kept, in the library.
         is_kept: the library holds this outcome already.
-        copy_of: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
+        twin: folder, relative to the library, of the asset that it is a copy of; empty where it is none.
     """
 
     number: int
@@ -104,7 +104,7 @@ class Result:
     outcome: Outcome
     folder: Path | None = None
     is_kept: bool = False
-    copy_of: str = ""
+    twin: str = ""
 
 
 def stage_refusal(
@@ -113,13 +113,13 @@ def stage_refusal(
     error: Rejected,
     report: Report | None = None,
     picture: bytes | None = None,
-    copy_of: str = "",
+    twin: str = "",
 ) -> Path:
     """The finished entry of a rejected input, in the staging folder.
 
     Args:
         report: of the checks, as far as they ran. picture: PNG of the input, where there is one.
-        copy_of: folder, relative to the library, of the asset that it is a copy of.
+        twin: folder, relative to the library, of the asset that it is a copy of.
     """
     staged = library.stage(job.asset_id)
     refusal = disk.Refusal(
@@ -132,7 +132,7 @@ def stage_refusal(
         sha256=job.survey.sha256,
         source=job.found.source,
         report=report,
-        twin=copy_of,
+        twin=twin,
     )
     if picture is not None:
         (staged / "preview.png").write_bytes(picture)

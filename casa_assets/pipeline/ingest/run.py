@@ -104,7 +104,7 @@ class _Run:
     def refuse(self, one: Found, code: str, message: str) -> Event:
         """Remember an input that never became a bundle."""
         refusal = self.unreadable.refusal(one, code, message, self.cache_key)
-        is_new = unreadable_inputs.remember(self.library, refusal)
+        is_new = unreadable_inputs.write_if_changed(self.library, refusal)
         kind = "rejected" if is_new else "kept"
         folder = self.library.refusal_folder(refusal.id)
         return Event(kind, self.total, refusal.source.path, refusal.id, code, message, True, folder=folder)
@@ -147,7 +147,7 @@ def ingest(roots: Sequence[Path], options: Options, meshes: Sequence[MeshInput] 
                 run = _Run(library, cache_key(bounds, options.category), bounds, found, total, overrides=overrides)
                 for event, one in early:
                     yield replace(event, total=total)
-                    run.unreadable.is_refused(one)
+                    run.unreadable.note_refused(one)
                 yield from _survey(run, pool, options)
                 results: Iterable[Result] = _results(run, pool)
                 if not options.keep_duplicates:
@@ -211,7 +211,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
             yield run.refuse(one, DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them")
         else:
             first[answer.sha256] = one.source.path
-            run.unreadable.is_readable(one)
+            run.unreadable.note_readable(one)
             yield from _due(run, one, answer, older, options)
 
 
@@ -299,7 +299,7 @@ def _stage_refusal(library: disk.Library, result: Result) -> Path:
         picture = picture_of(folder) or None
         if folder.is_relative_to(library.staging):
             shutil.rmtree(folder.parent)
-    return stage_refusal(library, result.job, Rejected(outcome.code, outcome.message), report, picture, result.copy_of)
+    return stage_refusal(library, result.job, Rejected(outcome.code, outcome.message), report, picture, result.twin)
 
 
 def _event(run: _Run, result: Result) -> Event:

@@ -1,4 +1,4 @@
-"""Refusals of meshes that could not be read: their ids come from their place, since there is no digest of the bytes."""
+"""Refusals of inputs that could not be read: their ids are made from their paths, as their bytes have no digest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections import Counter
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.model.ingest.source import Source
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
 
@@ -19,17 +18,18 @@ class UnreadableInputs:
     """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered."""
 
     def __init__(self) -> None:
-        self._times: Counter[str] = Counter()
+        self._count_by_place: Counter[str] = Counter()
         self._places: set[str] = set()
         self._ids: set[str] = set()
 
-    def refusal(self, one: Found, code: str, message: str, cache_key: str) -> disk.Refusal:
+    def refusal(self, found: Found, code: str, message: str, cache_key: str) -> disk.Refusal:
         """The record to be kept of an input."""
-        source = one.source
-        place = _place(source)
+        source = found.source
+        place = _place_key(source.path, source.uid)
         self._places.add(place)
-        self._times[place] += 1
-        digest = hashlib.sha256(f"{place}:{self._times[place]}".encode()).hexdigest()
+        self._count_by_place[place] += 1
+        # Stands in for the digest of the bytes, which could not be read.
+        digest = hashlib.sha256(f"{place}:{self._count_by_place[place]}".encode()).hexdigest()
         asset_id = f"{PREFIX}{digest[:10]}"
         self._ids.add(asset_id)
         return disk.Refusal(
@@ -43,28 +43,29 @@ class UnreadableInputs:
             source=source,
         )
 
-    def is_readable(self, one: Found) -> None:
+    def note_readable(self, found: Found) -> None:
         """Note that an input can be read now, so an older refusal of its place no longer holds."""
-        self._places.add(_place(one.source))
+        self._places.add(_place_key(found.source.path, found.source.uid))
 
-    def is_refused(self, one: Refused) -> None:
+    def note_refused(self, refused: Refused) -> None:
         """Note that an input is kept among the refused rows, so an older refusal of its place no longer holds."""
-        self._places.add(f"{one.path}:")
+        self._places.add(_place_key(refused.path))
 
     def prune(self, library: disk.Library) -> None:
         """Remove refusals of places that this run looked at and did not refuse."""
         for folder in list(library.refused()):
             if folder.name.startswith(PREFIX) and folder.name not in self._ids:
                 try:
-                    is_over = _place(disk.read_refusal(folder).source) in self._places
+                    source = disk.read_refusal(folder).source
+                    is_obsolete = _place_key(source.path, source.uid) in self._places
                 except OutputError:
-                    is_over = True
-                if is_over:
+                    is_obsolete = True  # it is damaged
+                if is_obsolete:
                     library.forget(folder)
 
 
-def remember(library: disk.Library, refusal: disk.Refusal) -> bool:
-    """Put a refusal into the library; False where it stands there already."""
+def write_if_changed(library: disk.Library, refusal: disk.Refusal) -> bool:
+    """Write a refusal to the library and return True; False if the library holds the same one already."""
     target = library.refusal_folder(refusal.id)
     try:
         if (target / disk.REFUSAL).exists() and disk.read_refusal(target) == refusal:
@@ -77,6 +78,6 @@ def remember(library: disk.Library, refusal: disk.Refusal) -> bool:
     return True
 
 
-def _place(source: Source) -> str:
-    """Key of the place where an input stands: the same for a file that was refused while looking or while reading."""
-    return f"{source.path}:{source.uid}"
+def _place_key(path: str, uid: str = "") -> str:
+    """Key of an input: its path and its id in a manifest. It is the same whether a file is refused early or late."""
+    return f"{path}:{uid}"

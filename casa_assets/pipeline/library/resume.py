@@ -6,17 +6,29 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from casa_assets.errors import OutputError
+from casa_assets.ingest import rejection_codes
 from casa_assets.model.issue import Severity
 from casa_assets.pipeline.ingest.job import Outcome
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import file_inside
 
-# Codes of reasons that lie in a run (its limits, the machine, a bug) and not in the input: the next run tries again.
-RETRIED_CODES = frozenset({"RUN001", "RUN002", "RUN003", "RUN004", "RUN005", "RUN008", "SRC015"})
+# Codes of refusals whose reason is the run (its limits, the machine, a bug) and not the input; the next run tries the
+# input again.
+RETRIED_CODES = frozenset(
+    {
+        "RUN001",  # timeout
+        "RUN002",  # out of memory
+        "RUN003",  # a native library crashed
+        "RUN004",  # the program failed
+        "RUN005",  # the file changed while it was being read
+        "RUN008",  # the work made no progress
+        rejection_codes.TOO_LARGE,
+    }
+)
 
 
 def cached_outcome(entries: Sequence[Path], asset_id: str, cache_key: str) -> tuple[Path, Outcome] | None:
-    """The entry of an earlier run under the same key and what it says, None where the input is due.
+    """The entry of an earlier run under the same key and what it says; None if the input must be processed.
 
     Args:
         entries: folders of all that the producer made of the same bytes. asset_id, cache_key: of this run.
@@ -45,15 +57,15 @@ def _refused(folder: Path, cache_key: str) -> Outcome | None:
     refusal = disk.read_refusal(folder)
     if refusal.cache_key != cache_key or refusal.code in RETRIED_CODES:
         return None
-    if refusal.twin and not _stands(folder, refusal.twin):
-        return None  # what it was a copy of is gone
+    if refusal.twin and not _is_in_library(folder, refusal.twin):
+        return None  # the asset that it was a copy of is gone
     return Outcome(False, refusal.code, refusal.message)
 
 
-def _stands(folder: Path, copy_of: str) -> bool:
+def _is_in_library(folder: Path, twin: str) -> bool:
     """True if the asset that an input is a copy of is still in the library."""
     try:
-        file_inside(folder.parent.parent, f"{copy_of}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
+        file_inside(folder.parent.parent, f"{twin}/{disk.CERTIFICATE}", folder / disk.REFUSAL, "twin")
     except OutputError:
         return False
     return True

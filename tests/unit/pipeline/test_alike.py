@@ -87,7 +87,7 @@ def told(place: disk.Library, order: Sequence[Asset], arrived: Sequence[Asset]) 
             if done.accepted and done.staged:
                 place.publish(done.staged, place.folder("mug", job.asset_id))
             elif not done.accepted:
-                staged = stage_refusal(place, job, Rejected(done.code, done.message), copy_of=result.copy_of)
+                staged = stage_refusal(place, job, Rejected(done.code, done.message), twin=result.twin)
                 place.publish(staged, place.refusal_folder(job.asset_id))
             found.append(("accepted" if done.accepted else "rejected", job.asset_id, done.code))
         place.sweep()

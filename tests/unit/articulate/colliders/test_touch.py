@@ -87,7 +87,7 @@ def test_a_rack_that_slides_out_notches_the_lip_of_its_mouth_and_not_a_post_befo
     rack = cloud((-0.23, 0.0, 0.2), (0.23, 0.4, 0.21))
     lip, post = cloud((0.224, -0.02, 0.0), (0.25, -0.018, 0.4)), cloud((-0.01, -0.03, 0.0), (0.01, -0.01, 0.4))
     body = LinkSolid(None, [lip, post], [])
-    slides = LinkSolid(0, [rack], [], False, np.array([0.0, -1.0, 0.0]), np.zeros(3), 0.3, hidden=True)
+    slides = LinkSolid(0, [rack], [], False, np.array([0.0, -1.0, 0.0]), np.zeros(3), 0.3, is_behind_front=True)
     clear_moving_parts([body, slides])
     assert any((c == post).all() for c in body.clouds if c.shape == post.shape)
     left = [c for c in body.clouds if c[:, 0].min() > 0.1]

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from casa_assets.articulate.frame.axes import CANDIDATES, candidate_shares, given_frame
+from casa_assets.articulate.frame.axes import CANDIDATES, candidate_probabilities, given_frame
 from casa_assets.articulate.frame.evidence import FEATURES, frame_features, hidden_area
 from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, candidate_axes, rotate_fragments, score_candidate
 from casa_assets.articulate.frame.side_views import measure_side
@@ -63,10 +63,10 @@ def test_a_candidate_upside_down_or_sideways_finds_less() -> None:
     right = dict(zip(SCORE_NAMES, score_candidate(pieces, FRONT, TOP), strict=True))
     aside = dict(zip(SCORE_NAMES, score_candidate(pieces, LEFT, TOP), strict=True))
     assert right["drawers"] == pytest.approx(np.log1p(2))
-    assert right["covered"] > 0.8
-    assert right["nothing"] == 0.0
+    assert right["front_coverage"] > 0.8
+    assert right["no_parts"] == 0.0
     assert aside["drawers"] == 0.0
-    assert aside["nothing"] == 1.0
+    assert aside["no_parts"] == 1.0
 
 
 def test_a_front_that_may_be_drawn_has_no_box_without_one() -> None:
@@ -75,10 +75,10 @@ def test_a_front_that_may_be_drawn_has_no_box_without_one() -> None:
         parts += [box((0.0, -0.02, z), (0.6, 0.0, z + 0.295)), box((0.2, -0.05, z + 0.14), (0.4, -0.035, z + 0.155))]
     bare = dict(zip(SCORE_NAMES, score_candidate(pieces_of(*parts), FRONT, TOP), strict=True))
     whole_ = dict(zip(SCORE_NAMES, score_candidate(whole("drawers"), FRONT, TOP), strict=True))
-    assert bare["unboxed"] == pytest.approx(np.log1p(2))
-    assert bare["boxed"] == 0.0
-    assert whole_["unboxed"] == 0.0
-    assert whole_["boxed"] == pytest.approx(np.log1p(2))
+    assert bare["drawers_without_box"] == pytest.approx(np.log1p(2))
+    assert bare["drawers_with_box"] == 0.0
+    assert whole_["drawers_without_box"] == 0.0
+    assert whole_["drawers_with_box"] == pytest.approx(np.log1p(2))
 
 
 def test_a_slot_ends_before_the_border() -> None:
@@ -122,9 +122,9 @@ def test_what_stands_on_legs_does_so_on_its_bottom_alone() -> None:
 
 def test_shares_sum_to_one_and_what_is_known_counts() -> None:
     pieces = whole("drawers")
-    even = candidate_shares(pieces, dict.fromkeys(CANDIDATES, 0.0))
+    even = candidate_probabilities(pieces, dict.fromkeys(CANDIDATES, 0.0))
     assert sum(even.values()) == pytest.approx(1.0)
     assert max(even, key=lambda c: even[c]) == (FRONT, TOP)
-    told = candidate_shares(pieces, {c: 0.0 if c == (LEFT, TOP) else -50.0 for c in CANDIDATES})
+    told = candidate_probabilities(pieces, {c: 0.0 if c == (LEFT, TOP) else -50.0 for c in CANDIDATES})
     assert max(told, key=lambda c: told[c]) == (LEFT, TOP)
-    assert candidate_shares(pieces, {(LEFT, TOP): 0.0}) == {(LEFT, TOP): 1.0}
+    assert candidate_probabilities(pieces, {(LEFT, TOP): 0.0}) == {(LEFT, TOP): 1.0}

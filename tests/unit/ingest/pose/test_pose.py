@@ -9,9 +9,9 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.orient import orient
-from casa_assets.ingest.pose.cloud import plan_axes, sample_surface
 from casa_assets.ingest.pose.evidence import outline_score, rain_volume, stance
 from casa_assets.ingest.pose.front import facing, straightened
+from casa_assets.ingest.pose.surface_sample import sample_surface, smallest_rectangle
 from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors, rotation_to_z
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import Up
@@ -158,7 +158,7 @@ class TestCandidates:
 
 def test_the_smallest_rectangle_is_found() -> None:
     corners = np.array([[1, 0.4], [1, -0.4], [-1, 0.4], [-1, -0.4]]) @ spin(2, 25)[:2, :2].T
-    angle, long, wide = plan_axes(corners)
+    angle, long, wide = smallest_rectangle(corners)
     assert (np.degrees(angle), long, wide) == pytest.approx((25, 2, 0.8))
     assert straightened(np.column_stack([corners, np.zeros(4)])) == pytest.approx(np.radians(-25))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.ingest.repair.intersecting_parts import intersecting_parts
+from casa_assets.ingest.repair.intersecting_components import intersecting_components
 from casa_assets.model.asset.mesh import Mesh
 from tests.meshes import box_mesh
 from tests.raw_models import MUG, joined, moved, turned
@@ -18,7 +18,7 @@ BOX = box_mesh((0.1, 0.1, 0.1), (0, 0, 0), shared=True)
 def message(mesh: Mesh) -> list[str]:
     """Codes of what is said of a mesh."""
     points, place = weld(np.array(mesh.vertices))
-    return [note.code for note in intersecting_parts(points, place[np.array(mesh.faces)])]
+    return [note.code for note in intersecting_components(points, place[np.array(mesh.faces)])]
 
 
 def test_two_mugs_that_run_through_each_other() -> None:

@@ -107,7 +107,7 @@ def test_bytes_that_are_no_text_are_escaped() -> None:
 
 
 def test_a_refusal_that_stands_already_is_not_written_again(library: Library) -> None:
-    assert unreadable_inputs.remember(library, refusal("unread_0123456789"))
-    assert not unreadable_inputs.remember(library, refusal("unread_0123456789"))
-    assert unreadable_inputs.remember(library, refusal("unread_0123456789", message="for another reason"))
+    assert unreadable_inputs.write_if_changed(library, refusal("unread_0123456789"))
+    assert not unreadable_inputs.write_if_changed(library, refusal("unread_0123456789"))
+    assert unreadable_inputs.write_if_changed(library, refusal("unread_0123456789", message="for another reason"))
     assert list(library.staging.iterdir()) == []

@@ -13,6 +13,7 @@ from casa_assets.geometry.mesh.measure import solid_moments
 from casa_assets.geometry.solid.coverage import samples_with_faces
 from casa_assets.geometry.solid.hull import convex_hull
 
+# Samples on a surface.
 SAMPLES = 16000
 
 
@@ -22,7 +23,8 @@ class SurfaceSample:
 
     Attributes:
         samples: (N, 3) points spread evenly over the surface.
-        hull_points, hull_faces: (M, 3) and (F, 3), outward.
+        hull_points, hull_faces: (M, 3) and (F, 3), wound so that the normals point outward.
+        hull_volume: in the scaled units, cubed.
     """
 
     samples: Floats
@@ -50,11 +52,12 @@ def sample_surface(points: Floats, faces: Ints) -> SurfaceSample:
     hull_points, hull_faces = convex_hull(unit_points)
     volume, center, _ = solid_moments(hull_points, hull_faces)
     samples = samples_with_faces(unit_points, faces, SAMPLES)[0]
+    # Volumes are divided by that of the hull, so it is kept above zero.
     return SurfaceSample(samples - center, hull_points - center, hull_faces, max(volume, 1e-9))
 
 
-def plan_axes(points: Floats) -> tuple[float, float, float]:
-    """Direction (0 <= radians < pi) of the long side of the smallest rectangle around (N, 2) points, and its sides."""
+def smallest_rectangle(points: Floats) -> tuple[float, float, float]:
+    """Smallest rectangle around (N, 2) points: angle of its long side (0 <= radians < pi), long side, short side."""
     try:
         outline = points[ConvexHull(points).vertices]
     except QhullError:
