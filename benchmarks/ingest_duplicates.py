@@ -154,8 +154,8 @@ def compared(one: Known, other: Known, limit: float) -> tuple[float, float, floa
     if gap > MAX_DESCRIPTOR_DISTANCE:
         return gap, 2.0, 2.0, False
     found = align(one.sampled_surface, other.sampled_surface)
-    pair = ShapePair(one.name, other.name, found.most, found.all, 1.0, 0.0, True)
-    return gap, found.most, found.all, pair.same_form(limit)
+    pair = ShapePair(one.name, other.name, found.p95, found.p995, 1.0, 0.0, True)
+    return gap, found.p95, found.p995, pair.same_form(limit)
 
 
 def peer_mark(surface: Surface) -> str:

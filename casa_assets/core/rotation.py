@@ -1,7 +1,6 @@
 """Rotation matrices by axis and angle.
 
-scipy's Rotation goes by way of a quaternion and differs in the last bits (2e-16 where the formula leaves 1e-16 at a
-quarter turn), so assets keep their bytes only with the formula. Fits over many rotations use scipy.
+Rodrigues' formula is used and not scipy's Rotation, because the last bits differ and asset files must stay identical.
 """
 
 from __future__ import annotations

@@ -19,7 +19,8 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.preview import renderer
 
-# Steps of these fractions fill a line or a square evenly. Ref: M. Roberts, the R2 sequence.
+# Multiples of GOLDEN, modulo 1, fill a line evenly. Multiples of 1/p and 1/p^2, where p is PLASTIC, are the steps along
+# the two sides of a square and fill it evenly. Ref: M. Roberts, the R2 sequence.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 PLASTIC = 1.32471795724474602596
 
@@ -30,42 +31,43 @@ class LightRig:
 
     Attributes:
         ambient: light from everywhere. key, sky, bounce: brightness of each kind, the latter two of all their lights.
-        key_sides: where the key light stands beside the viewer, one angle for each drawing in turn; key_up: above.
+        key_azimuths: angles of the key light beside the viewer, one for each drawing in turn.
+        key_elevation: angle of the key light above the horizon.
         softness: half the width of its soft box.
         key_shine: brightness of its highlights. sky_shine, bounce_shine: of theirs, from the angle beside the viewer
             and the brightness of one light.
-        domes, bounces: lights of the sky, and from below, in each drawing.
+        sky_lights, bounce_lights: numbers of lights of the sky, and from below, in each drawing.
         sky_rise: sine of the angle above the horizon where the sky begins, and how far up from there.
         bounce_rise: highest angle that light from below comes from, and how far down from there.
         sky_casts: whether the sky casts shadows.
         distance: how far from the middle of the scene the lights stand, in radii of the scene.
         shadow_reach: half the width of the shadow maps, in radii of the scene.
-        around_viewer: whether the lattice of the sky turns with the viewer.
+        sky_follows_viewer: whether the lights of the sky and from below turn with the viewer.
     """
 
     ambient: float
     key: float
     sky: float
     bounce: float
-    key_sides: Sequence[float]
-    key_up: float
+    key_azimuths: Sequence[float]
+    key_elevation: float
     softness: float
     key_shine: float
     sky_shine: Callable[[float, float], float]
     bounce_shine: Callable[[float, float], float]
-    domes: int
-    bounces: int
+    sky_lights: int
+    bounce_lights: int
     sky_rise: tuple[float, float]
     bounce_rise: tuple[float, float]
     distance: float
     shadow_reach: float
-    around_viewer: bool
+    sky_follows_viewer: bool
     sky_casts: bool = True
 
     @property
     def count(self) -> int:
         """Number of lights in a drawing."""
-        return 1 + self.domes + self.bounces
+        return 1 + self.sky_lights + self.bounce_lights
 
     def light(self, scene: Any, i: int, passes: int, viewer: float) -> None:
         """Set the lights of an MjvScene for drawing `i` of `passes`.
@@ -74,22 +76,22 @@ class LightRig:
             viewer: direction that the viewer comes from, rad to the left of the x axis.
         """
         lights = scene.lights[: self.count]
-        key, domes, bounces = lights[0], lights[1 : 1 + self.domes], lights[1 + self.domes :]
+        key, sky, bounce = lights[0], lights[1 : 1 + self.sky_lights], lights[1 + self.sky_lights :]
         spread = self.softness * math.sqrt((i + 0.5) / passes)
         turn = 2.0 * math.pi * GOLDEN * i
-        azimuth = viewer + self.key_sides[i % len(self.key_sides)] + spread * math.cos(turn)
-        set_light(key, azimuth, self.key_up + spread * math.sin(turn), self.key, self.key_shine, casts=True)
+        azimuth = viewer + self.key_azimuths[i % len(self.key_azimuths)] + spread * math.cos(turn)
+        set_light(key, azimuth, self.key_elevation + spread * math.sin(turn), self.key, self.key_shine, casts=True)
         key.ambient = [self.ambient] * 3
-        facing = viewer if self.around_viewer else 0.0
+        facing = viewer if self.sky_follows_viewer else 0.0
         lowest, up = self.sky_rise
-        for n, light in enumerate(domes, start=i * self.domes):
+        for n, light in enumerate(sky, start=i * self.sky_lights):
             # A Fibonacci lattice on the dome; no lower than where shadows would leave the map.
-            rise = math.asin(lowest + up * ((n + 0.5) / (passes * self.domes)))
-            around, diffuse = 2.0 * math.pi * GOLDEN * n, self.sky / self.domes
+            rise = math.asin(lowest + up * ((n + 0.5) / (passes * self.sky_lights)))
+            around, diffuse = 2.0 * math.pi * GOLDEN * n, self.sky / self.sky_lights
             set_light(light, facing + around, rise, diffuse, self.sky_shine(around, diffuse), self.sky_casts)
         highest, down = self.bounce_rise
-        for n, light in enumerate(bounces, start=i * self.bounces):
-            around, diffuse = 2.0 * math.pi * GOLDEN * n, self.bounce / self.bounces
+        for n, light in enumerate(bounce, start=i * self.bounce_lights):
+            around, diffuse = 2.0 * math.pi * GOLDEN * n, self.bounce / self.bounce_lights
             rise = highest - down * ((n / PLASTIC) % 1.0)
             set_light(light, facing + around, rise, diffuse, self.bounce_shine(around, diffuse), casts=False)
 
@@ -103,14 +105,14 @@ def set_light(light: Any, azimuth: float, elevation: float, diffuse: float, spec
 
 
 @dataclass(frozen=True)
-class Lens:
+class CameraFrustum:
     """Pose and frustum of a camera.
 
     Attributes:
         position, forward, up: (3,) metres and unit vectors, world frame.
         near, far: planes between which something is seen, metres.
         half_width, half_height: of the picture on the near plane, metres.
-        pixel: by how much it is moved between drawings, metres on the near plane.
+        jitter: side of the square that the picture is moved within between drawings, metres on the near plane.
     """
 
     position: Floats
@@ -120,12 +122,12 @@ class Lens:
     far: float
     half_width: float
     half_height: float
-    pixel: float
+    jitter: float
 
     def aim(self, scene: Any, i: int) -> None:
         """Put both eyes of an MjvScene there, moved by a part of a pixel for drawing `i`."""
-        right = ((0.5 + i / PLASTIC) % 1.0 - 0.5) * self.pixel
-        up = ((0.5 + i / PLASTIC**2) % 1.0 - 0.5) * self.pixel
+        right = ((0.5 + i / PLASTIC) % 1.0 - 0.5) * self.jitter
+        up = ((0.5 + i / PLASTIC**2) % 1.0 - 0.5) * self.jitter
         for eye in scene.camera:
             eye.pos, eye.forward, eye.up = self.position, self.forward, self.up
             eye.orthographic = 0
@@ -159,7 +161,13 @@ def set_extent(model: Any, radius: float, rig: LightRig) -> None:
 
 
 def mean_of_drawings(
-    canvas: renderer.Canvas, lens: Lens, rig: LightRig, passes: int, viewer: float, center: Floats, radius: float
+    canvas: renderer.Canvas,
+    lens: CameraFrustum,
+    rig: LightRig,
+    passes: int,
+    viewer: float,
+    center: Floats,
+    radius: float,
 ) -> Floats:
     """(H, W, 3) mean of the drawings, 0..1.
 
@@ -179,7 +187,7 @@ def mean_of_drawings(
 
 
 @contextmanager
-def ids_drawn(canvas: renderer.Canvas) -> Iterator[None]:
+def drawing_ids(canvas: renderer.Canvas) -> Iterator[None]:
     """While it lasts, a drawing shows the number of each thing instead of its colour."""
     flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
     for flag in flags:

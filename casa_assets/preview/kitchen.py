@@ -19,9 +19,9 @@ from PIL import Image
 from casa_assets.core.typing import Floats
 from casa_assets.preview import renderer, tonemap
 from casa_assets.preview.exposure import (
-    Lens,
+    CameraFrustum,
     LightRig,
-    ids_drawn,
+    drawing_ids,
     mean_of_drawings,
     set_extent,
     set_quality,
@@ -51,19 +51,19 @@ _RIG = LightRig(
     key=0.24,
     sky=0.6,
     bounce=0.55,
-    key_sides=(-0.65, 0.65),
-    key_up=0.85,
+    key_azimuths=(-0.65, 0.65),
+    key_elevation=0.85,
     softness=0.16,
     key_shine=_SHINE * 0.24,
     sky_shine=_shine,
     bounce_shine=_shine,
-    domes=2,
-    bounces=3,
+    sky_lights=2,
+    bounce_lights=3,
     sky_rise=(0.42, 0.58),
     bounce_rise=(0.15, 0.7),
     distance=3.0,
     shadow_reach=1.6,
-    around_viewer=False,
+    sky_follows_viewer=False,
 )
 _RIG_WITHOUT_SHADOWS = replace(_RIG, sky=_SKY_SEEN * _RIG.sky, sky_casts=False)
 
@@ -206,12 +206,12 @@ def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
     return np.min(lower, axis=0), np.max(upper, axis=0)
 
 
-def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: float) -> Lens:
-    """Lens of a camera of the scene."""
+def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: float) -> CameraFrustum:
+    """CameraFrustum of a camera of the scene."""
     near = 0.02
     half = near * math.tan(math.radians(float(model.cam_fovy[camera])) / 2)
     turn = data.cam_xmat[camera].reshape(3, 3)
-    return Lens(
+    return CameraFrustum(
         position=data.cam_xpos[camera],
         forward=-turn[:, 2],
         up=turn[:, 1],
@@ -219,7 +219,7 @@ def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: fl
         far=20.0 * radius,
         half_width=half * frame.width_px / frame.height_px,
         half_height=half,
-        pixel=1.3 * 2.0 * half / frame.height_px,
+        jitter=1.3 * 2.0 * half / frame.height_px,
     )
 
 
@@ -233,7 +233,7 @@ def _set_lights(scene: Any) -> None:
 
 def _background(canvas: renderer.Canvas) -> Floats:
     """(H, W, 1) 1 where nothing of the kitchen is seen."""
-    with ids_drawn(canvas):
+    with drawing_ids(canvas):
         seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
     return np.asarray(np.where(seen, 0.0, 1.0)[..., None])
 

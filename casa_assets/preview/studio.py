@@ -17,9 +17,9 @@ from casa_assets.preview import renderer, tonemap
 from casa_assets.preview.camera import Camera, View
 from casa_assets.preview.exposure import (
     GOLDEN,
-    Lens,
+    CameraFrustum,
     LightRig,
-    ids_drawn,
+    drawing_ids,
     mean_of_drawings,
     set_extent,
     set_quality,
@@ -49,19 +49,19 @@ _RIG = LightRig(
     key=0.38,
     sky=0.76,
     bounce=0.30,
-    key_sides=(-0.75,),
-    key_up=0.80,
+    key_azimuths=(-0.75,),
+    key_elevation=0.80,
     softness=0.21,
     key_shine=0.9,
     sky_shine=lambda around, _: 4.0 / 2 * _panel(around),
     bounce_shine=lambda around, _: 9.0 / 4 * _panel(around),
-    domes=2,
-    bounces=4,
+    sky_lights=2,
+    bounce_lights=4,
     sky_rise=(0.14, 0.86),
     bounce_rise=(-0.05, 0.95),
     distance=4.0,
     shadow_reach=2.2,
-    around_viewer=True,
+    sky_follows_viewer=True,
 )
 
 
@@ -82,7 +82,7 @@ def add_studio(spec: Any, size_px: int) -> None:
     for i in range(_RIG.count):
         light = spec.worldbody.add_light()
         light.type = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
-        light.castshadow = i <= _RIG.domes
+        light.castshadow = i <= _RIG.sky_lights
 
 
 def place_floor(model: Any, data: Any) -> Floats:
@@ -122,7 +122,7 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
     viewer = math.atan2(-camera.forward[1], -camera.forward[0])
     near = 0.05 * radius
     half = camera.half * near
-    lens = Lens(
+    lens = CameraFrustum(
         position=camera.position,
         forward=camera.forward,
         up=camera.up,
@@ -131,7 +131,7 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
         half_width=half,
         half_height=half,
         # A little more than one pixel: neighbours share some light, as they do on film.
-        pixel=1.4 * 2.0 * half / view.size_px,
+        jitter=1.4 * 2.0 * half / view.size_px,
     )
     with renderer.canvas(model, data, visuals_only(), view.size_px, view.size_px) as canvas:
         canvas.scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = int(not both_sides)
@@ -168,7 +168,7 @@ def _ball() -> Floats:
 
 def _background(canvas: renderer.Canvas, floor: int) -> Mask:
     """(size_px, size_px) where nothing but floor is seen, clear of the asset's edges."""
-    with ids_drawn(canvas):
+    with drawing_ids(canvas):
         floor_id = next(g.segid + 1 for g in canvas.scene.geoms[: canvas.scene.ngeom] if g.objid == floor)
         ids = canvas.draw().astype(np.int32) @ np.array([1, 256, 65536])
     floor_only = Image.fromarray(np.where(ids == floor_id, 255, 0).astype(np.uint8))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from casa_assets.checks.check import Measurement, largest, no_fault, not_applicable, not_run
 
-# Nearly all of the surfaces of two copies lie within so many times the limit for 95 % of them.
+# Of two copies, the 99.5th percentile of the distance is at most so many times the limit for the 95th.
 EVERY_SHARE = 4.0
 # Two copies differ in size by at most this ratio, and in colours by at most this distance in CIELAB.
 SAME_SIZE, SAME_COLORS = 0.03, 4.0
@@ -21,23 +21,23 @@ class ShapePair:
 
     Attributes:
         one, other: their ids, in the order of the library.
-        most: 95 % of either surface lies this near to the other once laid over it, as a part of the radius.
-        every: nearly all of it.
+        p95, p995: 95th and 99.5th percentile of the distance from either surface to the other once they are
+            aligned, as a part of the radius.
         size: of the other over the one. colors: how far their colours are apart, CIELAB units.
         same_category: they are said to be the same kind of thing.
     """
 
     one: str
     other: str
-    most: float
-    every: float
+    p95: float
+    p995: float
     size: float
     colors: float
     same_category: bool
 
     def same_form(self, limit: float) -> bool:
         """One shape at one size or at two."""
-        return self.most <= limit and self.every <= EVERY_SHARE * limit
+        return self.p95 <= limit and self.p995 <= EVERY_SHARE * limit
 
     def twins(self, limit: float) -> bool:
         """One and the same thing: form and colours agree, and so does the size wherever sizes say anything.
@@ -94,7 +94,7 @@ def shapes_are_unique(view: LibraryView, limit: float) -> Measurement:
     if view.count < 2:
         return not_applicable(ALONE)
     # Pairs whose forms are far apart are not compared point by point: where all are, there is no number to tell.
-    return Measurement(min(pair.most for pair in view.alike), tuple(problems)) if view.alike else no_fault()
+    return Measurement(min(pair.p95 for pair in view.alike), tuple(problems)) if view.alike else no_fault()
 
 
 def looks_are_unique(view: LibraryView, limit: float) -> Measurement:

@@ -15,10 +15,10 @@ def checks(
     """List every check: its code, what it tests, and what to do where it fails."""
     from casa_assets import registry
     from casa_assets.checks.table import TABLE
-    from casa_assets.pipeline.reports.check_docs import markdown
+    from casa_assets.pipeline.reports.checks_page import checks_markdown
 
     if as_markdown:
-        typer.echo(markdown(), nl=False)
+        typer.echo(checks_markdown(), nl=False)
         return
     limits = registry.load().limits
     table = Table("code", "title", "severity", "limit", "what is tested, and what to do", show_lines=False)

@@ -53,12 +53,12 @@ class Alignment:
     """Best alignment of two surfaces and what it leaves, relative to their radius.
 
     Attributes:
-        most: 95 % of either surface lies this near to the other. all: nearly all of it (99.5 %).
+        p95, p995: 95th and 99.5th percentile of the distance from either surface to the other, the larger of both.
         turn: (3, 3) rotation from the first to the second.
     """
 
-    most: float
-    all: float
+    p95: float
+    p995: float
     turn: Floats
 
 
@@ -81,10 +81,10 @@ def align(one: SampledSurface, other: SampledSurface) -> Alignment:
         found, shift = _followed(one.some(FIT_SAMPLES), turn, other)
         off = _apart(one.some(ERROR_SAMPLES) @ found.T + shift, other)
         back = _apart((other.some(ERROR_SAMPLES) - shift) @ found, one)
-        most = max(float(np.quantile(off, 0.95)), float(np.quantile(back, 0.95)))
-        every = max(float(np.quantile(off, 0.995)), float(np.quantile(back, 0.995)))
-        if best is None or (most, every) < (best.most, best.all):
-            best = Alignment(round(most, 5), round(every, 5), found)
+        p95 = max(float(np.quantile(off, 0.95)), float(np.quantile(back, 0.95)))
+        p995 = max(float(np.quantile(off, 0.995)), float(np.quantile(back, 0.995)))
+        if best is None or (p95, p995) < (best.p95, best.p995):
+            best = Alignment(round(p95, 5), round(p995, 5), found)
     assert best is not None, "there are starts"
     return best
 

@@ -36,7 +36,8 @@ class Parameter(Record):
 
     @model_validator(mode="before")
     @classmethod
-    def _short(cls, value: Any) -> Any:
+    def _expand_shorthand(cls, value: Any) -> Any:
+        """A parameter may be written `[default, low, high]`."""
         if isinstance(value, list) and len(value) == 3:
             return dict(zip(("default", "low", "high"), value, strict=True))
         return value
@@ -44,7 +45,7 @@ class Parameter(Record):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if not 0 < self.low <= self.default <= self.high:
-            raise ValueError("0 < low <= default <= high")
+            raise ValueError("needs 0 < low <= default <= high")
         return self
 
 
@@ -53,7 +54,7 @@ class Wall(Record):
 
     Attributes:
         heading: direction from its left to its right end, seen from above.
-        length: metres; None for one wall across the room and one along it: as long as needed to close the outline.
+        length: metres. One wall across the room and one along it may have None: they are as long as closes the outline.
     """
 
     id: Id
@@ -74,7 +75,8 @@ class PlanOpening(Record):
     """A window, a door, or a passage without a leaf.
 
     Attributes:
-        wall: id. at: distance of its centre from the wall's left end; or over: the unit that it is centred on.
+        wall: id of the wall that it is in.
+        at, over: either the distance of its centre from the wall's left end, or the unit that it is centred on.
         width, height: of the hole. sill: height of its lower edge; doors and passages begin at the floor. All metres.
         hinge: side of a door's hinges.
     """
@@ -127,10 +129,11 @@ class Run(Record):
     """A row of units.
 
     Attributes:
-        on: wall that it stands at; or faces: position of an island; or joins: position of a peninsula.
+        on, faces, joins: exactly one of: the wall that it stands at, the position of an island, the position of a
+            peninsula.
         start, end: distances of its ends from those of the wall, metres.
-        length: of an island or peninsula; None: the usual widths of its units. At a wall: instead of what `start` and
-            `end` leave, from the corner that it has on one side, else from its left end.
+        length: of an island or peninsula; None: the sum of the usual widths of its units. Of a run at a wall: replaces
+            what `start` and `end` leave, measured from its corner if it has one at one end, else from its left end.
         base, upper: units from left to right.
         overhang: of the worktop behind the run, for seats, metres; 0 at a wall.
     """
@@ -148,7 +151,7 @@ class Run(Record):
 
     @model_validator(mode="before")
     @classmethod
-    def _short(cls, value: Any) -> Any:
+    def _expand_shorthand(cls, value: Any) -> Any:
         """Rows may be written `- drawers: 0.6`, `- doors: [0.4, 0.9]`, `- sink: {width: 0.8}` or just `- fridge`."""
         if not isinstance(value, Mapping):
             return value
@@ -166,7 +169,11 @@ class Run(Record):
 
 
 class CornerKind(StrEnum):
-    """Kind of corner between two runs."""
+    """Kind of corner between two runs.
+
+    BLIND: one cabinet reaches into the corner and has its door beside it. DIAGONAL: one cabinet has its front across
+    the corner. DEAD: the corner holds no cabinet and stays closed.
+    """
 
     BLIND = "blind"
     DIAGONAL = "diagonal"
@@ -216,7 +223,7 @@ class Plan(Record):
 
     @model_validator(mode="before")
     @classmethod
-    def _short(cls, value: Any) -> Any:
+    def _expand_shorthand(cls, value: Any) -> Any:
         """Walls, openings, runs and furnishings may be written as a mapping of ids to rows."""
         if not isinstance(value, Mapping):
             return value

@@ -104,5 +104,5 @@ class Deduplicator:
 
 def _message(original: AssetRow, pair: ShapePair) -> str:
     size = "" if abs(pair.size - 1) <= SAME_SIZE else f", {pair.size:.2f} times as large"
-    near = f"95 % of the surface within {100 * pair.most:.1f} % of its radius"
+    near = f"95 % of the surface within {100 * pair.p95:.1f} % of its radius"
     return f"duplicate of {original.path} ({original.id}){size}: {near}, and the same colours; keep one of them"

@@ -230,8 +230,8 @@ def _new_nearby_pairs(signed: Sequence[AssetRow], new: Sequence[int]) -> list[tu
 
 def _pair(first: AssetRow, second: AssetRow, store: Store) -> tuple[str, str, float, float, float, float]:
     found = measure_pair(first, second, store)
-    return first.digest, second.digest, found.most, found.every, found.size, found.colors
+    return first.digest, second.digest, found.p95, found.p995, found.size, found.colors
 
 
-def _alike(first: AssetRow, second: AssetRow, most: float, every: float, size: float, colors: float) -> ShapePair:
-    return ShapePair(first.id, second.id, most, every, size, colors, first.category == second.category)
+def _alike(first: AssetRow, second: AssetRow, p95: float, p995: float, size: float, colors: float) -> ShapePair:
+    return ShapePair(first.id, second.id, p95, p995, size, colors, first.category == second.category)

@@ -15,12 +15,12 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.textures.packs.decode import SUFFIXES, decode
 from casa_assets.textures.packs.derive import SIZE_PX, TiledPicture, tile
-from casa_assets.textures.packs.entry import UNKNOWN, PictureDescription, RefusedPicture
-from casa_assets.textures.packs.faults import PackFault, refuse, refused
+from casa_assets.textures.packs.entry import UNKNOWN, PictureDescription, RejectedPicture
+from casa_assets.textures.packs.limits import MAX_FILE_BYTES
+from casa_assets.textures.packs.rejections import PictureRejection, rejection_error, rejection_row
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
-_MAX_BYTES = 256 * 1024 * 1024
 _MAX_PROMPT_BYTES = 4000
 
 
@@ -80,7 +80,7 @@ class PackSurvey:
     """Pictures that can be used, those that cannot, and files that are no pictures; each sorted by path."""
 
     accepted: tuple[AcceptedPicture, ...]
-    refused: tuple[RefusedPicture, ...]
+    refused: tuple[RejectedPicture, ...]
     ignored: tuple[str, ...]
 
 
@@ -126,7 +126,7 @@ def read_description(folder: Path) -> PackDescription:
 def survey(folder: Path, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
     """Look at every file under a folder; what is wrong with one does not touch the others."""
     found: list[AcceptedPicture] = []
-    refusals: list[RefusedPicture] = []
+    refusals: list[RejectedPicture] = []
     ignored: list[str] = []
     by_bytes: dict[str, str] = {}
     present: list[str] = []
@@ -141,15 +141,19 @@ def survey(folder: Path, description: PackDescription, options: PackOptions, sto
             data = _bytes(path, folder)
             digest = hashlib.sha256(data).hexdigest()
             if digest in by_bytes:
-                raise refuse(PackFault.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
+                raise rejection_error(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
             by_bytes[digest] = source
             fields = _picture_fields(source, description, options.flags)
             found.append(AcceptedPicture(source, digest, fields, _prepared(data, digest, options.size_px, store)))
         except Rejected as error:
-            refusals.append(refused(source, error))
+            refusals.append(rejection_row(source, error))
     for source in description.rows:
         if source not in present:
-            refusals.append(refused(source, refuse(PackFault.MISSING, "is named in pack.yaml and is not there")))
+            refusals.append(
+                rejection_row(
+                    source, rejection_error(PictureRejection.MISSING, "is named in pack.yaml and is not there")
+                )
+            )
     return PackSurvey(tuple(found), tuple(sorted(refusals, key=lambda r: r.source)), tuple(ignored))
 
 
@@ -163,26 +167,28 @@ def _files(folder: Path) -> Iterator[Path]:
 def _bytes(path: Path, folder: Path) -> bytes:
     try:
         if not path.resolve(strict=True).is_relative_to(folder.resolve()):
-            raise refuse(PackFault.UNREADABLE, "is a link that leaves the folder")
+            raise rejection_error(PictureRejection.UNREADABLE, "is a link that leaves the folder")
         if not path.is_file():
-            raise refuse(PackFault.UNREADABLE, "is no regular file")
-        if path.stat().st_size > _MAX_BYTES:
-            raise refuse(PackFault.TOO_LARGE, f"has over {_MAX_BYTES // 2**20} MiB")
+            raise rejection_error(PictureRejection.UNREADABLE, "is no regular file")
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise rejection_error(PictureRejection.TOO_LARGE, f"has over {MAX_FILE_BYTES // 2**20} MiB")
         return path.read_bytes()
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-        raise refuse(PackFault.UNREADABLE, f"cannot be read: {error}") from None
+        raise rejection_error(PictureRejection.UNREADABLE, f"cannot be read: {error}") from None
 
 
 def _picture_fields(source: str, description: PackDescription, flags: PictureDescription) -> PictureDescription:
     """Merge the fields stated for a picture: its row, then the flags, then the defaults of the file."""
     if source in description.faults:
-        raise refuse(PackFault.BAD_ROW, description.faults[source])
+        raise rejection_error(PictureRejection.BAD_ROW, description.faults[source])
     fields = description.rows.get(source, PictureDescription()).over(flags).over(description.defaults)
     missing = [name for name in ("surface", "tile_m", "licence") if getattr(fields, name) is None]
     if missing:
-        raise refuse(PackFault.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
+        raise rejection_error(PictureRejection.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
     if (fields.substance or UNKNOWN) not in registry.load().substances:
-        raise refuse(PackFault.BAD_ROW, f"{fields.substance!r} is no substance of registry/substances.yaml")
+        raise rejection_error(
+            PictureRejection.BAD_ROW, f"{fields.substance!r} is no substance of registry/substances.yaml"
+        )
     return fields
 
 

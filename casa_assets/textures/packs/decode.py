@@ -12,13 +12,11 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image, ImageOps, UnidentifiedImageError
 
-from casa_assets.textures.packs.faults import PackFault, refuse
+from casa_assets.textures.packs.limits import MAX_ASPECT, MAX_SIDE_PX, MIN_SIDE_PX
+from casa_assets.textures.packs.rejections import PictureRejection, rejection_error
 
 FORMATS = ("PNG", "JPEG", "WEBP")
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp")
-MIN_SIDE_PX = 512
-MAX_SIDE_PX = 8192
-MAX_ASPECT = 2.0  # sides: a longer strip shows too little of a pattern
 _OPAQUE = 250  # of 255: some encoders write 254 for opaque
 _BLANK = 1.5  # of 255: deviation of the noise that encoders add to one colour
 _FAULTS = (OSError, SyntaxError, ValueError, TypeError, IndexError, KeyError, OverflowError, EOFError, struct.error)
@@ -58,23 +56,25 @@ def decode(data: bytes) -> DecodedPicture:
             pixels, notes = _rgb(upright if upright is not None else image)
     except (UnidentifiedImageError, Image.DecompressionBombError) as error:
         large = isinstance(error, Image.DecompressionBombError)
-        fault = PackFault.TOO_LARGE if large else PackFault.NOT_A_PICTURE
-        raise refuse(fault, "is far too large" if large else f"is no {', '.join(FORMATS)} file") from None
+        fault = PictureRejection.TOO_LARGE if large else PictureRejection.NOT_A_PICTURE
+        raise rejection_error(fault, "is far too large" if large else f"is no {', '.join(FORMATS)} file") from None
     except (*_FAULTS, zlib.error) as error:
-        raise refuse(PackFault.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}") from None
+        raise rejection_error(
+            PictureRejection.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}"
+        ) from None
     if float(np.abs(pixels - pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
-        raise refuse(PackFault.BLANK, "shows one colour")
+        raise rejection_error(PictureRejection.BLANK, "shows one colour")
     return DecodedPicture(pixels, prompt, notes)
 
 
 def _check_size(width: int, height: int) -> None:
     size = f"{width} x {height} pixels"
     if max(width, height) > MAX_SIDE_PX:
-        raise refuse(PackFault.TOO_LARGE, f"{size}, over {MAX_SIDE_PX} a side")
+        raise rejection_error(PictureRejection.TOO_LARGE, f"{size}, over {MAX_SIDE_PX} a side")
     if min(width, height) < MIN_SIDE_PX:
-        raise refuse(PackFault.TOO_SMALL, f"{size}, under {MIN_SIDE_PX} a side")
+        raise rejection_error(PictureRejection.TOO_SMALL, f"{size}, under {MIN_SIDE_PX} a side")
     if max(width, height) > MAX_ASPECT * min(width, height):
-        raise refuse(PackFault.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
+        raise rejection_error(PictureRejection.TOO_LONG, f"{size}, longer than {MAX_ASPECT:g} times its width")
 
 
 def _rgb(image: Image.Image) -> tuple[Floats, tuple[str, ...]]:
@@ -83,7 +83,9 @@ def _rgb(image: Image.Image) -> tuple[Floats, tuple[str, ...]]:
     if mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
         alpha = np.asarray(image.convert("RGBA"))[..., 3]
         if int(alpha.min()) < _OPAQUE:
-            raise refuse(PackFault.TRANSPARENT, f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through")
+            raise rejection_error(
+                PictureRejection.TRANSPARENT, f"{np.mean(alpha < _OPAQUE):.1%} of it can be seen through"
+            )
     if mode.startswith("I") or mode == "F":
         raw = np.asarray(image, dtype=np.float32)
         grey = raw / (65535.0 if raw.max() > 255 else 255.0)

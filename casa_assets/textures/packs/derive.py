@@ -12,7 +12,7 @@ from scipy import ndimage
 from casa_assets.model.record import Record, Vec2
 from casa_assets.model.registry.finish import Surface
 from casa_assets.textures.canvas import Layers
-from casa_assets.textures.packs.faults import PackFault, refuse
+from casa_assets.textures.packs.rejections import PictureRejection, rejection_error
 from casa_assets.textures.seam import jump, repair, seam
 
 SIZE_PX = 1024
@@ -62,7 +62,9 @@ def tile(pixels: Floats, size_px: int = SIZE_PX) -> TiledPicture:
     mended = repair(small) if mend else small
     after = seam(mended).worst
     if after > MAX_SEAM:
-        raise refuse(PackFault.SEAM, f"its border is {after:.1f} times as strong as the pattern, after mending")
+        raise rejection_error(
+            PictureRejection.SEAM, f"its border is {after:.1f} times as strong as the pattern, after mending"
+        )
     height, width = mended.shape[:2]
     return TiledPicture(
         base=png(mended),

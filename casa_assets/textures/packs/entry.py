@@ -83,7 +83,7 @@ class PackPicture(Record):
     notes: tuple[str, ...] = ()
 
 
-class RefusedPicture(Record):
+class RejectedPicture(Record):
     """A picture that was left out.
 
     Attributes:
@@ -120,6 +120,6 @@ class Pack(Record):
     id: Id
     version: int
     pictures: tuple[PackPicture, ...] = ()
-    refused: tuple[RefusedPicture, ...] = ()
+    refused: tuple[RejectedPicture, ...] = ()
     alike: tuple[SimilarPair, ...] = ()
     ignored: tuple[str, ...] = ()

@@ -14,7 +14,7 @@ import pytest
 from casa_assets import registry
 from casa_assets.checks.check import Check
 from casa_assets.checks.table import TABLE
-from casa_assets.pipeline.reports.check_docs import codes, markdown
+from casa_assets.pipeline.reports.checks_page import checks_markdown, codes
 
 ROOT = Path(__file__).parents[3]
 KNOWN = registry.load()
@@ -69,14 +69,14 @@ class TestRow:
             assert check.unit == KNOWN.limit_units[check.limit]
 
     def test_is_documented(self, check: Check) -> None:
-        assert f"| {check.code} | {check.title} | {check.severity.value} |" in markdown()
+        assert f"| {check.code} | {check.title} | {check.severity.value} |" in checks_markdown()
 
     def test_is_no_rejection(self, check: Check) -> None:
         assert check.code not in KNOWN.rejections
 
 
 def test_document_is_the_printed_one() -> None:
-    assert (ROOT / "docs" / "checks.md").read_text(encoding="utf-8") == markdown(), "run ./dev docs"
+    assert (ROOT / "docs" / "checks.md").read_text(encoding="utf-8") == checks_markdown(), "run ./dev docs"
 
 
 def test_every_code_in_the_program_is_explained() -> None:

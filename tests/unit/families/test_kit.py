@@ -13,7 +13,7 @@ from casa_assets.families.kit.assemble import assemble
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import ball, board, box, lathe, rod
 from casa_assets.families.kit.solids.boolean import subtract, union
-from casa_assets.families.kit.solids.loft import inset_rings, loft, vessel
+from casa_assets.families.kit.solids.loft import basin, inset_rings, loft
 from casa_assets.families.kit.solids.skin import solid_mesh
 from casa_assets.families.kit.solids.slab import slab
 from casa_assets.families.kit.solids.solid import Solid
@@ -96,9 +96,9 @@ def test_what_is_cut_away_is_gone() -> None:
 
 
 def test_a_vessel_holds_what_it_says() -> None:
-    basin = vessel(rectangle(0.4, 0.3, 0.02, 4), 0.2, 0.01, 0.02)
-    assert is_closed(basin.faces)
-    low, high = basin.bounds
+    made = basin(rectangle(0.4, 0.3, 0.02, 4), 0.2, 0.01, 0.02)
+    assert is_closed(made.faces)
+    low, high = made.bounds
     assert high[2] == pytest.approx(0.0)
     assert low[2] == pytest.approx(-0.21)
 

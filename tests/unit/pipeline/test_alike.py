@@ -27,7 +27,6 @@ from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE, Deduplicator
 from casa_assets.pipeline.dedup.entries import read_rows
-from casa_assets.pipeline.dedup.pairs import similar_pairs
 from casa_assets.pipeline.dedup.search import search_by_picture, search_by_words, tokens
 from casa_assets.pipeline.dedup.signature import signature
 from casa_assets.pipeline.ingest.job import Job, Outcome, Result, stage_refusal
@@ -37,6 +36,7 @@ from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.resume import cached_outcome
 from tests.assets import ball, rigid_mug
 from tests.built_libraries import keep
+from tests.similar_pairs import similar_pairs
 
 LIMIT = registry.load().limits["alike_form"]
 COLORS = {"red": (1.0, 0.1, 0.1), "blue": (0.1, 0.1, 1.0)}

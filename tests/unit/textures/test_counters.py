@@ -13,7 +13,6 @@ from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.canvas import Canvas, Layers, Map, rgb
 from casa_assets.textures.kinds import counters
 from casa_assets.textures.kinds.counters.butcher import ButcherBlock, EndGrain, paint_blocks, paint_staves
-from casa_assets.textures.kinds.counters.crystals import crystal_cells
 from casa_assets.textures.kinds.counters.flow import BandedStone
 from casa_assets.textures.kinds.counters.flow import paint as paint_banded
 from casa_assets.textures.kinds.counters.granite import Granite, Mineral, Speck
@@ -33,6 +32,7 @@ from casa_assets.textures.kinds.counters.speckled import ChipSize, MadeStone
 from casa_assets.textures.kinds.counters.speckled import paint as paint_made
 from casa_assets.textures.kinds.counters.veined import Vein, VeinCourse, VeinedStone
 from casa_assets.textures.kinds.counters.veined import paint as paint_veined
+from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
 from casa_assets.textures.make import make
 from casa_assets.textures.seam import seam
 from casa_assets.textures.wood import WoodPalette
@@ -89,7 +89,7 @@ def test_another_size_shows_the_same_design(name: str) -> None:
 
 def test_cells_have_their_size_and_close() -> None:
     canvas = Canvas((200, 200), (0.5, 0.5))
-    found = crystal_cells(canvas, 0.05, rng_for(1, "cells"))
+    found = voronoi_cells(canvas, 0.05, rng_for(1, "cells"))
     assert found.count == 100
     assert len(np.unique(found.id)) == 100
     assert np.all(found.near_m <= found.second_m)

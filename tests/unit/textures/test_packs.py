@@ -20,12 +20,12 @@ from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.library.library import file_digests
 from casa_assets.pipeline.textures.packs import PackOptions, PackReport, ingest_pack, load_finishes, load_pack
 from casa_assets.textures import noise
-from casa_assets.textures.packs import decode as decoding
 from casa_assets.textures.packs.decode import decode
 from casa_assets.textures.packs.derive import layers, tile
 from casa_assets.textures.packs.entry import PictureDescription
-from casa_assets.textures.packs.faults import REMEDIES, PackFault
+from casa_assets.textures.packs.limits import MAX_SIDE_PX
 from casa_assets.textures.packs.naming import slug, unique_ids
+from casa_assets.textures.packs.rejections import REMEDIES, PictureRejection
 from casa_assets.textures.seam import seam
 
 Pixels = npt.NDArray[np.uint8]
@@ -150,18 +150,18 @@ def _transparent() -> bytes:
 
 
 BAD = {
-    PackFault.NOT_A_PICTURE: b"GIF89a not a picture at all",
-    PackFault.BROKEN: encoded(pixels())[:4000],
-    PackFault.TOO_LARGE: encoded(np.zeros((1, 9000, 3), np.uint8)),
-    PackFault.TOO_SMALL: encoded(pixels(1, 511, 600)),
-    PackFault.TOO_LONG: encoded(pixels(1, 1100, 540)),
-    PackFault.TRANSPARENT: _transparent(),
-    PackFault.BLANK: encoded(np.full((520, 520, 3), 7, np.uint8)),
+    PictureRejection.NOT_A_PICTURE: b"GIF89a not a picture at all",
+    PictureRejection.BROKEN: encoded(pixels())[:4000],
+    PictureRejection.TOO_LARGE: encoded(np.zeros((1, 9000, 3), np.uint8)),
+    PictureRejection.TOO_SMALL: encoded(pixels(1, 511, 600)),
+    PictureRejection.TOO_LONG: encoded(pixels(1, 1100, 540)),
+    PictureRejection.TRANSPARENT: _transparent(),
+    PictureRejection.BLANK: encoded(np.full((520, 520, 3), 7, np.uint8)),
 }
 
 
 @pytest.mark.parametrize("fault", list(BAD))
-def test_a_bad_picture_is_left_out_with_its_reason(fault: PackFault, folder: Path, tmp_path: Path) -> None:
+def test_a_bad_picture_is_left_out_with_its_reason(fault: PictureRejection, folder: Path, tmp_path: Path) -> None:
     (folder / "bad.png").write_bytes(BAD[fault])
     report = taken(folder, tmp_path / "lib")
     assert [(r.source, r.code) for r in report.pack.refused] == [("bad.png", fault.value)]
@@ -176,7 +176,7 @@ def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> Non
     bomb[29:33] = zlib.crc32(bytes(bomb[12:29])).to_bytes(4, "big")
     (folder / "bomb.png").write_bytes(bytes(bomb))
     refused = taken(folder, tmp_path / "lib").pack.refused
-    assert [r.code for r in refused] == [PackFault.TOO_LARGE.value]
+    assert [r.code for r in refused] == [PictureRejection.TOO_LARGE.value]
 
 
 def test_a_picture_that_cannot_be_mended_is_refused(
@@ -184,7 +184,7 @@ def test_a_picture_that_cannot_be_mended_is_refused(
 ) -> None:
     monkeypatch.setattr("casa_assets.textures.packs.derive.repair", lambda image: image)
     refused = taken(folder, tmp_path / "lib").pack.refused
-    assert {r.code for r in refused} == {PackFault.SEAM.value}
+    assert {r.code for r in refused} == {PictureRejection.SEAM.value}
 
 
 def test_links_out_of_the_folder_are_not_followed(folder: Path, tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def test_duplicates_are_named(folder: Path, tmp_path: Path) -> None:
     (folder / "zz_copy.png").write_bytes((folder / "Old Brick 01.png").read_bytes())
     (folder / "other.jpg").write_bytes(encoded(pixels(1), "JPEG"))  # the same picture, other bytes
     pack = taken(folder, tmp_path / "lib").pack
-    assert [(r.source, r.code) for r in pack.refused] == [("zz_copy.png", PackFault.DUPLICATE.value)]
+    assert [(r.source, r.code) for r in pack.refused] == [("zz_copy.png", PictureRejection.DUPLICATE.value)]
     assert "Old Brick 01.png" in pack.refused[0].message
     assert [(a.first, a.second) for a in pack.alike] == [("my_stones_old_brick_01", "my_stones_other")]
     assert pack.alike[0].distance < 0.3
@@ -228,7 +228,7 @@ def test_the_manifest_is_kept(folder: Path, tmp_path: Path) -> None:
         "embers",
         "A. Maker",
     )
-    assert [(r.source, r.code) for r in pack.refused] == [("lost.png", PackFault.MISSING.value)]
+    assert [(r.source, r.code) for r in pack.refused] == [("lost.png", PictureRejection.MISSING.value)]
     assert pack.ignored == ("readme.md",)
 
 
@@ -241,7 +241,7 @@ def test_flags_stand_between_rows_and_defaults(folder: Path, tmp_path: Path) -> 
 
 def test_what_nobody_says_is_asked_for(folder: Path, tmp_path: Path) -> None:
     refused = taken(folder, tmp_path / "lib", PictureDescription(tile_m=(1.0, 1.0))).pack.refused
-    assert {r.code for r in refused} == {PackFault.NOT_DESCRIBED.value}
+    assert {r.code for r in refused} == {PictureRejection.NOT_DESCRIBED.value}
     assert refused[0].message == "nobody says its surface, licence"
     assert "--licence" in refused[0].mend
 
@@ -250,7 +250,7 @@ def test_what_nobody_says_is_asked_for(folder: Path, tmp_path: Path) -> None:
 def test_a_wrong_row_costs_its_picture_and_no_other(row: str, folder: Path, tmp_path: Path) -> None:
     (folder / "pack.yaml").write_text(f"pictures:\n  ember.jpg: {row}\n")
     pack = taken(folder, tmp_path / "lib").pack
-    assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", PackFault.BAD_ROW.value)]
+    assert [(r.source, r.code) for r in pack.refused] == [("ember.jpg", PictureRejection.BAD_ROW.value)]
     assert [p.source for p in pack.pictures] == ["Old Brick 01.png"]
 
 
@@ -310,7 +310,7 @@ def test_any_cut_of_a_file_is_refused_and_raises_nothing_else() -> None:
 def test_large_pictures_are_scaled_down() -> None:
     made = tile(np.repeat(np.repeat(pixels(3).astype(np.float32) / 255, 2, 0), 2, 1), 512)
     assert max(made.width_px, made.height_px) <= 512
-    assert decoding.MAX_SIDE_PX == 8192
+    assert MAX_SIDE_PX == 8192
 
 
 def test_dark_detail_is_low_and_rough() -> None:
@@ -330,5 +330,5 @@ def test_ids() -> None:
 
 
 def test_every_fault_says_how_to_mend_it() -> None:
-    assert set(REMEDIES) == set(PackFault)
-    assert len(set(REMEDIES.values())) == len(PackFault)
+    assert set(REMEDIES) == set(PictureRejection)
+    assert len(set(REMEDIES.values())) == len(PictureRejection)

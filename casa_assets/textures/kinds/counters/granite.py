@@ -11,7 +11,7 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
 from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.counters.crystals import crystal_cells
+from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
 
 Size = Annotated[float, Field(gt=0.0005, lt=0.5)]
 
@@ -102,12 +102,12 @@ def streams(canvas: Canvas, size_m: float, flow: float, shear: int, rng: np.rand
 
 def _mosaic(params: Granite, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
     """(H, W, 3) crystals side by side; the swarm decides the odds of each mineral."""
-    mosaic = crystal_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
+    mosaic = voronoi_cells(canvas, params.grain_m, rng, bend_m=0.18 * params.grain_m)
     # Crystals are as large as they like: a second mosaic of twice the size takes a third of the face.
-    coarse = crystal_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
-    large = coarse.draw(rng) < 0.35
-    lot = np.where(large, coarse.draw(rng), mosaic.draw(rng))
-    shade = np.where(large, coarse.draw(rng), mosaic.draw(rng)) - 0.5
+    coarse = voronoi_cells(canvas, 2.1 * params.grain_m, rng, bend_m=0.3 * params.grain_m)
+    large = coarse.random_per_cell(rng) < 0.35
+    lot = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng))
+    shade = np.where(large, coarse.random_per_cell(rng), mosaic.random_per_cell(rng)) - 0.5
     weights = np.stack([m.share * np.exp(0.9 * m.cluster * swarm) for m in params.minerals])
     edges = np.cumsum(weights / weights.sum(axis=0), axis=0)
     pick = np.minimum((lot > edges).sum(axis=0), len(params.minerals) - 1)
@@ -120,10 +120,10 @@ def _mosaic(params: Granite, canvas: Canvas, swarm: Map, rng: np.random.Generato
 
 def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Round feldspars with a rim, packed as they grew."""
-    orbs = crystal_cells(canvas, params.phenocryst_m, rng, bend_m=0.10 * params.phenocryst_m)
-    size = params.phenocryst_m * (0.24 + 0.22 * orbs.draw(rng))
+    orbs = voronoi_cells(canvas, params.phenocryst_m, rng, bend_m=0.10 * params.phenocryst_m)
+    size = params.phenocryst_m * (0.24 + 0.22 * orbs.random_per_cell(rng))
     edge = np.minimum(size - orbs.near_m, orbs.border_m - 0.04 * params.phenocryst_m) / params.phenocryst_m
-    shade = 1.0 + 0.25 * (orbs.draw(rng) - 0.5) + 0.05 * canvas.noise(0.003, 0.003, rng)
+    shade = 1.0 + 0.25 * (orbs.random_per_cell(rng) - 0.5) + 0.05 * canvas.noise(0.003, 0.003, rng)
     mixed = 0.28 * albedo + 0.72 * rgb(color) * shade[..., None]
     body = smoothstep(0.02, 0.06, edge)
     rim = smoothstep(-0.06, 0.0, edge) * (1.0 - smoothstep(0.03, 0.09, edge))
@@ -133,9 +133,9 @@ def _orbs(params: Granite, color: str, albedo: Map, canvas: Canvas, rng: np.rand
 
 def _scatter(speck: Speck, canvas: Canvas, swarm: Map, rng: np.random.Generator) -> Map:
     """Mask 0..1: crystals of one speck; the share is kept, whatever the swarms do."""
-    grains = crystal_cells(canvas, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
+    grains = voronoi_cells(canvas, speck.size_m, rng, speck.stretch, bend_m=0.25 * speck.size_m)
     odds = speck.share * np.exp(1.2 * speck.flock * swarm)
-    chosen = grains.draw(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
+    chosen = grains.random_per_cell(rng) < odds * speck.share / max(float(odds.mean()), 1e-6)
     return np.asarray(chosen * smoothstep(0.0, 0.08, grains.border_m / speck.size_m), dtype=np.float32)
 
 

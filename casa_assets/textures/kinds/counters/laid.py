@@ -12,7 +12,7 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep
 from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.counters.crystals import crystal_cells
+from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
 
 
 class TiledCounter(Record):
@@ -121,7 +121,7 @@ def paint_glaze(params: GlazedLava, canvas: Canvas, rng: np.random.Generator) ->
     pool = smoothstep(-1.5, 2.0, canvas.noise(0.3, 0.3, rng, 5))
     color, deep = rgb(params.color), rgb(params.pool_color)
     albedo = blend(color, deep, 0.8 * pool)
-    net = crystal_cells(canvas, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
+    net = voronoi_cells(canvas, params.crackle_m, rng, bend_m=0.12 * params.crackle_m)
     pixel = canvas.pixel_width_m
     crack = np.clip(1.3 - net.border_m / max(0.00035, 0.6 * pixel), 0.0, 1.0) * min(1.0, 0.0007 / pixel)
     crack = crack * (0.3 + 0.7 * smoothstep(-1.0, 1.0, canvas.noise(0.15, 0.15, rng)))
@@ -146,11 +146,11 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
     """Mask 0..1: what is printed in one ink."""
     size = params.size_m
     if params.pattern is LaminatePattern.CRACKED_ICE:
-        shards = crystal_cells(canvas, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
-        lit = shards.draw(rng) ** 2
+        shards = voronoi_cells(canvas, size * (1.0 + 0.5 * ink), rng, stretch=1.4)
+        lit = shards.random_per_cell(rng) ** 2
         return np.asarray(0.75 * lit * smoothstep(0.0, 0.03, shards.border_m / size), dtype=np.float32)
-    places = crystal_cells(canvas, size * (1.25 if params.pattern is LaminatePattern.BOOMERANG else 1.0), rng)
-    turn = 2.0 * np.pi * places.draw(rng)
+    places = voronoi_cells(canvas, size * (1.25 if params.pattern is LaminatePattern.BOOMERANG else 1.0), rng)
+    turn = 2.0 * np.pi * places.random_per_cell(rng)
     u = (np.cos(turn) * places.dx_m + np.sin(turn) * places.dy_m) / size
     v = (np.cos(turn) * places.dy_m - np.sin(turn) * places.dx_m) / size
     soft = canvas.pixel_width_m / size
@@ -160,12 +160,16 @@ def _figures(params: PrintedLaminate, ink: int, canvas: Canvas, rng: np.random.G
             np.clip(1 - 9 * u * u, 0, 1)
         )
         bar = np.where(np.abs(u) < 0.34, bar, 1.0)
-        return np.asarray(np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0) * (places.draw(rng) < 0.8))
+        return np.asarray(
+            np.clip(1.2 - (np.abs(bar) - 0.012) / max(soft, 0.012), 0.0, 1.0) * (places.random_per_cell(rng) < 0.8)
+        )
     if params.pattern is LaminatePattern.FLECKS:
         slim = np.maximum(np.abs(u) / 0.30, np.abs(v) / 0.035)
-        return np.asarray(np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0) * (places.draw(rng) < 0.55))
-    chip = places.border_m / size - 0.05 - 0.15 * places.draw(rng)
-    return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.draw(rng) < 0.3), dtype=np.float32)
+        return np.asarray(
+            np.clip((1.0 - slim) / max(soft / 0.035, 0.2) + 0.5, 0.0, 1.0) * (places.random_per_cell(rng) < 0.55)
+        )
+    chip = places.border_m / size - 0.05 - 0.15 * places.random_per_cell(rng)
+    return np.asarray(np.clip(chip / soft, 0.0, 1.0) * (places.random_per_cell(rng) < 0.3), dtype=np.float32)
 
 
 TILED = TextureKind("tiled_counter", TiledCounter, paint_tiles)

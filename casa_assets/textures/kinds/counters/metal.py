@@ -12,7 +12,7 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
 from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.counters.crystals import crystal_cells
+from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
 
 
 class MetalTooling(StrEnum):
@@ -85,7 +85,7 @@ def _marks(params: SheetMetal, canvas: Canvas, rng: np.random.Generator) -> tupl
     if tooling is MetalTooling.TURNED:
         return _turned(canvas, mark, rng)
     if tooling is MetalTooling.HAMMERED:
-        dents = crystal_cells(canvas, mark, rng, bend_m=0.05 * mark)
+        dents = voronoi_cells(canvas, mark, rng, bend_m=0.05 * mark)
         bowl = np.minimum(dents.near_m / mark, 0.62) ** 2
         rim = 1.0 - smoothstep(0.0, 0.10, dents.border_m / mark)
         return 3.3 * (bowl - 0.15) + 0.4 * rim, 0.045 * mark * bowl, np.zeros_like(bowl)
@@ -99,10 +99,10 @@ def _arcs(canvas: Canvas, size_m: float, rng: np.random.Generator) -> tuple[Map,
     """Scratches around many centres, laid over each other."""
     tone = np.zeros(canvas.size_px, dtype=np.float32)
     for scale in (1.0, 0.7, 1.4):
-        swirls = crystal_cells(canvas, size_m * scale, rng, bend_m=0.15 * size_m)
-        off = swirls.near_m + size_m * 3.0 * swirls.draw(rng)
-        tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.draw(rng))
-        tone = tone + 0.6 * (swirls.draw(rng) - 0.5)
+        swirls = voronoi_cells(canvas, size_m * scale, rng, bend_m=0.15 * size_m)
+        off = swirls.near_m + size_m * 3.0 * swirls.random_per_cell(rng)
+        tone = tone + np.sin(off * 2.0 * np.pi / 0.0023) * (0.4 + 0.6 * swirls.random_per_cell(rng))
+        tone = tone + 0.6 * (swirls.random_per_cell(rng) - 0.5)
     tone = 0.55 * tone + 0.4 * canvas.noise(0.0025, 0.0025, rng)
     return tone, 0.0000015 * tone, 0.6 * tone
 
@@ -138,10 +138,12 @@ def _quilted(canvas: Canvas, size_m: float) -> tuple[Map, Map, Map]:
 
 def _spots(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: rings of glasses and dried drops."""
-    drops = crystal_cells(canvas, 0.11, rng, bend_m=0.004)
-    radius = 0.008 + 0.03 * drops.draw(rng)
+    drops = voronoi_cells(canvas, 0.11, rng, bend_m=0.004)
+    radius = 0.008 + 0.03 * drops.random_per_cell(rng)
     ring = np.exp(-(((drops.near_m - radius) / 0.0018) ** 2)) + 0.3 * (drops.near_m < radius)
-    return np.asarray(ring * (drops.draw(rng) < share) * (0.4 + 0.6 * drops.draw(rng)), dtype=np.float32)
+    return np.asarray(
+        ring * (drops.random_per_cell(rng) < share) * (0.4 + 0.6 * drops.random_per_cell(rng)), dtype=np.float32
+    )
 
 
 METAL = TextureKind("sheet_metal", SheetMetal, paint)

@@ -11,8 +11,8 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, rgb_table, smoothstep
 from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.counters.crystals import crystal_cells
 from casa_assets.textures.kinds.counters.veined import Vein, add_vein
+from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
 
 
 class ChipSize(Record):
@@ -82,24 +82,24 @@ def paint(params: MadeStone, canvas: Canvas, rng: np.random.Generator) -> Layers
 
 def _chips(chips: ChipSize, canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map]:
     """(H, W, 3) colours and (H, W) 0..1 where there is a chip."""
-    places = crystal_cells(canvas, chips.size_m, rng, bend_m=0.10 * chips.round * chips.size_m)
-    taken = places.draw(rng) < chips.share
-    small = chips.size_m * (0.03 + 0.16 * places.draw(rng))  # how far the chip stays off its neighbours
+    places = voronoi_cells(canvas, chips.size_m, rng, bend_m=0.10 * chips.round * chips.size_m)
+    taken = places.random_per_cell(rng) < chips.share
+    small = chips.size_m * (0.03 + 0.16 * places.random_per_cell(rng))  # how far the chip stays off its neighbours
     broken = places.border_m - small
     pebble = chips.size_m * 0.42 - small - places.near_m
     edge = np.where(chips.round > 0.5, np.minimum(broken, pebble), broken) / (0.04 * chips.size_m)
     colors = rgb_table(chips.colors)
-    pick = np.minimum((places.draw(rng) * len(colors)).astype(np.intp), len(colors) - 1)
-    shade = 1.0 + chips.spread * (places.draw(rng) - 0.5)
+    pick = np.minimum((places.random_per_cell(rng) * len(colors)).astype(np.intp), len(colors) - 1)
+    shade = 1.0 + chips.spread * (places.random_per_cell(rng) - 0.5)
     inside = 1.0 + 0.06 * chips.spread * canvas.noise(0.4 * chips.size_m, 0.4 * chips.size_m, rng)
     return np.asarray(colors[pick] * (shade * inside)[..., None]), smoothstep(0.0, 1.0, edge) * taken
 
 
 def _pinholes(share: float, canvas: Canvas, rng: np.random.Generator) -> Map:
     """Mask 0..1: round holes of one to three millimetres, far apart."""
-    places = crystal_cells(canvas, 0.012, rng)
-    radius = 0.0004 + 0.0013 * places.draw(rng) ** 3
-    return np.asarray((places.draw(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
+    places = voronoi_cells(canvas, 0.012, rng)
+    radius = 0.0004 + 0.0013 * places.random_per_cell(rng) ** 3
+    return np.asarray((places.random_per_cell(rng) < 0.5 * share) * np.clip(1.5 - places.near_m / radius, 0.0, 1.0))
 
 
 MADE = TextureKind("made_stone", MadeStone, paint)

@@ -12,7 +12,7 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Map, Share, blend, rgb, smoothstep
 from casa_assets.textures.kind import TextureKind
-from casa_assets.textures.kinds.counters.crystals import crystal_cells
+from casa_assets.textures.kinds.counters.voronoi import voronoi_cells
 
 
 class VeinCourse(StrEnum):
@@ -130,10 +130,13 @@ def _courses(vein: Vein, canvas: Canvas, rng: np.random.Generator) -> tuple[Map,
     bend = vein.wobble * size * 0.10 * canvas.noise(0.8 * size, 0.8 * size, rng, 2)
     fine = vein.wobble * (0.0022 * canvas.noise(0.03, 0.03, rng, 3) + 0.012 * size * canvas.noise(0.12, 0.12, rng, 2))
     if vein.course is VeinCourse.NET:
-        pieces = crystal_cells(canvas, size, rng, stretch=vein.stretch)
-        smaller = crystal_cells(canvas, 0.45 * size, rng, stretch=vein.stretch)
+        pieces = voronoi_cells(canvas, size, rng, stretch=vein.stretch)
+        smaller = voronoi_cells(canvas, 0.45 * size, rng, stretch=vein.stretch)
         # Cells lie square to the picture: slanted, they no longer do.
-        moved = [slanted(canvas, m, vein.shear) for m in (pieces.border_m, smaller.border_m, pieces.draw(rng) - 0.5)]
+        moved = [
+            slanted(canvas, m, vein.shear)
+            for m in (pieces.border_m, smaller.border_m, pieces.random_per_cell(rng) - 0.5)
+        ]
         near, twig, side = (canvas.shifted(m, 1.6 * bend + fine, fine - 1.6 * bend) for m in moved)
         return near, twig + 0.0012, side
     tilt = canvas.noise(size, size * vein.stretch, rng) + 0.25 * canvas.noise(

@@ -18,7 +18,7 @@ from casa_assets.model.asset.signature import ShapeDescriptor
 from casa_assets.model.issue import CheckResult, Status, tally
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import read_rows
-from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs, similar_pairs
+from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs
 from casa_assets.pipeline.ingest.run import write_reports
 from casa_assets.pipeline.library import entry_table
 from casa_assets.pipeline.library import library as disk
@@ -27,6 +27,7 @@ from casa_assets.pipeline.library.entry_table import NAME, EntryTable
 from casa_assets.pipeline.reports.entry import entries
 from casa_assets.pipeline.reports.report import write as write_page
 from tests.built_libraries import keep
+from tests.similar_pairs import similar_pairs
 from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
 
 BOOKS = ("index.sqlite", "library.json", "ATTRIBUTION.md")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from casa_assets import registry
 from casa_assets.checks.table import TABLE
 from casa_assets.textures import check as texture_check
-from casa_assets.textures.packs.faults import REMEDIES
+from casa_assets.textures.packs.rejections import REMEDIES
 
 HEAD = """# Checks and rejections
 
@@ -22,11 +22,10 @@ and is kept in its `asset.json`.
 |---|---|---|---|---|---|
 """
 
+TEXTURE_TABLE_HEADER = "| code | title | limit | what is tested, and what to do |"
 
-TEXTURES = "| code | title | limit | what is tested, and what to do |"
 
-
-def markdown() -> str:
+def checks_markdown() -> str:
     """The whole page."""
     records = registry.load()
     lines = [HEAD.rstrip("\n")]
@@ -38,13 +37,13 @@ def markdown() -> str:
     lines.append("|---|---|---|---|")
     for code, entry in sorted(records.rejections.items()):
         lines.append(f"| {code} | {entry.name} | {entry.meaning} | {entry.remedy} |")
-    lines += _textures(records)
+    lines += _texture_sections(records)
     return "\n".join(lines) + "\n"
 
 
-def _textures(records: registry.Registry) -> list[str]:
+def _texture_sections(records: registry.Registry) -> list[str]:
     """Checks of textures, and why a picture is left out of a pack."""
-    lines = ["", "## Checks on every texture", "", TEXTURES, "|---|---|---|---|"]
+    lines = ["", "## Checks on every texture", "", TEXTURE_TABLE_HEADER, "|---|---|---|---|"]
     for row in texture_check.TABLE:
         bound = "at most" if row.most else "at least"
         value = records.limits[row.limit]
@@ -52,13 +51,13 @@ def _textures(records: registry.Registry) -> list[str]:
         lines.append(f"| {row.code} | {row.title} | {limit} | {row.description.format(limit=value)} |")
     for code, (title, key, description) in texture_check.SET_CHECKS.items():
         value = records.limits[key]
-        lines.append(f"| {code} | {title} | {value:g} | {description.format(limit=value)} |")
+        lines.append(f"| {code} | {title} | at least {value:g} | {description.format(limit=value)} |")
     lines += ["", "## Why a picture is left out of a pack", "", "| code | name | what to do |", "|---|---|---|"]
-    lines += [f"| {fault.value} | {fault.name.lower()} | {mend} |" for fault, mend in REMEDIES.items()]
+    lines += [f"| {reason.value} | {reason.name.lower()} | {remedy} |" for reason, remedy in REMEDIES.items()]
     return lines
 
 
 def codes() -> frozenset[str]:
     """Every code that the page explains."""
     explained = {*registry.load().rejections, *(row.code for row in TABLE), *(row.code for row in texture_check.TABLE)}
-    return frozenset(explained | texture_check.SET_CHECKS.keys() | {fault.value for fault in REMEDIES})
+    return frozenset(explained | texture_check.SET_CHECKS.keys() | {reason.value for reason in REMEDIES})

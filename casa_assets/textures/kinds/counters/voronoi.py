@@ -1,4 +1,4 @@
-"""Voronoi cells of jittered seeds on a torus: crystals, chips, dimples."""
+"""A periodic Voronoi map of jittered seeds, for crystals, chips and dimples."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ Ids = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
-class CrystalCells:
+class VoronoiCells:
     """Nearest seed of every pixel, each array (H, W).
+
+    Distances to seeds are measured with the cells scaled to squares of side `size_m`: they are metres along y, and
+    metres along x as well where cells are as wide as high (stretch 1).
 
     Attributes:
         count: number of cells.
         id: 0..count-1, of the nearest seed.
-        near_m, second_m: metres to the nearest and to the second nearest seed.
-        dx_m, dy_m: metres from the nearest seed to the pixel.
-        size_m: side of a cell if all were squares.
+        near_m, second_m: distance to the nearest and to the second nearest seed.
+        dx_m, dy_m: metres along x and y from the nearest seed to the pixel.
+        size_m: height of a cell of the grid that the seeds stand in, metres.
     """
 
     count: int
@@ -34,21 +37,21 @@ class CrystalCells:
 
     @property
     def border_m(self) -> Map:
-        """(H, W) about the metres to the border of the cell."""
+        """(H, W) approximate distance to the border of the cell, scaled as `near_m` is."""
         return (self.second_m - self.near_m) / np.float32(2.0)
 
-    def draw(self, rng: np.random.Generator) -> Map:
+    def random_per_cell(self, rng: np.random.Generator) -> Map:
         """(H, W) one uniform number 0..1 for each cell."""
         return rng.uniform(0.0, 1.0, self.count).astype(np.float32)[self.id]
 
 
-def crystal_cells(
+def voronoi_cells(
     canvas: Canvas, size_m: float, rng: np.random.Generator, stretch: float = 1.0, bend_m: float = 0.0
-) -> CrystalCells:
-    """Assign every pixel of the sheet to the nearest jittered seed, periodically.
+) -> VoronoiCells:
+    """Assign every pixel of the canvas to the nearest jittered seed, periodically.
 
     Args:
-        sheet: pixels and metres.
+        canvas: pixels and metres.
         size_m: usual size of a cell along y.
         rng: draws the seeds.
         stretch: how much longer cells are along x.
@@ -56,6 +59,7 @@ def crystal_cells(
     """
     rows, columns = canvas.cells(size_m, size_m * stretch)
     tall, wide = canvas.tile_m[1] / rows, canvas.tile_m[0] / columns
+    # Seeds keep 0.08 of a cell away from its sides, so that seeds of neighbouring cells do not coincide.
     seed_y, seed_x = rng.uniform(0.08, 0.92, (2, rows, columns)).astype(np.float32)
     x, y = canvas.axes()
     if bend_m > 0:
@@ -63,25 +67,26 @@ def crystal_cells(
         y = y + bend_m * canvas.noise(size_m * 0.7, size_m * 0.7 * stretch, rng)
     x, y = np.broadcast_arrays(x / np.float32(wide), y / np.float32(tall))
     column, row = np.floor(x).astype(np.intp), np.floor(y).astype(np.intp)
-    near = np.full(canvas.size_px, np.inf, dtype=np.float32)
-    second, best_x, best_y = near.copy(), near.copy(), near.copy()
+    nearest2 = np.full(canvas.size_px, np.inf, dtype=np.float32)
+    second2, best_x, best_y = nearest2.copy(), nearest2.copy(), nearest2.copy()
     ids = np.zeros(canvas.size_px, dtype=np.intp)
+    # Each cell of the grid has one seed; only those of the pixel's own cell and of the 8 around it are looked at.
     for step in range(9):
         r, c = row + step // 3 - 1, column + step % 3 - 1
-        id_ = np.mod(r, rows) * columns + np.mod(c, columns)
-        dx = x - c - seed_x.ravel()[id_]
-        dy = y - r - seed_y.ravel()[id_]
-        far = dx * dx + dy * dy
-        closer = far < near
-        second = np.where(closer, near, np.minimum(second, far))
-        near, ids = np.where(closer, far, near), np.where(closer, id_, ids)
+        cell = np.mod(r, rows) * columns + np.mod(c, columns)
+        dx = x - c - seed_x.ravel()[cell]
+        dy = y - r - seed_y.ravel()[cell]
+        distance2 = dx * dx + dy * dy
+        closer = distance2 < nearest2
+        second2 = np.where(closer, nearest2, np.minimum(second2, distance2))
+        nearest2, ids = np.where(closer, distance2, nearest2), np.where(closer, cell, ids)
         best_x, best_y = np.where(closer, dx, best_x), np.where(closer, dy, best_y)
     scale = np.float32(tall)
-    return CrystalCells(
+    return VoronoiCells(
         count=rows * columns,
         id=ids,
-        near_m=np.sqrt(near) * scale,
-        second_m=np.sqrt(second) * scale,
+        near_m=np.sqrt(nearest2) * scale,
+        second_m=np.sqrt(second2) * scale,
         dx_m=best_x * np.float32(wide),
         dy_m=best_y * scale,
         size_m=tall,
