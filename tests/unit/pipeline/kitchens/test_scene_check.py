@@ -242,7 +242,7 @@ class TestDraws:
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
-        monkeypatch.setattr(check, "_kept", lambda folder, key: report)
+        monkeypatch.setattr(check, "_kept_report", lambda folder, key: report)
         done = check.check_one(RECIPE, copy, strict=True)
         assert (done.passed, done.folder) == (False, "")
         assert not (copy / RECIPE.scene_id).exists()
