@@ -106,6 +106,18 @@ def _raise(value: str) -> None:
     raise ValueError(value)
 
 
+def _out_of_memory_inside(value: str) -> None:
+    """As a library that meets the limit and says something else of its own."""
+    try:
+        raise MemoryError
+    except MemoryError as error:
+        raise ValueError(value) from error
+
+
+def _out_of_memory_at_import(value: str) -> None:
+    raise ImportError("libx.so: failed to map segment from shared object")
+
+
 def _print(value: str) -> str:
     for _ in range(2000):
         os.write(1, b"x" * 1000)

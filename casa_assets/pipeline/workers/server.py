@@ -42,6 +42,8 @@ PR_SET_PDEATHSIG = 1  # Ref: prctl(2)
 SOONEST_S, LATEST_S = 0.02, 1.0
 STUCK_S = 10.0  # for what the kernel does at once: ending a killed process
 OUT_OF_MEMORY = WorkerFailure("memory", "")  # the pool knows the limit
+# What dlopen(3) and CPython's thread module say where mmap(2) is refused.
+OUT_OF_MEMORY_TEXTS = ("failed to map segment", "annot allocate memory", "can't start new thread")
 
 
 def main(descriptor: int) -> None:
@@ -223,12 +225,22 @@ def _answer(function: str, job: Any, limits: Limits) -> Any:
     restrict(limits)
     try:
         return _find(function)(job)
-    except MemoryError:
-        return OUT_OF_MEMORY
-    except OSError as error:
-        if error.errno == errno.ENOMEM:
+    except Exception as error:
+        if _is_out_of_memory(error):
             return OUT_OF_MEMORY
         raise
+
+
+def _is_out_of_memory(error: BaseException | None) -> bool:
+    """Tell whether an error, or one that it was raised from or beside, is that the memory limit was met."""
+    while error is not None:
+        if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+            return True
+        # The loader of shared libraries and the start of a thread have no error of their own for it.
+        if isinstance(error, ImportError | RuntimeError) and any(text in str(error) for text in OUT_OF_MEMORY_TEXTS):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _find(function: str) -> Any:

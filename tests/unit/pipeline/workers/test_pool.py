@@ -74,6 +74,8 @@ def test_an_answer_may_be_none_or_large(pool: Pool) -> None:
         ("sys_exit", "error", "SystemExit: 7"),
         ("raise", "error", "ValueError: 7"),
         ("eat", "memory", "more than 2 GB"),
+        ("out_of_memory_inside", "memory", "more than 2 GB"),
+        ("out_of_memory_at_import", "memory", "more than 2 GB"),
         ("unsendable", "error", "not to be sent"),
         ("unreadable", "error", "not a number"),
     ],
