@@ -87,11 +87,11 @@ def _grow(library: Path, count: int) -> None:
         data["asset"]["id"] = name
         data["asset"]["provenance"].update(path=f"other_{number}.obj", sha256=digest)
         data["certificate"]["asset_digest"] = hashlib.sha256(digest.encode()).hexdigest()
-        form = data["certificate"]["signature"]["form"]
+        shape = data["certificate"]["signature"]["shape"]
         stretch = rng.uniform(-0.5, 0.5, 3)
-        for field, shift in zip(("pairs", "reach", "axes"), stretch, strict=True):
-            bent = np.array(form[field]) * (1 + shift * np.linspace(0.0, 1.0, len(form[field])))
-            form[field] = [round(float(v), 4) for v in bent + rng.normal(0.0, 0.05, len(bent))]
+        for field, shift in zip(("pair_distances", "center_distances", "axis_spread"), stretch, strict=True):
+            bent = np.array(shape[field]) * (1 + shift * np.linspace(0.0, 1.0, len(shape[field])))
+            shape[field] = [round(float(v), 4) for v in bent + rng.normal(0.0, 0.05, len(bent))]
         (folder / "asset.json").write_text(json.dumps(data), encoding="utf-8")
         for path in source.parent.rglob("*"):
             if path.is_file() and path.name != "asset.json":

@@ -90,7 +90,7 @@ class TestVerdict:
         folder = out / RECIPE.scene_id
         text = (folder / "report.html").read_text(encoding="utf-8")
         assert "SCN017" in text
-        assert "Reachable fixtures: At most 0 fixtures have no place" in text
+        assert "Reachable fixtures: The number of fixtures that a base of 0.30 m radius cannot reach" in text
         assert f"{done.report.tally} passed." in text
         assert "failed" not in text.partition("</style>")[2], "what is advice in a passed kitchen is shown as advice"
         assert 'class="advice">not followed' in text
