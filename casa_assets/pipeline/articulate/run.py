@@ -27,7 +27,7 @@ from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
-from casa_assets.pipeline.ingest.job import RunAborted, writing
+from casa_assets.pipeline.ingest.job import RunAborted, first_error, writing
 from casa_assets.pipeline.ingest.run import FAILURE_CODES
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
@@ -235,13 +235,12 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: _EntryKe
         certify(asset, report, staged, made_by)
         outcome = replace(outcome, folder=library.folder(category, asset.id))
     else:
-        worst = report.errors[0]
-        message = f"{worst.pointer}: {worst.message}" if worst.pointer else worst.message
+        worst = first_error(report)
         refusal = disk.Refusal(
             producer=Producer.ARTICULATE,
             id=asset.id,
             code=worst.code,
-            message=message,
+            message=worst.message,
             category=category,
             cache_key=key.cache_key,
             sha256=asset.provenance.sha256,
@@ -249,7 +248,7 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: _EntryKe
             report=report,
         )
         disk.write_refusal(staged, refusal)
-        outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=message)
+        outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
     library.publish(staged, outcome.folder)
     Store(library.cache).put(_record_key(key), to_json(outcome))

@@ -46,7 +46,7 @@ class Store:
         Safe while others read and write: who misses a file makes it anew.
         """
         files: list[tuple[int, int, Path]] = []
-        for path in self.root.glob("*/*"):
+        for path in self.root.glob("*/[!.]*"):  # a name with a dot is a file that another process is writing
             with suppress(FileNotFoundError):
                 found = path.stat()
                 files.append((found.st_mtime_ns, found.st_size, path))

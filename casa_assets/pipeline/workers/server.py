@@ -210,8 +210,7 @@ def _worker(channel: Connection, server: int, limits: Limits) -> NoReturn:
         function, job = channel.recv()
         answer = pickle.dumps(_answer(function, job, limits))
     except BaseException as error:  # noqa: BLE001  a bug of ours or a library's is reported, and the batch goes on
-        message = f"{type(error).__name__}: {error}"[:2000]
-        answer = pickle.dumps(WorkerFailure("error", message, traceback.format_exc()[-20000:]))
+        answer = pickle.dumps(OUT_OF_MEMORY if _is_out_of_memory(error) else _failure_of(error))
     try:
         channel.send_bytes(answer)
     finally:
@@ -223,12 +222,12 @@ def _answer(function: str, job: Any, limits: Limits) -> Any:
     with suppress(OSError):
         OOM_FILE.write_text(str(OOM_SCORE), encoding="ascii")
     restrict(limits)
-    try:
-        return _find(function)(job)
-    except Exception as error:
-        if _is_out_of_memory(error):
-            return OUT_OF_MEMORY
-        raise
+    return _find(function)(job)
+
+
+def _failure_of(error: BaseException) -> WorkerFailure:
+    """The failure of a job that raised an error, with its trace; both are cut to a length that can be sent."""
+    return WorkerFailure("error", f"{type(error).__name__}: {error}"[:2000], traceback.format_exc()[-20000:])
 
 
 def _is_out_of_memory(error: BaseException | None) -> bool:

@@ -56,6 +56,16 @@ def test_what_was_used_longest_ago_makes_room(tmp_path: Path) -> None:
     assert keys(store) == ["0" * 64, "6" * 64, "7" * 64]
 
 
+def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
+    store = Store(tmp_path)
+    store.put(KEY, os.urandom(1000))
+    half = tmp_path / "ab" / f".{KEY}.123"
+    half.write_bytes(b"half" * 1000)
+    store.trim(0)
+    assert half.exists()
+    assert store.get(KEY) is None
+
+
 def put_and_trim(root: Path, first: int) -> None:
     store = Store(root)
     for i in range(60):
