@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-import shutil
-from collections.abc import Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +15,8 @@ from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
+from casa_assets.pipeline.export.certified import certified_asset
+from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
@@ -83,73 +82,21 @@ def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[ExportRe
         raise OutputError(str(library), "holds no accepted asset; give the folder that `casa-assets ingest` wrote")
     if not _NAME.fullmatch(name):
         raise OutputError(str(out), f"{name!r} is no name of a registry; use small letters, digits and single _")
-    _check_target(out, library)
+    check_apart(out, library)
+    check_replaceable(out, EXPORT_FILES, allowed=("__pycache__",))
     out = out.absolute()
-    with writing(out.parent), _staging(out) as staged:
+    with writing(out.parent), staging(out) as staged:
         run = _Export(staged, name, registry.load().categories)
         for folder in folders:
             yield replace(_export_asset(folder, run), total=len(folders))
         if not run.instances:
             raise OutputError(str(library), "holds no loose object: all its assets are fixtures")
         _write_manifests(run, disk.Library(library))
-        _replace_target(staged, out)
-
-
-def _check_target(out: Path, library: Path) -> None:
-    """Raise OutputError unless `out` is missing, empty or an earlier export, and apart from the library."""
-    target, source = out.resolve(), library.resolve()
-    if target == source or target in source.parents or source in target.parents:
-        raise OutputError(str(out), f"and the library {library} are one inside the other; name another folder")
-    if out.is_symlink() or (out.exists() and not out.is_dir()):
-        raise OutputError(str(out), "is no folder; name another")
-    inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
-    if inside and not (inside >= EXPORT_FILES):
-        lacking = min(EXPORT_FILES - inside)
-        raise OutputError(str(out), f"is neither empty nor an earlier export (it has no {lacking}); name another")
-    if strange := sorted(inside - EXPORT_FILES - {"__pycache__"}):
-        raise OutputError(
-            str(out / strange[0]), "was not written by an export, which would remove it; name another OUT"
-        )
-
-
-@contextmanager
-def _staging(out: Path) -> Iterator[Path]:
-    """A staging folder beside `out`, removed at the end; what killed runs have left there is removed first."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    for leftover in sorted(out.parent.iterdir()):
-        match = re.fullmatch(re.escape(f".{out.name}.") + r"(\d+)(\.old)?", leftover.name)
-        if match and not Path(f"/proc/{match[1]}").exists():
-            if match[2] and not out.exists():
-                leftover.rename(out)  # the run was killed between its two renames
-            else:
-                shutil.rmtree(leftover, ignore_errors=True)
-    staged = out.with_name(f".{out.name}.{os.getpid()}")
-    shutil.rmtree(staged, ignore_errors=True)
-    staged.mkdir()
-    try:
-        yield staged
-    finally:
-        shutil.rmtree(staged, ignore_errors=True)
-
-
-def _replace_target(staged: Path, out: Path) -> None:
-    """Move an export to `out`; an earlier one there is put back where that fails."""
-    older = staged.with_name(f"{staged.name}.old")
-    shutil.rmtree(older, ignore_errors=True)
-    has_older = out.exists()
-    if has_older:
-        out.rename(older)
-    try:
-        staged.rename(out)
-    except OSError:
-        if has_older:
-            older.rename(out)
-        raise
-    shutil.rmtree(older, ignore_errors=True)
+        replace_target(staged, out)
 
 
 def _export_asset(folder: Path, run: _Export) -> ExportResult:
-    asset = _certified_asset(folder)
+    asset = certified_asset(folder)
     category_id = asset.labels.category
     if asset.base is Base.FIXED or asset.contract is not None:
         return ExportResult(asset.id, category_id, message="is a fixture, which stands where a kitchen has it")
@@ -166,24 +113,6 @@ def _export_asset(folder: Path, run: _Export) -> ExportResult:
     run.instances.append(instance)
     run.rows.append(_row(asset, category, f"{folder_inside}/{model.FILE}", split))
     return ExportResult(asset.id, category_id, f"{folder_inside}/{model.FILE}", split.value)
-
-
-def _certified_asset(folder: Path) -> Asset:
-    """The asset of a folder, every file as it was certified. Raises OutputError."""
-    certified = disk.read_certificate(folder).files
-    try:
-        digests = disk.file_digests(folder)
-    except OSError as error:
-        raise OutputError(str(folder), f"cannot be read: {error.strerror}") from error
-    for path in sorted(certified):
-        if path not in digests:
-            raise OutputError(str(folder / path), "is missing; remove the asset's folder and run ingest again")
-        if digests[path] != certified[path]:
-            raise OutputError(str(folder / path), "was changed since it was checked; run ingest again without it")
-    asset = disk.read_asset(folder)
-    if asset.id != folder.name:
-        raise OutputError(str(folder / disk.CERTIFICATE), f"holds the asset {asset.id!r}; move it to such a folder")
-    return asset
 
 
 def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str, Any]:
