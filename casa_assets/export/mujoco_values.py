@@ -2,11 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from casa_assets.model.asset.asset import Site
 from casa_assets.model.asset.shape import Shape, Sphere
 
-# Ref: robosuite, geoms of group 0 collide and geoms of group 1 are drawn.
-COLLIDER_GROUP, VISUAL_GROUP = 0, 1
+
+@dataclass(frozen=True)
+class Groups:
+    """MuJoCo's groups of geoms: a viewer or a renderer with nothing set shows 0, 1 and 2 and hides the others.
+
+    Attributes:
+        colliders: what touches. What touches and is seen at once, as in the light form, is in the group of visuals.
+        visuals: what is seen. ceiling: of it, the ceiling of a room, so that one key of the viewer hides it.
+        regions: volumes that have a name and are neither seen nor touched.
+    """
+
+    colliders: int = 3
+    visuals: int = 2
+    ceiling: int = 1
+    regions: int = 4
+
+
+# Ref: mujoco_menagerie has visuals in 2 and colliders in 3. The cameras of robosuite hide 0 and show 1 and 2.
+VIEWER_GROUPS = Groups()
+# Ref: robosuite, geoms of group 0 collide and geoms of group 1 are drawn; robocasa's own regions are in 1.
+ROBOSUITE_GROUPS = Groups(colliders=0, visuals=1, ceiling=2, regions=1)
 # The viewer hides sites of group 3 until asked for them.
 SITE_GROUP = 3
 # Flames and streams, which runtimes show by raising their alpha, are in a group that every camera sees.

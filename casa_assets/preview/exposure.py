@@ -136,10 +136,11 @@ class CameraFrustum:
             eye.frustum_bottom, eye.frustum_top = up - self.half_height, up + self.half_height
 
 
-def visuals_only() -> Any:
-    """An MjvOption that shows the group of what is seen and nothing else."""
+def one_group(group: int) -> Any:
+    """An MjvOption that shows the geoms of one group and nothing else."""
     option = mujoco.MjvOption()
-    option.geomgroup[:] = [0, 1, 0, 0, 0, 0]
+    option.geomgroup[:] = 0
+    option.geomgroup[group] = 1
     option.sitegroup[:] = 0
     return option
 

@@ -23,14 +23,14 @@ from casa_assets.preview.exposure import (
     LightRig,
     drawing_ids,
     mean_of_drawings,
+    one_group,
     set_extent,
     set_quality,
-    visuals_only,
 )
 from casa_assets.preview.still import CannotDraw, add_highlights_to_model, set_keyframe
 from casa_assets.preview.tonemap import Pixels
 
-_VISUAL_GROUP, _HIDDEN_GROUP = 1, 5  # groups of geoms
+_VISUAL_GROUP, _HIDDEN_GROUP = 2, 5  # groups of geoms; the ceiling has one of its own
 _WALL_PREFIX = "wall_"  # names of walls begin with it
 _ON_WALL_M = 0.12  # from the middle of a wall: what is nearer hangs on it
 _BACKGROUND_WHITE = 0.955  # brightness of what lies beyond the room
@@ -147,7 +147,7 @@ def render_cameras(
     if not numbers:
         return
     # The driver is handed meshes and pictures once for all cameras.
-    with renderer.canvas(model, data, visuals_only(), frame.width_px, frame.height_px) as canvas:
+    with renderer.canvas(model, data, one_group(_VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
         for name, number in numbers.items():
             with _walls_before_eye_hidden(model, data, data.cam_xpos[number]):
                 canvas.refresh()

@@ -15,7 +15,8 @@ from casa_assets.errors import CasaError
 from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import View, fit
 
-_VISUAL, _COLLISION = 1, 0
+# Groups of geoms, in model.xml and in USD.
+_VISUAL, _COLLISION = (1, 2), (0, 3)
 _UNDER_COLLIDERS_RGBA = (0.86, 0.87, 0.88, 1.0)
 # Share of the colliders' colour in a picture of both.
 _COLLIDER_OPACITY = 0.68
@@ -30,7 +31,8 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pos
     """PNG of one asset as it stands, seen from the front and a little from its right and above.
 
     Args:
-        model_xml: MJCF file with visual geoms in group 1 and collision geoms in group 0; regions are called `reg_*`.
+        model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3; regions are
+            called `reg_*`.
         view: direction and size.
         collision: shows each collider in a colour of its own, see-through, over the grey thing.
         pose: keyframe of the model that it stands in; empty: joints at zero.
@@ -53,7 +55,11 @@ def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pos
 
 
 def load_into_studio(
-    model_xml: Path, size_px: int, paint: tuple[float, ...] | None = None, group: int = _VISUAL, pose: str = ""
+    model_xml: Path,
+    size_px: int,
+    paint: tuple[float, ...] | None = None,
+    groups: tuple[int, ...] = _VISUAL,
+    pose: str = "",
 ) -> tuple[Any, Any, Floats]:
     """Compile an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
 
@@ -61,14 +67,14 @@ def load_into_studio(
         model_xml: as for `render`.
         size_px: of the picture to be taken.
         paint: RGBA for everything, instead of its materials.
-        group: of the geoms to be shown; colliders get colours of their own.
+        groups: of the geoms to be shown; colliders get colours of their own.
         pose: keyframe, or empty.
     Raises:
         CannotDraw: MuJoCo cannot read the model, or it has no geom to show.
     """
     try:
         spec = mujoco.MjSpec.from_file(str(model_xml))
-        _keep_group(spec, group, paint)
+        _keep_groups(spec, groups, paint)
         add_highlights(spec)
         studio.add_studio(spec, size_px)
         model = spec.compile()
@@ -130,17 +136,17 @@ def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) ->
     return specular, 0.05 + 0.45 * smooth**2, 1.0 - metallic * (0.14 + 0.42 * smooth)
 
 
-def _keep_group(spec: Any, group: int, paint: tuple[float, ...] | None) -> None:
+def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | None) -> None:
     """Delete all geoms of other groups, and the meshes that only they used, which would cost time to compile."""
     for geom in list(spec.geoms):
-        if geom.group != group or geom.name.startswith("reg_"):
+        if geom.group not in groups or geom.name.startswith("reg_"):
             spec.delete(geom)
     if not list(spec.geoms):
-        raise ValueError(f"it has no geom in group {group} to be drawn")
+        raise ValueError(f"it has no geom in group {' or '.join(map(str, groups))} to be drawn")
     for i, geom in enumerate(spec.geoms):
-        if group == _COLLISION or paint is not None:
+        if groups == _COLLISION or paint is not None:
             geom.material, geom.rgba = "", list(paint or (*_color(i), 1.0))
-        geom.group = _VISUAL
+        geom.group = studio.VISUAL_GROUP
     used = {geom.meshname for geom in spec.geoms}
     for mesh in list(spec.meshes):
         if mesh.name not in used:

@@ -21,12 +21,14 @@ from casa_assets.preview.exposure import (
     LightRig,
     drawing_ids,
     mean_of_drawings,
+    one_group,
     set_extent,
     set_quality,
-    visuals_only,
 )
 from casa_assets.preview.tonemap import Pixels
 
+# Of the geoms that are drawn.
+VISUAL_GROUP = 1
 # Grey of the floor, 0..1, and its emission, which softens the shadows on it. Chosen by eye.
 _FLOOR_GREY, _FLOOR_EMISSION = 0.66, 0.25
 # A large mesh is drawn fewer times: up to this many faces it is drawn the full number of times, and 12 times at least.
@@ -76,7 +78,7 @@ def add_studio(spec: Any, size_px: int) -> None:
     material.emission = _FLOOR_EMISSION
     material.specular = material.shininess = material.reflectance = 0.0
     floor = spec.worldbody.add_geom()
-    floor.name, floor.material, floor.group = _FLOOR, material.name, 1
+    floor.name, floor.material, floor.group = _FLOOR, material.name, VISUAL_GROUP
     floor.type, floor.size = mujoco.mjtGeom.mjGEOM_PLANE, [1.0, 1.0, 1.0]
     floor.contype = floor.conaffinity = 0
     for i in range(_RIG.count):
@@ -133,7 +135,7 @@ def render(model: Any, data: Any, points: Floats, camera: Camera, view: View, bo
         # A little more than one pixel: neighbours share some light, as they do on film.
         jitter=1.4 * 2.0 * half / view.size_px,
     )
-    with renderer.canvas(model, data, visuals_only(), view.size_px, view.size_px) as canvas:
+    with renderer.canvas(model, data, one_group(VISUAL_GROUP), view.size_px, view.size_px) as canvas:
         canvas.scene.flags[mujoco.mjtRndFlag.mjRND_CULL_FACE] = int(not both_sides)
         exposure = mean_of_drawings(canvas, lens, _RIG, passes, viewer, center, radius)
         background = _background(canvas, int(model.geom(_FLOOR).id))

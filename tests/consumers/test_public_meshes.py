@@ -14,7 +14,8 @@ import pytest
 pytestmark = pytest.mark.certify
 
 SHARED = Path(os.environ.get("CASA_SHARED", "../shared"))
-OLD_PYTHON = Path(os.environ.get("CASA_MUJOCO337", ".venv-mujoco337/bin/python"))
+OLDEST = Path(os.environ.get("CASA_MUJOCO331", ".venv-mujoco331/bin/python"))
+OLD = Path(os.environ.get("CASA_MUJOCO337", ".venv-mujoco337/bin/python"))
 GATES = ("MJC001", "MJC002", "MJC006", "USD002", "USD003", "PAR001", "PAR002", "PAR003", "PAR004")
 
 LOAD = """
@@ -66,7 +67,7 @@ def test_every_certificate_names_the_gates(run: tuple[Path, list[dict[str, Any]]
         assert wanted <= passed, (folder.name, wanted - passed)
 
 
-@pytest.mark.parametrize("python", [Path(sys.executable), OLD_PYTHON], ids=["this", "3.3.7"])
+@pytest.mark.parametrize("python", [Path(sys.executable), OLD, OLDEST], ids=["this", "3.3.7", "3.3.1"])
 def test_mujoco_loads_all_without_a_warning(run: tuple[Path, list[dict[str, Any]]], python: Path) -> None:
     files = sorted(str(p) for name in ("model", "scene") for p in run[0].glob(f"*/*/{name}.xml"))
     done = subprocess.run([python, "-c", LOAD], input="\n".join(files), capture_output=True, text=True, check=False)

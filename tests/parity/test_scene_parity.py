@@ -120,7 +120,8 @@ IN_MJCF = [
     ('key name="start" qpos="-1 ', 'key name="start" qpos="-1.01 ', "poses/start/oven__door/quaternion"),
     ('camera name="door" pos="0 -3', 'camera name="door" pos="0 -3.1', "cameras/door/position"),
     ('fovy="60"', 'fovy="61"', "cameras/door/fov_y_deg"),
-    ('light name="bulb" type="point"', 'light name="bulb" type="spot"', "lights/bulb/kind"),
+    ('light name="bulb" directional="false"', 'light name="bulb" directional="true"', "lights/bulb/kind"),
+    ('cutoff="180"', 'cutoff="60"', "lights/bulb/kind"),
     ('castshadow="false"', 'castshadow="true"', "lights/spot/castshadow"),
     ('gravity="0 0 -9.81"', 'gravity="0 0 -9.8"', "gravity"),
 ]

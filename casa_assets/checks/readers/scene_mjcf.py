@@ -14,11 +14,8 @@ from casa_assets.checks.readers.mujoco_facts import facts_of_model, four, free_b
 from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
 from casa_assets.model.asset.asset import Base
 
-KINDS = {
-    int(mujoco.mjtLightType.mjLIGHT_DIRECTIONAL): "directional",
-    int(mujoco.mjtLightType.mjLIGHT_POINT): "point",
-    int(mujoco.mjtLightType.mjLIGHT_SPOT): "spot",
-}
+# MuJoCo's cutoff of a light that shines to all sides, degrees.
+ALL_SIDES_DEG = 180.0
 # Texts that every placement has.
 ASSET, LAYER = "asset", "layer"
 # Texts that name joints and geoms, which in the file begin with the name of the placement.
@@ -97,10 +94,19 @@ def _cameras(model: mujoco.MjModel) -> tuple[CameraFacts, ...]:
     return tuple(sorted(found, key=lambda camera: camera.name))
 
 
+def _light_kind(model: mujoco.MjModel, light: int) -> str:
+    """`directional`, `spot`, or `point`, which is written as a spot whose cone holds all directions."""
+    kinds = mujoco.mjtLightType
+    if model.light_type[light] == kinds.mjLIGHT_DIRECTIONAL:
+        return "directional"
+    is_cone = model.light_type[light] == kinds.mjLIGHT_SPOT and model.light_cutoff[light] < ALL_SIDES_DEG
+    return "spot" if is_cone else "point"
+
+
 def _lights(model: mujoco.MjModel) -> tuple[LightFacts, ...]:
     found = []
     for i in range(model.nlight):
-        kind = KINDS.get(int(model.light_type[i]), "other")
+        kind = _light_kind(model, i)
         color = model.light_diffuse[i] / max(float(model.light_diffuse[i].max()), 1e-12)
         found.append(
             LightFacts(

@@ -23,8 +23,8 @@ Pixels = npt.NDArray[np.uint8]
 # Of 255. A pixel is black where every channel is darker than this, and white where every channel is as bright as this.
 BLACK, WHITE = 5, 254
 RAYS_WIDE, RAYS_HIGH = 48, 36
-# Geom groups that rays see, and the one into which looked-through walls are put meanwhile.
-VISIBLE_GROUPS = np.array([0, 1, 0, 0, 0, 0], dtype=np.uint8)
+# Geom groups that rays see: what is seen, without the ceiling. Looked-through walls are meanwhile put into another.
+VISIBLE_GROUPS = np.array([0, 0, 1, 0, 0, 0], dtype=np.uint8)
 HIDDEN_GROUP = 5
 # A camera this far behind the middle of a wall looks at the room from outside.
 BEHIND_WALL_M = 0.3

@@ -10,7 +10,7 @@ from lxml import etree
 
 from casa_assets.export.mjcf import collider, joint, number, site, visual
 from casa_assets.export.mjcf.visual import Meshes
-from casa_assets.export.mujoco_values import COLLIDER_GROUP, VISUAL_GROUP
+from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, Groups
 from casa_assets.model.asset.asset import Asset, Inertial, Link
 
 # Share of the trace that is added to the moments of a flat plate, so that nine digits cannot break A + B >= C.
@@ -25,7 +25,7 @@ class BodyContext:
         asset: whose links are written.
         meshes: its mesh files.
         materials: material id -> name in the document.
-        collider_group, visual_group: groups of geoms.
+        groups: of geoms.
         placement: name of the copy in a document that holds several: that of its root body, and with `__` the prefix
             of all other names. None where the names stay as they are.
         collider_colors: collider name -> `rgba`, where colliders are drawn in place of visuals.
@@ -34,8 +34,7 @@ class BodyContext:
     asset: Asset
     meshes: Meshes
     materials: dict[str, str]
-    collider_group: int = COLLIDER_GROUP
-    visual_group: int = VISUAL_GROUP
+    groups: Groups = ROBOSUITE_GROUPS
     placement: str | None = None
     collider_colors: Mapping[str, str] = field(default_factory=dict)
 
@@ -64,16 +63,16 @@ def add(parent: etree._Element, link: Link, context: BodyContext) -> etree._Elem
         joint.add(body, link_joint, prefix)
     for shape in link.colliders:
         substance = asset.substance(shape.substance)
-        geom = collider.add(body, shape, substance, context.meshes, context.collider_group, prefix)
+        geom = collider.add(body, shape, substance, context.meshes, context.groups.colliders, prefix)
         if shape.name in context.collider_colors:
             geom.set("rgba", context.collider_colors[shape.name])
     for shown in link.visuals:
         material = context.materials[shown.material]
-        visual.add(body, shown, context.meshes.of[shown.name], material, context.visual_group, prefix)
+        visual.add(body, shown, context.meshes.of[shown.name], material, context.groups.visuals, prefix)
     outer = site.outer_region(asset) if link.parent is None else None
     for region in [*([outer] if outer else []), *asset.regions]:
         if region.link == link.name:
-            site.add_region(body, region, prefix)
+            site.add_region(body, region, context.groups.regions, prefix)
             if asset.contract:
                 site.add_corners(body, region, prefix)
     for point in asset.sites:

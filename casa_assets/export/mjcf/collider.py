@@ -11,8 +11,6 @@ from casa_assets.model.asset.asset import Collider
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Sphere
 
-# Ref: mujoco_menagerie, geoms of group 3 collide; the viewer hides them until key 3 is pressed.
-VIEWER_GROUP = 3
 COLOR = "0.2 0.6 0.9 0.4"
 
 

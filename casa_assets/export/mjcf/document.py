@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from lxml import etree
 
-from casa_assets.export.mjcf import body, collider, contact, keyframe, label, material, site, visual
+from casa_assets.export.mjcf import body, contact, keyframe, label, material, site, visual
 from casa_assets.export.mjcf.scene import stage
+from casa_assets.export.mujoco_values import VIEWER_GROUPS
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
@@ -47,7 +48,7 @@ def _scene(asset: Asset, meshes: visual.Meshes) -> bytes:
     assets = _add_assets(root, asset, meshes)
     world = etree.SubElement(root, "worldbody")
     stage.add_stage(assets, world, asset)
-    context = body.BodyContext(asset, meshes, material.names(asset), collider.VIEWER_GROUP, visual.VIEWER_GROUP)
+    context = body.BodyContext(asset, meshes, material.names(asset), VIEWER_GROUPS)
     free_joint = stage.add_object(world, context)
     _add_exclusions_and_labels(root, asset)
     keyframe.add_all(root, asset, free_joint)

@@ -13,7 +13,6 @@ from casa_assets.model.asset.asset import Asset, Region, Site
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
-REGION_GROUP = 1
 REGION_COLOR = "0 1 0 0"
 # Names under which robocasa looks for the bounding region. Ref: robocasa v1.0, fixtures and objects.
 OUTER_REGIONS = ("bbox", "main")
@@ -51,14 +50,14 @@ def add_corners(body: etree._Element, region: Region, prefix: str = "") -> None:
         etree.SubElement(body, "site", attributes | {"group": str(SITE_GROUP), "rgba": "0 0 0 0"})
 
 
-def add_region(body: etree._Element, region: Region, prefix: str = "") -> None:
+def add_region(body: etree._Element, region: Region, group: int, prefix: str = "") -> None:
     """`<geom name="<prefix>reg_...">` below the body of its link: invisible, without contacts or mass."""
     attributes = {
         "name": f"{prefix}reg_{region.name}",
         "type": region.kind,
         **number.place(region.pose),
         "size": _half_size(region.kind, region.size),
-        "group": str(REGION_GROUP),
+        "group": str(group),
         "contype": "0",
         "conaffinity": "0",
         "mass": "0",

@@ -14,8 +14,6 @@ from casa_assets.model.asset.asset import Asset, Visual
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import MAX_HULL_VERTICES, Hull, MeshShape
 
-# Ref: mujoco_menagerie, geoms of group 2 are seen; the viewer shows groups 0 to 2.
-VIEWER_GROUP = 2
 FOLDER = "meshes"
 
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 from lxml import etree
 
 from casa_assets.export.mjcf import body, label, material, site, visual
+from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS
 from casa_assets.export.robocasa import upright
 from casa_assets.export.robocasa.mesh_volume import has_volume, thickened
 from casa_assets.model.asset.asset import Asset
@@ -79,7 +80,7 @@ def _document(asset: Asset, meshes: visual.Meshes) -> etree._Element:
             assets[-1].set("inertia", "legacy")  # MuJoCo 3.2.6 does not know `shell`
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    root_body = body.add(outer, asset.root, body.BodyContext(asset, meshes, names))
+    root_body = body.add(outer, asset.root, body.BodyContext(asset, meshes, names, ROBOSUITE_GROUPS))
     _add_bbox_region(root_body, asset)
     label.add_all(root, asset)
     return root
@@ -89,7 +90,7 @@ def _add_bbox_region(root_body: etree._Element, asset: Asset) -> None:
     """The region `bbox`, last of all geoms, where the asset calls its outer volume otherwise."""
     if root_body.find(f"geom[@name='reg_{site.OUTER_REGIONS[0]}']") is None:
         outer = next(region for region in asset.regions if region.name in site.OUTER_REGIONS)
-        site.add_region(root_body, outer.replace(name=site.OUTER_REGIONS[0]))
+        site.add_region(root_body, outer.replace(name=site.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
 
 
 def _text(root: etree._Element) -> bytes:

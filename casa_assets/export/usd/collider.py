@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.export.mujoco_values import COLLIDER_GROUP, contact_dimensions
+from casa_assets.export.mujoco_values import VIEWER_GROUPS, contact_dimensions
 from casa_assets.export.usd import label, number, visual
 from casa_assets.export.usd.material import MaterialPrims
 from casa_assets.model.asset.asset import Collider, Link
@@ -67,7 +67,7 @@ def _set_collision(prim: Usd.Prim, collider: Collider, materials: MaterialPrims)
             number.author(prim, "newton:maxHullVertices", Sdf.ValueTypeNames.Int, MAX_HULL_VERTICES)
     prim.AddAppliedSchema("MjcCollisionAPI")
     number.author(prim, "mjc:condim", Sdf.ValueTypeNames.Int, contact_dimensions(collider.shape))
-    number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, COLLIDER_GROUP)
+    number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VIEWER_GROUPS.colliders)
     # Twice: PhysX and Newton read the `physics` binding, MuJoCo only the one for all purposes.
     binding = UsdShade.MaterialBindingAPI.Apply(prim)
     material = materials.contacts[collider.substance]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-from casa_assets.export.mujoco_values import SITE_GROUP, site_group
+from casa_assets.export.mujoco_values import VIEWER_GROUPS, site_group
 from casa_assets.export.usd import collider, number
 from casa_assets.model.asset.asset import Asset, Region, Site
 from casa_assets.model.asset.shape import Box, Cylinder, Shape, Sphere
@@ -22,7 +22,7 @@ def define_all(stage: Usd.Stage, root: Sdf.Path, asset: Asset) -> None:
         UsdGeom.Gprim(prim).CreateDisplayOpacityAttr([alpha])
     for region in asset.regions:
         prim = _define(stage, _path(stage, root, region), _volume(region.kind, region.size), region.pose)
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, SITE_GROUP)
+        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VIEWER_GROUPS.regions)
 
 
 def _path(stage: Usd.Stage, root: Sdf.Path, item: Site | Region) -> Sdf.Path:

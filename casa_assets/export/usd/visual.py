@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Sdf, Usd, UsdGeom, UsdShade, Vt
 
-from casa_assets.export.mujoco_values import VISUAL_GROUP
+from casa_assets.export.mujoco_values import VIEWER_GROUPS
 from casa_assets.export.usd import label, number
 from casa_assets.export.usd.material import MaterialPrims
 from casa_assets.geometry.mesh import measure
@@ -25,7 +25,7 @@ def define_all(stage: Usd.Stage, body: Sdf.Path, link: Link, materials: Material
         if visual.label is not None:
             label.attach(prim, label.PART, [visual.label])
         prim.AddAppliedSchema("MjcImageableAPI")
-        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VISUAL_GROUP)
+        number.author(prim, "mjc:group", Sdf.ValueTypeNames.Int, VIEWER_GROUPS.visuals)
         # MuJoCo refuses a mesh without volume unless it is declared a shell; the body has the mass.
         prim.AddAppliedSchema("NewtonMassAPI")
         number.author(prim, "newton:massModel", Sdf.ValueTypeNames.Token, "shell")

@@ -106,7 +106,8 @@ def _add(spec: Any, part: RawPart, i: int) -> None:
         _fill(texture, part.material.base_color_texture)
         material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = texture.name
     geom = spec.worldbody.add_geom()
-    geom.type, geom.meshname, geom.material, geom.group = mujoco.mjtGeom.mjGEOM_MESH, mesh.name, material.name, 1
+    geom.type, geom.meshname, geom.material = mujoco.mjtGeom.mjGEOM_MESH, mesh.name, material.name
+    geom.group = studio.VISUAL_GROUP
     geom.contype = geom.conaffinity = 0
 
 

@@ -15,8 +15,9 @@ import pytest
 from lxml import etree
 
 from casa_assets.export.mjcf import document
-from casa_assets.export.mjcf.scene.kitchen import Groups, write
+from casa_assets.export.mjcf.scene.kitchen import write
 from casa_assets.export.mjcf.scene.resources import FOLDER
+from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, Groups
 from casa_assets.geometry.inertia import adjacent_links
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Placement, Scene
@@ -136,7 +137,8 @@ class TestNames:
         """Every geom and site of a placement is that of model.xml but for name, mesh and material."""
         asset = corner().asset_of["grill"]
         single = etree.fromstring(document.write(asset).entries["model.xml"])
-        (placed,) = (e for e in text(corner()).iter("body") if e.get("name") == "grill")
+        whole = etree.fromstring(write(corner(), groups=ROBOSUITE_GROUPS).entries["scene.xml"])
+        (placed,) = (e for e in whole.iter("body") if e.get("name") == "grill")
         for tag in ("geom", "site", "joint"):
             ours = [_plain(e, "grill__") for e in placed.iter(tag)]
             theirs = [
@@ -187,21 +189,38 @@ class TestGroups:
             seen = [g for g in range(start, start + count) if not full.geom_contype[g] and full.geom_rgba[g, 3] > 0]
             return {int(full.geom_group[g]) for g in seen}
 
-        assert groups("ceiling") == {2}
-        assert groups("wall") == {1}
-        assert groups("grill") == {1}
+        assert groups("ceiling") == {1}
+        assert groups("wall") == {2}
+        assert groups("grill") == {2}
+
+    @pytest.mark.parametrize("weight", list(Weight))
+    @pytest.mark.parametrize("robosuite", [False, True])
+    def test_cameras_with_nothing_set_show_what_is_seen_alone(
+        self, weight: Weight, robosuite: bool, tmp_path: Path
+    ) -> None:
+        """A camera of robosuite hides group 0 besides; the light form is in neither a hidden group."""
+        model = loaded(corner(), tmp_path, weight)
+        shown = mujoco.MjvOption().geomgroup.astype(bool)
+        shown[0] &= not robosuite
+        for geom in range(model.ngeom):
+            name = model.geom(geom).name
+            is_seen = "__reg_" not in name and (weight is Weight.LIGHT or not model.geom_contype[geom])
+            assert shown[model.geom_group[geom]] == is_seen, name
 
     def test_of_the_callers_choice(self) -> None:
-        root = etree.fromstring(write(corner(), groups=Groups(colliders=3, visuals=2, ceiling=4)).entries["scene.xml"])
+        root = etree.fromstring(write(corner(), groups=Groups(5, 2, 4, 1)).entries["scene.xml"])
         found = {str(e.get("name")): e.get("group") for e in root.iter("geom")}
-        assert (found["mug__floor"], found["mug__body"], found["ceiling__carton"]) == ("3", "2", "4")
+        assert (found["mug__floor"], found["mug__body"], found["ceiling__carton"]) == ("5", "2", "4")
+        assert found["grill__reg_main"] == "1"
 
 
 class TestRoom:
     def test_lights_and_cameras(self, full: mujoco.MjModel) -> None:
         assert [full.light(i).name for i in range(full.nlight)] == ["sun", "bulb", "spot"]
         kinds = mujoco.mjtLightType
-        assert list(full.light_type) == [kinds.mjLIGHT_DIRECTIONAL, kinds.mjLIGHT_POINT, kinds.mjLIGHT_SPOT]
+        # A bulb is a spot whose cone holds all directions: the words of old MuJoCo have no third kind.
+        assert list(full.light_type) == [kinds.mjLIGHT_DIRECTIONAL, kinds.mjLIGHT_SPOT, kinds.mjLIGHT_SPOT]
+        assert (full.light("bulb").cutoff[0], full.light("bulb").exponent[0]) == (180, 0)
         assert list(full.light_castshadow) == [1, 1, 0]
         assert full.light("spot").cutoff[0] == 30
         assert full.vis.headlight.ambient == pytest.approx([0.3, 0.31, 0.32])
@@ -234,7 +253,8 @@ class TestLight:
         assert red > green > 0.3
         assert green == pytest.approx(blue, abs=0.15)
         assert alpha == 1
-        assert geoms["ceiling__carton_0"].get("group") == "2"
+        assert geoms["ceiling__carton_0"].get("group") == "1"
+        assert geoms["wall__carton_0"].get("group") == "2"
 
     def test_masses_and_joints_stay(self, full: mujoco.MjModel, tmp_path: Path) -> None:
         light = loaded(corner(), tmp_path, Weight.LIGHT)

@@ -1,13 +1,13 @@
 """Scene -> one flat scene.xml, and the meshes and images that it names in a folder that many scenes share.
 
 Names: the root body of a placement is called like it, everything else in it `<placement>__<name>`; the joint of a free
-base is `<placement>__free`. Groups of geoms: 0 collides, 1 is seen, 2 is the ceiling, which the viewer hides by a key.
+base is `<placement>__free`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 from lxml import etree
 
@@ -16,7 +16,7 @@ from casa_assets.export.mjcf.body import BodyContext
 from casa_assets.export.mjcf.scene import resources, room
 from casa_assets.export.mjcf.scene.resources import SceneResources
 from casa_assets.export.mjcf.visual import Meshes
-from casa_assets.export.mujoco_values import COLLIDER_GROUP, VISUAL_GROUP
+from casa_assets.export.mujoco_values import VIEWER_GROUPS, Groups
 from casa_assets.geometry.collider_colors import collider_colors
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.joint import joint_positions
@@ -35,22 +35,12 @@ from casa_assets.model.kitchen.scene import (
 from casa_assets.model.pose import Pose
 
 FILE = "scene.xml"
-CEILING_GROUP = 2
-
-
-@dataclass(frozen=True)
-class Groups:
-    """MuJoCo's groups of colliders, of visuals, and of the visuals of a ceiling."""
-
-    colliders: int = COLLIDER_GROUP
-    visuals: int = VISUAL_GROUP
-    ceiling: int = CEILING_GROUP
 
 
 def write(
     scene: Scene | LightScene,
     shared: str = "../assets",
-    groups: Groups | None = None,
+    groups: Groups = VIEWER_GROUPS,
 ) -> Files:
     """The MJCF of a scene; the same scene is the same bytes.
 
@@ -61,7 +51,7 @@ def write(
     Args:
         scene: what to write, whole or in its light form.
         shared: leads from the folder of scene.xml to the shared folder.
-        groups: of geoms; those of robosuite where None.
+        groups: of geoms; ROBOSUITE_GROUPS for what robosuite merges into a model of its own.
     Returns:
         `scene.xml`, and the files of the shared folder as `assets/meshes/<hash>.obj` and
         `assets/textures/<name>_<hash>.png`.
@@ -71,9 +61,7 @@ def write(
     assets = {asset.id: asset for asset in (light.light_assets if light else scene.assets)}
     colors = {asset.id: _light_colors(asset, assets[asset.id]) for asset in scene.assets} if light else {}
     shared_files = resources.gather([] if light else list(assets.values()))
-    contexts = [
-        _context(place, assets[place.asset], shared_files, colors, groups or Groups()) for place in scene.placements
-    ]
+    contexts = [_context(place, assets[place.asset], shared_files, colors, groups) for place in scene.placements]
     text = _document(scene, contexts, shared_files, shared, is_light=light is not None)
     return Files.of({FILE: text, **shared_files.entries})
 
@@ -92,14 +80,14 @@ def _context(
     colors: Mapping[str, Mapping[str, str]],
     groups: Groups,
 ) -> BodyContext:
-    is_ceiling = place.layer is Layer.CEILING
-    draws_colliders = asset.id in colors
+    shown = groups.ceiling if place.layer is Layer.CEILING else groups.visuals
+    # Colliders that are drawn are shown: robosuite's cameras hide the group that only collides.
+    hidden = shown if asset.id in colors else groups.colliders
     return BodyContext(
         asset=asset,
         meshes=shared_files.meshes.get(asset.id, Meshes((), {})),
         materials={item.id: resources.material_name(asset.id, item.id) for item in asset.materials},
-        collider_group=groups.ceiling if is_ceiling and draws_colliders else groups.colliders,
-        visual_group=groups.ceiling if is_ceiling else groups.visuals,
+        groups=replace(groups, colliders=hidden, visuals=shown),
         placement=place.name,
         collider_colors=colors.get(asset.id, {}),
     )

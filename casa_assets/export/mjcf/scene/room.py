@@ -16,6 +16,8 @@ NEAR_M, FAR_M = 0.015, 60.0
 SPECULAR_SHARE = 0.5
 # The exponent with which a spot of full softness fades towards its edge. Chosen by eye.
 MAX_SPOT_EXPONENT = 20.0
+# Cutoff of a light that shines to all sides, degrees.
+ALL_SIDES_DEG = "180"
 # Largest picture that is rendered off screen.
 OFFSCREEN_SIZE = {"offwidth": "1920", "offheight": "1440"}
 
@@ -72,7 +74,8 @@ def _light(light: Light) -> dict[str, str]:
     length = float(np.linalg.norm(light.direction))
     attributes = {
         "name": light.name,
-        "type": light.kind.value,
+        # `type`, which says the same, is newer than MuJoCo 3.3.1.
+        "directional": "true" if light.kind is LightKind.DIRECTIONAL else "false",
         "pos": number.numbers(light.position),
         "dir": number.numbers(d / length for d in light.direction),
         # Linear, unlike other colours: MuJoCo adds up light without converting it from sRGB.
@@ -89,7 +92,7 @@ def _light(light: Light) -> dict[str, str]:
             "cutoff": number.number(light.cone_deg),
             "exponent": number.number(MAX_SPOT_EXPONENT * light.softness),
         }
-    return attributes
+    return attributes | {"cutoff": ALL_SIDES_DEG, "exponent": "0"}
 
 
 def _camera(camera: Camera) -> dict[str, str]:

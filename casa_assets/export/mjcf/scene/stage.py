@@ -52,7 +52,7 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
         position = number.numbers(center - LIGHT_DISTANCE * diagonal * np.array(direction))
         attributes = {
             "name": f"scene__light_{i}",
-            "type": "directional",
+            "directional": "true",
             "pos": position,
             "dir": number.numbers(direction),
         }
