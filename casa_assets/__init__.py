@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from casa_assets.api.assets import build, check, read_asset, sample, write
+    from casa_assets.api.behaviors import Behaviors, FixtureStates
     from casa_assets.api.catalogue import (
         Bounds,
         FamilyInfo,
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
         styles,
         surfaces,
     )
-    from casa_assets.api.kitchen import Kitchen, kitchen, load_scene
+    from casa_assets.api.kitchen import Kitchen, Weight, kitchen, load_scene
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.families.family import Params
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.cache.cache_folder import cache_dir
     from casa_assets.pipeline.dedup.search import SearchHit
     from casa_assets.pipeline.ingest.in_memory import MeshInput
+    from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
     from casa_assets.pipeline.reports.entry import Entry
 
 __version__ = "0.1.0"
@@ -44,6 +46,7 @@ __all__ = [
     "surfaces",
     "kitchen",
     "load_scene",
+    "Behaviors",
     "ingest",
     "articulate",
     "build",
@@ -55,6 +58,9 @@ __all__ = [
     "Library",
     "cache_dir",
     "Kitchen",
+    "Weight",
+    "FixtureStates",
+    "SurfaceTextures",
     "Asset",
     "Params",
     "Report",
@@ -81,10 +87,12 @@ _SOURCES = {
     **dict.fromkeys(("build", "check", "read_asset", "sample", "write"), "casa_assets.api.assets"),
     **dict.fromkeys(("plans", "styles", "families", "surfaces"), "casa_assets.api.catalogue"),
     **dict.fromkeys(("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"), "casa_assets.api.catalogue"),
-    **dict.fromkeys(("Kitchen", "kitchen", "load_scene"), "casa_assets.api.kitchen"),
+    **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
+    **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene"), "casa_assets.api.kitchen"),
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
     **dict.fromkeys(("Ingested", "IngestResult", "Articulated", "Rejection"), "casa_assets.api.library"),
     **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),
+    "SurfaceTextures": "casa_assets.pipeline.kitchens.surface_textures",
     "Asset": "casa_assets.model.asset.asset",
     **dict.fromkeys(("Issue", "Report"), "casa_assets.model.issue"),
     "Params": "casa_assets.families.family",

@@ -23,7 +23,7 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of, swap_textures
+from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, draw_surfaces, ordered_surfaces, resolve
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
@@ -36,6 +36,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
 )
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe, surface_finishes
+from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.kitchens import plan_names
 
@@ -109,6 +110,14 @@ class Kitchen:
     def to_mjspec(self, weight: Weight = "full", sleep: bool = False) -> mujoco.MjSpec:
         """An MjSpec of the kitchen, to attach a robot and objects to before it is compiled."""
         return spec_of(self._mjcf(weight), sleep)
+
+    def textures_of(self, model: mujoco.MjModel) -> SurfaceTextures:
+        """Its pictures in a compiled model: others take their place at once, without compiling.
+
+        Args:
+            model: made of this kitchen in full, with whatever was added to its spec; it is changed in place.
+        """
+        return SurfaceTextures(model, surface_finishes(self.resolved.style), cache_dir())
 
     def write(self, folder: str | Path, picture: bool = False) -> Path:
         """Write it as `casa-assets scene new` does, MJCF (full and light), USD and scene.json.
@@ -241,7 +250,7 @@ def load_scene(
         return spec_of(source, sleep)
     model = model_of(source, sleep)
     if textures:
-        swap_textures(model, covered, textures, cache_dir())
+        SurfaceTextures(model, covered, cache_dir()).show(textures)
     return model
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from casa_assets.checks.motion.simulation import collision_spec
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
-from casa_assets.checks.runtime.behavior_interpreter import Stimulus
+from casa_assets.core.behavior_interpreter import Stimulus
 from casa_assets.core.typing import Floats
 from casa_assets.model.record import Vec2
 

@@ -10,7 +10,7 @@ from casa_assets.checks.check import Measurement, Problem, count, not_applicable
 from casa_assets.checks.motion import operate
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract_names, reachable_values
-from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, start, step
+from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Effect, EffectKind
 from casa_assets.model.registry.contract import Contract, KeyRule, Trial

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
-from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, step
+from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, step
 from casa_assets.model.asset.behavior import Behavior
 from casa_assets.model.record import Vec2
 

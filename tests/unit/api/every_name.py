@@ -15,12 +15,19 @@ family: casa.FamilyInfo = casa.families()["microwave"]
 walls: tuple[str, ...] = casa.surfaces()["wall"]
 kitchen: casa.Kitchen = casa.kitchen("l_small", "coastal", seed=7, surfaces={"wall": walls[0]}, closed=True)
 random: casa.Kitchen = casa.kitchen("l_small", "coastal", surfaces="random")
-model: mujoco.MjModel = kitchen.to_mjmodel("light", sleep=True)
+weight: casa.Weight = "light"
+model: mujoco.MjModel = kitchen.to_mjmodel(weight, sleep=True)
 spec: mujoco.MjSpec = kitchen.to_mjspec()
 folder: Path = kitchen.write("out/scenes", picture=False)
 print(kitchen.id, kitchen.scene, kitchen.placements, kitchen.assets, kitchen.facts["parking"])
+textures: casa.SurfaceTextures = kitchen.textures_of(model)
+textures.show({"wall": walls[1]})
+textures.upload(mujoco.Renderer(model))
 loaded: mujoco.MjModel = casa.load_scene(folder, textures={"floor": "oak_ebony"})
 loaded_spec: mujoco.MjSpec = casa.load_scene("l_small__coastal", as_spec=True)
+behaviors = casa.Behaviors(model)
+states: casa.FixtureStates = behaviors.update(mujoco.MjData(model))
+state: str | None = states["microwave"]["power"]
 asset: casa.Asset = casa.build("microwave", "steel", {"width": 0.6})
 params: casa.Params = casa.sample("microwave", seed=1, index=4)
 drawn: casa.Asset = casa.build("microwave", params=params)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from casa_assets.articulate.semantics.state_machines import behavior_for
-from casa_assets.checks.runtime.behavior_interpreter import BehaviorState, Stimulus, start, step
+from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind, Link, Region, Site
 from casa_assets.model.asset.shape import Box
 from casa_assets.model.record import Vec2

@@ -1,0 +1,186 @@
+"""Run the state machines of fixtures beside a simulation, and tell the named states of their joints.
+
+All of it is in the texts of a model (`docs/formats.md`), so nothing is needed but a compiled model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import mujoco
+import numpy as np
+
+from casa_assets.checks.readers import mjcf_facts
+from casa_assets.core import behavior_interpreter
+from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
+from casa_assets.core.typing import Floats
+from casa_assets.errors import CasaError
+from casa_assets.model.asset.behavior import Behavior, Effect
+from casa_assets.model.kitchen.scene import LightScene
+
+FixtureStates = Mapping[str, Mapping[str, str | None]]
+# Name of what stands by itself in a file, as the name of its body.
+_ALONE = "object"
+_BEHAVIOR, _STATE, _JOINER = "behavior", "state__", "__"
+
+
+@dataclass(frozen=True)
+class _JointStates:
+    """Named states of one joint.
+
+    Attributes:
+        address: in `qpos`. end: its position when fully open, rad or m.
+        intervals: value -> interval of the share of the way from zero to `end`.
+    """
+
+    address: int
+    end: float
+    intervals: Mapping[str, tuple[float, float]]
+
+    def value(self, qpos: Floats) -> str | None:
+        """The state that it is in; None between two of them."""
+        # The stops of a joint are soft: a closed drawer may stand a little below zero.
+        share = min(max(float(qpos[self.address]) / self.end, 0.0), 1.0)
+        return next((value for value, (low, high) in self.intervals.items() if low <= share <= high), None)
+
+
+class Behaviors:
+    """State machines and joint states of every fixture in a compiled model.
+
+    Works on whole kitchens and on single assets, full or light, alone or with a robot attached.
+
+    Attributes:
+        values: fixture -> name -> values that it can have. A name is that of a variable of the fixture's state machine
+            (such as `power`: off, on) or of one of its joints (such as `door_joint`: closed, open). An asset that was
+            loaded by itself is called `object`.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        """Reads the texts of a compiled model. Raises CasaError where a text names what the model does not have."""
+        self._model = model
+        self._root = model.body_rootid[model.geom_bodyid]
+        self._machines: dict[str, BehaviorState] = {}
+        self._addresses: dict[str, dict[str, int]] = {}
+        self._joints: dict[str, dict[str, _JointStates]] = {}
+        self._keys: dict[int, tuple[str, str]] = {}  # geom -> fixture, collider that it is or stands for
+        self._time: float | None = None
+        geoms = [model.geom(i).name for i in range(model.ngeom)]
+        self._prefix = [name[: name.rfind(_JOINER) + len(_JOINER)] if _JOINER in name else "" for name in geoms]
+        for name, text in sorted(mjcf_facts.texts(model).items()):
+            if name.endswith(_BEHAVIOR):
+                self._add_machine(name.removesuffix(_BEHAVIOR), Behavior.model_validate_json(text), geoms)
+            elif _STATE in name:
+                self._add_state(name.rpartition(_STATE)[0], text)
+        self._is_key = np.zeros(model.ngeom, dtype=bool)
+        self._is_key[list(self._keys)] = True
+        self.values = self._possible()
+
+    def _add_machine(self, prefix: str, behavior: Behavior, geoms: list[str]) -> None:
+        fixture = _fixture(prefix)
+        self._machines[fixture] = behavior_interpreter.start(behavior)
+        self._addresses[fixture] = {joint: self._address(prefix + joint) for joint in behavior.joints}
+        watched = set(behavior.contacts)
+        for geom, name in enumerate(geoms):
+            collider = LightScene.collider_of(name.removeprefix(prefix))
+            if name.startswith(prefix) and collider in watched:
+                self._keys[geom] = fixture, collider
+
+    def _add_state(self, prefix: str, text: str) -> None:
+        """Add a state; a text names the joint as the file did, to which a merged model may have added a prefix."""
+        written, value, low, high = text.split()
+        joint = written.rpartition(_JOINER)[2]
+        address = self._address(prefix + joint)
+        end = max(self._model.joint(prefix + joint).range, key=abs)
+        known = self._joints.setdefault(_fixture(prefix), {}).get(joint)
+        intervals = {**(known.intervals if known else {}), value: (float(low), float(high))}
+        self._joints[_fixture(prefix)][joint] = _JointStates(address, float(end), intervals)
+
+    def _address(self, joint: str) -> int:
+        if mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_JOINT, joint) < 0:
+            raise CasaError(f"the texts of the model name the joint {joint!r}, which it does not have; load it anew")
+        return int(self._model.joint(joint).qposadr[0])
+
+    def _possible(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
+        found: dict[str, dict[str, tuple[str, ...]]] = {}
+        for fixture, machine in self._machines.items():
+            found[fixture] = {v.name: v.values for v in machine.behavior.variables}
+        for fixture, joints in self._joints.items():
+            mine = found.setdefault(fixture, {})
+            for joint, states in joints.items():
+                if joint in mine:
+                    raise CasaError(f"{fixture} has a variable and a joint that are both called {joint!r}; rename one")
+                mine[joint] = tuple(states.intervals)
+        return MappingProxyType({fixture: MappingProxyType(found[fixture]) for fixture in sorted(found)})
+
+    def reset(self, data: mujoco.MjData) -> FixtureStates:
+        """Put every variable at its initial value and look at `data` for the first time.
+
+        Call it after every reset of `data`. What is touched here already has not just been pressed.
+        """
+        for fixture, machine in self._machines.items():
+            self._machines[fixture] = behavior_interpreter.start(machine.behavior)
+        self._time = None
+        return self.update(data)
+
+    def update(self, data: mujoco.MjData) -> FixtureStates:
+        """Go on to the time of `data` and return fixture -> variable or joint -> value.
+
+        Call it once per control step (0.05 s and less): a touch that begins and ends between two calls is not seen. A
+        joint between two of its named states has the value None.
+
+        Raises:
+            CasaError: the time of `data` lies before that of the last call; `reset` was forgotten.
+        """
+        elapsed = 0.0 if self._time is None else data.time - self._time
+        if elapsed < 0:
+            raise CasaError(
+                f"time went back from {self._time} s to {data.time} s; call reset(data) where data is reset"
+            )
+        self._time = data.time
+        touched = self._touched(data)
+        for fixture, machine in self._machines.items():
+            joints = {joint: float(data.qpos[at]) for joint, at in self._addresses[fixture].items()}
+            stimulus = Stimulus(joints, frozenset(touched.get(fixture, ())))
+            self._machines[fixture] = behavior_interpreter.step(machine, stimulus, elapsed)
+        return self.states(data)
+
+    def states(self, data: mujoco.MjData) -> FixtureStates:
+        """What the last `update` found, with joints as they stand now; nothing goes on."""
+        found: dict[str, dict[str, str | None]] = {name: dict(m.values) for name, m in self._machines.items()}
+        for fixture, joints in self._joints.items():
+            found.setdefault(fixture, {}).update((name, joint.value(data.qpos)) for name, joint in joints.items())
+        return found
+
+    @property
+    def effects(self) -> Mapping[str, tuple[Effect, ...]]:
+        """Fixture -> effects that act now; in a kitchen `<fixture>__<target>` names the site, geom or region."""
+        return {fixture: machine.effects for fixture, machine in self._machines.items() if machine.effects}
+
+    def _touched(self, data: mujoco.MjData) -> dict[str, set[str]]:
+        """Fixture -> its watched colliders that something touches which is no part of it."""
+        found: dict[str, set[str]] = {}
+        pairs = data.contact.geom
+        for first, second in pairs[self._is_key[pairs].any(axis=1)].tolist():
+            for geom, other in ((first, second), (second, first)):
+                if geom in self._keys and not self._is_same_thing(geom, other):
+                    fixture, collider = self._keys[geom]
+                    found.setdefault(fixture, set()).add(collider)
+        return found
+
+    def _is_same_thing(self, geom: int, other: int) -> bool:
+        """Whether two geoms belong to one asset: by name, and by body where names have no prefix.
+
+        In a light kitchen what is fixed belongs to the world's body.
+        """
+        if other < 0:
+            return False
+        if self._prefix[geom] and self._prefix[geom] == self._prefix[other]:
+            return True
+        return bool(self._root[geom] == self._root[other] != 0)
+
+
+def _fixture(prefix: str) -> str:
+    """Name of what a prefix belongs to."""
+    return prefix.rstrip("_") or _ALONE
