@@ -17,7 +17,8 @@ class Package:
     Attributes:
         asset: what the writers were given.
         category: what the registry knows of its kind.
-        root: its folder, with `model.xml`, `scene.xml`, and the USD file at `usd/<id>.usda`.
+        root: its folder, with `model.xml`, `scene.xml`, and the USD file at `usd/<id>.usda`, beside it `usd/<id>_nested.usda`
+            where there are several links.
         contract: what runtimes expect of it, None where the registry has none of the name that the asset gives.
     """
 
@@ -40,3 +41,9 @@ class Package:
     def usd(self) -> Path:
         """The USD package's root layer."""
         return self.root / "usd" / f"{self.asset.id}.usda"
+
+    @property
+    def usd_files(self) -> tuple[Path, ...]:
+        """The root layer, and where there are several links the layer that nests their bodies."""
+        nested = self.usd.with_name(f"{self.asset.id}_nested.usda")
+        return (self.usd, nested) if len(self.asset.links) > 1 else (self.usd,)

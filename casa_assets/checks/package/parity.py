@@ -1,6 +1,6 @@
-"""Find differences between the MJCF and the USD of one asset.
+"""Find differences between the MJCF and the USD of one asset, its nested layer too where it has one.
 
-Where one of the two files does not load, the checks of that format report it, and those of parity are not run.
+Where one of the files does not load, the checks of that format report it, and those of parity are not run.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from casa_assets.checks.readers.quiet import quiet
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.asset import JointKind
 
-UNREADABLE = "one of the two files cannot be read"
+UNREADABLE = "one of the files cannot be read"
 T = TypeVar("T")
 # Cells of the table in metres; a range is one where the joint slides.
 LENGTH_CELLS = frozenset({"position", "center_of_mass", "lower", "upper", "anchor", "size"})
@@ -76,8 +76,13 @@ def lengths_agree(package: Package, limit: float) -> Measurement:
 def contact_parameters_agree(package: Package, limit: float) -> Measurement:
     """PAR003: largest relative difference of contact and joint parameters."""
     mjcf = mujoco_load.load_mjcf(package.mjcf).model if package.mjcf.is_file() else None
-    usd = _read_quietly(lambda path: usd_facts.imported(path).model, package.usd)
-    return not_run(UNREADABLE) if mjcf is None or usd is None else _measured(parameters(mjcf, usd), limit)
+    rows: list[Difference] = []
+    for path in package.usd_files:
+        usd = _read_quietly(lambda path: usd_facts.imported(path).model, path)
+        if mjcf is None or usd is None:
+            return not_run(UNREADABLE)
+        rows += parameters(mjcf, usd)
+    return _measured(rows, limit)
 
 
 def parameters(expected: mujoco.MjModel, actual: mujoco.MjModel) -> list[Difference]:
@@ -92,10 +97,15 @@ def exceeds(difference: Difference, tolerance: float) -> bool:
 
 
 def _compare_files(package: Package, read_usd: Callable[[Path], AssetFacts]) -> list[FactDifference] | None:
-    """Differences of the two files; None where one of them cannot be read."""
+    """Differences of the MJCF and each layer of the USD; None where one of them cannot be read."""
     expected = _read_quietly(mjcf_facts.facts, package.mjcf)
-    actual = _read_quietly(read_usd, package.usd)
-    return None if expected is None or actual is None else list(_rows(expected, actual))
+    rows: list[FactDifference] = []
+    for path in package.usd_files:
+        actual = _read_quietly(read_usd, path)
+        if expected is None or actual is None:
+            return None
+        rows += _rows(expected, actual)
+    return rows
 
 
 def _read_quietly(read: Callable[[Path], T], path: Path) -> T | None:

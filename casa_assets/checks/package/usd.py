@@ -30,19 +30,23 @@ UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
 
 
 def usd_opens(package: Package) -> Measurement:
-    """USD001: the layer parses and composes, without complaint, to a stage with a default prim."""
-    if not package.usd.is_file():
-        return count([("usd", f"{package.usd.name} does not exist")])
+    """USD001: its layers parse and compose, without complaint, to stages with a default prim."""
+    return count(problem for path in package.usd_files for problem in _opening_problems(path))
+
+
+def _opening_problems(path: Path) -> list[Problem]:
+    if not path.is_file():
+        return [("usd", f"{path.name} does not exist")]
     with quiet():
         diagnostics = Diagnostics()
-        stage = open_stage(package.usd)
+        stage = open_stage(path)
         messages = diagnostics.take()
     if stage is None:
-        return count([("usd", f"{package.usd.name} does not open: {'; '.join(messages) or 'no reason given'}")])
+        return [("usd", f"{path.name} does not open: {'; '.join(messages) or 'no reason given'}")]
     problems = [("usd", message) for message in messages]
     if not stage.GetDefaultPrim():
         problems.append(("usd", "there is no default prim"))
-    return count(problems)
+    return problems
 
 
 def usd_meets_simready_profile(package: Package) -> Measurement:
@@ -83,8 +87,10 @@ def validate_simready(path: Path) -> tuple[bool, dict[str, str]] | None:
 def usd_passes_openusd_validators(package: Package) -> Measurement:
     """USD003: findings of OpenUSD's own validators."""
     with quiet():
-        stage = open_stage(package.usd)
-        return not_run(UNREADABLE) if stage is None else count(validator_findings(stage))
+        stages = [open_stage(path) for path in package.usd_files]
+        if None in stages:
+            return not_run(UNREADABLE)
+        return count(problem for stage in stages for problem in validator_findings(stage))
 
 
 def validator_findings(stage: Usd.Stage) -> list[Problem]:
@@ -98,13 +104,16 @@ def validator_findings(stage: Usd.Stage) -> list[Problem]:
 
 def usd_imports_into_mujoco(package: Package) -> Measurement:
     """USD004: errors and warnings of MuJoCo's USD reader."""
-    with quiet():
-        if open_stage(package.usd) is None:
-            return not_run(UNREADABLE)
-        loaded = imported(package.usd)
-    if loaded.model is None:
-        return count([("usd", f"MuJoCo refuses it: {loaded.error}")])
-    return count(("usd", f"MuJoCo warns: {warning}") for warning in loaded.warnings)
+    problems: list[Problem] = []
+    for path in package.usd_files:
+        with quiet():
+            if open_stage(path) is None:
+                return not_run(UNREADABLE)
+            loaded = imported(path)
+        if loaded.model is None:
+            problems.append(("usd", f"MuJoCo refuses {path.name}: {loaded.error}"))
+        problems += [("usd", f"MuJoCo warns of {path.name}: {warning}") for warning in loaded.warnings]
+    return count(problems)
 
 
 def usd_pictures_are_png(package: Package) -> Measurement:

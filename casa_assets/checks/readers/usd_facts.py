@@ -118,9 +118,10 @@ def facts_of_stage(stage: Usd.Stage) -> tuple[AssetFacts, dict[str, Pose]]:
     cache, joints = UsdGeom.XformCache(), {**mounts, **movers}
     below: dict[Sdf.Path, list[Usd.Prim]] = {path: [] for path in links}
     for shape in shapes:
-        for path in shape.GetPath().GetPrefixes():
-            if path in below:
-                below[path].append(shape)
+        # The nearest body has it: bodies may stand below others.
+        nearest = next((path for path in reversed(shape.GetPath().GetPrefixes()) if path in below), None)
+        if nearest is not None:
+            below[nearest].append(shape)
     bodies = [_body(stage, d, joints, movers.get(path), below[path], cache) for path, d in links.items()]
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
     welded = {short_name(str(b)): _body1_in_body0(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}

@@ -41,14 +41,15 @@ ROWS: tuple[Check, ...] = (
           "Over the range of each joint in the written file, parts go at most {mm:g} mm into each other; shorten the "
           "range, or make room."),
     Check("USD001", "USD opens", ERROR, Package, usd.usd_opens, None, "",
-          "The USD layer opens and composes without complaint and has a default prim; correct what USD names."),
+          "The USD layers, flat and nested, open and compose without complaint and have a default prim; correct what "
+          "USD names."),
     Check("USD002", "SimReady profile", ERROR, Package, usd.usd_meets_simready_profile, None, "",
           "The USD package meets NVIDIA's SimReady profile Robotics-Prop 4.0.0; correct the requirements that are "
           "listed."),
     Check("USD003", "OpenUSD validators", ERROR, Package, usd.usd_passes_openusd_validators, None, "",
           "OpenUSD's own validators find nothing in the USD package; correct the prims that they name."),
     Check("USD004", "USD in MuJoCo", ERROR, Package, usd.usd_imports_into_mujoco, None, "",
-          "MuJoCo imports the USD file without an error or a warning; what it warns of it has left out."),
+          "MuJoCo imports the USD files without an error or a warning; what it warns of it has left out."),
     Check("USD005", "USD pictures", ERROR, Package, usd.usd_pictures_are_png, None, "",
           "Every picture that the USD names is a readable PNG in the package, and the thumbnail has 256 x 256 pixels; "
           "add or convert the picture."),

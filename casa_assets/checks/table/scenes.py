@@ -61,12 +61,13 @@ ROWS: tuple[Check, ...] = (
           "things down on fewer feet."),
     Check("SCN017", "MJCF equals USD", ERROR, SceneFiles, parity.formats_agree, "scene_disagreements", "",
           "The number of facts (bodies, poses, joints, masses, shapes, labels) that differ between scene.xml and "
-          "scene.usda is at most {limit:g}; a difference is a fault of a writer."),
+          "scene.usda, or scene_nested.usda, is at most {limit:g}; a difference is a fault of a writer."),
     Check("SCN018", "USD scene loads", ERROR, SceneFiles, usd_layer.usd_scene_loads_without_warnings, None, "",
-          "scene.usda composes without complaint, has a default prim, and MuJoCo imports it without a warning; "
-          "correct what the reader names."),
+          "scene.usda and scene_nested.usda compose without complaint, have a default prim, and MuJoCo imports them "
+          "without a warning; correct what the reader names."),
     Check("SCN019", "OpenUSD validators", ERROR, SceneFiles, usd_layer.usd_scene_passes_openusd_validators, None, "",
-          "OpenUSD's own validators find nothing in scene.usda; correct the prims that they name."),
+          "OpenUSD's own validators find nothing in scene.usda and scene_nested.usda; correct the prims that they "
+          "name."),
     Check("SCN020", "SimReady rules", ERROR, SceneFiles, usd_layer.usd_scene_meets_simready_rules, None, "",
           "scene.usda meets SimReady Robotics-Prop 4.0.0, but for rules on the package of a single prop; correct the "
           "requirements that are listed."),

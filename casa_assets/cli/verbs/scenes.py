@@ -1,4 +1,4 @@
-"""casa-assets scenes: list, build, check, sample, preview, compare kitchens; casa-assets scene new: one's own."""
+"""casa-assets scenes: list, build, check, sample, preview, pack, compare kitchens; casa-assets scene new: one's own."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from rich.table import Table
 from casa_assets.cli import scene_output
 from casa_assets.cli.options import Force, OldForce
 from casa_assets.cli.text import pluralize
+from casa_assets.cli.verbs.pack import pack
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="scenes",
-    help="Whole kitchens, a floor plan in a style: list, build, check, sample, preview, compare.",
+    help="Whole kitchens, a floor plan in a style: list, build, check, sample, preview, pack, compare.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -214,6 +215,9 @@ def diff(
         typer.echo(pluralize(len(found), "difference") if found else same)
     if found:
         raise typer.Exit(1)
+
+
+app.command()(pack)
 
 
 @scene_app.command("new")

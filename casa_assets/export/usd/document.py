@@ -2,6 +2,7 @@
 
 <id>/
   usd/<id>.usda
+  usd/<id>_nested.usda         the same with bodies below the bodies that carry them, where there are several
   usd/textures/                the pictures; model.xml may refer to them here
   usd/.thumbs/256x256/<id>.usda.png
 
@@ -16,7 +17,7 @@ from __future__ import annotations
 
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
-from casa_assets.export.usd import body, contact, joint, keyframe, label, material, site
+from casa_assets.export.usd import body, contact, joint, keyframe, label, material, nested, site
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
@@ -36,13 +37,16 @@ def write(asset: Asset, thumbnail: bytes) -> Files:
         asset: what to write.
         thumbnail: PNG, 256 x 256, of the asset.
     Returns:
-        `usd/<id>.usda`, its thumbnail, and `usd/textures/<file name>` for every picture that the layer refers to.
+        `usd/<id>.usda`, its thumbnail, `usd/textures/<file name>` for every picture that the layer refers to, and
+        `usd/<id>_nested.usda` where there are several links.
     """
     name = f"{asset.id}.usda"
     entries = {
         f"{FOLDER}/{name}": layer_text(asset).encode("utf-8"),
         f"{FOLDER}/.thumbs/256x256/{name}.png": thumbnail,
     }
+    if len(asset.links) > 1:
+        entries[f"{FOLDER}/{asset.id}{nested.SUFFIX}.usda"] = nested.asset_text(asset).encode("utf-8")
     for look in asset.materials:
         entries |= {f"{FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in look.textures}
     return Files.of(entries)

@@ -148,6 +148,15 @@ class Asset(Record):
             return pose
         return pose @ (Pose() if joint is None else joint.motion(positions.get(joint.name, 0.0)))
 
+    def parent_from_link(self, name: str, positions: Mapping[str, float] | None = None) -> Pose:
+        """Pose of a link in the frame of the link that carries it; of the root in the asset frame.
+
+        Args:
+            positions: of joints, rad or m; those not named are at zero. None: every joint is at zero.
+        """
+        joint, pose = self.joint_of(name), self.link(name).pose
+        return pose if joint is None else pose @ joint.motion((positions or {}).get(joint.name, 0.0))
+
     def is_moved(self, name: str) -> bool:
         """True if a link is moved by any joint, its own or one of a link that carries it."""
         parent = self.link(name).parent

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 SHARED = "assets"
+# In the shared folder: state machines, a file for each asset that has one.
+BEHAVIOR = "behavior"
 LIGHT_FILE = "scene_light.xml"
 SCENE_JSON = "scene.json"
 OVERVIEW = "overview"

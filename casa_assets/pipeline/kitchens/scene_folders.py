@@ -1,7 +1,7 @@
 """Build, draw and check scenes on disk in parallel: a folder for each, with shared files beside them.
 
-<out>/assets/{meshes,textures,usd}/   shared, named by content
-<out>/<id>/scene.xml scene_light.xml scene.usda scene.json report.json report.html overview.png ...
+<out>/assets/{meshes,textures,usd,behavior}/   shared, named by content
+<out>/<id>/scene.xml scene_light.xml scene.usda scene_nested.usda scene.json report.json report.html overview.png ...
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from typing import Any
 from casa_assets import registry
 from casa_assets.checks.package import usd as usd_checks
 from casa_assets.errors import CasaError, UnknownId
+from casa_assets.export.mjcf import label
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.geometry.lightweight import light_scene, lighten
@@ -33,7 +34,7 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
-from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
+from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt, run_batch
@@ -163,7 +164,7 @@ def is_current(recipe: SceneRecipe, out: Path) -> bool:
 def is_whole(folder: Path, key: str) -> bool:
     """True if the files of a scene are all there, under that key."""
     return (
-        all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, LIGHT_FILE))
+        all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, usd.NESTED_FILE, LIGHT_FILE))
         and _scene_json_field(folder, "key") == key
     )
 
@@ -271,7 +272,8 @@ def write_scene(
         folder: of the scene, empty.
         root: folder that it stands in. facts: content of scene.json. light_form: of an asset, see `lighten`.
     """
-    for files in (mjcf.write(scene), usd.write(scene)):
+    behaviors = {f"{SHARED}/{BEHAVIOR}/{a.id}.json": label.behavior_file(a) for a in scene.assets if a.behavior}
+    for files in (mjcf.write(scene), usd.write(scene), Files.of(behaviors)):
         _put(files, folder, root)
     light = mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE]
     (folder / LIGHT_FILE).write_bytes(light)

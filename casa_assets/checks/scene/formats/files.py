@@ -14,7 +14,7 @@ from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
 from casa_assets.checks.scene.subject import SceneSubject
 
-USD_FILE, LIGHT_FILE = "scene.usda", "scene_light.xml"
+USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +33,11 @@ class SceneFiles:
         return self.scene_subject.root / USD_FILE
 
     @property
+    def nested(self) -> Path:
+        """The layer that refers to the root layer and nests the bodies."""
+        return self.scene_subject.root / NESTED_FILE
+
+    @property
     def light(self) -> Path:
         """The light form: primitive shapes, without pictures."""
         return self.scene_subject.root / LIGHT_FILE
@@ -40,13 +45,12 @@ class SceneFiles:
     @cached_property
     def composed(self) -> tuple[Usd.Stage | None, tuple[str, ...]]:
         """The stage, or None where there is none, and the errors and warnings of USD while it composes."""
-        with quiet():
-            diagnostics = Diagnostics()
-            try:
-                stage = Usd.Stage.Open(str(self.usd)) if self.usd.is_file() else None
-            except Tf.ErrorException as error:
-                return None, (" ".join(str(error).split()),)
-            return stage, tuple(diagnostics.take())
+        return _composed(self.usd)
+
+    @cached_property
+    def composed_nested(self) -> tuple[Usd.Stage | None, tuple[str, ...]]:
+        """The same of the layer with nested bodies."""
+        return _composed(self.nested)
 
     @cached_property
     def imported(self) -> Loaded:
@@ -55,6 +59,23 @@ class SceneFiles:
             return imported(self.usd)
 
     @cached_property
+    def imported_nested(self) -> Loaded:
+        """The same with nested bodies."""
+        with quiet():
+            return imported(self.nested)
+
+    @cached_property
     def light_form(self) -> Loaded:
         """The light form compiled, with MuJoCo's warnings."""
         return load_asset_file(self.light)
+
+
+def _composed(path: Path) -> tuple[Usd.Stage | None, tuple[str, ...]]:
+    """The stage of a file, None where there is none, and what USD says while it composes."""
+    with quiet():
+        diagnostics = Diagnostics()
+        try:
+            stage = Usd.Stage.Open(str(path)) if path.is_file() else None
+        except Tf.ErrorException as error:
+            return None, (" ".join(str(error).split()),)
+        return stage, tuple(diagnostics.take())

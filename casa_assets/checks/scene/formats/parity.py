@@ -1,4 +1,4 @@
-"""Find cells that differ between the MJCF and the USD of a scene, by two readers of the USD."""
+"""Find cells that differ between the MJCF and the USD of a scene, flat and nested, by two readers of the USD."""
 
 from __future__ import annotations
 
@@ -33,10 +33,12 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
 
     SCN001 and SCN018 report files that cannot be read.
     """
-    model, imported = files.scene_subject.loaded.model, files.imported.model
-    if model is None or imported is None or files.composed[0] is None:
-        return not_run("one of scene.xml and scene.usda cannot be read")
-    return count(parity_of(model, imported, files.usd), allowed=limit)
+    model, flat, nested = files.scene_subject.loaded.model, files.imported.model, files.imported_nested.model
+    if model is None or None in (flat, nested, files.composed[0], files.composed_nested[0]):
+        return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
+    problems = parity_of(model, flat, files.usd)
+    problems += [(f"nested/{at}", said) for at, said in parity_of(model, nested, files.nested)]
+    return count(problems, allowed=limit)
 
 
 def scene_parity(

@@ -18,31 +18,33 @@ OF_SINGLE_PROPS = {
     "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
 }
 MAX_LISTED = 20
-UNREADABLE = "scene.usda does not open"
+UNREADABLE = "scene.usda or scene_nested.usda does not open"
 
 
 def usd_scene_loads_without_warnings(files: SceneFiles) -> Measurement:
-    """SCN018: errors and warnings while the layer composes and MuJoCo reads it."""
-    stage, messages = files.composed
-    name = files.usd.name
-    if stage is None:
-        return _count([(name, f"does not open: {'; '.join(messages) or 'there is no such file'}")])
-    problems = [(name, f"USD says: {message}") for message in messages]
-    if not stage.GetDefaultPrim():
-        problems.append((name, "there is no default prim"))
-    loaded = files.imported
-    if loaded.model is None:
-        problems.append((name, f"MuJoCo refuses it: {loaded.error}"))
-    return _count(problems + [(name, f"MuJoCo warns: {warning}") for warning in loaded.warnings])
+    """SCN018: errors and warnings while the layers compose and MuJoCo reads them."""
+    problems: list[Problem] = []
+    for name, (stage, messages) in ((files.usd.name, files.composed), (files.nested.name, files.composed_nested)):
+        if stage is None:
+            problems.append((name, f"does not open: {'; '.join(messages) or 'there is no such file'}"))
+            continue
+        problems += [(name, f"USD says: {message}") for message in messages]
+        if not stage.GetDefaultPrim():
+            problems.append((name, "there is no default prim"))
+        loaded = files.imported if name == files.usd.name else files.imported_nested
+        if loaded.model is None:
+            problems.append((name, f"MuJoCo refuses it: {loaded.error}"))
+        problems += [(name, f"MuJoCo warns: {warning}") for warning in loaded.warnings]
+    return _count(problems)
 
 
 def usd_scene_passes_openusd_validators(files: SceneFiles) -> Measurement:
     """SCN019: findings of OpenUSD's own validators."""
-    stage = files.composed[0]
-    if stage is None:
+    stages = [files.composed[0], files.composed_nested[0]]
+    if None in stages:
         return not_run(UNREADABLE)
     with quiet():
-        return _count(validator_findings(stage))
+        return _count([problem for stage in stages for problem in validator_findings(stage)])
 
 
 def usd_scene_meets_simready_rules(files: SceneFiles) -> Measurement:

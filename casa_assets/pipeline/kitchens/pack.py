@@ -1,0 +1,215 @@
+"""Pack a scene and all that it names into one file, a ZIP or a USDZ, that loads on any machine by itself.
+
+A scene on disk names files of the folder `assets` that stands beside it. In a pack that folder stands inside, so that
+`../assets/` in the files of the scene becomes `assets/`; files of the shared folder name only each other and stay as
+they are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+import re
+import struct
+import zipfile
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path, PurePosixPath
+
+from casa_assets.errors import BatchFault, CasaError, OutputError
+from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import kitchen as usd
+from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
+from casa_assets.pipeline.kitchens.scene_folders import build_all, is_current
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.reports.attribution import escaped
+
+ATTRIBUTION = "ATTRIBUTION.md"
+LICENCE_FIELD = re.compile(rb'string asset_license = "([^"\n]*)"')
+AUTHOR_FIELD = re.compile(rb'string author = "([^"\n]*)"')
+# What MJCF and usda name: file="..." and @...@.
+MJCF_REFERENCE = re.compile(rb'\bfile="([^"]+)"')
+USD_REFERENCE = re.compile(rb"@([^@\n]+)@")
+# No clock: the first moment that a ZIP can name.
+ENTRY_TIME = (1980, 1, 1, 0, 0, 0)
+READABLE = 0o644 << 16  # rights of a file, where ZIP keeps those of Unix
+UNIX = 3
+# Ref: OpenUSD, USDZ File Format Specification: data begins at multiples of 64 bytes. An extra field makes up for what
+# lacks; 0x1986 is the identifier that OpenUSD's own writer gives it. 30 bytes: header of an entry, without its name.
+ALIGNMENT = 64
+PADDING_ID = 0x1986
+ENTRY_HEADER = 30
+
+
+class PackKind(StrEnum):
+    """Form of a pack."""
+
+    ZIP = "zip"
+    USDZ = "usdz"
+
+
+@dataclass(frozen=True)
+class Pack:
+    """A pack that was written.
+
+    Attributes:
+        scene_id, file: of which scene, and where. files: how many are in it. size: bytes.
+        sha256: of the pack. built: the scene was built for it; False: it was there already.
+    """
+
+    scene_id: str
+    file: Path
+    files: int
+    size: int
+    sha256: str
+    built: bool
+
+
+def pack_scene(scene_id: str, scenes: Path, kind: PackKind, out: Path) -> Pack:
+    """Write a scene as one file; it is built in `scenes` first where it is not there or not of today.
+
+    Args:
+        scene_id: such as `l_small__coastal`. scenes: folder of scenes. out: the file; an older one is replaced.
+    Raises:
+        UnknownId: no such scene. OutputError: `out` or `scenes` cannot be written to, or a file of the scene is
+            missing. CasaError: the scene cannot be built. BatchFault: a fault of the program while it is built.
+    """
+    if out.is_dir():
+        raise OutputError(str(out), "is a folder; name a file")
+    recipe = recipe_of(scene_id, (scenes,))
+    built = not is_current(recipe, scenes)
+    if built:
+        (made,) = build_all([recipe], scenes, jobs=1, drawn=False)
+        if made.is_fault:
+            raise BatchFault([scene_id], made.message)
+        if not made.folder:
+            raise CasaError(f"{scene_id}: {made.message}")
+    members = members_of(scenes / recipe.scene_id)
+    data = zip_bytes(scene_id, members) if kind is PackKind.ZIP else usdz_bytes(members)
+    _put(out.absolute(), data)
+    count = len(members) if kind is PackKind.ZIP else len(_of_usd(members))
+    return Pack(scene_id, out, count, len(data), hashlib.sha256(data).hexdigest(), built)
+
+
+def members_of(folder: Path) -> dict[str, bytes]:
+    """Files of a pack by path, the folder of shared files inside: those of the scene, then what they name.
+
+    Args:
+        folder: of a scene, with the folder of shared files beside it.
+    Raises:
+        OutputError: a file that the scene names is missing, or is outside of the two folders.
+    """
+    own = [mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, SCENE_JSON]
+    own += [name for name in (f"{OVERVIEW}.png", "report.json") if (folder / name).is_file()]
+    found = {name: _inwards(name, _read(folder / name)) for name in own}
+    waiting = [path for name in own for path in _references(name, found[name])]
+    assets = folder.parent / SHARED
+    waiting += [f"{SHARED}/{BEHAVIOR}/{path.name}" for path in _behaviors(assets, found[usd.FILE])]
+    while waiting:
+        path = waiting.pop()
+        if path in found:
+            continue
+        if PurePosixPath(path).parts[0] != SHARED or ".." in PurePosixPath(path).parts:
+            raise OutputError(str(folder), f"names {path}, which is outside of it and of {assets}; build it again")
+        found[path] = _read(folder.parent / path)
+        waiting += _references(path, found[path])
+    found[ATTRIBUTION] = _attribution(folder.name, found).encode("utf-8")
+    return found
+
+
+def zip_bytes(scene_id: str, members: dict[str, bytes]) -> bytes:
+    """A compressed ZIP with one folder, called like the scene; the same members are the same bytes."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for path in sorted(members):
+            archive.writestr(_entry(f"{scene_id}/{path}", zipfile.ZIP_DEFLATED), members[path], compresslevel=6)
+    return stream.getvalue()
+
+
+def usdz_bytes(members: dict[str, bytes]) -> bytes:
+    """A USDZ of the layers and pictures, scene.usda first, which is what opens; the same members are the same bytes."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for path in _of_usd(members):
+            entry = _entry(path, zipfile.ZIP_STORED)
+            begin = stream.tell() + ENTRY_HEADER + len(path.encode()) + 4
+            padding = -begin % ALIGNMENT
+            entry.extra = struct.pack("<HH", PADDING_ID, padding) + bytes(padding)
+            archive.writestr(entry, members[path])
+    return stream.getvalue()
+
+
+def _of_usd(members: dict[str, bytes]) -> list[str]:
+    """Paths of the flat and the nested layer of a scene and what they name, the flat one first."""
+    found, waiting = [usd.FILE, usd.NESTED_FILE], [usd.FILE]
+    while waiting:
+        path = waiting.pop()
+        fresh = [name for name in _references(path, members[path]) if name not in found]
+        found += dict.fromkeys(fresh)
+        waiting += dict.fromkeys(fresh)
+    return [usd.FILE, *sorted(set(found) - {usd.FILE})]
+
+
+def _entry(path: str, compression: int) -> zipfile.ZipInfo:
+    entry = zipfile.ZipInfo(path, ENTRY_TIME)
+    entry.compress_type, entry.external_attr, entry.create_system = compression, READABLE, UNIX
+    return entry
+
+
+def _inwards(name: str, data: bytes) -> bytes:
+    """A file of the scene with the shared folder inside: `./` anchors what a usda names to its own folder."""
+    outside = f"../{SHARED}/"
+    if name.endswith(".xml"):
+        return data.replace(f'file="{outside}'.encode(), f'file="{SHARED}/'.encode())
+    return data.replace(f"@{outside}".encode(), f"@./{SHARED}/".encode()) if name.endswith(".usda") else data
+
+
+def _references(path: str, data: bytes) -> Iterator[str]:
+    """Paths in the pack that a file of it names."""
+    pattern = {".xml": MJCF_REFERENCE, ".usda": USD_REFERENCE}.get(PurePosixPath(path).suffix)
+    for match in pattern.finditer(data) if pattern else ():
+        yield os.path.normpath(PurePosixPath(path).parent / match[1].decode())
+
+
+def _behaviors(assets: Path, layer: bytes) -> Iterable[Path]:
+    """Files of the state machines of those assets whose layers scene.usda names."""
+    ids = sorted({PurePosixPath(match[1].decode()).stem for match in USD_REFERENCE.finditer(layer)})
+    return [path for name in ids if (path := assets / BEHAVIOR / f"{name}.json").is_file()]
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        raise OutputError(str(path), "is missing; build the scene again with --force") from None
+
+
+def _attribution(scene_id: str, members: dict[str, bytes]) -> str:
+    """Markdown: who made the assets of a scene, by licence, as their layers say."""
+    rows: dict[str, list[str]] = {}
+    for path in sorted(p for p in members if p.startswith(f"{SHARED}/{usd.LAYERS}/")):
+        licence, author = LICENCE_FIELD.search(members[path]), AUTHOR_FIELD.search(members[path])
+        if licence is None:
+            continue
+        name = author[1].decode() if author else ""
+        by = f" by {escaped(name)}" if name not in ("", "unknown") else ""
+        rows.setdefault(licence[1].decode(), []).append(f"- `{PurePosixPath(path).stem}`{by}")
+    lines = ["# Attribution", "", f"Assets of `{scene_id}`, made by casa-assets, by licence.", ""]
+    for licence_name in sorted(rows):
+        lines += [f"## {escaped(licence_name)}", "", *rows[licence_name], ""]
+    return "\n".join(lines)
+
+
+def _put(out: Path, data: bytes) -> None:
+    """Write a file by one rename, so that it is whole or as it was."""
+    with writing(out.parent):
+        out.parent.mkdir(parents=True, exist_ok=True)
+        fresh = out.with_name(f".{out.name}.{os.getpid()}")
+        try:
+            fresh.write_bytes(data)
+            fresh.replace(out)
+        finally:
+            fresh.unlink(missing_ok=True)
