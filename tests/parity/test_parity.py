@@ -78,12 +78,20 @@ def test_every_reader_of_every_file_says_what_the_asset_says(make: Callable[[], 
     asset = make()
     package = written(asset, tmp_path)
     truth = asset_facts.facts(asset)
-    for found in (
-        mjcf_facts.facts(package.mjcf),
-        usd_facts.mujoco_facts(package.usd),
-        usd_facts.pxr_facts(package.usd),
-    ):
+    assert len(package.usd_files) == (2 if len(asset.links) > 1 else 1)
+    readings = [read(path) for path in package.usd_files for read in (usd_facts.mujoco_facts, usd_facts.pxr_facts)]
+    for found in (mjcf_facts.facts(package.mjcf), *readings):
         assert parity.compare(truth, found, RELATIVE, LENGTH) == []
+
+
+def test_what_the_nested_layer_alone_says_otherwise_is_found(tmp_path: Path) -> None:
+    package = written(drawer_unit(), tmp_path)
+    tamper(package.usd_files[1], ("xformOp:translate = (-0.22, 0, 0)", "xformOp:translate = (-0.23, 0, 0)"))
+    assert tripped(package, ("USD", "PAR")) == {"PAR004"}
+    over = '            over "knob"\n            {\n'
+    other = written(drawer_unit(), tmp_path / "other")
+    tamper(other.usd_files[1], (over, f"{over}                float physics:mass = 9\n"))
+    assert tripped(other, ("USD", "PAR")) == {"PAR001", "PAR002"}
 
 
 def test_free_articulation(tmp_path: Path) -> None:
@@ -214,20 +222,22 @@ def test_a_pose_that_one_format_alone_has_trips_parity(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("key", ["closed", "on", "open"])
-def test_bodies_of_a_variant_stand_where_mujoco_puts_them(key: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("file", [0, 1], ids=["flat", "nested"])
+def test_bodies_of_a_variant_stand_where_mujoco_puts_them(file: int, key: str, tmp_path: Path) -> None:
     """And both sides of every joint are where they meet, turned by what the joint is said to stand at."""
     package = written(grill(), tmp_path)
     model = mujoco.MjModel.from_xml_path(str(package.mjcf))
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, model.key(key).id)
     mujoco.mj_kinematics(model, data)
-    stage = Usd.Stage.Open(str(package.usd))
+    stage = Usd.Stage.Open(str(package.usd_files[file]))
     root = stage.GetDefaultPrim()
+    bodies = {prim.GetName(): prim for prim in stage.Traverse() if prim.HasAPI(UsdPhysics.RigidBodyAPI)}
     stage.SetEditTarget(stage.GetSessionLayer())
     root.GetVariantSet("pose").SetVariantSelection(key)
     cache = UsdGeom.XformCache()
     for link in package.asset.links:
-        matrix = np.array(cache.GetLocalToWorldTransform(root.GetChild(link.name)))
+        matrix = np.array(cache.GetLocalToWorldTransform(bodies[link.name]))
         body = data.body(link.name)
         assert matrix[3, :3] == pytest.approx(body.xpos, abs=1e-8)
         assert matrix[:3, :3].T.ravel() == pytest.approx(body.xmat, abs=1e-8)

@@ -27,8 +27,23 @@ def pointers(folder: Path) -> list[str]:
     return list(dict.fromkeys(where for where, _ in scene_parity(folder / "scene.xml", folder / "scene.usda")))
 
 
-def test_both_formats_say_the_same(folder: Path) -> None:
-    assert scene_parity(folder / "scene.xml", folder / "scene.usda") == []
+@pytest.mark.parametrize("name", ["scene.usda", "scene_nested.usda"])
+def test_both_formats_say_the_same(name: str, folder: Path) -> None:
+    assert scene_parity(folder / "scene.xml", folder / name) == []
+
+
+# What stands in scene_nested.usda, what is put there instead, and a cell that then differs.
+IN_NESTED = [
+    ("double3 xformOp:translate = (-0.04, -0.1, 0.1)", "double3 xformOp:translate = (-0.04, -0.2, 0.1)", "poses/start"),
+    ('over "door"\n', 'over "door"\n            (active = false)\n', "bodies"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "cell"), IN_NESTED)
+def test_what_the_nested_layer_says_otherwise_is_found(old: str, new: str, cell: str, folder: Path) -> None:
+    tamper(folder / "scene_nested.usda", (old, new))
+    found = scene_parity(folder / "scene.xml", folder / "scene_nested.usda")
+    assert any(where.startswith(cell) for where, _ in found), found
 
 
 def _exclusions(scene: Scene) -> list[tuple[Placement, Exclusion]]:
@@ -39,6 +54,8 @@ READERS: list[tuple[str, Callable[[Path], SceneFacts]]] = [
     ("scene.xml", scene_mjcf.facts),
     ("scene.usda", scene_usd.mujoco_facts),
     ("scene.usda", lambda path: scene_usd.pxr_facts(usd_facts.opened(path))),
+    ("scene_nested.usda", scene_usd.mujoco_facts),
+    ("scene_nested.usda", lambda path: scene_usd.pxr_facts(usd_facts.opened(path))),
 ]
 
 

@@ -17,7 +17,7 @@ class Package:
     Attributes:
         asset: what the writers were given.
         category: what the registry knows of its kind.
-        root: its folder, with `model.xml`, `scene.xml`, and the USD file at `usd/<id>.usda`, beside it `usd/<id>_nested.usda`
+        root: its folder, with `model.xml`, `scene.xml`, the USD file at `usd/<id>.usda`, and `usd/nested/<id>.usda`
             where there are several links.
         contract: what runtimes expect of it, None where the registry has none of the name that the asset gives.
     """
@@ -45,5 +45,5 @@ class Package:
     @property
     def usd_files(self) -> tuple[Path, ...]:
         """The root layer, and where there are several links the layer that nests their bodies."""
-        nested = self.usd.with_name(f"{self.asset.id}_nested.usda")
+        nested = self.usd.parent / "nested" / self.usd.name
         return (self.usd, nested) if len(self.asset.links) > 1 else (self.usd,)

@@ -2,7 +2,7 @@
 
 <id>/
   usd/<id>.usda
-  usd/<id>_nested.usda         the same with bodies below the bodies that carry them, where there are several
+  usd/nested/<id>.usda         the same with bodies below the bodies that carry them, where there are several
   usd/textures/                the pictures; model.xml may refer to them here
   usd/.thumbs/256x256/<id>.usda.png
 
@@ -25,7 +25,7 @@ FOLDER = "usd"
 TEXTURES = "textures"  # inside the folder of the layer: SimReady refuses paths with `..`
 # The day on which this writer's output last changed, not the day of the run, which would make two runs over the same
 # asset differ. Change it whenever the bytes that the writer makes change.
-WRITER_DATE = "2026-11-21"
+WRITER_DATE = "2026-11-22"
 WRITER_VERSION = "1"
 UNKNOWN = "unknown"  # SimReady refuses an empty string
 
@@ -38,7 +38,7 @@ def write(asset: Asset, thumbnail: bytes) -> Files:
         thumbnail: PNG, 256 x 256, of the asset.
     Returns:
         `usd/<id>.usda`, its thumbnail, `usd/textures/<file name>` for every picture that the layer refers to, and
-        `usd/<id>_nested.usda` where there are several links.
+        `usd/nested/<id>.usda` where there are several links.
     """
     name = f"{asset.id}.usda"
     entries = {
@@ -46,7 +46,7 @@ def write(asset: Asset, thumbnail: bytes) -> Files:
         f"{FOLDER}/.thumbs/256x256/{name}.png": thumbnail,
     }
     if len(asset.links) > 1:
-        entries[f"{FOLDER}/{asset.id}{nested.SUFFIX}.usda"] = nested.asset_text(asset).encode("utf-8")
+        entries[f"{FOLDER}/{nested.FOLDER}/{name}"] = nested.asset_text(asset).encode("utf-8")
     for look in asset.materials:
         entries |= {f"{FOLDER}/{TEXTURES}/{t.file_name}": t.png for t in look.textures}
     return Files.of(entries)

@@ -19,15 +19,16 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, Placement, Scene
 
-SUFFIX = "_nested"
+# In the folder of the flat layer of an asset, where SimReady allows no second layer.
+FOLDER = "nested"
 # Positions of the joints of an asset, by the name of a pose.
 Poses = Mapping[str, Mapping[str, float]]
 
 
 def asset_text(asset: Asset) -> str:
-    """The nested layer of an asset that has several links, to lie beside the flat one, as usda text."""
+    """The nested layer of an asset that has several links, to lie in `FOLDER` beside the flat one, as usda text."""
     root = Sdf.Path.absoluteRootPath.AppendChild(asset.id)
-    layer = _layer(root, f"./{asset.id}.usda")
+    layer = _layer(root, f"../{asset.id}.usda")
     poses: Poses = {CLOSED_POSE: {}, **{key.name: joint_positions(key.joints) for key in asset.keyframes}}
     _nest(layer, root, [(root, asset, poses if asset.keyframes else {})])
     text: str = layer.ExportToString()

@@ -19,7 +19,7 @@ from casa_assets.model.files import Files
 from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, Layer, Placement, Scene
 
 FILE = "scene.usda"
-NESTED_FILE = f"scene{nested.SUFFIX}.usda"
+NESTED_FILE = "scene_nested.usda"
 WORLD = Sdf.Path("/World")
 # camelCase, which no placement is.
 PHYSICS = "physicsScene"
@@ -37,9 +37,8 @@ def write(scene: Scene, shared: str = "../assets") -> Files:
         scene: what to write.
         shared: leads from the folder of scene.usda to the shared folder.
     Returns:
-        `scene.usda`, `scene_nested.usda`, and the files of the shared folder as `assets/usd/<asset>/<asset>.usda`, with
-        its nested layer where it has several links, and `assets/textures/<name>_<hash>.png`, which are those that the
-        MJCF of the scene names.
+        `scene.usda`, `scene_nested.usda`, and the files of the shared folder as `assets/usd/<asset>/<asset>.usda` and
+        `assets/textures/<name>_<hash>.png`, which are those that the MJCF of the scene names.
     """
     entries = {
         FILE: scene_text(scene, shared).encode("utf-8"),
@@ -47,10 +46,7 @@ def write(scene: Scene, shared: str = "../assets") -> Files:
     }
     for asset in scene.assets:
         layer = document.layer_text(asset, f"../../{document.TEXTURES}")
-        folder = f"{FOLDER}/{LAYERS}/{asset.id}"
-        entries[f"{folder}/{asset.id}.usda"] = layer.encode("utf-8")
-        if len(asset.links) > 1:
-            entries[f"{folder}/{asset.id}{nested.SUFFIX}.usda"] = nested.asset_text(asset).encode("utf-8")
+        entries[f"{FOLDER}/{LAYERS}/{asset.id}/{asset.id}.usda"] = layer.encode("utf-8")
         for material in asset.materials:
             entries |= {f"{FOLDER}/{document.TEXTURES}/{t.file_name}": t.png for t in material.textures}
     return Files.of(entries)

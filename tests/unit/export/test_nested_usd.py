@@ -1,0 +1,81 @@
+"""The nested layer: a body below the one that carries it, and everything that names it names it there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import pytest
+from pxr import Sdf, Usd, UsdPhysics
+
+from casa_assets.checks.package.usd import validate_simready
+from casa_assets.checks.readers.usd_facts import imported
+from casa_assets.export.usd import nested
+from casa_assets.export.usd.scene.kitchen import write
+from tests.articulated_assets import drawer_unit, grill
+from tests.assets import rigid_mug
+from tests.packages import written
+from tests.scenes import corner, put
+
+
+def test_bodies_lie_below_those_that_carry_them(tmp_path: Path) -> None:
+    package = written(drawer_unit(), tmp_path)
+    stage = Usd.Stage.Open(str(package.usd_files[1]))
+    root = stage.GetDefaultPrim().GetPath()
+    bodies = {str(p.GetPath().MakeRelativePath(root)) for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI)}
+    assert bodies == {"object", "object/drawer", "object/drawer/knob"}
+    for joint in (UsdPhysics.Joint(p) for p in stage.Traverse() if p.IsA(UsdPhysics.Joint)):
+        for end in (*joint.GetBody0Rel().GetTargets(), *joint.GetBody1Rel().GetTargets()):
+            assert stage.GetPrimAtPath(end), f"{joint.GetPath()} names {end}, which is not there"
+
+
+def test_the_tree_is_that_of_the_mjcf(tmp_path: Path) -> None:
+    """Read by MuJoCo from USD, the bodies have the parents that model.xml gives them."""
+    package = written(grill(), tmp_path)
+    model = imported(package.usd_files[1]).model
+    assert model is not None
+    truth = mujoco.MjModel.from_xml_path(str(package.mjcf))
+    links = [link.name for link in package.asset.links[1:]]
+    ours = {name: truth.body(int(truth.body(name).parentid[0])).name for name in links}
+    names = {i: model.body(i).name.rsplit("/", 1)[-1] for i in range(model.nbody)}
+    found = {names[i]: names[model.body_parentid[i]] for i in range(1, model.nbody)}
+    assert {name: found[name] for name in links} == ours
+
+
+def test_one_link_needs_no_second_layer(tmp_path: Path) -> None:
+    package = written(rigid_mug(), tmp_path)
+    assert package.usd_files == (package.usd,)
+    assert [path.name for path in package.root.rglob("*.usda")] == [package.usd.name]
+
+
+def test_the_flat_one_meets_simready_beside_it(tmp_path: Path) -> None:
+    package = written(drawer_unit(), tmp_path)
+    assert package.usd_files[1].is_file()
+    assert validate_simready(package.usd) == (True, {})
+
+
+def test_same_asset_and_same_scene_are_same_bytes() -> None:
+    assert nested.asset_text(grill()) == nested.asset_text(grill())
+    assert write(corner()).entries["scene_nested.usda"] == write(corner()).entries["scene_nested.usda"]
+
+
+def test_each_placement_of_a_scene_is_nested(tmp_path: Path) -> None:
+    folder = put(write(corner()), tmp_path, corner())
+    layer = Sdf.Layer.FindOrOpen(str(folder / "scene_nested.usda"))
+    assert len(layer.relocates) == sum(len(corner().asset_of[p.name].links) - 1 for p in corner().placements)
+    stage = Usd.Stage.Open(layer)
+    for place in corner().placements:
+        asset, root = corner().asset_of[place.name], Sdf.Path(f"/World/{place.name}")
+        for link in asset.links:
+            path = nested.nested_path(root, asset, link.name)
+            assert stage.GetPrimAtPath(path).HasAPI(UsdPhysics.RigidBodyAPI), path
+
+
+@pytest.mark.parametrize("pose", ["start", "closed", "open"])
+def test_variants_choose_poses_of_nested_bodies(pose: str, tmp_path: Path) -> None:
+    folder = put(write(corner()), tmp_path, corner())
+    stage = Usd.Stage.Open(Sdf.Layer.FindOrOpen(str(folder / "scene_nested.usda")), Sdf.Layer.CreateAnonymous())
+    stage.SetEditTarget(stage.GetSessionLayer())
+    stage.GetDefaultPrim().GetVariantSet("pose").SetVariantSelection(pose)
+    angle = stage.GetPrimAtPath("/World/grill/object/door").GetAttribute("xformOp:orient").Get().GetReal()
+    assert (angle == pytest.approx(1.0)) is (pose != "open")
