@@ -1,6 +1,6 @@
 """Reads a kitchen's USD with Newton, steps it on the CPU, and prints what came of it as one JSON object.
 
-    python newton_kitchen.py scene.usda STEPS
+    python newton_kitchen.py scene_nested.usda STEPS
 
 Runs in Newton's own environment. Two lines are what a user of Newton has to know. Without `register_custom_attributes`
 it leaves out what our USD says to MuJoCo's solver. And where a spring (USD's drive, and MuJoCo's own) rests beyond the

@@ -63,7 +63,7 @@ def robosuite(kitchen: Path) -> Any:
 @pytest.fixture(scope="module")
 def newton(kitchen: Path) -> Any:
     """What Newton says."""
-    return told("newton", kitchen / "scene.usda", str(NEWTON_STEPS))
+    return told("newton", kitchen / "scene_nested.usda", str(NEWTON_STEPS))
 
 
 def joints(model: mujoco.MjModel) -> dict[str, int]:
@@ -131,9 +131,11 @@ class TestNewton:
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         for path, pose in newton["bodies"].items():
-            _, _, placement, link = path.split("/")
-            name = placement if link == "object" else f"{placement}__{link}"
+            _, _, placement, *links = path.split("/")
+            name = placement if links == ["object"] else f"{placement}__{links[-1]}"
             assert pose[:3] == pytest.approx(data.body(name).xpos, abs=1e-4), path
+        depths = {path.count("/") for path in newton["bodies"]}
+        assert max(depths) > 4, "no body is below another"
 
     def test_nothing_explodes(self, newton: Any) -> None:
         assert newton["finite"]

@@ -37,7 +37,9 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
     if model is None or None in (flat, nested, files.composed[0], files.composed_nested[0]):
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
     problems = parity_of(model, flat, files.usd)
-    problems += [(f"nested/{at}", said) for at, said in parity_of(model, nested, files.nested)]
+    # What the flat layer says otherwise, the nested one says by reference; that is one fault.
+    shared = {at for at, _ in problems}
+    problems += [(f"nested/{at}", said) for at, said in parity_of(model, nested, files.nested) if at not in shared]
     return count(problems, allowed=limit)
 
 

@@ -5,8 +5,13 @@ What does not open at all is reported once, by `usd_scene_loads_without_warnings
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from pxr import Usd
+
 from casa_assets.checks.check import Measurement, Problem, not_run
 from casa_assets.checks.package.usd import NO_VERDICT, validate_simready, validator_findings
+from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene.formats.files import SceneFiles
 
@@ -23,19 +28,29 @@ UNREADABLE = "scene.usda or scene_nested.usda does not open"
 
 def usd_scene_loads_without_warnings(files: SceneFiles) -> Measurement:
     """SCN018: errors and warnings while the layers compose and MuJoCo reads them."""
-    problems: list[Problem] = []
-    for name, (stage, messages) in ((files.usd.name, files.composed), (files.nested.name, files.composed_nested)):
-        if stage is None:
-            problems.append((name, f"does not open: {'; '.join(messages) or 'there is no such file'}"))
-            continue
-        problems += [(name, f"USD says: {message}") for message in messages]
-        if not stage.GetDefaultPrim():
-            problems.append((name, "there is no default prim"))
-        loaded = files.imported if name == files.usd.name else files.imported_nested
-        if loaded.model is None:
-            problems.append((name, f"MuJoCo refuses it: {loaded.error}"))
-        problems += [(name, f"MuJoCo warns: {warning}") for warning in loaded.warnings]
-    return _count(problems)
+    flat = _loading_problems(files.usd.name, files.composed, lambda: files.imported)
+    if files.composed[0] is None:
+        return _count(flat)
+    # It refers to the flat one: what was said of that is not said again.
+    shared = {message for _, message in flat}
+    nested = _loading_problems(files.nested.name, files.composed_nested, lambda: files.imported_nested)
+    return _count(flat + [(name, message) for name, message in nested if message not in shared])
+
+
+def _loading_problems(
+    name: str, composed: tuple[Usd.Stage | None, tuple[str, ...]], imported: Callable[[], Loaded]
+) -> list[Problem]:
+    """What USD and MuJoCo have to say of a layer."""
+    stage, messages = composed
+    if stage is None:
+        return [(name, f"does not open: {'; '.join(messages) or 'there is no such file'}")]
+    problems = [(name, f"USD says: {message}") for message in messages]
+    if not stage.GetDefaultPrim():
+        problems.append((name, "there is no default prim"))
+    loaded = imported()
+    if loaded.model is None:
+        problems.append((name, f"MuJoCo refuses it: {loaded.error}"))
+    return problems + [(name, f"MuJoCo warns: {warning}") for warning in loaded.warnings]
 
 
 def usd_scene_passes_openusd_validators(files: SceneFiles) -> Measurement:
@@ -44,7 +59,8 @@ def usd_scene_passes_openusd_validators(files: SceneFiles) -> Measurement:
     if None in stages:
         return not_run(UNREADABLE)
     with quiet():
-        return _count([problem for stage in stages for problem in validator_findings(stage)])
+        # What is wrong in the flat layer at a place that no body moves is found twice.
+        return _count(list(dict.fromkeys(problem for stage in stages for problem in validator_findings(stage))))
 
 
 def usd_scene_meets_simready_rules(files: SceneFiles) -> Measurement:

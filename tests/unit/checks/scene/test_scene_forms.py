@@ -125,6 +125,19 @@ class TestForms:
         files.usd.write_text(text[: len(text) // 2])
         assert [i.code for i in run(files, "room", LIMITS).issues] == ["SCN018"]
 
+    def test_what_the_nested_layer_alone_says_is_found(self, tmp_path: Path) -> None:
+        files = in_all_forms(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path)
+        over = 'over "object"\n        {\n'
+        tamper(files.nested, (over, f"{over}            float physics:mass = 77\n"))
+        (issue,) = run(files, "room", LIMITS).issues
+        assert (issue.code, issue.pointer) == ("SCN017", "nested/bodies/thing_0/mass")
+
+    def test_a_missing_nested_layer_is_said_once(self, tmp_path: Path) -> None:
+        files = forms(tmp_path)
+        files.nested.unlink()
+        (issue,) = run(files, "room", LIMITS).issues
+        assert (issue.code, issue.pointer) == ("SCN018", "scene_nested.usda")
+
     def test_the_count_is_that_of_the_cells(self, tmp_path: Path) -> None:
         files = forms(tmp_path)
         changes = ('gravity="0 0 -9.81"', 'gravity="0 0 -9.7"'), ('data="wall_cabinet object"', 'data="drawer"')
