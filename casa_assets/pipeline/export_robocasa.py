@@ -1,4 +1,4 @@
-"""Export a library as a folder of objects for RoboCasa, whole or not at all."""
+"""Export a library and scenes as a folder of objects and kitchens for RoboCasa, whole or not at all."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.errors import OutputError
-from casa_assets.export.robocasa import casa_objects, entries, model
+from casa_assets.export.robocasa import casa_kitchens, casa_objects, entries, model
+from casa_assets.export.robocasa.kitchens import document
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.certified import certified_asset
+from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult, export_kitchens
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
 from casa_assets.pipeline.reports.entry import entries as entries_of
@@ -27,11 +30,12 @@ SPLITS = "splits.json"
 README = "README.md"
 REGISTRY = "casa"
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
-SCRIPT = Path(casa_objects.__file__)
-# What an export consists of: a folder that has all of it, and nothing else, may be replaced.
-EXPORT_FILES = frozenset(
-    {entries.FOLDER, MANIFEST, SPLITS, README, SCRIPT.name, attribution.NAME, *map(entries.file_name, RobocasaRelease)}
-)
+SCRIPT, KITCHEN_SCRIPT = Path(casa_objects.__file__), Path(casa_kitchens.__file__)
+# What every export has, what one with objects has and what one with kitchens has. A folder that holds such files, all
+# of one kind and nothing else, may be replaced.
+COMMON_FILES = frozenset({MANIFEST, README, attribution.NAME})
+OBJECT_FILES = frozenset({entries.FOLDER, SPLITS, SCRIPT.name, *map(entries.file_name, RobocasaRelease)})
+KITCHEN_FILES = frozenset({document.FIXTURES, document.KITCHENS, casa_kitchens.INDEX, KITCHEN_SCRIPT.name})
 SPLIT_RULE = (
     f"test where the first 8 hex digits of the sha256 of the source, as a number, are divisible by {TEST_SHARE};"
     " else train. They are the first 8 of the 10 at the end of an id."
@@ -57,42 +61,60 @@ class ExportResult:
 
 @dataclass
 class _Export:
-    """State of one export: its staging folder and the instances written so far."""
+    """State of one export: its staging folder, and the instances and kitchens written so far."""
 
     staged: Path
     registry: str
     categories: Mapping[str, Category]
     instances: list[entries.Instance] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)
+    kitchens: dict[str, KitchenResult] = field(default_factory=dict)
 
 
-def export(library: Path, out: Path, name: str = REGISTRY) -> Generator[ExportResult, None, None]:
-    """Write every loose object of a library to `out`; yields one ExportResult per accepted asset, in their order.
+def export(
+    library: Path | None, out: Path, name: str = REGISTRY, recipes: Sequence[SceneRecipe] = (), jobs: int = 0
+) -> Generator[ExportResult | KitchenResult, None, None]:
+    """Write every loose object of a library, and scenes as kitchens, to `out`.
 
     `out` appears by one rename after the last: before that it is as it was.
 
     Args:
-        library: made by ingest. out: missing, empty, or an earlier export, which is replaced.
-        name: of the object registry, and of the folder below `objects`.
+        library: made by ingest; None: no objects. out: missing, empty, or an earlier export, which is replaced.
+        name: of the object registry, and of the folder below `objects`. recipes: of the scenes.
+        jobs: processes that build scenes; 0 for one per core.
+    Yields:
+        One ExportResult per accepted asset, in their order; then one KitchenResult per scene, as they are done.
     Raises:
         OutputError: the library holds no asset or a damaged one, or `out` is something else or cannot be written.
+        CasaError: a scene cannot be built.
     """
-    folders = list(disk.Library(library).accepted())
-    if not folders:
+    folders = [] if library is None else list(disk.Library(library).accepted())
+    if library is not None and not folders:
         raise OutputError(str(library), "holds no accepted asset; give the folder that `casa-assets ingest` wrote")
     if not _NAME.fullmatch(name):
         raise OutputError(str(out), f"{name!r} is no name of a registry; use small letters, digits and single _")
-    check_apart(out, library)
-    check_replaceable(out, EXPORT_FILES, allowed=("__pycache__",))
+    if library is not None:
+        check_apart(out, library)
+    _check_replaceable(out)
     out = out.absolute()
     with writing(out.parent), staging(out) as staged:
         run = _Export(staged, name, registry.load().categories)
         for folder in folders:
             yield replace(_export_asset(folder, run), total=len(folders))
-        if not run.instances:
+        if library is not None and not run.instances:
             raise OutputError(str(library), "holds no loose object: all its assets are fixtures")
-        _write_manifests(run, disk.Library(library))
+        for result in export_kitchens(recipes, staged, jobs):
+            run.kitchens[result.id] = result
+            yield replace(result, total=len(recipes))
+        _write_manifests(run, library)
         replace_target(staged, out)
+
+
+def _check_replaceable(out: Path) -> None:
+    """Raise OutputError unless `out` is missing, empty or an earlier export, of objects, of kitchens or of both."""
+    inside = {path.name for path in out.iterdir()} if out.is_dir() else set()
+    groups = [group for group in (OBJECT_FILES, KITCHEN_FILES) if inside & group] or [OBJECT_FILES]
+    check_replaceable(out, COMMON_FILES.union(*groups), allowed=("__pycache__",))
 
 
 def _export_asset(folder: Path, run: _Export) -> ExportResult:
@@ -136,19 +158,46 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
     }
 
 
-def _write_manifests(run: _Export, library: disk.Library) -> None:
-    """Write the tables of the instances, their splits, the manifest, the credits, and how to add them to a runtime."""
-    tables = entries.category_tables(run.instances, run.categories, run.registry)
-    ids = {i.id for i in run.instances}
-    credit = attribution.text([e for e in entries_of(library) if e.accepted and e.id in ids])
-    files: dict[str, bytes] = {entries.file_name(g): entries.json_bytes(table) for g, table in tables.items()}
-    files[SPLITS] = entries.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})
-    files[MANIFEST] = entries.json_bytes({"schema_version": 1, "registry": run.registry, "assets": run.rows})
-    files[SCRIPT.name] = SCRIPT.read_bytes()
+def _write_manifests(run: _Export, library: Path | None) -> None:
+    """Write tables, splits, the manifest, the credits, the scripts, and how to add all of it to a runtime."""
+    manifest: dict[str, Any] = {"schema_version": 1, "registry": run.registry, "assets": run.rows}
+    files: dict[str, bytes] = {}
+    credit = ""
+    if library is not None:
+        ids = {i.id for i in run.instances}
+        credit = attribution.text([e for e in entries_of(disk.Library(library)) if e.accepted and e.id in ids])
+        tables = entries.category_tables(run.instances, run.categories, run.registry)
+        files |= {entries.file_name(g): entries.json_bytes(table) for g, table in tables.items()}
+        files[SPLITS] = entries.json_bytes({"rule": SPLIT_RULE, **_splits(run.instances)})
+        files[SCRIPT.name] = SCRIPT.read_bytes()
+    if run.kitchens:
+        numbers = {name: run.kitchens[name].number for name in sorted(run.kitchens)}
+        manifest["kitchens"] = [
+            {"id": name, "number": run.kitchens[name].number, "fixtures": run.kitchens[name].fixtures}
+            for name in numbers
+        ]
+        files[casa_kitchens.INDEX] = entries.json_bytes({"schema_version": 1, "kitchens": numbers})
+        files[KITCHEN_SCRIPT.name] = KITCHEN_SCRIPT.read_bytes()
+        credit += ("\n" if credit else "") + _credit_of_fixtures(run)
+    files[MANIFEST] = entries.json_bytes(manifest)
     files[attribution.NAME] = credit.encode()
     files[README] = _readme(run).encode("ascii")
     for path, data in files.items():
         (run.staged / path).write_bytes(data)
+
+
+def _credit_of_fixtures(run: _Export) -> str:
+    """Markdown: what the kitchens consist of, by licence."""
+    rows = {asset: row for kitchen in run.kitchens.values() for asset, row in kitchen.credits.items()}
+    lines = ["# Attribution of the kitchens", "", f"{len(rows)} assets in {len(run.kitchens)} kitchens.", ""]
+    for licence in sorted({row[1] for row in rows.values()}):
+        lines += [f"## {licence}", ""]
+        for asset in sorted(rows):
+            title, stated, generator = rows[asset]
+            if stated == licence:
+                lines.append(f"- `{asset}`: {title}, made with {generator}")
+        lines.append("")
+    return "\n".join(lines)
 
 
 def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:
@@ -156,6 +205,35 @@ def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:
 
 
 def _readme(run: _Export) -> str:
+    """What the folder holds and how to use it; kitchens first where there are any."""
+    parts = ([_readme_of_kitchens(run)] if run.kitchens else []) + ([_readme_of_objects(run)] if run.instances else [])
+    return "\n".join(parts)
+
+
+def _readme_of_kitchens(run: _Export) -> str:
+    first = min(run.kitchens)
+    objects = f', obj_registries=("{run.registry}_train",)' if run.instances else ""
+    register = "import casa_objects, casa_kitchens" if run.instances else "import casa_kitchens"
+    call = "casa_objects.register(); casa_kitchens.register()" if run.instances else "casa_kitchens.register()"
+    return f"""# Kitchens for RoboCasa
+
+{len(run.kitchens)} kitchens in which the tasks of RoboCasa v1.0 run as they are. In Python:
+
+    import sys, robosuite, robocasa
+    sys.path.insert(0, "<this folder>")
+    {register}
+    {call}
+    pairs = casa_kitchens.layout_and_style_ids("{first}")  # no id: all, drawn by the seed
+    env = robosuite.make("OpenDrawer", robots="PandaOmron", layout_and_style_ids=pairs, seed=0,
+                         has_renderer=False, use_camera_obs=False{objects})
+    env.reset()
+
+`{document.FIXTURES}/`: a folder per fixture, named by its asset; kitchens share them.
+`{document.KITCHENS}/<id>/`: what stands where, sky, lights and cameras. `{casa_kitchens.INDEX}`: the number of each.
+"""
+
+
+def _readme_of_objects(run: _Export) -> str:
     counts = {split: len(ids) for split, ids in _splits(run.instances).items()}
     kinds = len({i.category for i in run.instances})
     names = ", ".join(f"`{name}`" for name in entries.registry_splits(run.registry))

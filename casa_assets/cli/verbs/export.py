@@ -18,6 +18,7 @@ from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize, terminal_safe
 
 if TYPE_CHECKING:
+    from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
     from casa_assets.pipeline.export_robocasa import ExportResult
 
 app = typer.Typer(name="export", help="A library in the form that a runtime reads.", no_args_is_help=True)
@@ -30,6 +31,8 @@ Examples:
   casa-assets export robocasa lib --out ours --registry acme      under a registry of another name
 
   casa-assets export robocasa lib --out ours --json > rows.jsonl  one JSON object per asset
+
+  casa-assets export robocasa --scenes 'l_small__*' --objects lib --out ours    kitchens, and objects to put in them
 """
 
 
@@ -40,35 +43,78 @@ def common() -> None:
 
 def robocasa(
     library: Annotated[
-        Path, typer.Argument(help="Library that ingest wrote.", exists=True, file_okay=False, readable=True)
-    ],
-    out: Annotated[Path, typer.Option(help="Folder to write: missing, empty, or an earlier export.")],
+        Path | None,
+        typer.Argument(help="Library that ingest wrote.", exists=True, file_okay=False, readable=True),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder to write: missing, empty, or an earlier export.")] = ...,  # type: ignore[assignment]
+    scenes: Annotated[
+        list[str] | None, typer.Option(help="Kitchens: ids or globs, such as 'l_small__*'. May be given again.")
+    ] = None,
+    objects: Annotated[
+        Path | None, typer.Option(help="The library, as an option.", exists=True, file_okay=False, readable=True)
+    ] = None,
     registry: Annotated[str, typer.Option(help="Name of the object registry, and of the folder below objects/.")] = (
         "casa"
     ),
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset on standard output.")] = False,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes that build kitchens; 0: one per core.")] = 0,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset and kitchen on standard output.")] = (
+        False
+    ),
 ) -> None:
-    """Write the loose objects of a library as RoboCasa v0.2 and v1.0 read them; exit 0, or 2 with OUT as it was."""
-    from casa_assets.pipeline.export_robocasa import export
+    """Write the loose objects of a library, and kitchens, as RoboCasa reads them; exit 0, or 2 with OUT as it was.
 
+    Objects are for v0.2 and v1.0, kitchens for v1.0.
+    """
+    from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
+    from casa_assets.pipeline.export_robocasa import export
+    from casa_assets.pipeline.kitchens.scene_folders import recipes_matching
+
+    if library is not None and objects is not None:
+        raise typer.BadParameter("give the library once", param_hint="--objects")
+    if library is None and objects is None and not scenes:
+        raise typer.BadParameter("give a library, --scenes, or both")
+    recipes = recipes_matching(scenes or [])
     results: list[ExportResult] = []
-    with bar(Console(stderr=True)) as progress, closing(export(library, out, registry)) as running:
+    kitchens: list[KitchenResult] = []
+    running = export(library or objects, out, registry, recipes, jobs)
+    with bar(Console(stderr=True)) as progress, closing(running):
         task = progress.add_task("reading", total=None)
         for result in running:
-            results.append(result)
-            progress.update(
-                task, total=result.total, completed=len(results), description=escape(terminal_safe(result.id))
-            )
+            done: list[ExportResult] | list[KitchenResult]
+            if isinstance(result, KitchenResult):
+                kitchens.append(result)
+                done = kitchens
+            else:
+                results.append(result)
+                done = results
+            progress.update(task, total=result.total, completed=len(done), description=escape(terminal_safe(result.id)))
     if json_:
-        for result in results:
-            row = {name: value for name, value in vars(result).items() if name != "total"}
-            typer.echo(json.dumps({"status": "exported" if result.model else "left_out", **row}, sort_keys=True))
+        _print_json(results, kitchens)
         return
-    _print_results(results, out)
+    if results:
+        _print_results(results, out)
+    for kitchen in kitchens:
+        count = sum(kitchen.fixtures.values())
+        line = f"kitchen [bold]{kitchen.id}[/] of {count} fixtures, number {kitchen.number}"
+        Console().print(line, highlight=False, soft_wrap=True)
+    if kitchens:
+        place = escape(terminal_safe(str(out)))
+        message = f"{pluralize(len(kitchens), 'kitchen')}; read {place}/README.md for how to open them"
+        Console().print(message, highlight=False, soft_wrap=True)
 
 
 robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
 app.command()(robocasa)
+
+
+def _print_json(results: list[ExportResult], kitchens: list[KitchenResult]) -> None:
+    """A line for each object, then one for each kitchen."""
+    for result in results:
+        row = {name: value for name, value in vars(result).items() if name != "total"}
+        typer.echo(json.dumps({"status": "exported" if result.model else "left_out", **row}, sort_keys=True))
+    for kitchen in kitchens:
+        facts = {"id": kitchen.id, "number": kitchen.number, "fixtures": kitchen.fixtures}
+        typer.echo(json.dumps({"status": "exported_kitchen", **facts}, sort_keys=True))
 
 
 def _print_results(results: list[ExportResult], out: Path, max_rows: int = 40) -> None:

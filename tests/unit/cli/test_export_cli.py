@@ -54,4 +54,4 @@ def test_misuse_is_exit_2_and_one_line(library: Path, tmp_path: Path) -> None:
 def test_help_has_examples() -> None:
     done = casa("export", "robocasa", "--help")
     assert done.returncode == 0
-    assert done.stdout.count("casa-assets export robocasa") == 3
+    assert done.stdout.count("casa-assets export robocasa") == 4

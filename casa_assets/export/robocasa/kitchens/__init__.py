@@ -1,0 +1,1 @@
+"""Scenes -> fixtures, arenas and descriptions of kitchens that RoboCasa's classes operate."""

@@ -1,0 +1,43 @@
+"""Scene -> arena.xml: sky, lights and cameras of a kitchen, and which bodies of its fixtures never collide.
+
+RoboCasa merges only bodies and assets of fixtures, but the `<contact>` of the arena too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lxml import etree
+
+from casa_assets.export.mjcf import number
+from casa_assets.export.mjcf.scene import room
+from casa_assets.model.kitchen.scene import Scene
+
+FILE = "arena.xml"
+
+
+def write(scene: Scene, exclusions: Iterable[tuple[str, str]]) -> bytes:
+    """The arena of a scene; the same scene is the same bytes.
+
+    Args:
+        exclusions: pairs of names of bodies as they are once RoboCasa has merged the fixtures.
+    """
+    root = etree.Element("mujoco", {"model": scene.id})
+    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true"})
+    room.add_sky(etree.SubElement(root, "asset"), scene)
+    world = etree.SubElement(root, "worldbody")
+    room.add_lights_and_cameras(world, scene)
+    _add_ambient(world, scene)
+    pairs = etree.SubElement(root, "contact")
+    for first, second in exclusions:
+        etree.SubElement(pairs, "exclude", {"name": f"{first}__{second}", "body1": first, "body2": second})
+    return etree.tostring(root, encoding="us-ascii", pretty_print=True)
+
+
+def _add_ambient(world: etree._Element, scene: Scene) -> None:
+    """Even light from all sides. It is the headlight's in scene.xml, which RoboCasa does not merge."""
+    light = world.find("light")
+    if light is None:
+        down = {"name": "ambient", "dir": "0 0 -1", "diffuse": "0 0 0", "specular": "0 0 0", "castshadow": "false"}
+        light = etree.SubElement(world, "light", down)
+    light.set("ambient", number.numbers(scene.ambient))

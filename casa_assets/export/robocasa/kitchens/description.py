@@ -1,0 +1,244 @@
+"""Scene -> what RoboCasa is told about a kitchen: each fixture's file, class, place and facts, in one JSON document.
+
+Fixtures are called like the placements of the scene; those divided off a placement have the part's name added.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from casa_assets.core.rounding import decimals
+from casa_assets.export.robocasa.kitchens import centering, parts
+from casa_assets.export.robocasa.kitchens.parts import Part
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.kitchen.scene import Layer, Placement, Scene
+from casa_assets.model.pose import Pose
+
+FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
+FORMAT = 1
+# Below this RoboCasa has numbers of its own; numbers of ours fit into 32 bits.
+FIRST_NUMBER, NUMBERS = 1_000_000_000, 1_000_000_000
+# Heights between which RoboCasa looks for shelves of a wall cabinet, metres. Ref: robocasa v1.0, fixture_is_type.
+LEVEL_HEIGHTS = (1.0, 1.5)
+# A thing stands on a worktop where its foot is this close to the surface, metres.
+MAX_GAP_M = 0.02
+PLAIN = "Fixture"
+# RoboCasa looks for counters of an island in the group of this name in the layout.
+ISLAND_GROUP = "island_group"
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A fixture of a kitchen.
+
+    Attributes:
+        name: unique in the kitchen. placement: of the scene. part: of its asset.
+        centered: the part's asset, ready to be written. type: class of RoboCasa that operates it.
+        pose: world_from_centered.
+    """
+
+    name: str
+    placement: Placement
+    part: Part
+    centered: Asset
+    type: str
+    pose: Pose
+
+    @property
+    def folder(self) -> str:
+        """Folder of its file below that of all fixtures."""
+        return f"{self.placement.asset}__{self.part.name}" if self.part.name else self.placement.asset
+
+
+def number_of(scene_id: str) -> int:
+    """The number by which RoboCasa knows a kitchen, as layout and as style: a digest of its id."""
+    digest = int(hashlib.sha256(scene_id.encode()).hexdigest()[:15], 16)
+    return FIRST_NUMBER + digest % NUMBERS
+
+
+def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
+    """Every fixture of a scene, in the order of the placements.
+
+    Args:
+        classes: contract of an asset -> name of the class of RoboCasa that reads it.
+    """
+    divided = {asset.id: parts.divide(_worktop_without_upstand(asset)) for asset in scene.assets}
+    ready = {(asset, part.name): centering.centered(part.asset) for asset, found in divided.items() for part in found}
+    out: list[Placed] = []
+    for place in scene.placements:
+        for part in divided[place.asset]:
+            center = Pose(position=centering.main_center(part.asset))
+            asset = ready[place.asset, part.name]
+            pose = place.pose @ center
+            name = _fixture_name(place.name, part.name, asset, {p.name for p in out})
+            out.append(Placed(name, place, part, asset, _class_of(asset, pose, classes), pose))
+    return tuple(out)
+
+
+def _worktop_without_upstand(asset: Asset) -> Asset:
+    """A worktop whose `main` ends at its surface: RoboCasa puts things on the upper end of it, not on an upstand's."""
+    tops = [r for r in asset.regions if asset.contract == parts.COUNTER and r.name.startswith("top")]
+    if not tops:
+        return asset
+    main = centering.main_region(asset)
+    center, half = np.array(main.pose.position), np.array(main.size) / 2
+    upper = center + half
+    upper[2] = min(r.pose.position[2] - r.size[2] / 2 for r in tops)
+    lower_main = parts.box_region(main.name, center - half, upper)
+    return asset.replace(regions=tuple(lower_main if r.name == main.name else r for r in asset.regions))
+
+
+def _fixture_name(placement: str, part: str, asset: Asset, taken: Collection[str]) -> str:
+    """A name that RoboCasa can take off the names of a fixture's regions again, and that says nothing untrue to it.
+
+    It splits names at `<fixture>_`, adds no prefix to names that begin so, leaves out counters with `corner` and
+    cabinets with `stack` in their names, and pairs a `blender` or a `jar` with a lid of that name.
+    """
+    name = f"{placement}_{part}" if part else placement
+    if asset.contract == parts.COUNTER:
+        name = name.replace("corner", "angle")
+    name = name.replace("stack", "unit")
+    is_paired = re.match(r"(blender|jar|oil_bottle|salt_shaker)", name)
+    if is_paired or any(f"{name}_" in other for other in _names_in(asset)):
+        name = f"the_{name}"
+    while name in taken:
+        name = f"{name}_again"
+    return name
+
+
+def _names_in(asset: Asset) -> list[str]:
+    """Names of all bodies, joints, geoms, sites and regions of an asset."""
+    names = [link.name for link in asset.links] + [joint.name for joint in asset.joints]
+    names += [site.name for site in asset.sites] + [region.name for region in asset.regions]
+    for link in asset.links:
+        names += [visual.name for visual in link.visuals] + [collider.name for collider in link.colliders]
+    return names
+
+
+def _class_of(asset: Asset, pose: Pose, classes: Mapping[str, str]) -> str:
+    category, contract = asset.labels.category, asset.contract or ""
+    if contract == "room":
+        return {"floor": "Floor", "wall": "Wall"}.get(category, PLAIN)
+    found = classes.get(contract, PLAIN)
+    if found == "OpenCabinet" and not any(
+        LEVEL_HEIGHTS[0] <= _bottom(pose, region) <= LEVEL_HEIGHTS[1]
+        for region in asset.regions
+        if region.name.startswith("level")
+    ):
+        return PLAIN
+    return found
+
+
+def _bottom(pose: Pose, region: Any) -> float:
+    return float(pose.position[2] + region.pose.position[2] - region.size[2] / 2)
+
+
+def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[str, Any]:
+    """The content of kitchen.json. World frame, metres, radians, quaternions (w, x, y, z).
+
+    Args:
+        fixtures: of the scene. folder: leads from the root of the export to the fixtures.
+    """
+    surfaces = [item for item in fixtures if item.type == "Counter"]
+    return {
+        "format": FORMAT,
+        "id": scene.id,
+        "number": number_of(scene.id),
+        "fixtures": [
+            {
+                "name": item.name,
+                "placement": item.placement.name,
+                "class": item.type,
+                "model": f"{folder}/{item.folder}/model.xml",
+                "position": [decimals(float(c), 9) for c in item.pose.position],
+                "quaternion": [decimals(float(c), 12) for c in item.pose.quaternion],
+                "is_free": _is_free(item),
+                "is_standing": _is_standing(item, surfaces),
+                "facts": _facts(item),
+                "start": {at.joint: at.value for at in item.placement.joints if _has_joint(item, at.joint)},
+            }
+            for item in fixtures
+        ],
+    }
+
+
+def _has_joint(item: Placed, joint: str) -> bool:
+    return any(j.name == joint for j in item.centered.joints)
+
+
+def _is_free(item: Placed) -> bool:
+    """Whether it may be moved: RoboCasa's appliances are fixed to where they stand, its accessories are not."""
+    return item.centered.base is Base.FREE and item.type in (PLAIN, "Accessory")
+
+
+def _is_standing(item: Placed, surfaces: Collection[Placed]) -> bool:
+    """Whether it stands on a worktop, so that nothing else may be put there."""
+    if item.placement.layer is not Layer.THINGS or item in surfaces:
+        return False
+    main = centering.main_region(item.centered)
+    foot = item.pose.position[2] - main.size[2] / 2
+    for surface in surfaces:
+        half = np.array(centering.main_region(surface.centered).size) / 2
+        local = surface.pose.inverse().apply(np.array([item.pose.position]))[0]
+        top = surface.pose.position[2] + half[2]
+        if abs(foot - top) <= MAX_GAP_M and (np.abs(local[:2]) <= half[:2]).all():
+            return True
+    return False
+
+
+def _facts(item: Placed) -> dict[str, Any]:
+    """Attributes that the classes of RoboCasa have by what they build themselves from."""
+    if item.type in ("HingeCabinet", "SingleCabinet", "OpenCabinet", "HousingCabinet", "PanelCabinet", "Drawer"):
+        levels = sum(bool(re.fullmatch(r"level\d+", region.name)) for region in item.centered.regions)
+        facts: dict[str, Any] = {
+            "num_levels": levels,
+            "is_corner_cab": item.centered.labels.category == "corner_cabinet",
+        }
+        if item.type == "SingleCabinet":
+            opens_left = any(joint.range[0] < 0 for joint in item.centered.joints)
+            facts["orientation"] = "left" if opens_left else "right"
+        return facts
+    if item.type == "Counter":
+        return {"island_only": "island" in item.name, "base_opening": [False, False]}
+    return {}
+
+
+def layout(fixtures: Collection[Placed]) -> dict[str, Any]:
+    """What RoboCasa reads of a layout by its path: which counters make an island, and which way stools face."""
+    suffix = f"_{ISLAND_GROUP}"
+    islands = [item.name for item in fixtures if item.type == "Counter" and item.name.endswith(suffix)]
+    stools = [item for item in fixtures if item.type == "Stool"]
+    return {
+        ISLAND_GROUP: {"counters": [{"name": name.removesuffix(suffix), "type": "counter"} for name in islands]},
+        "room": {"floor_accessories": [{"type": "stool", "z_rot": decimals(yaw(item.pose), 9)} for item in stools]},
+    }
+
+
+def yaw(pose: Pose) -> float:
+    """Turn about the vertical, radians."""
+    rotation = pose.rotation
+    return float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+
+
+def excluded_bodies(scene: Scene, fixtures: Collection[Placed]) -> tuple[tuple[str, str], ...]:
+    """Pairs of bodies that never collide, by their names in RoboCasa's model, each pair once."""
+    body: dict[tuple[str, str], str] = {}
+    for item in fixtures:
+        for link, name in item.part.links.items():
+            root = name == item.centered.root.name
+            body[item.placement.name, link] = f"{item.name}_{'main' if root else name}"
+    pairs: dict[frozenset[str], tuple[str, str]] = {}
+    for place in scene.placements:
+        for pair in scene.asset_of[place.name].exclusions:
+            first, second = body[place.name, pair.first], body[place.name, pair.second]
+            pairs.setdefault(frozenset((first, second)), (first, second))
+    for one, other in scene.exclusions:
+        first, second = body[one.placement, one.link], body[other.placement, other.link]
+        pairs.setdefault(frozenset((first, second)), (first, second))
+    return tuple(pairs.values())

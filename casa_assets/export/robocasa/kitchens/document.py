@@ -1,0 +1,37 @@
+"""Scene -> all files of a kitchen: its fixtures, its arena and its description."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from casa_assets.export import mjcf
+from casa_assets.export.robocasa import entries
+from casa_assets.export.robocasa.kitchens import arena, description
+from casa_assets.export.robocasa.kitchens.description import Placed
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.files import Files
+from casa_assets.model.kitchen.scene import Scene
+
+FIXTURES, KITCHENS = "fixtures", "kitchens"
+MODEL = "model.xml"
+
+
+def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...]) -> Files:
+    """`kitchen.json`, `arena.xml` and `layout.yaml` of a scene; `fixtures` are those of `fixtures_of`."""
+    facts = description.describe(scene, fixtures, FIXTURES)
+    return Files.of(
+        {
+            description.FILE: entries.json_bytes(facts),
+            # JSON is YAML.
+            description.LAYOUT_FILE: entries.json_bytes(description.layout(fixtures)),
+            arena.FILE: arena.write(scene, description.excluded_bodies(scene, fixtures)),
+        }
+    )
+
+
+def write_fixture(asset: Asset) -> Files:
+    """`model.xml` of a centred fixture with the meshes and images that it names."""
+    files: Mapping[str, bytes] = mjcf.write(asset).entries
+    return Files.of(
+        {path: data for path, data in files.items() if path == MODEL or path.startswith(("meshes/", "textures/"))}
+    )

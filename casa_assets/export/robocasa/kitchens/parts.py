@@ -1,0 +1,284 @@
+"""Divide an asset into the fixtures that RoboCasa knows: each drawer, each pair of doors, each arm of a worktop.
+
+RoboCasa v1.0 has one joint `slidejoint` to a Drawer, one pair of doors to a HingeCabinet, one door to a SingleCabinet.
+A unit of ours may hold several of them. What is divided off takes its moving links, their joints under RoboCasa's
+names, and the regions behind them; the rest keeps the carcass.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from casa_assets.export.robocasa.kitchens.centering import MAIN, main_region
+from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.model.asset.asset import Asset, Exclusion, Inertial, Joint, Keyframe, Link, Region, State, Visual
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+DRAWER, PAIR, SINGLE, COUNTER, HOUSING, PANEL = (
+    "drawer",
+    "hinge_cabinet",
+    "single_cabinet",
+    "counter",
+    "housing_cabinet",
+    "panel_cabinet",
+)
+# Contracts of units that may hold several drawers and doors.
+CABINETS = (DRAWER, PAIR, SINGLE, HOUSING, "open_cabinet", "island_base")
+_JOINT = re.compile(r"(?:(?P<prefix>\w+?)_)?(?P<kind>slidejoint|leftdoorhinge|rightdoorhinge|doorhinge)")
+# The body of a part that holds nothing but what moves: RoboCasa fixes it to the world, so that its mass is never felt.
+FIXED = Inertial(mass=0.001, center_of_mass=(0.0, 0.0, 0.0), inertia=(1e-6, 1e-6, 1e-6, 0.0, 0.0, 0.0))
+# The second arm of an L-shaped worktop: its free surface, and the board below it.
+SIDE_TOP = "top_side"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One fixture out of an asset.
+
+    Attributes:
+        name: added to the name of the placement; empty for the asset itself or what remains of it.
+        asset: what the fixture consists of, in the frame of the whole. Its `contract` says what it is now.
+        links: link of the whole -> name of its body in the part, as far as they are in it.
+    """
+
+    name: str
+    asset: Asset
+    links: Mapping[str, str]
+
+
+@dataclass
+class _Group:
+    """Doors or a drawer that become a fixture: prefix of their joints, contract, joint of the whole -> new name."""
+
+    prefix: str
+    contract: str
+    joints: dict[str, str] = field(default_factory=dict)
+
+
+def divide(asset: Asset) -> tuple[Part, ...]:
+    """The fixtures of an asset, what remains of it first; most are one."""
+    if asset.contract in CABINETS:
+        return _divide_cabinet(asset)
+    if asset.contract == COUNTER and any(r.name == SIDE_TOP for r in asset.regions):
+        return _divide_worktop(asset)
+    return (Part("", asset, {link.name: link.name for link in asset.links}),)
+
+
+def _divide_cabinet(asset: Asset) -> tuple[Part, ...]:
+    groups = _groups(asset)
+    split_off = [g for g in groups if g.prefix or g.contract == DRAWER]
+    rest_doors = [g for g in groups if g not in split_off]
+    if not split_off:
+        return (Part("", asset, {link.name: link.name for link in asset.links}),)
+    moved = {name: _subtree(asset, _children(asset, group.joints)) for group in split_off for name in [group.prefix]}
+    regions = {group.prefix: _regions_of(asset, group, moved[group.prefix]) for group in split_off}
+    taken = {link for links in moved.values() for link in links}
+    behind = {region.name for found in regions.values() for region, _ in found}
+    rest = _selected(
+        asset,
+        "",
+        [link for link in asset.links if link.name not in taken],
+        [region for region in asset.regions if region.name not in behind],
+        {},
+    )
+    contract = rest_doors[0].contract if rest_doors else HOUSING if asset.contract == HOUSING else PANEL
+    rest = rest.replace(contract=contract, regions=_renumbered(rest.regions))
+    parts = [Part("", rest, {link.name: link.name for link in rest.links})]
+    for group in split_off:
+        links = [_empty_root(asset), *(link for link in asset.links if link.name in moved[group.prefix])]
+        found = [region.replace(name=name) for region, name in regions[group.prefix]]
+        box = _front_box(asset, _children(asset, group.joints))
+        name = group.prefix or DRAWER
+        made = _selected(asset, name, links, [*found, box], group.joints).replace(contract=group.contract)
+        parts.append(Part(name, made, {link.name: link.name for link in links[1:]}))
+    return tuple(parts)
+
+
+def _groups(asset: Asset) -> list[_Group]:
+    """Drawers and doors by the prefix of their joints, in the order of the joints."""
+    groups: dict[tuple[str, bool], _Group] = {}
+    for joint in asset.joints:
+        match = _JOINT.fullmatch(joint.name)
+        if match is None:
+            continue
+        prefix, kind = match["prefix"] or "", match["kind"]
+        contract = {"slidejoint": DRAWER, "doorhinge": SINGLE}.get(kind, PAIR)
+        group = groups.setdefault((prefix, contract == DRAWER), _Group(prefix, contract))
+        group.joints[joint.name] = kind
+    return list(groups.values())
+
+
+def _children(asset: Asset, joints: Collection[str]) -> list[str]:
+    return [joint.child for joint in asset.joints if joint.name in joints]
+
+
+def _subtree(asset: Asset, roots: Collection[str]) -> set[str]:
+    """Names of links and of all that they carry."""
+    found = set(roots)
+    for link in asset.links:  # parents come before what they carry
+        if link.parent in found:
+            found.add(link.name)
+    return found
+
+
+def _regions_of(asset: Asset, group: _Group, links: Collection[str]) -> list[tuple[Region, str]]:
+    """Regions that belong to a group, each with its new name: those on its links, and levels behind its doors."""
+    own = [region for region in asset.regions if region.link in links]
+    if group.contract == DRAWER:
+        return [(region, "int" if region.name.endswith("int") else region.name) for region in own]
+    lower, upper = _span(asset, _children(asset, group.joints))
+    levels = [
+        region
+        for region in asset.regions
+        if re.fullmatch(r"level\d+", region.name) and lower[2] < _middle(asset, region)[2] < upper[2]
+    ]
+    return [(region, region.name) for region in own] + [(region, f"level{k}") for k, region in enumerate(levels)]
+
+
+def _renumbered(regions: Iterable[Region]) -> tuple[Region, ...]:
+    """Levels counted from 0 without gaps, since RoboCasa counts them so; the other regions as they are."""
+    out, count = [], 0
+    for region in regions:
+        if re.fullmatch(r"level\d+", region.name):
+            region, count = region.replace(name=f"level{count}"), count + 1
+        out.append(region)
+    return tuple(out)
+
+
+def _middle(asset: Asset, region: Region) -> npt.NDArray[np.float64]:
+    return np.array((asset.asset_from_link(region.link) @ region.pose).position)
+
+
+def _span(asset: Asset, links: Collection[str]) -> npt.NDArray[np.float64]:
+    """(2, 3) corners of the colliders of links, asset frame, joints at zero, metres."""
+    boxes = [b for n in links if (b := link_bounds(asset.link(n), asset.asset_from_link(n))) is not None]
+    return np.array([np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]])
+
+
+def _front_box(asset: Asset, links: Collection[str]) -> Region:
+    """Region `main` of what is divided off: as wide and as deep as the whole, as high as its fronts."""
+    main = main_region(asset)
+    center, half = _middle(asset, main), np.array(main.size) / 2
+    span = _span(asset, links)
+    lower, upper = center - half, center + half
+    lower[2], upper[2] = max(lower[2], span[0][2]), min(upper[2], span[1][2])
+    return box_region(MAIN, lower, upper)
+
+
+def box_region(name: str, lower: npt.NDArray[np.float64], upper: npt.NDArray[np.float64]) -> Region:
+    """A region of the root between two corners, metres."""
+    return Region(name=name, pose=Pose(position=_vec3((lower + upper) / 2)), size=_vec3(upper - lower))
+
+
+def _empty_root(asset: Asset) -> Link:
+    return Link(name=asset.root.name, pose=asset.root.pose, inertial=FIXED)
+
+
+def _selected(
+    asset: Asset, name: str, links: Iterable[Link], regions: Iterable[Region], joints: Mapping[str, str]
+) -> Asset:
+    """An asset of some links of another, with what belongs to them.
+
+    Args:
+        name: added to the id. joints: old name -> new one, of those that are renamed.
+    """
+    links = tuple(links)
+    names = {link.name for link in links}
+    kept = [joint for joint in asset.joints if joint.child in names]
+    known = {joint.name for joint in kept}
+    renamed = {joint.name: joints.get(joint.name, joint.name) for joint in kept}
+    shown = {visual.material for link in links for visual in link.visuals}
+    felt = {collider.substance for link in links for collider in link.colliders}
+    return asset.replace(
+        id=f"{asset.id}_{name}" if name else asset.id,
+        links=links,
+        joints=tuple(_renamed_joint(joint, renamed) for joint in kept),
+        sites=tuple(site for site in asset.sites if site.link in names),
+        regions=tuple(regions),
+        states=tuple(_renamed_state(state, renamed) for state in asset.states if state.joint in known),
+        exclusions=tuple(pair for pair in asset.exclusions if _within(pair, names)),
+        keyframes=tuple(_kept_keyframe(key, renamed) for key in asset.keyframes),
+        behavior=asset.behavior if len(kept) == len(asset.joints) else None,
+        materials=tuple(material for material in asset.materials if material.id in shown),
+        substances=tuple(s for s in asset.substances if s.id in felt) or asset.substances,
+    )
+
+
+def _renamed_joint(joint: Joint, names: Mapping[str, str]) -> Joint:
+    behind = names.get(joint.behind) if joint.behind else None
+    return joint.replace(name=names[joint.name], behind=behind)
+
+
+def _renamed_state(state: State, names: Mapping[str, str]) -> State:
+    return state.replace(joint=names[state.joint])
+
+
+def _kept_keyframe(key: Keyframe, names: Mapping[str, str]) -> Keyframe:
+    return key.replace(joints=tuple(at.replace(joint=names[at.joint]) for at in key.joints if at.joint in names))
+
+
+def _within(pair: Exclusion, names: Collection[str]) -> bool:
+    return pair.first in names and pair.second in names
+
+
+def _divide_worktop(asset: Asset) -> tuple[Part, ...]:
+    """An L-shaped worktop as two rectangles: one along the back wall, one from there along the side wall."""
+    regions = {region.name: region for region in asset.regions}
+    side, main = regions[SIDE_TOP], regions[MAIN]
+    center, half = _middle(asset, main), np.array(main.size) / 2
+    side_center, side_half = _middle(asset, side), np.array(side.size) / 2
+    lower, upper = center - half, center + half
+    edge = float(side_center[1] + side_half[1])  # where the second arm meets the first
+    root = asset.root
+    behind, before = _cut(root, edge)
+    first = box_region(MAIN, np.array([lower[0], edge, lower[2]]), upper)
+    second_lower = np.array([side_center[0] - side_half[0], lower[1], lower[2]])
+    second_upper = np.array([side_center[0] + side_half[0], edge, upper[2]])
+    rest = [region for region in asset.regions if region.name not in (MAIN, SIDE_TOP)]
+    second = [side.replace(name="top"), box_region(MAIN, second_lower, second_upper)]
+    return (
+        Part("", _selected(asset, "", [behind], [*rest, first], {}), {root.name: root.name}),
+        Part("side", _selected(asset, "side", [before.replace(inertial=FIXED)], second, {}), {}),
+    )
+
+
+def _cut(link: Link, edge: float) -> tuple[Link, Link]:
+    """A link that never moves as two: what lies beyond y = `edge`, metres, and what lies before it.
+
+    A face goes where its middle is: both are drawn where they were, so that no seam is seen.
+    """
+    beyond: list[Visual] = []
+    before: list[Visual] = []
+    for visual in link.visuals:
+        middles = visual.mesh.vertices[visual.mesh.faces].mean(axis=1)[:, 1]
+        for out, mask in ((beyond, middles >= edge), (before, middles < edge)):
+            if mask.any():
+                out.append(visual.replace(mesh=_with_faces(visual.mesh, visual.mesh.faces[mask])))
+    colliders = [(collider, collider.pose.position[1] >= edge) for collider in link.colliders]
+    return (
+        link.replace(visuals=tuple(beyond), colliders=tuple(c for c, is_beyond in colliders if is_beyond)),
+        link.replace(visuals=tuple(before), colliders=tuple(c for c, is_beyond in colliders if not is_beyond)),
+    )
+
+
+def _with_faces(mesh: Mesh, faces: npt.NDArray[np.int32]) -> Mesh:
+    """A mesh of some of the faces of another, with the vertices that they use."""
+    used, numbers = np.unique(faces, return_inverse=True)
+    return Mesh(
+        vertices=mesh.vertices[used],
+        faces=numbers.reshape(faces.shape),
+        uv=None if mesh.uv is None else mesh.uv[used],
+        normals=None if mesh.normals is None else mesh.normals[used],
+    )
+
+
+def _vec3(values: npt.NDArray[np.float64]) -> Vec3:
+    x, y, z = (float(v) for v in values)
+    return x, y, z

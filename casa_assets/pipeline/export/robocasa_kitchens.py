@@ -1,0 +1,121 @@
+"""Build scenes and write them as kitchens of a RoboCasa export, several at a time."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.errors import BatchFault, CasaError
+from casa_assets.export.robocasa.kitchens import description, document
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.registry.contract import RobocasaRelease
+from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.workers.batch import attempt, run_batch
+from casa_assets.pipeline.workers.limits import WorkerFailure
+
+
+@dataclass(frozen=True)
+class KitchenResult:
+    """Outcome of the export of one kitchen.
+
+    Attributes:
+        id: of the scene. number: by which RoboCasa knows it. fixtures: count by class.
+        credits: asset -> title, licence and generator. message: why it failed; is_fault: the program is to blame.
+        total: kitchens of the export.
+    """
+
+    id: str
+    number: int = 0
+    fixtures: dict[str, int] = field(default_factory=dict)
+    credits: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    message: str = ""
+    is_fault: bool = False
+    total: int = 0
+
+
+def export_kitchens(recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0) -> Iterator[KitchenResult]:
+    """Write each scene below a staging folder; yields one KitchenResult per scene as they are done.
+
+    Args:
+        jobs: processes; 0 for one per core.
+    Raises:
+        CasaError: a scene cannot be built, or two have one number. BatchFault: by a fault of the program.
+    """
+    work = partial(export_one, root=staged, cache=cache_dir())
+    numbers: dict[int, str] = {}
+    for number, answer in run_batch(work, recipes, staged, jobs, f"{__name__}:warm", WORKER_BYTES):
+        if isinstance(answer, WorkerFailure):
+            raise BatchFault([recipes[number].scene_id])
+        if answer.is_fault:
+            raise BatchFault([answer.id], answer.message)
+        if answer.message:
+            raise CasaError(f"{answer.id}: {answer.message}")
+        twin = numbers.setdefault(answer.number, answer.id)
+        if twin != answer.id:
+            raise CasaError(f"{answer.id} and {twin} have the same number; export them into two folders")
+        yield answer
+
+
+def warm() -> None:
+    """Load what every worker needs, once for all of them."""
+    registry.load()
+
+
+def export_one(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:
+    """Build one scene and write its files; a fault is told in `message`.
+
+    Args:
+        root: folder of the export. cache: keeps built assets.
+    """
+    return attempt(
+        partial(_export_one, recipe, root, cache),
+        lambda message, is_fault: KitchenResult(recipe.scene_id, message=message, is_fault=is_fault),
+        root,
+    )
+
+
+def _export_one(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:
+    _, scene = build_scene(recipe, cache)
+    fixtures = description.fixtures_of(scene, classes())
+    for placed in fixtures:
+        _write_fixture(root / document.FIXTURES / placed.folder, placed.centered)
+    folder = root / document.KITCHENS / scene.id
+    folder.mkdir(parents=True)
+    disk.write_files(folder, document.write_kitchen(scene, fixtures))
+    counts: dict[str, int] = {}
+    for placed in fixtures:
+        counts[placed.type] = counts.get(placed.type, 0) + 1
+    credits_ = {a.id: (a.provenance.title, a.provenance.licence, a.provenance.generator) for a in scene.assets}
+    return KitchenResult(scene.id, description.number_of(scene.id), dict(sorted(counts.items())), credits_)
+
+
+@lru_cache(maxsize=1)
+def classes() -> dict[str, str]:
+    """Contract -> the class of RoboCasa v1.0 that reads it; contracts that none reads are not in it."""
+    contracts = registry.load().contracts
+    read_by = {name: contract.read_by.get(RobocasaRelease.V1_0, ()) for name, contract in contracts.items()}
+    return {name: found[0] for name, found in read_by.items() if found}
+
+
+def _write_fixture(folder: Path, asset: Asset) -> None:
+    """Write a fixture's files unless another kitchen has brought them; the folder appears by one rename."""
+    if (folder / document.MODEL).exists():
+        return
+    draft = folder.with_name(f".{folder.name}.{os.getpid()}")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(draft, ignore_errors=True)
+    disk.write_files(draft, document.write_fixture(asset))
+    try:
+        draft.rename(folder)
+    except OSError:
+        shutil.rmtree(draft)
+        if not (folder / document.MODEL).exists():
+            raise
