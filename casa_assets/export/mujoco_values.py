@@ -14,20 +14,20 @@ class Groups:
 
     Attributes:
         colliders: what touches. What touches and is seen at once, as in the light form, is in the group of visuals.
-        visuals: what is seen. ceiling: of it, the ceiling of a room, so that one key of the viewer hides it.
+        visuals: what is seen. shell: of it, the ceiling of a room and the faces of its walls that look out of it.
         regions: volumes that have a name and are neither seen nor touched.
     """
 
     colliders: int = 3
     visuals: int = 2
-    ceiling: int = 1
-    regions: int = 4
+    shell: int = 4
+    regions: int = 5
 
 
 # Ref: mujoco_menagerie has visuals in 2 and colliders in 3. The cameras of robosuite hide 0 and show 1 and 2.
 VIEWER_GROUPS = Groups()
 # Ref: robosuite, geoms of group 0 collide and geoms of group 1 are drawn; robocasa's own regions are in 1.
-ROBOSUITE_GROUPS = Groups(colliders=0, visuals=1, ceiling=2, regions=1)
+ROBOSUITE_GROUPS = Groups(colliders=0, visuals=1, shell=2, regions=1)
 # The viewer hides sites of group 3 until asked for them.
 SITE_GROUP = 3
 # Flames and streams, which runtimes show by raising their alpha, are in a group that every camera sees.

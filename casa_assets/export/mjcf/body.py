@@ -12,6 +12,7 @@ from casa_assets.export.mjcf import collider, joint, number, site, visual
 from casa_assets.export.mjcf.visual import Meshes
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, Groups
 from casa_assets.model.asset.asset import Asset, Inertial, Link
+from casa_assets.model.kitchen.scene import OUTER_FACE
 
 # Share of the trace that is added to the moments of a flat plate, so that nine digits cannot break A + B >= C.
 PLATE_MARGIN = 1e-8
@@ -68,7 +69,8 @@ def add(parent: etree._Element, link: Link, context: BodyContext) -> etree._Elem
             geom.set("rgba", context.collider_colors[shape.name])
     for shown in link.visuals:
         material = context.materials[shown.material]
-        visual.add(body, shown, context.meshes.of[shown.name], material, context.groups.visuals, prefix)
+        group = context.groups.shell if shown.label == OUTER_FACE else context.groups.visuals
+        visual.add(body, shown, context.meshes.of[shown.name], material, group, prefix)
     outer = site.outer_region(asset) if link.parent is None else None
     for region in [*([outer] if outer else []), *asset.regions]:
         if region.link == link.name:

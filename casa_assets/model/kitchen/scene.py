@@ -21,6 +21,10 @@ FREE_JOINT, WORLD = "free", "world"
 START_POSE, CLOSED_POSE, OPEN_POSE = "start", "closed", "open"
 
 
+# Label of the faces of walls that look out of the room. Viewers leave them and the ceiling out, to look in.
+OUTER_FACE = "wall_outside"
+
+
 class Layer(StrEnum):
     """Group that a placement belongs to. Room and ceiling can be hidden, to look in from outside."""
 

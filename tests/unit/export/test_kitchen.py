@@ -15,12 +15,14 @@ import pytest
 from lxml import etree
 
 from casa_assets.export.mjcf import document
+from casa_assets.export.mjcf.scene import room
 from casa_assets.export.mjcf.scene.kitchen import write
 from casa_assets.export.mjcf.scene.resources import FOLDER
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, Groups
 from casa_assets.geometry.inertia import adjacent_links
+from casa_assets.layouts.compose.cameras import look_at
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.scene import Placement, Scene
+from casa_assets.model.kitchen.scene import OUTER_FACE, Camera, Placement, Scene
 from tests.assets import microwave, textured_box
 from tests.scenes import Weight, body, corner, expected, in_form, put
 
@@ -189,7 +191,7 @@ class TestGroups:
             seen = [g for g in range(start, start + count) if not full.geom_contype[g] and full.geom_rgba[g, 3] > 0]
             return {int(full.geom_group[g]) for g in seen}
 
-        assert groups("ceiling") == {1}
+        assert groups("ceiling") == {4}
         assert groups("wall") == {2}
         assert groups("grill") == {2}
 
@@ -198,20 +200,53 @@ class TestGroups:
     def test_cameras_with_nothing_set_show_what_is_seen_alone(
         self, weight: Weight, robosuite: bool, tmp_path: Path
     ) -> None:
-        """A camera of robosuite hides group 0 besides; the light form is in neither a hidden group."""
+        """A camera of robosuite hides group 0 besides. Nobody shows the ceiling, so that one looks in from above."""
         model = loaded(corner(), tmp_path, weight)
         shown = mujoco.MjvOption().geomgroup.astype(bool)
         shown[0] &= not robosuite
         for geom in range(model.ngeom):
             name = model.geom(geom).name
             is_seen = "__reg_" not in name and (weight is Weight.LIGHT or not model.geom_contype[geom])
+            is_seen &= not name.startswith("ceiling__")
             assert shown[model.geom_group[geom]] == is_seen, name
+
+    def test_faces_that_look_out_of_the_room_are_hidden(self) -> None:
+        box = textured_box()
+        front, link = box.root.visuals[0].replace(label=None), box.root
+        out = front.replace(name="back", label=OUTER_FACE)
+        wall = box.replace(links=(link.replace(visuals=(front, out)), *box.links[1:]))
+        scene = Scene(id="one", assets=(wall,), placements=(Placement(name="wall", asset=wall.id),))
+        found = {str(e.get("name")): e.get("group") for e in text(scene).iter("geom")}
+        assert (found[f"wall__{front.name}"], found["wall__back"]) == ("2", "4")
 
     def test_of_the_callers_choice(self) -> None:
         root = etree.fromstring(write(corner(), groups=Groups(5, 2, 4, 1)).entries["scene.xml"])
         found = {str(e.get("name")): e.get("group") for e in root.iter("geom")}
         assert (found["mug__floor"], found["mug__body"], found["ceiling__carton"]) == ("5", "2", "4")
         assert found["grill__reg_main"] == "1"
+
+
+class TestFirstView:
+    def test_is_that_of_the_overview(self, tmp_path: Path) -> None:
+        eye = look_at((2.0, -4.0, 3.5), (0.3, 0.2, 1.0))
+        scene = corner().replace(cameras=(Camera(name="overview", pose=eye, fov_y_deg=47.0),))
+        model = loaded(scene, tmp_path)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        lens = mujoco.MjvCamera()
+        mujoco.mjv_defaultFreeCamera(model, lens)
+        drawn = mujoco.MjvScene(model, 2000)
+        mujoco.mjv_updateScene(model, data, mujoco.MjvOption(), None, lens, mujoco.mjtCatBit.mjCAT_ALL, drawn)
+        left, right = drawn.camera
+        assert (left.pos + right.pos) / 2 == pytest.approx(eye.position, abs=0.01)
+        assert left.forward == pytest.approx(-eye.rotation[:, 2], abs=1e-3)
+        assert left.up == pytest.approx(eye.rotation[:, 1], abs=1e-3)
+        assert model.vis.global_.fovy == 47
+
+    def test_without_one_sees_the_middle(self, full: mujoco.MjModel) -> None:
+        lower, upper = room.scene_bounds(corner())
+        assert full.stat.center == pytest.approx((lower + upper) / 2)
+        assert full.stat.extent == pytest.approx(np.linalg.norm(upper - lower) / 2)
 
 
 class TestRoom:
@@ -253,7 +288,7 @@ class TestLight:
         assert red > green > 0.3
         assert green == pytest.approx(blue, abs=0.15)
         assert alpha == 1
-        assert geoms["ceiling__carton_0"].get("group") == "1"
+        assert geoms["ceiling__carton_0"].get("group") == "4"
         assert geoms["wall__carton_0"].get("group") == "2"
 
     def test_masses_and_joints_stay(self, full: mujoco.MjModel, tmp_path: Path) -> None:

@@ -235,6 +235,17 @@ def test_what_closes_a_corner_stays_out_of_main() -> None:
     assert inner[:, 0] == pytest.approx((low[0], high[0]), abs=1e-6)
 
 
+def test_the_outer_face_of_a_wall_is_a_mesh_of_its_own() -> None:
+    asset = made("room_wall", Wall(length=3.0, thickness=0.1, openings=(BAY,)))
+    outer = visual(asset, "wall_outside").mesh
+    normals, areas = face_normals(outer.vertices, outer.faces.astype(np.int64))
+    assert normals[:, 1].min() > 0.99
+    inner = visual(asset, "wall").mesh
+    assert np.sum(areas) == pytest.approx(np.sum(face_normals(inner.vertices, inner.faces.astype(np.int64))[1]))
+    rim = visual(asset, "wall_core").mesh
+    assert np.abs(face_normals(rim.vertices, rim.faces.astype(np.int64))[0][:, 1]).max() < 0.01
+
+
 @pytest.mark.parametrize("structure", list(WallStructure))
 def test_a_wall_weighs_what_it_is_built_of(structure: WallStructure) -> None:
     asset = made("room_wall", Wall(length=2.0, height=2.5, thickness=0.1, structure=structure))

@@ -80,7 +80,7 @@ def _context(
     colors: Mapping[str, Mapping[str, str]],
     groups: Groups,
 ) -> BodyContext:
-    shown = groups.ceiling if place.layer is Layer.CEILING else groups.visuals
+    shown = groups.shell if place.layer is Layer.CEILING else groups.visuals
     # Colliders that are drawn are shown: robosuite's cameras hide the group that only collides.
     hidden = shown if asset.id in colors else groups.colliders
     return BodyContext(

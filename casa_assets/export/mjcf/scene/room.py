@@ -2,42 +2,83 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 from lxml import etree
 
+from casa_assets.core.typing import Floats
 from casa_assets.export.mjcf import number
 from casa_assets.export.mjcf.site import collision_bounds
 from casa_assets.model.kitchen.scene import Camera, Layer, Light, LightKind, Scene
 
 # Clipping distances: a camera at a wrist sees the fingers, and what lies beyond a window is not cut off.
 NEAR_M, FAR_M = 0.015, 60.0
+# The sun's map of shadows goes this many times as far as the scene.
+SHADOW_REACH = 1.2
 # Specular light as a share of a light's colour. Chosen by eye, as in the scene of a single asset.
 SPECULAR_SHARE = 0.5
 # The exponent with which a spot of full softness fades towards its edge. Chosen by eye.
 MAX_SPOT_EXPONENT = 20.0
 # Cutoff of a light that shines to all sides, degrees.
 ALL_SIDES_DEG = "180"
+# The free camera starts this many extents from the middle. Ref: mjv_defaultFreeCamera.
+FREE_CAMERA_EXTENTS = 1.5
+# Camera of a kitchen that sees all of it.
+OVERVIEW = "overview"
 # Largest picture that is rendered off screen.
 OFFSCREEN_SIZE = {"offwidth": "1920", "offheight": "1440"}
 
 
+@dataclass(frozen=True, eq=False)
+class FirstView:
+    """Where the free camera starts: (3,) point that it looks at and distance from it, metres; angles in degrees.
+
+    `reach` is how far the scene goes from its middle, metres.
+    """
+
+    reach: float
+    target: Floats
+    distance: float
+    azimuth_deg: float
+    elevation_deg: float
+    fov_y_deg: float
+
+
 def add_frame(root: etree._Element, scene: Scene) -> None:
     """`<statistic>` and `<visual>`: first view, rendering options and ambient light."""
-    lower, upper = scene_bounds(scene)
-    extent = max(float(np.linalg.norm(upper - lower)) / 2, 0.1)
-    # The viewer starts 1.5 extents away.
-    frame = {"center": number.numbers((lower + upper) / 2), "extent": number.number(extent), "meansize": "0.3"}
+    first = _first_view(scene)
+    extent = first.distance / FREE_CAMERA_EXTENTS
+    frame = {"center": number.numbers(first.target), "extent": number.number(extent), "meansize": "0.3"}
     etree.SubElement(root, "statistic", frame)
     view = etree.SubElement(root, "visual")
-    etree.SubElement(view, "global", {"azimuth": "65", "elevation": "-30", "fovy": "50", **OFFSCREEN_SIZE})
+    angles = {"azimuth": number.number(first.azimuth_deg), "elevation": number.number(first.elevation_deg)}
+    etree.SubElement(view, "global", {**angles, "fovy": number.number(first.fov_y_deg), **OFFSCREEN_SIZE})
     etree.SubElement(view, "quality", {"shadowsize": "4096", "offsamples": "4"})
     ambient = {"ambient": number.numbers(scene.ambient), "diffuse": "0 0 0", "specular": "0 0 0"}
     etree.SubElement(view, "headlight", ambient)
     near, far = number.number(NEAR_M / extent), number.number(FAR_M / extent)
-    etree.SubElement(view, "map", {"znear": near, "zfar": far, "shadowclip": "1.2", "shadowscale": "0.8"})
+    shadows = {"shadowclip": number.number(SHADOW_REACH * first.reach / extent), "shadowscale": "0.8"}
+    etree.SubElement(view, "map", {"znear": near, "zfar": far, **shadows})
     if scene.sky is not None:
         etree.SubElement(view, "rgba", {"haze": f"{number.srgb(scene.sky.horizon)} 1"})
+
+
+def _first_view(scene: Scene) -> FirstView:
+    """Of the camera `overview`, where there is one, so that the free camera starts as our pictures are taken."""
+    lower, upper = scene_bounds(scene)
+    middle, reach = (lower + upper) / 2, max(float(np.linalg.norm(upper - lower)) / 2, 0.1)
+    for camera in scene.cameras:
+        if camera.name == OVERVIEW:
+            eye, forward = np.array(camera.pose.position), -camera.pose.rotation[:, 2]
+            distance = round(max(float((middle - eye) @ forward), 0.1), 3)
+            x, y, z = (float(v) for v in forward)
+            # Rounded: arc functions differ between processors in their last bit.
+            angles = round(math.degrees(math.atan2(y, x)), 2), round(math.degrees(math.asin(z)), 2)
+            return FirstView(reach, eye + distance * forward, distance, *angles, camera.fov_y_deg)
+    return FirstView(reach, middle, FREE_CAMERA_EXTENTS * reach, 65.0, -30.0, 50.0)
 
 
 def add_sky(assets: etree._Element, scene: Scene) -> None:
