@@ -20,7 +20,7 @@ from casa_assets.cli.text import terminal_safe
 from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.checks import checks
 from casa_assets.cli.verbs.doctor import doctor
-from casa_assets.cli.verbs.export import app as export
+from casa_assets.cli.verbs.export.app import app as export
 from casa_assets.cli.verbs.families import app as families
 from casa_assets.cli.verbs.find import find
 from casa_assets.cli.verbs.ingest import fetch, ingest

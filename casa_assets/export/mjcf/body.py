@@ -86,13 +86,18 @@ def add(parent: etree._Element, link: Link, context: BodyContext) -> etree._Elem
     return body
 
 
-def _inertial(inertial: Inertial) -> dict[str, str]:
+def full_inertia(inertial: Inertial) -> list[float]:
+    """(xx, yy, zz, xy, xz, yz), kg*m^2, such that nine digits of it are still the inertia of a body."""
     moments = np.linalg.eigvalsh(inertial.tensor)
     trace = float(moments.sum())
     is_plate = moments[0] + moments[1] - moments[2] < 2 * PLATE_MARGIN * trace
     diagonal = [m + PLATE_MARGIN * trace if is_plate else m for m in inertial.inertia[:3]]
+    return [*diagonal, *inertial.inertia[3:]]
+
+
+def _inertial(inertial: Inertial) -> dict[str, str]:
     return {
         "pos": number.numbers(inertial.center_of_mass),
         "mass": number.number(inertial.mass),
-        "fullinertia": number.numbers((*diagonal, *inertial.inertia[3:])),
+        "fullinertia": number.numbers(full_inertia(inertial)),
     }

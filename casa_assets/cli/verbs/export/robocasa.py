@@ -1,4 +1,4 @@
-"""casa-assets export: a library in the form that a runtime reads."""
+"""casa-assets export robocasa: a library as RoboCasa's kitchens read objects."""
 
 from __future__ import annotations
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
     from casa_assets.pipeline.export_robocasa import ExportResult
 
-app = typer.Typer(name="export", help="A library in the form that a runtime reads.", no_args_is_help=True)
-
 EXAMPLES = """
 Examples:
 
@@ -34,11 +32,6 @@ Examples:
 
   casa-assets export robocasa --scenes 'l_small__*' --objects lib --out ours    kitchens, and objects to put in them
 """
-
-
-@app.callback()
-def common() -> None:
-    """A library in the form that a runtime reads."""
 
 
 def robocasa(
@@ -104,7 +97,6 @@ def robocasa(
 
 
 robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
-app.command()(robocasa)
 
 
 def _print_json(results: list[ExportResult], kitchens: list[KitchenResult]) -> None:

@@ -1,0 +1,401 @@
+"""URDF and the JSON beside it -> fact table, read without the writer."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from lxml import etree
+
+from casa_assets.checks.package.facts import (
+    CLOSED,
+    OUTER,
+    AssetFacts,
+    BodyFacts,
+    JointFacts,
+    PlaceFacts,
+    PoseFacts,
+    ProgramTexts,
+    StateFacts,
+    VisualFacts,
+)
+from casa_assets.checks.readers.mujoco_facts import three
+from casa_assets.core.color import linear_from_srgb
+from casa_assets.core.rotation import about_axis
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.model.asset.asset import Base, JointKind
+from casa_assets.model.asset.behavior import Behavior
+from casa_assets.model.asset.shape import Box, Cylinder, Sphere
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+KINDS = {"revolute": JointKind.HINGE, "prismatic": JointKind.SLIDE}
+# In the name of a sphere at the end of a capsule, which is no collider of its own.
+CAPSULE_END = "__end"
+ROOT = "object"
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class UrdfLink:
+    """A link of a URDF with the joint that ties it to its parent.
+
+    Attributes:
+        parent: name, empty where no joint has it as child. joint: its `<joint>`, None where it has none.
+        element: its `<link>`.
+    """
+
+    name: str
+    parent: str
+    element: etree._Element
+    joint: etree._Element | None
+
+    @property
+    def pose(self) -> Pose:
+        """parent_from_link at zero."""
+        return Pose() if self.joint is None else origin(self.joint)
+
+    @property
+    def is_moved(self) -> bool:
+        """True if the joint moves it."""
+        return self.joint is not None and self.joint.get("type") in KINDS
+
+    def motion(self, value: float) -> Pose:
+        """Pose of the link in its own frame at zero, at a joint position in rad or m."""
+        assert self.joint is not None
+        axis = np.array(_numbers(_child(self.joint, "axis"), "xyz"))
+        if self.joint.get("type") == "prismatic":
+            return Pose(position=three(axis * value))
+        return Pose.from_matrix(about_axis(axis, value))
+
+
+def facts(path: Path) -> AssetFacts:
+    """The table of a URDF of one asset, in the frames of its links, which stand on the axes of their joints.
+
+    Raises:
+        ValueError: the URDF, the JSON beside it or a mesh file cannot be read, or lacks what a table needs.
+    """
+    return table(links(path), path.parent, beside(path))
+
+
+def beside(path: Path) -> Json:
+    """The JSON beside a URDF. Raises ValueError."""
+    try:
+        data = json.loads(path.with_suffix(".json").read_text(encoding="ascii"))
+    except OSError as error:
+        raise ValueError(f"{path.stem}.json cannot be read: {error.strerror}") from error
+    return dict(data)
+
+
+def links(path: Path) -> tuple[UrdfLink, ...]:
+    """Every link of a URDF, in the order of the document. Raises ValueError where it is no URDF."""
+    try:
+        root = etree.fromstring(path.read_bytes(), etree.XMLParser(resolve_entities=False, no_network=True))
+    except (OSError, etree.XMLSyntaxError) as error:
+        raise ValueError(f"{path.name} cannot be read: {error}") from error
+    by_child = {_child(joint, "child").get("link"): joint for joint in root.findall("joint")}
+    found = []
+    for element in root.findall("link"):
+        name = element.get("name", "")
+        joint = by_child.get(name)
+        parent = "" if joint is None else _child(joint, "parent").get("link", "")
+        found.append(UrdfLink(name, parent, element, joint))
+    return tuple(found)
+
+
+def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "") -> AssetFacts:
+    """The table of links that belong to one asset, the root among them.
+
+    Args:
+        tree: links of the asset, whose root is called `object`. folder: of the URDF. aside: the JSON beside it.
+        prefix: begins the names of its joints, visuals and colliders, which the table has without it.
+    """
+    at_zero = root_from_links(tree)
+    poses = [] if not aside["keyframes"] else [(CLOSED, {}), *aside["keyframes"].items()]
+    return AssetFacts(
+        base=Base(aside["base"]),
+        bodies=tuple(sorted((_body(k, at_zero, folder, aside, prefix) for k in tree), key=lambda body: body.name)),
+        exclusions=tuple(sorted((min(pair), max(pair)) for pair in map(tuple, aside["exclusions"]))),
+        places=tuple(sorted(_places(aside), key=lambda place: place.name)),
+        looks=tuple(sorted(_looks(tree, folder, prefix), key=lambda look: look.name)),
+        poses=tuple(_pose_facts(name, values, tree, prefix) for name, values in sorted(dict(poses).items())),
+        words=_words(aside),
+    )
+
+
+def on_joint_axes(asset: AssetFacts) -> AssetFacts:
+    """The same table in the frames of a URDF: each body stands on the anchor of its joint.
+
+    Args:
+        asset: in the frames of the asset, where an anchor is a point of the body.
+    """
+    anchors = {body.name: np.array(body.joint.anchor if body.joint else (0.0, 0.0, 0.0)) for body in asset.bodies}
+    places = tuple(p.replace(position=three(np.array(p.position) - anchors[p.body])) for p in asset.places)
+    return asset.replace(
+        bodies=tuple(_moved_body(body, anchors[body.name]) for body in asset.bodies),
+        places=places,
+        poses=tuple(_moved_poses(pose, anchors) for pose in asset.poses),
+    )
+
+
+def _moved_body(body: BodyFacts, anchor: Floats) -> BodyFacts:
+    moved = Pose(position=body.position, quaternion=body.quaternion) @ Pose(position=three(anchor))
+    shapes = anchor if body.colliders else np.zeros(3)
+    return body.replace(
+        position=moved.position,
+        center_of_mass=three(np.array(body.center_of_mass) - anchor),
+        lower=three(np.array(body.lower) - shapes),
+        upper=three(np.array(body.upper) - shapes),
+        joint=body.joint and body.joint.replace(anchor=(0.0, 0.0, 0.0)),
+    )
+
+
+def _moved_poses(pose: PoseFacts, anchors: Mapping[str, Floats]) -> PoseFacts:
+    frames = zip(pose.bodies, pose.positions, pose.quaternions, strict=True)
+    moved = [Pose(position=p, quaternion=q) @ Pose(position=three(anchors[name])) for name, p, q in frames]
+    return pose.replace(positions=tuple(frame.position for frame in moved))
+
+
+def root_from_links(
+    tree: tuple[UrdfLink, ...], values: Mapping[str, float] | None = None, prefix: str = ""
+) -> dict[str, Pose]:
+    """Pose of each link in the frame of the root, by name.
+
+    Args:
+        values: joint name without `prefix` -> position, rad or m; those not named are at zero.
+    """
+    by_name = {link.name: link for link in tree}
+
+    @cache
+    def pose_of(name: str) -> Pose:
+        link = by_name[name]
+        if link.parent not in by_name:
+            return Pose()
+        pose = pose_of(link.parent) @ link.pose
+        value = (values or {}).get(_joint_name(link, prefix), 0.0)
+        return pose @ link.motion(value) if link.is_moved and value else pose
+
+    return {name: pose_of(name) for name in by_name}
+
+
+def visual_bounds(tree: tuple[UrdfLink, ...], folder: Path, prefix: str = "") -> dict[str, Floats]:
+    """(2, 3) corners of each visual in the frame of its link, metres, by its name without `prefix`."""
+    return {
+        visual.get("name", "").removeprefix(prefix): _bounds(visual, folder)
+        for link in tree
+        for visual in link.element.findall("visual")
+    }
+
+
+def origin(element: etree._Element) -> Pose:
+    """Pose of an `<origin>`: roll, pitch and yaw turn about the fixed axes, one after the other."""
+    found = element.find("origin")
+    if found is None:
+        return Pose()
+    roll, pitch, yaw = _numbers(found, "rpy", "0 0 0")
+    turns = [about_axis(np.eye(3)[i], angle) for i, angle in enumerate((roll, pitch, yaw))]
+    turned = Pose.from_matrix(turns[2] @ turns[1] @ turns[0])
+    return turned.replace(position=three(np.array(_numbers(found, "xyz", "0 0 0"))))
+
+
+def _body(link: UrdfLink, at_zero: Mapping[str, Pose], folder: Path, aside: Json, prefix: str) -> BodyFacts:
+    """Row of a link. `at_zero`: poses of all links of the asset."""
+    own, pose = link.parent not in at_zero, at_zero[link.name]
+    inertial = _child(link.element, "inertial")
+    frame = origin(inertial)
+    tensor = frame.rotation @ _tensor(inertial) @ frame.rotation.T
+    shapes = link.element.findall("collision")
+    corners = [_bounds(shape, folder) for shape in shapes]
+    names = [shape.get("name", "").removeprefix(prefix) for shape in shapes]
+    colliders = [name for name in names if CAPSULE_END not in name]
+    return BodyFacts(
+        name=link.name,
+        parent="" if own else link.parent,
+        position=pose.position,
+        quaternion=pose.quaternion,
+        mass=_number(_child(inertial, "mass"), "value"),
+        center_of_mass=frame.position,
+        inertia=tuple(float(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))),
+        colliders=len(colliders),
+        lower=three(np.min([c[0] for c in corners], axis=0)) if corners else (0.0, 0.0, 0.0),
+        upper=three(np.max([c[1] for c in corners], axis=0)) if corners else (0.0, 0.0, 0.0),
+        frictions=tuple(sorted({_friction(aside["colliders"][name]) for name in colliders})),
+        joint=None if own or not link.is_moved else _joint(link, aside, prefix),
+    )
+
+
+def _tensor(inertial: etree._Element) -> Floats:
+    element = _child(inertial, "inertia")
+    xx, yy, zz, xy, xz, yz = (_number(element, name) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def _friction(matter: Json) -> Vec3:
+    return matter["dynamic_friction"], matter["torsional_friction"], matter["rolling_friction"]
+
+
+def _joint_name(link: UrdfLink, prefix: str) -> str:
+    return "" if link.joint is None else link.joint.get("name", "").removeprefix(prefix)
+
+
+def _joint(link: UrdfLink, aside: Json, prefix: str) -> JointFacts:
+    assert link.joint is not None
+    name = _joint_name(link, prefix)
+    said = aside["joints"][name]
+    spring = said["spring"] or {"stiffness": 0.0, "rest": 0.0}
+    limit, dynamics = _child(link.joint, "limit"), _child(link.joint, "dynamics")
+    damping, friction = _number(dynamics, "damping"), _number(dynamics, "friction")
+    return JointFacts(
+        name=name,
+        kind=KINDS[link.joint.get("type", "")],
+        axis=three(np.array(_numbers(_child(link.joint, "axis"), "xyz"))),
+        anchor=(0.0, 0.0, 0.0),
+        range=(_number(limit, "lower"), _number(limit, "upper")),
+        resistance=(spring["stiffness"], spring["rest"], damping, friction, said["armature"]),
+    )
+
+
+def _places(aside: Json) -> list[PlaceFacts]:
+    found = []
+    for item in (*aside["sites"], *aside["regions"]):
+        x, y, z = item["size"]
+        if item["name"] != OUTER:
+            found.append(
+                PlaceFacts(
+                    name=item["name"],
+                    body=item["link"],
+                    kind=item["kind"],
+                    position=tuple(item["position"]),
+                    quaternion=tuple(item["quaternion"]),
+                    size=(x, x, z) if item["kind"] == "cylinder" else (x, y, z),
+                    color=tuple(item["color"]) if "color" in item else None,
+                )
+            )
+    return found
+
+
+def _looks(tree: tuple[UrdfLink, ...], folder: Path, prefix: str) -> list[VisualFacts]:
+    return [_look(visual, folder, prefix) for link in tree for visual in link.element.findall("visual")]
+
+
+def _look(visual: etree._Element, folder: Path, prefix: str) -> VisualFacts:
+    """What the MTL file says; a plain colour in the URDF has to be the same, and a picture has to be there."""
+    name = visual.get("name", "")
+    obj = folder / _child(_child(visual, "geometry"), "mesh").get("filename", "")
+    mtl = _material_lines(obj.parent / _first_line(obj, "mtllib"))
+    shown = [*map(float, mtl["Kd"].split()), float(mtl["d"])]
+    stated = visual.find("material/color")
+    if stated is not None and not np.allclose(_numbers(stated, "rgba"), shown, atol=1e-6):
+        raise ValueError(f"visual {name!r} has one colour in the URDF and another in {mtl['newmtl']}.mtl")
+    picture = mtl.get("map_Kd", "")
+    if picture and not (obj.parent / picture).is_file():
+        raise ValueError(f"visual {name!r}: there is no picture {picture}")
+    red, green, blue = (linear_from_srgb(c) for c in shown[:3])
+    light = [linear_from_srgb(float(c)) for c in mtl["Ke"].split()]
+    return VisualFacts(
+        name=name.removeprefix(prefix),
+        color=(red, green, blue, shown[3]),
+        light=three(np.array(light)),
+        picture=Path(picture).name,
+    )
+
+
+def _material_lines(mtl: Path) -> dict[str, str]:
+    try:
+        pairs = [line.split(maxsplit=1) for line in mtl.read_text(encoding="ascii").splitlines()]
+    except OSError as error:
+        raise ValueError(f"{mtl.name} cannot be read: {error.strerror}") from error
+    return {pair[0]: pair[1] for pair in pairs if len(pair) == 2}
+
+
+def _first_line(obj: Path, word: str) -> str:
+    """The rest of the first line of an OBJ file that begins with a word."""
+    for line in _text(obj).splitlines():
+        if line.startswith(f"{word} "):
+            return line.removeprefix(f"{word} ")
+    raise ValueError(f"{obj.name} has no {word}")
+
+
+def _text(obj: Path) -> str:
+    try:
+        return obj.read_text(encoding="ascii")
+    except OSError as error:
+        raise ValueError(f"{obj.name} cannot be read: {error.strerror}") from error
+
+
+def _bounds(element: etree._Element, folder: Path) -> Floats:
+    """(2, 3) corners of a visual or collider in the frame of its link."""
+    shape, pose = _child(element, "geometry")[0], origin(element)
+    if shape.tag == "box":
+        x, y, z = _numbers(shape, "size")
+        return shape_bounds(Box(size=(x, y, z)), pose)
+    if shape.tag == "sphere":
+        return shape_bounds(Sphere(radius=_number(shape, "radius")), pose)
+    if shape.tag == "cylinder":
+        return shape_bounds(Cylinder(radius=_number(shape, "radius"), height=_number(shape, "length")), pose)
+    points = pose.apply(_vertices(folder / shape.get("filename", "")))
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _vertices(obj: Path) -> Floats:
+    """(N, 3) positions of an OBJ file."""
+    rows = [line[2:].split() for line in _text(obj).splitlines() if line.startswith("v ")]
+    if not rows:
+        raise ValueError(f"{obj.name} has no points")
+    return np.array(rows, dtype=np.float64)
+
+
+def _pose_facts(name: str, values: Json, tree: tuple[UrdfLink, ...], prefix: str) -> PoseFacts:
+    poses = root_from_links(tree, values, prefix)
+    order = sorted(poses)
+    return PoseFacts(
+        name=name,
+        bodies=tuple(order),
+        positions=tuple(poses[link].position for link in order),
+        quaternions=tuple(poses[link].quaternion for link in order),
+    )
+
+
+def _words(aside: Json) -> ProgramTexts:
+    shapes = {**aside["visuals"], **aside["colliders"]}
+    joints: Json = aside["joints"]
+    states = [
+        StateFacts(name=s["name"], joint=s["joint"], value=s["value"], interval=tuple(s["interval"]))
+        for s in aside["states"]
+    ]
+    behavior = aside["behavior"]
+    return ProgramTexts(
+        classes=tuple(aside["classes"]),
+        labels=tuple(sorted((name, said["label"]) for name, said in shapes.items() if said["label"])),
+        grips=_pairs(joints, lambda said: said["grip"]),
+        behind=_pairs(joints, lambda said: said["behind"]),
+        states=tuple(sorted(states, key=lambda state: state.name)),
+        contract=aside["contract"],
+        behavior="" if behavior is None else Behavior.model_validate(behavior).digest,
+    )
+
+
+def _pairs(joints: Json, value: Callable[[Json], Any]) -> tuple[tuple[str, str], ...]:
+    return tuple(sorted((name, value(said)) for name, said in joints.items() if value(said)))
+
+
+def _child(element: etree._Element, tag: str) -> etree._Element:
+    found = element.find(tag)
+    if found is None:
+        raise ValueError(f"<{element.tag} name={element.get('name')!r}> has no <{tag}>")
+    return found
+
+
+def _number(element: etree._Element, name: str) -> float:
+    (value,) = _numbers(element, name)
+    return value
+
+
+def _numbers(element: etree._Element, name: str, default: str = "") -> list[float]:
+    return [float(word) for word in element.get(name, default).split()]

@@ -1,0 +1,1 @@
+"""casa-assets export: one module per form, put together in `app`."""

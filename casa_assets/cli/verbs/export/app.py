@@ -1,0 +1,21 @@
+"""casa-assets export: libraries and kitchens in the form that another program reads."""
+
+from __future__ import annotations
+
+import typer
+
+from casa_assets.cli.verbs.export.robocasa import robocasa
+from casa_assets.cli.verbs.export.urdf import urdf
+
+app = typer.Typer(
+    name="export", help="Libraries and kitchens in the form that another program reads.", no_args_is_help=True
+)
+
+
+@app.callback()
+def common() -> None:
+    """Libraries and kitchens in the form that another program reads."""
+
+
+for form in (robocasa, urdf):
+    app.command()(form)
