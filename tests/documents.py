@@ -18,6 +18,7 @@ REASONS = frozenset(
         "needs files of your own",
         "needs RoboCasa",
         "needs weights of CLIP",
+        "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
         "runs for minutes",
     }
 )

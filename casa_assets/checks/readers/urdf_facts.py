@@ -94,7 +94,11 @@ def beside(path: Path) -> Json:
 
 
 def links(path: Path) -> tuple[UrdfLink, ...]:
-    """Every link of a URDF, in the order of the document. Raises ValueError where it is no URDF."""
+    """Every link of a URDF, in the order of the document.
+
+    Raises:
+        ValueError: it is no URDF, a joint names a link that is not there, or the links are not one tree.
+    """
     try:
         root = etree.fromstring(path.read_bytes(), etree.XMLParser(resolve_entities=False, no_network=True))
     except (OSError, etree.XMLSyntaxError) as error:
@@ -106,7 +110,18 @@ def links(path: Path) -> tuple[UrdfLink, ...]:
         joint = by_child.get(name)
         parent = "" if joint is None else _child(joint, "parent").get("link", "")
         found.append(UrdfLink(name, parent, element, joint))
+    _check_tree(path.name, found, len(root.findall("joint")))
     return tuple(found)
+
+
+def _check_tree(file: str, found: list[UrdfLink], joints: int) -> None:
+    """Raise ValueError unless links and joints are one tree: a joint above every link but the root."""
+    names = {link.name for link in found}
+    roots = [link for link in found if link.joint is None]
+    lost = sorted(link.parent for link in found if link.parent and link.parent not in names)
+    if len(names) != len(found) or lost or len(roots) != 1 or joints != len(found) - 1:
+        what = f"a joint hangs on {lost[0]!r}, which is no link" if lost else "its links are not one tree"
+        raise ValueError(f"{file}: {what}")
 
 
 def table(tree: tuple[UrdfLink, ...], folder: Path, aside: Json, prefix: str = "") -> AssetFacts:

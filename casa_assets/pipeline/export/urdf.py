@@ -140,7 +140,7 @@ def _exported(
             (faults if result.is_fault else written if result.urdf else []).append(result)
             yield result
         if faults:
-            raise BatchFault([result.id for result in faults])
+            raise BatchFault([r.id for r in faults], "\n".join(r.message for r in faults))
         if not written:
             return
         rows = [{"id": r.id, "urdf": r.urdf, **r.facts} for r in sorted(written, key=lambda r: r.id)]

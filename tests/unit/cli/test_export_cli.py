@@ -55,3 +55,29 @@ def test_help_has_examples() -> None:
     done = casa("export", "robocasa", "--help")
     assert done.returncode == 0
     assert done.stdout.count("casa-assets export robocasa") == 4
+
+
+def test_urdf_of_a_library_and_of_one_asset(library: Path, tmp_path: Path) -> None:
+    done = casa("export", "urdf", library, "--out", tmp_path / "out", "--json")
+    assert done.returncode == 0
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert all(set(row) == {"status", "id", "urdf", "message"} for row in rows)
+    assert all((tmp_path / "out" / row["urdf"]).is_file() for row in rows)
+    done = casa("export", "urdf", library / "mug" / "mug_0123456789", "--out", tmp_path / "out")
+    assert done.returncode == 0
+    assert "1 asset as URDF" in done.stdout
+    assert len(list((tmp_path / "out").rglob("*.urdf"))) == 1
+
+
+def test_urdf_takes_a_library_or_scenes(library: Path, tmp_path: Path) -> None:
+    for arguments, words in (
+        ((), "give either a library"),
+        ((library, "--scenes", "l_small__coastal"), "give either a library"),
+        (("--scenes", "l_smal__coastal"), "l_small__coastal"),
+        ((tmp_path, "--jobs", "2"), "holds no accepted asset"),
+    ):
+        done = casa("export", "urdf", *arguments, "--out", tmp_path / "out")
+        assert done.returncode == 2
+        assert words in " ".join(done.stderr.split())
+        assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -42,7 +42,7 @@ def urdf(
         False
     ),
 ) -> None:
-    """Write assets or kitchens as URDF and compare what is read back; exit 1 where one was refused."""
+    """Write assets or kitchens as URDF and compare what is read back; exit 0, 1 where one was refused, 2, 3."""
     from casa_assets.pipeline.export.urdf import export_assets, export_scenes
 
     if (source is None) == (not scenes):

@@ -1,0 +1,222 @@
+"""URDF of assets and of a whole kitchen in yourdfpy and SAPIEN: the same masses, joints, poses and bounds as ours."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from casa_assets.checks.readers import asset_facts, urdf_facts
+from casa_assets.core.typing import Floats
+from casa_assets.export.urdf import document
+from casa_assets.export.urdf.scene import kitchen
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.asset.joint import JointValue, Keyframe
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.pose import Pose
+from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.export.urdf import SCENES
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from tests.assets import EVERY, microwave, write_to
+from tests.documents import blocks
+from tests.scenes import corner
+
+ROOT = Path(__file__).parents[2]
+PYTHON = ROOT / os.environ.get("CASA_URDF", ".venv-urdf/bin/python")
+SCRIPT = Path(__file__).parent / "urdf_readers.py"
+# SAPIEN holds float32, and adds up poses along chains of links several metres from the origin.
+LENGTH_M, RATIO = 5e-6, 1e-5
+
+pytestmark = pytest.mark.consumers
+
+
+class Expected:
+    """What a URDF should hold by the record, in the frames that URDF has, named as in the file."""
+
+    def __init__(self) -> None:
+        self.bodies: dict[str, Any] = {}
+        self.joints: dict[str, Any] = {}
+        self.poses: dict[str, dict[str, Floats]] = {"zero": {}, "middle": {}}
+        self.seen: dict[str, list[Floats]] = {"zero": [], "middle": []}
+
+    def add(self, asset: Asset, placement: str = "", world_from_root: Pose | None = None) -> Expected:
+        """Add an asset, or a placement of it; its root stands at the origin unless it is placed."""
+        middle = tuple(JointValue(joint=j.name, value=sum(j.range) / 2) for j in asset.joints)
+        posed = asset.replace(keyframes=(Keyframe(name="middle", joints=middle),))
+        facts = urdf_facts.on_joint_axes(asset_facts.facts(posed))
+        for body in facts.bodies:
+            self.bodies[_link_name(body.name, placement)] = body
+            if body.joint is not None:
+                self.joints[_prefixed(body.joint.name, placement)] = body.joint
+        base = world_from_root or Pose()
+        moved_by = {link.name: asset.joint_of(link.name) for link in asset.links}
+        for pose in facts.poses:
+            word = "zero" if pose.name == "closed" else "middle"
+            for name, position, quaternion in zip(pose.bodies, pose.positions, pose.quaternions, strict=True):
+                link = base @ Pose(position=position, quaternion=quaternion)
+                self.poses[word][_link_name(name, placement)] = link.matrix
+                joint = moved_by[name]
+                anchor = np.array(joint.anchor if joint else (0.0, 0.0, 0.0))
+                for visual in asset.link(name).visuals:
+                    used = visual.mesh.vertices[np.unique(visual.mesh.faces)]
+                    self.seen[word].append(link.apply(used - anchor))
+        return self
+
+    def bounds(self, word: str) -> Floats:
+        """(2, 3) corners of all that is seen, metres."""
+        points = np.concatenate(self.seen[word])
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _prefixed(name: str, placement: str) -> str:
+    return f"{placement}__{name}" if placement else name
+
+
+def _link_name(name: str, placement: str) -> str:
+    return placement if placement and name == "object" else _prefixed(name, placement)
+
+
+def of_scene(scene: Scene) -> Expected:
+    """All that stands fixed in a scene."""
+    expected = Expected()
+    for place in scene.placements:
+        asset = scene.asset_of[place.name]
+        if asset.base is Base.FIXED:
+            expected.add(asset, place.name, place.pose @ asset.root.pose)
+    return expected
+
+
+def told(*paths: Path) -> dict[str, Any]:
+    """What both programs say of URDF files."""
+    assert PYTHON.is_file(), f"{PYTHON} is missing; './dev consumers' makes it, or name one with CASA_URDF"
+    done = subprocess.run(
+        [str(PYTHON), str(SCRIPT), *map(str, paths)], check=False, capture_output=True, text=True, timeout=500
+    )
+    assert done.returncode == 0, done.stderr[-4000:]
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+def free_microwave() -> Asset:
+    return microwave(Base.FREE)
+
+
+ASSETS: list[Callable[[], Asset]] = [*EVERY, free_microwave]
+
+
+@pytest.fixture(scope="module")
+def assets(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What both programs say of each small asset, by the name of the function that builds it."""
+    folder = tmp_path_factory.mktemp("urdf")
+    paths = {}
+    for build in ASSETS:
+        asset = build()
+        paths[build.__name__] = write_to(document.write(asset), folder / build.__name__) / f"{asset.id}.urdf"
+    found = told(*paths.values())
+    return {name: found[str(path)] for name, path in paths.items()}
+
+
+@pytest.mark.parametrize("program", ["yourdfpy", "sapien"])
+@pytest.mark.parametrize("build", ASSETS)
+def test_an_asset_means_the_same(build: Callable[[], Asset], program: str, assets: dict[str, Any]) -> None:
+    compare(program, assets[build.__name__][program], Expected().add(build()))
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Scene, Path]]:
+    """A small scene and a whole kitchen with the paths of their URDFs, as an export lays them down."""
+    _, whole = build_scene(SceneRecipe("l_small", "coastal"), cache_dir())
+    root = tmp_path_factory.mktemp("out") / "out" / "urdf_kitchens" / SCENES
+    found = {}
+    for scene in (corner(), whole):
+        found[scene.id] = scene, write_to(kitchen.write(scene), root / scene.id) / kitchen.FILE
+    return found
+
+
+@pytest.fixture(scope="module", params=["corner", "l_small__coastal"])
+def scene(request: pytest.FixtureRequest, scenes: dict[str, tuple[Scene, Path]]) -> tuple[Expected, Any]:
+    """What stands fixed in a scene, and what both programs say of its URDF."""
+    made, path = scenes[request.param]
+    return of_scene(made), told(path)[str(path)]
+
+
+@pytest.mark.parametrize("program", ["yourdfpy", "sapien"])
+def test_a_scene_means_the_same(program: str, scene: tuple[Expected, Any]) -> None:
+    expected, found = scene
+    assert len(expected.joints) >= 5
+    compare(program, found[program], expected)
+
+
+# Before what the page says of SAPIEN: its physics without its renderer, which needs a graphics driver.
+WITHOUT_PICTURES = """
+import functools, sapien
+from sapien.wrapper.urdf_loader import URDFLoader
+
+def build_link(self, link, builder, build=URDFLoader._build_link):
+    link.visuals = []
+    build(self, link, builder)
+
+URDFLoader._build_link = build_link
+sapien.Scene = functools.partial(sapien.Scene, [sapien.physx.PhysxCpuSystem()])
+"""
+
+
+def test_what_the_page_says_runs(scenes: dict[str, tuple[Scene, Path]]) -> None:
+    whole, path = scenes["l_small__coastal"]
+    of_page = [block for block in blocks("docs/urdf.md") if block.reason == "needs yourdfpy or SAPIEN"]
+    assert len(of_page) == 2
+    for block in of_page:
+        code = WITHOUT_PICTURES + block.code if "import sapien" in block.code else block.code
+        if "import sapien" in block.code:
+            code += "\nprint(len(scene.entities))"
+        done = subprocess.run(
+            [str(PYTHON), "-c", code], cwd=path.parents[4], check=False, capture_output=True, text=True, timeout=300
+        )
+        assert done.returncode == 0, done.stderr[-4000:]
+    loose = [place for place in whole.placements if whole.asset_of[place.name].base is Base.FREE]
+    links = sum(len(whole.asset_of[place.name].links) for place in loose)
+    assert loose
+    assert int(done.stdout.split()[-1]) == 1 + len(of_scene(whole).bodies) + links
+
+
+def compare(program: str, found: Any, expected: Expected) -> None:
+    """What a program found is what the record holds."""
+    links = dict(found["links"])
+    links.pop("world", None)
+    assert sorted(links) == sorted(expected.bodies)
+    for name, body in expected.bodies.items():
+        compare_body(name, links[name], body)
+    assert sorted(found["joints"]) == sorted(expected.joints)
+    for name, joint in expected.joints.items():
+        said = found["joints"][name]
+        kind = {"hinge": "revolute", "slide": "prismatic"}[joint.kind.value]
+        assert said["type"].removesuffix("_unwrapped") == kind
+        assert said["axis"] == pytest.approx(joint.axis, abs=RATIO), name
+        assert said["range"] == pytest.approx(joint.range, abs=LENGTH_M), name
+        assert said["damping"] == pytest.approx(joint.resistance[2], rel=RATIO), name
+        if program == "yourdfpy":  # SAPIEN passes over the friction of joints
+            assert said["friction"] == pytest.approx(joint.resistance[3], rel=RATIO), name
+    for word, poses in expected.poses.items():
+        for name, matrix in poses.items():
+            assert np.abs(np.array(found["poses"][word]["links"][name]) - matrix).max() < LENGTH_M, (word, name)
+    if program == "yourdfpy":
+        assert found["valid"]
+        assert found["said"] == []
+        for word in expected.poses:
+            assert np.abs(np.array(found["poses"][word]["seen"]) - expected.bounds(word)).max() < LENGTH_M, word
+
+
+def compare_body(name: str, said: Any, body: Any) -> None:
+    """Mass, centre of mass, inertia, and, where the program tells it of each link, the bounds of its colliders."""
+    assert said["mass"] == pytest.approx(body.mass, rel=RATIO), name
+    assert said["center"] == pytest.approx(body.center_of_mass, abs=LENGTH_M), name
+    xx, yy, zz, xy, xz, yz = body.inertia
+    tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    assert np.abs(np.array(said["inertia"]) - tensor).max() < RATIO * np.trace(tensor), name
+    if "touched" in said:
+        assert np.abs(np.array(said["touched"]) - np.array([body.lower, body.upper])).max() < LENGTH_M, name

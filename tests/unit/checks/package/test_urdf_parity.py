@@ -1,0 +1,106 @@
+"""A URDF that says anything else than its asset is told, cell by cell."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from casa_assets.checks.package.urdf import asset_differences
+from casa_assets.checks.scene.formats.urdf import scene_differences
+from casa_assets.export.urdf import document
+from casa_assets.export.urdf.scene import kitchen
+from tests.assets import microwave, write_to
+from tests.scenes import corner
+
+# What is changed in the URDF of a microwave, and the cell that then differs.
+CHANGES = [
+    ('<mass value="9"/>', '<mass value="9.1"/>', "bodies/object/mass"),
+    ('ixx="0.1758"', 'ixx="0.18"', "bodies/object/inertia"),
+    ('<origin xyz="0 0.01 0.15"', '<origin xyz="0 0.02 0.15"', "bodies/object/center_of_mass"),
+    ('<origin xyz="-0.24 -0.21 0.15"', '<origin xyz="-0.24 -0.2 0.15"', "bodies/door/position"),
+    ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 -1"/>', "bodies/door/joint/axis"),
+    ('lower="-1.57079633"', 'lower="-1.5"', "bodies/door/joint/range"),
+    ('damping="0.5"', 'damping="0.6"', "bodies/door/joint/resistance"),
+    ('friction="0.3"', 'friction="0.2"', "bodies/door/joint/resistance"),
+    ('type="revolute"', 'type="prismatic"', "bodies/door/joint/kind"),
+    ('<box size="0.5 0.38 0.02"/>', '<box size="0.6 0.38 0.02"/>', "bodies/object/upper"),
+    ('<collision name="back_0">', '<collision name="other">', "cannot be read"),
+    ('<origin xyz="0 0.02 0" rpy="0 0 0"/>', '<origin xyz="0 0.03 0" rpy="0 0 0"/>', "visuals/door_main"),
+    ('rgba="0.247800528', 'rgba="0.3', "cannot be read"),
+    ('<link name="door">', '<link name="flap">', "cannot be read"),
+]
+ASIDE = [
+    (["exclusions"], [], "exclusions"),
+    (["joints", "microjoint", "armature"], 0.5, "bodies/door/joint/resistance"),
+    (["colliders", "door_0", "dynamic_friction"], 0.1, "bodies/door/frictions"),
+    (["base"], "free", "base"),
+    (["states"], [], "states"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "cell"), CHANGES)
+def test_a_changed_urdf_is_told(old: str, new: str, cell: str, tmp_path: Path) -> None:
+    asset = microwave()
+    path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+    assert asset_differences(path, asset) == []
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    assert any(cell in f"{pointer}: {message}" for pointer, message in asset_differences(path, asset))
+
+
+@pytest.mark.parametrize(("place", "value", "cell"), ASIDE)
+def test_a_changed_json_is_told(place: list[str], value: object, cell: str, tmp_path: Path) -> None:
+    asset = microwave()
+    path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+    aside = json.loads(path.with_suffix(".json").read_text())
+    at = aside
+    for key in place[:-1]:
+        at = at[key]
+    at[place[-1]] = value
+    path.with_suffix(".json").write_text(json.dumps(aside))
+    assert cell in [pointer for pointer, _ in asset_differences(path, asset)]
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".json", ".obj", ".mtl"])
+def test_a_file_that_is_missing_is_told(suffix: str, tmp_path: Path) -> None:
+    asset = microwave()
+    path = write_to(document.write(asset), tmp_path) / f"{asset.id}.urdf"
+    min(tmp_path.rglob(f"*{suffix}")).unlink()
+    (problem,) = asset_differences(path, asset)
+    assert "cannot be read" in problem[1]
+
+
+def test_a_scene_is_what_was_written(tmp_path: Path) -> None:
+    assert scene_differences(write_to(kitchen.write(corner()), tmp_path), corner()) == []
+
+
+@pytest.mark.parametrize(
+    ("pattern", "new", "cell"),
+    [
+        (r'(<child link="oven"/>\s*<origin xyz=")1 ', r"\g<1>1.01 ", "scene.urdf/oven/position"),
+        (r'(<child link="unit"/>\s*<origin xyz="[^"]*" rpy="[^"]*) [^ "]*"', r'\g<1> 0"', "scene.urdf/unit/quaternion"),
+        (r'(<joint name="grill__knob_joint".*?upper=")', r"\g<1>-", "scene.urdf/grill/"),
+    ],
+)
+def test_a_changed_scene_is_told(pattern: str, new: str, cell: str, tmp_path: Path) -> None:
+    folder = write_to(kitchen.write(corner()), tmp_path)
+    text = (folder / kitchen.FILE).read_text()
+    changed, count = re.subn(pattern, new, text, count=1, flags=re.DOTALL)
+    assert count == 1
+    (folder / kitchen.FILE).write_text(changed)
+    assert any(pointer.startswith(cell) for pointer, _ in scene_differences(folder, corner()))
+
+
+def test_a_changed_list_is_told(tmp_path: Path) -> None:
+    folder = write_to(kitchen.write(corner()), tmp_path)
+    listed = json.loads((folder / kitchen.LIST).read_text())
+    listed["placements"][0]["joints"] = {"microjoint": -0.5}
+    listed["placements"][6]["position"][2] += 0.01
+    del listed["placements"][-1]
+    (folder / kitchen.LIST).write_text(json.dumps(listed))
+    pointers = [pointer for pointer, _ in scene_differences(folder, corner())]
+    assert pointers == ["scene.json/placements", "scene.json/oven/joints", "scene.json/mug/position"]
