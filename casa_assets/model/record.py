@@ -21,6 +21,8 @@ Vec5 = tuple[float, float, float, float, float]
 
 # Legal at once as an MJCF name, a USD prim name and a file name; `__` is kept for joining id paths.
 Id = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_[a-z0-9]+)*$", max_length=96)]
+# An Id that may hold capitals, where a runtime spells a name with them.
+MixedCaseId = Annotated[str, StringConstraints(pattern=r"^[a-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*$", max_length=96)]
 Sha256 = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{64}$")]
 
 

@@ -228,7 +228,7 @@ def _with_cup(asset: Asset) -> Asset:
 def _with_slots(asset: Asset) -> Asset:
     """Add the slots of a toaster with their floors, where there are two or four."""
     found = find_toaster_slots(asset)
-    words = {2: ("slot_l", "slot_r"), 4: tuple(f"side_{a}_slot_{b}" for a in "lr" for b in "lr")}.get(len(found), ())
+    words = {2: ("slotL", "slotR"), 4: tuple(f"side{a}_slot{b}" for a in "LR" for b in "LR")}.get(len(found), ())
     regions, floors = [], []
     for word, niche in zip(words, found, strict=False):
         regions.append(_region(word, niche))

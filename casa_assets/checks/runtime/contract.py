@@ -10,7 +10,7 @@ import numpy.typing as npt
 from casa_assets.checks.check import Measurement, Problem, count, not_applicable, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.runtime import contract_names as names
-from casa_assets.checks.runtime import contract_paths
+from casa_assets.checks.runtime import contract_paths, loader_places
 from casa_assets.model.asset.asset import Asset, Collider, Joint, Region, Visual
 from casa_assets.model.registry.contract import Contract, KeyRule
 
@@ -135,16 +135,14 @@ def thresholds_meet_contract(package: Package) -> Measurement:
     return count(faults)
 
 
-def spelling_meets_contract(package: Package) -> Measurement:
-    """CON007: number of names that are not spelled as the runtime spells them, capitals included."""
+def places_meet_contract(package: Package) -> Measurement:
+    """CON008: number of regions and sites of model.xml that are elsewhere for the runtime than in the model."""
     contract = _contract(package)
     if contract is None:
         return _no_contract(package)
-    if not contract.runtime_names:
-        return not_applicable("its contract names nothing whose spelling is free")
     if not package.mjcf.is_file():
         return not_run(NO_FILE)
-    return count(list(contract_paths.misspelled(package.mjcf, package.asset, contract)))
+    return count(list(loader_places.faults(package.mjcf, contract)))
 
 
 def seen_bounds(asset: Asset, contract: Contract) -> Bounds | None:

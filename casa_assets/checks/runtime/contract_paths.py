@@ -39,21 +39,7 @@ def faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
         yield from _joints(root, asset, needs)
         yield from _sites(root, asset, needs)
         yield from _geoms(root, asset, needs)
-    yield from _regions(root, body, asset, contract)
-
-
-def misspelled(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
-    """(pointer, message) of names of the asset that the file does not spell as the runtime does."""
-    root = _read(path)
-    if root is None:
-        return
-    written = {element.get("name") for element in root.iter("geom", "site", "joint", "body")}
-    regions = {r.name for r in asset.regions}
-    ours = regions | {c.name for k in asset.links for c in k.colliders}
-    for name, spelled in contract.runtime_names.items():
-        wanted = f"reg_{spelled}" if name in regions else spelled
-        if name in ours and wanted not in written:
-            yield f"model.xml/{name}", f"should be written as {wanted!r}, as the runtime looks for it"
+    yield from _regions(root, body, asset)
 
 
 def met(asset: Asset, contract: Contract) -> list[Requirements]:
@@ -113,10 +99,10 @@ def _colliders(asset: Asset, rule: ShapeRule) -> list[str]:
     return [c.name for k in asset.links for c in k.colliders if rule.matches(c.name)]
 
 
-def _regions(root: etree._Element, body: etree._Element, asset: Asset, contract: Contract) -> Iterator[Problem]:
+def _regions(root: etree._Element, body: etree._Element, asset: Asset) -> Iterator[Problem]:
     geoms = {g.get("name") for g in root.iter("geom")}
     for region in asset.regions:
-        if f"reg_{region.name}" not in geoms and f"reg_{contract.runtime_names.get(region.name)}" not in geoms:
+        if f"reg_{region.name}" not in geoms:
             yield f"model.xml/geom/reg_{region.name}", "is not there: v1.0 reads regions from geoms"
     if any(region.name == "main" for region in asset.regions):
         sites = {s.get("name") for s in body.findall("site")}

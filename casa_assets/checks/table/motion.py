@@ -64,8 +64,9 @@ ROWS: tuple[Check, ...] = (
     Check("CON006", "Contract: thresholds", ERROR, Package, contract.thresholds_meet_contract, None, "",
           "The runtime's thresholds lie within the ranges of their joints, and named poses stand as the contract "
           "says; widen the range, or correct the pose."),
-    Check("CON007", "Contract: spelling", WARNING, Package, contract.spelling_meets_contract, None, "",
-          "Names in model.xml are spelled as the runtime spells them, capitals included; rename those that differ."),
+    Check("CON008", "Contract: places", ERROR, Package, contract.places_meet_contract, None, "",
+          "Regions and sites are where the runtime takes them to be by the numbers written in model.xml, and those in "
+          "which it puts things are high enough, stay where they are and have a floor; move the frame or the box."),
     Check("BEH001", "Reachable values", ERROR, Asset, behavior.values_are_reachable, None, "",
           "Every value of every variable of the behaviour can be brought about by moving joints and touching "
           "colliders; add a rule, or drop the value."),

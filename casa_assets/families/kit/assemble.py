@@ -61,7 +61,7 @@ def assemble(builder: AssetBuilder, family: str, params: Params) -> Asset:
             generator="casa-assets families",
         ),
     )
-    return add_main_region(quantize(center_footprint(asset)))
+    return add_main_region(quantize(share_asset_frame(center_footprint(asset))))
 
 
 def _ordered(builder: AssetBuilder) -> list[LinkBuilder]:
@@ -162,17 +162,59 @@ def center_footprint(asset: Asset) -> Asset:
     lower, upper = asset.bounds
     x, y, z = (float(np.float32(v)) for v in (-(lower[0] + upper[0]) / 2, -(lower[1] + upper[1]) / 2, -lower[2]))
     shift = Pose(position=(x, y, z))
-    root = asset.root
-    root_link = root.replace(
-        inertial=root.inertial.replace(center_of_mass=_point(shift, root.inertial.center_of_mass)),
-        visuals=tuple(v.replace(mesh=_shifted(v.mesh, (x, y, z))) for v in root.visuals),
-        colliders=tuple(c.replace(pose=shift @ c.pose) for c in root.colliders),
-    )
+    root_link = _shifted_link(asset.root, (x, y, z))
     others = tuple(k.replace(pose=shift @ k.pose) if k.parent == ROOT else k for k in asset.links[1:])
     return asset.replace(
         links=(root_link, *others),
         sites=tuple(s.replace(pose=shift @ s.pose) if s.link == ROOT else s for s in asset.sites),
         regions=tuple(r.replace(pose=shift @ r.pose) if r.link == ROOT else r for r in asset.regions),
+    )
+
+
+def share_asset_frame(asset: Asset) -> Asset:
+    """The asset with the frame of every link that carries a region, and of what carries that link, at its origin.
+
+    A region's place on its link is then its place on the asset. Ref: RoboCasa v1.0, Fixture: it reads the `pos` of a
+    region as if it were in the fixture's own frame; its own drawers have moving bodies at 0 0 0, too.
+    Links that are turned against the asset keep their frames, and all that they carry.
+    """
+    kept = asset
+    for link in asset.links:
+        if any(region.link == link.name for region in asset.regions):
+            for name in reversed(_carriers(asset, link.name)):
+                kept = _at_parent(kept, name)
+    return kept
+
+
+def _carriers(asset: Asset, name: str) -> list[str]:
+    """A link and the links that carry it, without the root."""
+    parent = asset.link(name).parent
+    return [] if parent is None else [name, *_carriers(asset, parent)]
+
+
+def _at_parent(asset: Asset, name: str) -> Asset:
+    """The asset with the frame of a link moved into that of its parent; nothing moves in the world."""
+    link = asset.link(name)
+    if link.pose.quaternion != Pose().quaternion:
+        return asset
+    by = Pose(position=link.pose.position)
+    moved = _shifted_link(link, by.position).replace(pose=Pose())
+    others = (k.replace(pose=by @ k.pose) if k.parent == name else k for k in asset.links)
+    return asset.replace(
+        links=tuple(moved if k.name == name else k for k in others),
+        joints=tuple(j.replace(anchor=_point(by, j.anchor)) if j.child == name else j for j in asset.joints),
+        sites=tuple(s.replace(pose=by @ s.pose) if s.link == name else s for s in asset.sites),
+        regions=tuple(r.replace(pose=by @ r.pose) if r.link == name else r for r in asset.regions),
+    )
+
+
+def _shifted_link(link: Link, by: Vec3) -> Link:
+    """The link with all that is on it moved in its own frame, metres."""
+    shift = Pose(position=by)
+    return link.replace(
+        inertial=link.inertial.replace(center_of_mass=_point(shift, link.inertial.center_of_mass)),
+        visuals=tuple(v.replace(mesh=_shifted(v.mesh, by)) for v in link.visuals),
+        colliders=tuple(c.replace(pose=shift @ c.pose) for c in link.colliders),
     )
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from casa_assets.model.record import Id, Record, Vec2, Vec4
+from casa_assets.model.record import Id, MixedCaseId, Record, Vec2, Vec4
 
 
 class Condition(Record):
@@ -29,7 +29,7 @@ class Condition(Record):
 
     joint: Id | None = None
     interval: Vec2 | None = None
-    contact: Id | None = None
+    contact: MixedCaseId | None = None
     variable: Id | None = None
     equals: Id | None = None
     begins: bool = False
@@ -94,7 +94,7 @@ class Effect(Record):
     variable: Id
     value: Id
     kind: EffectKind
-    target: Id
+    target: MixedCaseId
     color: Vec4 = (1.0, 1.0, 1.0, 1.0)
     strength: Annotated[float, Field(gt=0, le=1)] = 1.0
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, field_validator
 
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Id, Record, Vec2, Vec3, Vec5
+from casa_assets.model.record import Id, MixedCaseId, Record, Vec2, Vec3, Vec5
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 
@@ -61,7 +61,7 @@ class Joint(Record):
     armature: NotNegative = 0.0
     friction_impedance: Vec5 = (0.9999, 0.9999, 0.001, 0.5, 2.0)
     drive: Drive | None = None
-    grip: Id | None = None
+    grip: MixedCaseId | None = None
     behind: Id | None = None
 
     @field_validator("axis")

@@ -12,7 +12,7 @@ from casa_assets.model.asset.material import Positive
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Shape
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Id, Record, Vec3
+from casa_assets.model.record import Id, MixedCaseId, Record, Vec3
 
 
 class Inertial(Record):
@@ -65,7 +65,7 @@ class Collider(Record):
         label: as for Visual. Runtimes ask for contacts by the collider's name.
     """
 
-    name: Id
+    name: MixedCaseId
     shape: Shape
     substance: Id
     pose: Pose = Pose()

@@ -8,7 +8,7 @@ from pydantic import field_validator, model_validator
 
 from casa_assets.model.asset.material import Positive
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Id, Record, Vec3, Vec4
+from casa_assets.model.record import Id, MixedCaseId, Record, Vec3, Vec4
 
 
 class Site(Record):
@@ -39,7 +39,7 @@ class Site(Record):
 class Region(Record):
     """A named volume in a link: an interior, a shelf, the bounding box. Box (full size) or cylinder about z."""
 
-    name: Id
+    name: MixedCaseId
     link: Id = "object"
     pose: Pose = Pose()
     kind: Literal["box", "cylinder"] = "box"

@@ -136,6 +136,26 @@ class RegionRule(NamePattern):
     link: Pattern | None = None
 
 
+class PlaceRule(Record):
+    """Regions in which a runtime puts things, by heights and sizes as it reads them from the file.
+
+    Attributes:
+        regions: pattern of their names. min_count: how many of them there have to be.
+        stands_m: height of the lower end of `main` above the floor of a kitchen, or of the upper end where `let_in`.
+        heights_m: of a region's lower side above the floor; None where any will do.
+        min_height_m: of a region; lower ones are left out.
+        fixed: they have to be on the root link.
+    """
+
+    regions: Pattern
+    min_count: Count = 1
+    stands_m: float = 0.0
+    let_in: bool = False
+    heights_m: Vec2 | None = None
+    min_height_m: Annotated[float, Field(ge=0.0)] = 0.0
+    fixed: bool = False
+
+
 class VariableRule(NamePattern):
     """A variable of the behaviour that has at least these values."""
 
@@ -275,7 +295,11 @@ class Contract(Requirements):
         forbidden_joints, forbidden_geoms: patterns of names that a runtime would mistake for something else.
         labels: each has to be the label of a visual or collider.
         outside: labels of parts that may stick out of the region `main`: handles, a faucet.
-        runtime_names: our name -> name that the runtime reads, where that is no legal id here (it has capitals).
+        places: regions in which the runtime puts things.
+        beside: sites of model.xml that have to be in the body around `object`.
+        falls_into: site -> pattern of regions; the site is above one of them.
+        by_subclass: the classes of RoboCasa v1.0 build themselves and load no file: it takes a subclass that calls
+            `Fixture.__init__`, as those of `export robocasa --scenes` do.
         main_margin_m: how far `main` may extend beyond the visuals, metres.
     """
 
@@ -288,7 +312,10 @@ class Contract(Requirements):
     forbidden_geoms: tuple[Pattern, ...] = ()
     labels: tuple[Id, ...] = ()
     outside: tuple[Id, ...] = ()
-    runtime_names: dict[Id, str] = Field(default_factory=dict)
+    places: tuple[PlaceRule, ...] = ()
+    beside: tuple[Id, ...] = ()
+    falls_into: dict[Id, Pattern] = Field(default_factory=dict)
+    by_subclass: bool = False
     thresholds: tuple[Threshold, ...] = ()
     keyframes: tuple[KeyRule, ...] = ()
     trials: tuple[Trial, ...] = ()

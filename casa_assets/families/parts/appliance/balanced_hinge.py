@@ -51,10 +51,12 @@ class HingeLoad:
         bias: float,
         unbalanced: float,
         start_n: float,
+        name: str | None = None,
     ) -> None:
-        """Add the hinge `<link>_joint`, with a spring whose moment is bias + stiffness * angle.
+        """Add a hinge with a spring whose moment is bias + stiffness * angle.
 
         Args:
+            name: of the joint; None for `<link>_joint`.
             unbalanced: N*m of the weight's moment that the spring leaves over. start_n: force that starts the link, N.
         """
         travel = float(self.angles[-1])
@@ -62,7 +64,7 @@ class HingeLoad:
         feel = hand_dynamics.feel(self.inertia, self.lever, abs(travel), start_n, push_n)
         spring = hand_dynamics.Spring(significant(stiffness, 4), significant(-bias / stiffness, 4))
         span = (min(0.0, travel), max(0.0, travel))
-        builder.hinge(f"{link}_joint", link, (1.0, 0.0, 0.0), span, grip, spring=spring, feel=feel)
+        builder.hinge(name or f"{link}_joint", link, (1.0, 0.0, 0.0), span, grip, spring=spring, feel=feel)
 
 
 def balanced_hinge(builder: AssetBuilder, link: str, grip: str, travel: float) -> None:
@@ -80,8 +82,12 @@ def balanced_hinge(builder: AssetBuilder, link: str, grip: str, travel: float) -
     load.add_hinge(builder, link, grip, stiffness=stiffness, bias=bias, unbalanced=unbalanced, start_n=start_n)
 
 
-def oven_door_hinge(builder: AssetBuilder, link: str) -> None:
-    """Hinge a door at its lower edge; of 61 springs it gets the one whose largest unbalanced moment is least."""
+def oven_door_hinge(builder: AssetBuilder, link: str, name: str | None = None) -> None:
+    """Hinge a door at its lower edge; of 61 springs it gets the one whose largest unbalanced moment is least.
+
+    Args:
+        name: of the joint; None for `<link>_joint`.
+    """
     grip = f"{link}_handle_main"
     load = HingeLoad.of(builder, link, grip, np.linspace(0.0, OVEN_DOOR_TRAVEL, 25))
     stiffnesses = np.linspace(0.2, 1.4, 61) * max(float(load.moment[-1]), 0.5) / OVEN_DOOR_TRAVEL
@@ -92,4 +98,6 @@ def oven_door_hinge(builder: AssetBuilder, link: str) -> None:
     worst = float(unbalanced[k])
     start_n = max(OVEN_DOOR_START_N, 1.25 * worst / load.lever)
     stiffness = float(stiffnesses[k])
-    load.add_hinge(builder, link, grip, stiffness=stiffness, bias=float(bias[k]), unbalanced=worst, start_n=start_n)
+    load.add_hinge(
+        builder, link, grip, stiffness=stiffness, bias=float(bias[k]), unbalanced=worst, start_n=start_n, name=name
+    )

@@ -61,13 +61,15 @@ def add_cavity(
     first: int = 0,
     door: str = "door_joint",
     collider: bool = True,
+    rack: str = "rack",
 ) -> None:
     """Walls round a cavity, open to the front (-y), and its racks.
 
     Args:
         lower, upper: corners of the outside; the front plane is lower[1].
-        racks: how many; they are named rack<first>, rack<first + 1> from below.
+        racks: how many; they are named <rack><first>, <rack><first + 1> from below.
         door: joint that has to be open before a rack can move. collider: False: no colliders for walls.
+        rack: begins the names of racks.
     """
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     t = INSULATION_THICKNESS
@@ -86,7 +88,7 @@ def add_cavity(
     for k in range(racks):
         z = c0 + height * (0.22 + 0.56 * k / max(1, racks - 1) if racks > 1 else 0.4)
         clearance = height * (0.56 / max(1, racks - 1)) - 0.03 if k < racks - 1 else c1 - z - 0.05
-        add_oven_rack(builder, f"rack{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, clearance)), looks, door)
+        add_oven_rack(builder, f"{rack}{first + k}", (a0, b0, z), (a1, b1, z + max(0.07, clearance)), looks, door)
 
 
 def furnish_cavity(builder: AssetBuilder, lower: Vec3, upper: Vec3, lamp: str) -> None:
@@ -157,11 +159,12 @@ def add_oven_door(
     upper: tuple[float, float],
     front: float,
     looks: OvenLook,
+    joint: str | None = None,
 ) -> str:
     """A door in front of the plane y = front, hinged along its lower front edge; returns its joint.
 
     Args:
-        lower, upper: corners in x and z.
+        lower, upper: corners in x and z. joint: name of its hinge; None for `<link>_joint`.
     """
     (x0, z0), (x1, z1) = lower, upper
     w, h = x1 - x0, z1 - z0
@@ -192,8 +195,9 @@ def add_oven_door(
     )
     builder.add(link, inner, looks.liner, label="door", collider=False, density="oven_door_liner")
     _handle(builder, link, w, h, looks)
-    oven_door_hinge(builder, link)
-    return f"{link}_joint"
+    name = joint or f"{link}_joint"
+    oven_door_hinge(builder, link, name)
+    return name
 
 
 def _handle(builder: AssetBuilder, link: str, w: float, h: float, looks: OvenLook) -> None:

@@ -63,13 +63,14 @@ class Spout:
     mouth: Vec3
 
 
-def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
+def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float, turn: float = 0.0) -> None:
     """Add a faucet with its links, joints, `water` site and behaviour.
 
     Args:
         builder: of the sink.
         at: where it stands; the spout points to -y.
         fall: z at which the water lands, metres.
+        turn: of the resting spout to the right, rad.
     """
     x, y, z = at
     bridge = p.form in (SpoutForm.BRIDGE, SpoutForm.VICTORIAN)
@@ -80,12 +81,17 @@ def add_faucet(builder: AssetBuilder, p: Faucet, at: Vec3, fall: float) -> None:
     spout = _spout(p, p.height - swivel)
     for i, solid in enumerate(spout.solids):
         builder.add(
-            "spout", solid, p.finish, label="spout", collider="spout_main" if i == 0 else True, density="tap_body"
+            "spout",
+            solid.rotated("z", turn) if turn else solid,
+            p.finish,
+            label="spout",
+            collider="spout_main" if i == 0 else True,
+            density="tap_body",
         )
-    builder.hinge(
-        "spout_joint", "spout", (0.0, 0.0, 1.0), (-SPOUT_RANGE, SPOUT_RANGE), "spout_main", start_n=TAP_START_N
-    )
+    span = (-SPOUT_RANGE - turn, SPOUT_RANGE - turn)
+    builder.hinge("spout_joint", "spout", (0.0, 0.0, 1.0), span, "spout_main", start_n=TAP_START_N)
     mx, my, mz = spout.mouth
+    mx, my = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
     stream = z + swivel + mz - fall
     builder.column("water", (mx, my, mz - stream / 2), (0.016, 0.016, stream), WATER, link="spout")
     _levers(builder, p, at, bridge)

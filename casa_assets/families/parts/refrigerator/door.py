@@ -22,6 +22,7 @@ from casa_assets.model.record import Vec2, Vec3
 DOOR_TRAVEL = math.pi / 2
 BIN_DEPTH = 0.1  # metres that bins reach into the case
 HAND_HEIGHT = 1.08  # height of the middle of a hand that stands before it, metres
+BIN_REGION = "bin"  # begins the names of their regions
 MIN_BIN_PITCH = 0.16  # metres between two bins
 # Fronts whose stiles are wide enough for the foot of a pull.
 FRAMED_FRONTS = (FrontKind.SHAKER, FrontKind.RAISED)
@@ -281,4 +282,6 @@ def _bin(builder: AssetBuilder, door: FridgeDoor, look: ApplianceLook, k: int, l
     corners = ((x0 + e, y0, z + e), (x1 - e, y1 - e, top - 0.012))
     if door.right:
         corners = ((-x1 + e, y0, z + e), (-x0 - e, y1 - e, top - 0.012))
-    builder.region(name, *corners, link=door.link)
+    # Ref: RoboCasa v1.0, Fridge: a region with `fridge` or `freezer` in its name is a shelf, and stays where it is.
+    count = sum(region.name.startswith(BIN_REGION) for region in builder.regions)
+    builder.region(f"{BIN_REGION}{count}", *corners, link=door.link)

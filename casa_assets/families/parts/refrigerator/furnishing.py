@@ -8,22 +8,36 @@ from collections.abc import Sequence
 from casa_assets.families.kit.asset_builder import AssetBuilder
 from casa_assets.families.kit.behavior_builder import negated
 from casa_assets.families.parts.appliance.look import ApplianceLook
-from casa_assets.families.parts.refrigerator.case import LINER_THICKNESS, Compartment, add_shelf
-from casa_assets.families.parts.refrigerator.door import BIN_DEPTH, FridgeDoor
-from casa_assets.families.parts.refrigerator.sliding_parts import SIDE_CLEARANCE, add_crisper
+from casa_assets.families.parts.refrigerator.case import DOOR_GAP, LINER_THICKNESS, Compartment, add_shelf
+from casa_assets.families.parts.refrigerator.door import BIN_DEPTH, DOOR_TRAVEL, FridgeDoor
+from casa_assets.families.parts.refrigerator.sliding_parts import SIDE_CLEARANCE, add_crisper, crisper_reach
 from casa_assets.model.asset.behavior import Condition
 
 # Ref: RoboCasa v1.0, Fridge: things are put where there are 0.20 m and more.
 SHELF_PITCH = 0.214
 LAMP_COLOR = (1.0, 0.96, 0.88, 1.0)
-# Ref: RoboCasa v1.0, Fridge.is_closed: up to this share of its range a door is shut.
-CLOSED_SHARE = 0.005
+# Ref: RoboCasa v1.0, Fridge.is_closed and is_open: up to the first share of its range a door is shut, from the second
+# on it is open.
+CLOSED_SHARE, OPEN_SHARE = 0.005, 0.9
+LINER_PLUG = 0.012  # metres by which the liner of a door stands out behind it
 CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
 
 def center_gap(width: float, thickness: float) -> float:
     """Gap between two doors of a width that meet in the middle: the rear corner of one swings out by it, metres."""
     return math.hypot(width, thickness) - width + 0.0014
+
+
+def open_leaf(thickness: float, reach: float) -> float:
+    """Width beside the hinge that a door takes up before the case once it counts as open, metres.
+
+    Args:
+        thickness: of the door. reach: how far before the case anything passes beside it, metres.
+    """
+    angle, inner = OPEN_SHARE * DOOR_TRAVEL, thickness + LINER_PLUG
+    # The point of its inner face that is as far in front as what slides out; the hinge is at the outer front corner.
+    along = (reach - thickness - DOOR_GAP + inner * math.cos(angle)) / math.sin(angle)
+    return along * math.cos(angle) + inner * math.sin(angle) + SIDE_CLEARANCE
 
 
 def furnish_compartment(
@@ -71,11 +85,11 @@ def _crispers(
     """Crispers; returns the z of the pane that covers them, metres."""
     x0, x1 = r.lower[0] + LINER_THICKNESS + SIDE_CLEARANCE, r.upper[0] - LINER_THICKNESS - SIDE_CLEARANCE
     # An open door stands before the wall of its hinge; what slides out must pass beside it.
-    for door in doors:
-        open_leaf = look.thick + 0.012 + SIDE_CLEARANCE
-        x0 = max(x0, door.lower[0] + open_leaf) if not door.right else x0
-        x1 = min(x1, door.upper[0] - open_leaf) if door.right else x1
     back = r.upper[1] - 0.02
+    room = open_leaf(look.thick, crisper_reach(CRISPER_SETBACK, back))
+    for door in doors:
+        x0 = max(x0, door.lower[0] + room) if not door.right else x0
+        x1 = min(x1, door.upper[0] - room) if door.right else x1
     for k in range(drawers):
         name = f"{r.name}_drawer{k}"
         if stacked:

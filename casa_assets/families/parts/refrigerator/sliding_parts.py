@@ -12,7 +12,18 @@ from casa_assets.model.record import Vec3
 
 WALL_THICKNESS = 0.0035  # metres; injection moulded
 LIP_DEPTH = 0.024  # how far the lip of a crisper stands out before its front
+CRISPER_PULL = 0.62  # part of its depth that a crisper slides out
 SIDE_CLEARANCE = 0.006  # metres at each side of what slides
+
+
+def crisper_travel(depth: float) -> float:
+    """How far a crisper of a depth slides out, metres."""
+    return round(CRISPER_PULL * depth, 3)
+
+
+def crisper_reach(front: float, back: float) -> float:
+    """How far before y = 0 the lip of a crisper between two y comes, metres."""
+    return crisper_travel(back - front - LIP_DEPTH) - front
 
 
 def add_crisper(
@@ -56,7 +67,7 @@ def add_crisper(
     for solid in (lip, hook):
         builder.add(name, solid, look.trim, label="handle", collider=False, density="ribbed_plastic")
     builder.add_collider(name, collider_box, look.trim, "handle", f"{name}_handle_main")
-    travel = round(0.72 * d, 3)
+    travel = crisper_travel(d)
     builder.slide(
         f"{name}_joint", name, (0.0, 1.0, 0.0), (-travel, 0.0), f"{name}_handle_main", start_n=6.0, behind=behind
     )

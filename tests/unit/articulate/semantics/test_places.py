@@ -253,8 +253,8 @@ class TestHollows:
         assert [h.middle[1] for h in found] == pytest.approx([-0.04, 0.04], abs=3e-3)
         assert [h.lower[2] for h in found] == pytest.approx([0.03, 0.03], abs=3e-3)
         ready = annotate_for_runtime(asset, "toaster")
-        assert {"slot_l", "slot_r"} <= {r.name for r in ready.regions}
-        assert {"slot_l_floor", "slot_r_floor"} <= {c.name for c in ready.root.colliders}
+        assert {"slotL", "slotR"} <= {r.name for r in ready.regions}
+        assert {"slotL_floor", "slotR_floor"} <= {c.name for c in ready.root.colliders}
         assert find_toaster_slots(thing(link("object", CARCASS, None))) == []
 
 

@@ -1,0 +1,477 @@
+"""Operates fixtures of ours with RoboCasa's own classes and puts cubes where they put things. Prints one JSON object.
+
+    python operate_fixtures.py FOLDER
+
+Runs in RoboCasa's environment. FOLDER holds fixtures.json (a list of objects with `name`,
+`class`, `folder` and, for a blender, `lid`) and the folders that it names, each with a model.xml.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+from robosuite.models.world import MujocoWorldBase
+from robosuite.utils.binding_utils import MjSim
+
+# Height that a fixture of a class stands at, metres; those that are let into a worktop have their top there.
+WORKTOP = 0.92
+HEIGHTS = {"Oven": 0.4, "Microwave": 1.3, "Hood": 1.6}
+LET_IN = ("Sink", "Stovetop")
+ON_THE_FLOOR = ("Stove", "Dishwasher")
+CUBE_M, MOST_CUBES, LIFT_M = 0.05, 8, 0.002
+SETTLE_S = 1.5
+# A cube stays where it was put: this far it may slide or sink, metres.
+STAYS_M = 0.02
+SAME_PLACE_M = 1e-4
+PROBE = "probe_geom"
+
+
+class Bench:
+    """One fixture, cubes and a fingertip: what the classes take for the environment."""
+
+    def __init__(self, fixture: Any, *others: Any) -> None:
+        world = MujocoWorldBase()
+        for each in (fixture, *others):
+            world.merge_assets(each)
+            world.worldbody.append(each.get_obj())
+        spec = mujoco.MjSpec.from_string(world.get_xml())
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[9.0, 9.0, 1.0])
+        for k in range(MOST_CUBES):
+            cube = spec.worldbody.add_body(name=f"cube{k}", pos=_parked(k))
+            cube.add_freejoint(name=f"cube{k}_joint")
+            cube.add_geom(name=f"cube{k}_geom", size=[CUBE_M / 2] * 3, mass=0.1, type=mujoco.mjtGeom.mjGEOM_BOX)
+        probe = spec.worldbody.add_body(name="probe", mocap=True, pos=[0.0, -5.0, 0.1])
+        probe.add_geom(name=PROBE, size=[0.003] * 3, contype=2, conaffinity=3)
+        self.sim = MjSim(spec.compile())
+        self.sim.forward()
+        self.fixture = fixture
+        self.rng = np.random.default_rng(0)
+        self.robots = [SimpleNamespace(gripper={"right": PROBE})]
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        return self.sim.model._model
+
+    @property
+    def data(self) -> mujoco.MjData:
+        return self.sim.data._data
+
+    def check_contact(self, one: Any, other: str) -> bool:
+        """True if two geoms touch."""
+        wanted = {self.model.geom(one).id, self.model.geom(other).id}
+        return any(set(pair) == wanted for pair in self.data.contact.geom)
+
+    def touch(self, name: str | None) -> None:
+        """Puts the fingertip into a geom, or away from everything, and lets the class look."""
+        at = [0.0, -5.0, 0.1] if name is None else self.data.geom(name).xpos
+        self.data.mocap_pos[0] = at
+        self.sim.forward()
+        self.fixture.update_state(self)
+
+    def resize(self, k: int, edge: float) -> None:
+        """Changes the edge of a cube, metres."""
+        self.model.geom(f"cube{k}_geom").size[:] = edge / 2
+
+    def put(self, k: int, at: np.ndarray) -> None:
+        """Moves the middle of a cube, at rest."""
+        self.data.joint(f"cube{k}_joint").qpos[:] = [*at, 1.0, 0.0, 0.0, 0.0]
+        self.data.joint(f"cube{k}_joint").qvel[:] = 0.0
+
+    def settle(self, held: dict[str, float]) -> None:
+        """Lets time pass; the joints in `held` keep their places, as a hand would hold them."""
+        for _ in range(int(SETTLE_S / self.model.opt.timestep)):
+            for name, value in held.items():
+                self.data.joint(name).qpos[0], self.data.joint(name).qvel[0] = value, 0.0
+            mujoco.mj_step(self.model, self.data)
+        mujoco.mj_forward(self.model, self.data)
+
+    def joints(self) -> dict[str, float]:
+        """Positions of the fixture's joints."""
+        return {name: float(self.data.joint(name).qpos[0]) for name in self.fixture._joint_infos}
+
+
+def _parked(k: int) -> list[float]:
+    return [3.0 + 0.3 * k, 0.0, 0.03]
+
+
+# What each class can do, and where it says that things are put -----------------------------------------------------
+
+
+def operate(bench: Bench, kind: str) -> Iterator[str]:
+    """What does not answer as it should when doors, knobs and keys are worked."""
+    fixture = bench.fixture
+    if kind.startswith("Fridge"):
+        yield from _fridge(bench)
+    elif kind in ("Stove", "Stovetop"):
+        yield from _stove(bench)
+    elif fixture.door_joint_names and (kind == "Microwave" or fixture._joint_infos):
+        yield from _door(bench)
+    others = {
+        "Oven": _oven, "ToasterOven": _toaster_oven, "Dishwasher": _dishwasher, "Microwave": _microwave,
+        "Toaster": _toaster, "Blender": _blender, "CoffeeMachine": _coffee, "ElectricKettle": _kettle,
+        "StandMixer": _mixer, "Sink": _sink,
+    }  # fmt: skip
+    if kind in others:
+        yield from others[kind](bench)
+
+
+def _door(bench: Bench) -> Iterator[str]:
+    bench.fixture.open_door(bench)
+    if not bench.fixture.is_open(bench):
+        yield "open_door, then is_open is False"
+    bench.fixture.close_door(bench)
+    if not bench.fixture.is_closed(bench):
+        yield "close_door, then is_closed is False"
+
+
+def _fridge(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for part in ("fridge", "freezer"):
+        fixture.open_door(bench, compartment=part)
+        if not fixture.is_open(bench, compartment=part):
+            yield f"open_door of the {part}, then is_open is False"
+        fixture.close_door(bench, compartment=part)
+        if not fixture.is_closed(bench, compartment=part):
+            yield f"close_door of the {part}, then is_closed is False"
+        doors = fixture._fridge_door_joint_names if part == "fridge" else fixture._freezer_door_joint_names
+        if not doors:
+            yield f"no door of the {part}"
+        if not fixture._get_drawer_joints(part):
+            continue
+        fixture.open_door(bench, compartment=part, reg_type="drawer")
+        if not fixture.is_open(bench, compartment=part, reg_type="drawer"):
+            yield f"open_door of the {part}'s drawers, then is_open is False"
+        fixture.close_door(bench, compartment=part, reg_type="drawer")
+    yield from _pulled_drawers(bench)
+
+
+def _pulled_drawers(bench: Bench) -> Iterator[str]:
+    """Doors at 0.90, where is_open begins, and drawers all the way out: they do not run into each other."""
+    fixture = bench.fixture
+    for part in ("fridge", "freezer"):
+        if not fixture._get_drawer_joints(part):
+            continue
+        fixture.open_door(bench, min=0.9, max=0.9, compartment=part)
+        fixture.open_door(bench, min=1.0, max=1.0, compartment=part, reg_type="drawer")
+        bench.sim.forward()
+        deepest = _deepest(bench)
+        if deepest > 0.001:
+            yield f"doors of the {part} at 0.90 stand {1000 * deepest:.0f} mm in its pulled drawers"
+        fixture.close_door(bench, compartment=part)
+        fixture.close_door(bench, compartment=part, reg_type="drawer")
+
+
+def _deepest(bench: Bench) -> float:
+    """How deep geoms of the fixture stand in each other, metres."""
+    prefix = bench.fixture.naming_prefix
+    depth = [0.0]
+    for contact in bench.data.contact:
+        if all(bench.model.geom(g).name.startswith(prefix) for g in contact.geom):
+            depth.append(-float(contact.dist))
+    return max(depth)
+
+
+def _stove(bench: Bench) -> Iterator[str]:
+    fixture, rng = bench.fixture, bench.rng
+    knobs = fixture.get_knobs_state(bench)
+    if not knobs:
+        yield "no burner has a knob"
+    for location in knobs:
+        for mode, wanted in (("on", True), ("off", False)):
+            fixture.set_knob_state(bench, rng, location, mode)
+            bench.sim.forward()
+            fixture.update_state(bench)
+            if fixture.is_burner_on(bench, location) != wanted:
+                yield f"knob of {location} turned {mode}: the burner does not follow"
+
+
+def _oven(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for level in (0, 1) if fixture.has_multiple_rack_levels() else (0,):
+        for value in (1.0, 0.0):
+            fixture.slide_rack(bench, value, level)
+            fixture.update_state(bench)
+            if abs(fixture.get_state(level)[f"rack{level}"] - value) > 0.01:
+                yield f"rack {level} does not slide to {value:g}"
+    for setter, name in ((fixture.set_timer, "timer"), (fixture.set_temperature, "temperature")):
+        setter(bench, 0.5)
+        fixture.update_state(bench)
+        if abs(fixture.get_state()[name] - 0.5) > 0.01:
+            yield f"the {name} does not stay at a half"
+        setter(bench, 0.0)
+
+
+def _toaster_oven(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for name in ("doneness", "function", "temperature", "time"):
+        try:
+            getattr(fixture, f"set_{name}")(bench, 0.5)
+        except KeyError:
+            yield f"set_{name}: there is no such knob"
+            continue
+        fixture.update_state(bench)
+        if abs(getattr(fixture, f"_{name}") - 0.5) > 0.01:
+            yield f"the {name} does not stay at a half"
+        getattr(fixture, f"set_{name}")(bench, 0.0)
+    for value in (1.0, 0.0):
+        slid = fixture.slide_rack(bench, value)
+        fixture.update_state(bench)
+        if abs(fixture.get_state()[slid] - value) > 0.01:
+            yield f"{slid} does not slide to {value:g}"
+    fixture.close_door(bench)
+
+
+def _dishwasher(bench: Bench) -> Iterator[str]:
+    for value in (1.0, 0.0):
+        bench.fixture.slide_rack(bench, value)
+        bench.fixture.update_state(bench)
+        if abs(bench.fixture.get_state(bench)["rack"] - value) > 0.01:
+            yield f"the rack does not slide to {value:g}"
+    bench.fixture.close_door(bench)
+
+
+def _press(bench: Bench, button: str) -> None:
+    bench.touch(f"{bench.fixture.naming_prefix}{button}")
+    bench.touch(None)
+
+
+def _microwave(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for button, wanted in (("start_button", True), ("stop_button", False)):
+        _press(bench, button)
+        if fixture.get_state()["turned_on"] != wanted:
+            yield f"{button} does not turn it {'on' if wanted else 'off'}"
+    _press(bench, "start_button")
+    fixture.open_door(bench)
+    bench.touch(None)
+    if fixture.get_state()["turned_on"]:
+        yield "the open door does not turn it off"
+    fixture.close_door(bench)
+
+
+def _toaster(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for pair in fixture._slot_pairs:
+        fixture.set_doneness_knob(bench, pair, 0.5)
+        fixture.set_lever(bench, pair, 1.0)
+        fixture.update_state(bench)
+        state = fixture.get_state(bench, pair)
+        if not state["turned_on"] or abs(state["knob"] - 0.5) > 0.01:
+            yield f"the lever of pair {pair} does not turn it on: {state}"
+    if not fixture._slot_pairs:
+        yield "no pair of slots"
+
+
+def _blender(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    if fixture.anchor_offset is None:
+        yield "anchor_offset is None"
+        return
+    if fixture.blender_lid is None:
+        yield "it has no lid"
+        return
+    bench.settle({})
+    bench.touch(None)
+    if not fixture.get_state()["lid_on_blender"]:
+        yield "a lid on its jar is not taken for one"
+    for wanted in (True, False):
+        _press(bench, "power_button_main")
+        if fixture.get_state()["turned_on"] != wanted:
+            yield f"the power button does not turn it {'on' if wanted else 'off'}"
+    bench.data.qpos[bench.model.joint(f"{fixture.blender_lid.name}_joint0").qposadr[0] + 2] += 0.3
+    bench.touch(None)
+    if fixture.get_state()["lid_on_blender"]:
+        yield "a lid that was taken off is taken for one that is on"
+
+
+def _coffee(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    _press(bench, fixture._start_button_names[0])
+    if not fixture.get_state()["turned_on"]:
+        yield "its button does not turn it on"
+    if not fixture._coffee_liquid_site_names:
+        yield "no coffee is seen to flow"
+
+
+def _kettle(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for value in (1.0, 0.0):
+        fixture.set_lid(bench, value)
+        fixture.update_state(bench)
+        if abs(fixture.get_state(bench)["lid"] - value) > 0.02:
+            yield f"the lid does not go to {value:g}"
+    fixture.set_power_state(bench, True)
+    fixture.update_state(bench)
+    if not fixture.get_state(bench)["turned_on"]:
+        yield "the switch does not turn it on"
+
+
+def _mixer(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for setter, name in ((fixture.set_head_pos, "head"), (fixture.set_speed_dial_knob, "speed_dial_knob")):
+        for value in (1.0, 0.0):
+            setter(bench, value)
+            fixture.update_state(bench)
+            if abs(getattr(fixture, f"_{name}_value") - value) > 0.01:
+                yield f"{name} does not go to {value:g}"
+
+
+def _sink(bench: Bench) -> Iterator[str]:
+    fixture = bench.fixture
+    for mode, wanted in (("on", True), ("off", False)):
+        fixture.set_handle_state(bench, bench.rng, mode)
+        bench.sim.forward()
+        fixture.update_state(bench)
+        if fixture.get_handle_state(bench)["water_on"] != wanted:
+            yield f"the handle turned {mode}: the water does not follow"
+    for low, wanted in ((0.0, "cold"), (0.8, "hot")):
+        fixture.set_temp_state(bench, bench.rng, low, low + 0.2)
+        if fixture.get_handle_state(bench)["water_temp_state"] != wanted:
+            yield f"the water is not {wanted}"
+    water = bench.data.site(f"{fixture.naming_prefix}water").xpos - fixture.pos
+    inside = [
+        name
+        for name, box in fixture.get_int_sites().items()
+        if all(box[0][i] < water[i] < box[i + 1][i] for i in range(2))
+    ]
+    if not inside:
+        yield f"the water of the resting spout falls at {water[:2].round(3).tolist()}, into no basin"
+
+
+def places(bench: Bench, kind: str) -> Iterator[tuple[str, dict[str, Any], bool]]:
+    """(title, reset regions, whether there have to be some): what the class answers where things are put."""
+    fixture = bench.fixture
+    if kind.startswith("Fridge"):
+        yield "fridge", fixture.get_reset_regions(bench), True
+        yield "fridge drawers", fixture.get_reset_regions(bench, reg_type="drawer", z_range=(0.0, 2.0)), False
+        # RoboCasa puts nothing into a freezer that is at the bottom unless a task says what height it means.
+        anywhere: dict[str, Any] = {"reg_type": ("shelf", "drawer"), "z_range": (0.0, 2.0)}
+        yield "freezer", fixture.get_reset_regions(bench, "freezer", **anywhere), True
+        yield "freezer, top", fixture.get_reset_regions(bench, "freezer", **anywhere, rack_index=-1), True
+        return
+    if kind in ("Oven", "ToasterOven"):
+        for level in (0, 1):
+            yield f"rack {level}", fixture.get_reset_regions(bench, rack_level=level), True
+        return
+    if kind == "Sink":
+        yield "sink", fixture.get_reset_regions(bench), True
+        if "basin_left" in fixture._regions:
+            for side in ("left", "right"):
+                yield side, fixture.get_reset_regions(bench, side=side), True
+        return
+    found = fixture.get_reset_regions(bench)
+    # Nothing is put into a hood, a blender or a kettle.
+    yield "all", found, kind not in ("Hood", "Blender", "ElectricKettle")
+
+
+def drop(bench: Bench, kind: str, pulled: bool) -> Iterator[str]:
+    """Reset regions that are empty, or that a cube does not stay in."""
+    fixture = bench.fixture
+    fixture_utils = sys.modules["robocasa.utils.object_utils"]
+    if pulled:
+        for joint in [*fixture.door_joint_names, *_sliders(bench)]:
+            fixture.set_joint_state(1.0, 1.0, bench, [joint])
+        bench.sim.forward()
+        if kind.startswith("Fridge"):
+            fixture.update_state(bench)
+    held = bench.joints()
+    for title, regions, needed in places(bench, kind):
+        if needed and not regions:
+            yield f"{title}: no reset region"
+        started = {}
+        for k, (name, region) in enumerate(regions.items()):
+            edge = CUBE_M if min(region["size"]) < 0.02 else min(CUBE_M, 0.75 * min(region["size"]))
+            bench.resize(k, edge)
+            at = fixture_utils.get_pos_after_rel_offset(fixture, np.array(region["offset"]))
+            if pulled and kind in ("Oven", "ToasterOven", "Dishwasher"):
+                at = at + _moved(bench, name)
+            started[name] = at + np.array([0.0, 0.0, edge / 2 + LIFT_M])
+            bench.put(k, started[name])
+        bench.settle(held)
+        for k, (name, at) in enumerate(started.items()):
+            off = bench.data.body(f"cube{k}").xpos - at
+            if np.abs(off).max() > STAYS_M:
+                way = "a pulled" if pulled else "a"
+                yield f"{title}: a cube put into {way} {name} moves by {off.round(3).tolist()}"
+            bench.put(k, np.array(_parked(k)))
+
+
+def _sliders(bench: Bench) -> list[str]:
+    return [j for j in bench.fixture._joint_infos if "rack" in j or "tray" in j or "drawer" in j]
+
+
+def _moved(bench: Bench, region: str) -> np.ndarray:
+    """How far a region is from where its element says, as Kitchen adds it to what stands on a rack."""
+    element = bench.fixture._regions[region]["elem"]
+    first = bench.fixture.pos + np.array([float(v) for v in element.get("pos").split()])
+    return bench.data.geom(f"{bench.fixture.naming_prefix}reg_{region}").xpos - first
+
+
+def misplaced(bench: Bench) -> Iterator[str]:
+    """Regions that are not where the class takes them to be, with every joint at rest."""
+    for name, region in bench.fixture._regions.items():
+        said = bench.fixture.pos + (region["p0"] + region["px"] + region["py"] + region["pz"] - 2 * region["p0"]) / 2
+        off = np.linalg.norm(bench.data.geom(f"{bench.fixture.naming_prefix}reg_{name}").xpos - said)
+        if off > SAME_PLACE_M:
+            yield f"region {name} is {1000 * off:.0f} mm from where it is taken to be"
+
+
+def made(row: dict[str, str], folder: Path, fixtures: Any) -> Bench:
+    """The fixture of a row, placed as a kitchen places it, with its lid where it has one."""
+    kind, name = row["class"], row["name"]
+    fixture = getattr(fixtures, kind)(xml=str(folder / row["folder"] / "model.xml"), name=name)
+    low, height = fixture.bottom_offset[2], fixture.height
+    if kind in LET_IN:
+        z = WORKTOP - height - low
+    else:
+        floor = kind in ON_THE_FLOOR or kind.startswith("Fridge")
+        z = HEIGHTS.get(kind, 0.0 if floor else WORKTOP) - low
+    fixture.set_pos([0.0, 0.0, z])
+    if "lid" not in row:
+        return Bench(fixture)
+    lid = fixtures.BlenderLid(xml=str(folder / row["lid"] / "model.xml"), name=f"{name}_lid")
+    lid.set_pos(fixture.pos + (0.0 if fixture.anchor_offset is None else fixture.anchor_offset))
+    fixture.add_auxiliary_fixture(lid)
+    return Bench(fixture, lid)
+
+
+def tell(row: dict[str, str], folder: Path, fixtures: Any) -> dict[str, Any]:
+    """What is wrong with one fixture, and the warnings of its simulation."""
+    bench = made(row, folder, fixtures)
+    bench.sim.forward()
+    wrong = [*misplaced(bench), *operate(bench, row["class"])]
+    mujoco.mj_resetData(bench.model, bench.data)
+    bench.sim.forward()
+    wrong += drop(bench, row["class"], pulled=False)
+    if _sliders(bench):
+        wrong += drop(bench, row["class"], pulled=True)
+    warnings = [mujoco.mjtWarning(i).name for i, w in enumerate(bench.data.warning) if w.number]
+    return {"name": row["name"], "class": row["class"], "wrong": wrong + warnings}
+
+
+def main() -> None:
+    """Operate all fixtures, and tell."""
+    folder = Path(sys.argv[1])
+    with contextlib.redirect_stdout(io.StringIO()):
+        from robocasa.models import fixtures
+    rows = json.loads((folder / "fixtures.json").read_text(encoding="utf-8"))
+    told = []
+    for row in rows:
+        try:
+            told.append(tell(row, folder, fixtures))
+        except Exception as error:  # noqa: BLE001  whatever a class raises is told, and the others go on
+            told.append({"name": row["name"], "class": row["class"], "wrong": [f"{type(error).__name__}: {error}"]})
+    print(json.dumps({"mujoco": mujoco.__version__, "fixtures": told}))
+
+
+if __name__ == "__main__":
+    main()
