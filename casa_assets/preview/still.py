@@ -15,50 +15,61 @@ from casa_assets.errors import CasaError
 from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import View, fit
 
-# Groups of geoms, in model.xml and in USD.
-_VISUAL, _COLLISION = (1, 2), (0, 3)
-_UNDER_COLLIDERS_RGBA = (0.86, 0.87, 0.88, 1.0)
-# Share of the colliders' colour in a picture of both.
+# Groups of the geoms that are seen and of those that collide: the first number in model.xml, the second in what MuJoCo
+# reads from USD.
+_VISUAL_GROUPS, _COLLISION_GROUPS = (1, 2), (0, 3)
+_DEFAULT_VIEW = View()
+# A picture of colliders shows them over the thing in this grey, with this share of their own colour.
+_GREY_RGBA = (0.86, 0.87, 0.88, 1.0)
 _COLLIDER_OPACITY = 0.68
-_STANDARD = View()
+_MIN_OVERLAY_PASSES = 8
+# Hues of colliders: the golden ratio as a share of the circle keeps any number of them apart.
+_FIRST_HUE, _HUE_STEP = 0.58, 0.61803398875
 
 
 class CannotDraw(CasaError):
-    """A model that cannot be drawn; says why."""
+    """A model cannot be drawn; the message says why."""
 
 
-def render(model_xml: Path, view: View = _STANDARD, collision: bool = False, pose: str = "") -> bytes:
+def render(model_xml: Path, view: View = _DEFAULT_VIEW, collision: bool = False, pose: str = "") -> bytes:
     """PNG of one asset as it stands, seen from the front and a little from its right and above.
 
     Args:
         model_xml: MJCF with visual geoms in group 1 and collision geoms in group 0, or USD with 2 and 3; regions are
             called `reg_*`.
         view: direction and size.
-        collision: shows each collider in a colour of its own, see-through, over the grey thing.
+        collision: show each collider in a colour of its own, see-through, over the thing in grey.
         pose: keyframe of the model that it stands in; empty: joints at zero.
     Raises:
         CannotDraw: MuJoCo cannot read the model, it has no such keyframe, or nothing in it is visible.
         NoRenderer: there is no OpenGL.
     """
-    model, data, points = load_into_studio(
-        model_xml, view.size_px, _UNDER_COLLIDERS_RGBA if collision else None, pose=pose
-    )
-    if not collision:
-        return tonemap.png(studio.render(model, data, points, fit(points, view), view))
-    # Two pictures laid over each other: as one see-through scene, hull and thing would fight for the same depth.
-    half = replace(view, passes=max(8, view.passes // 2))
-    shapes, at, hull_points = load_into_studio(model_xml, view.size_px, None, _COLLISION, pose)
-    camera = fit(np.concatenate([points, hull_points]), view)
-    ghost = studio.render(model, data, points, camera, half).astype(np.float64)
-    colliders = studio.render(shapes, at, hull_points, camera, half).astype(np.float64)
-    return tonemap.png(np.rint(ghost + _COLLIDER_OPACITY * (colliders - ghost)).astype(np.uint8))
+    if collision:
+        return _render_colliders(model_xml, view, pose)
+    model, data, points = load_into_studio(model_xml, view.size_px, pose=pose)
+    return tonemap.png(studio.render(model, data, points, fit(points, view), view))
+
+
+def _render_colliders(model_xml: Path, view: View, pose: str) -> bytes:
+    """PNG of the colliders over the grey thing.
+
+    Two pictures are mixed: in one scene with see-through colliders, surfaces that coincide would flicker.
+    """
+    thing, thing_data, thing_points = load_into_studio(model_xml, view.size_px, _GREY_RGBA, pose=pose)
+    shapes, shape_data, shape_points = load_into_studio(model_xml, view.size_px, None, _COLLISION_GROUPS, pose)
+    camera = fit(np.concatenate([thing_points, shape_points]), view)
+    # Half the drawings for each of the two.
+    fewer = replace(view, passes=max(_MIN_OVERLAY_PASSES, view.passes // 2))
+    below = studio.render(thing, thing_data, thing_points, camera, fewer).astype(np.float64)
+    above = studio.render(shapes, shape_data, shape_points, camera, fewer).astype(np.float64)
+    return tonemap.png(np.rint(below + _COLLIDER_OPACITY * (above - below)).astype(np.uint8))
 
 
 def load_into_studio(
     model_xml: Path,
     size_px: int,
     paint: tuple[float, ...] | None = None,
-    groups: tuple[int, ...] = _VISUAL,
+    groups: tuple[int, ...] = _VISUAL_GROUPS,
     pose: str = "",
 ) -> tuple[Any, Any, Floats]:
     """Compile an asset in the studio: (MjModel, MjData, (N, 3) visible points in metres).
@@ -122,7 +133,7 @@ def add_highlights_to_model(model: Any) -> None:
 
 
 def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) -> tuple[float, float, float]:
-    """Specular, shininess and factor of the colour that stand for the metallic and roughness of a material.
+    """(specular, shininess, factor of the colour) that make MuJoCo's lights show a material's metallic and roughness.
 
     Args:
         metallic, roughness: a negative value means that the file says nothing.
@@ -137,14 +148,18 @@ def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) ->
 
 
 def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | None) -> None:
-    """Delete all geoms of other groups, and the meshes that only they used, which would cost time to compile."""
+    """Delete all geoms of other groups and all regions (`reg_*`), then the meshes that no geom uses.
+
+    Colliders get colours of their own, and everything gets `paint` where it is given. What stays goes into the group
+    that the studio draws. Raises ValueError where nothing stays.
+    """
     for geom in list(spec.geoms):
         if geom.group not in groups or geom.name.startswith("reg_"):
             spec.delete(geom)
     if not list(spec.geoms):
         raise ValueError(f"it has no geom in group {' or '.join(map(str, groups))} to be drawn")
     for i, geom in enumerate(spec.geoms):
-        if groups == _COLLISION or paint is not None:
+        if groups == _COLLISION_GROUPS or paint is not None:
             geom.material, geom.rgba = "", list(paint or (*_color(i), 1.0))
         geom.group = studio.VISUAL_GROUP
     used = {geom.meshname for geom in spec.geoms}
@@ -155,4 +170,5 @@ def _keep_groups(spec: Any, groups: tuple[int, ...], paint: tuple[float, ...] | 
 
 def _color(i: int) -> tuple[float, float, float]:
     """The i-th of colours that differ well from their neighbours."""
-    return colorsys.hsv_to_rgb((0.58 + i * 0.61803398875) % 1.0, (0.75, 0.55)[i % 2], (0.95, 0.85)[i // 2 % 2])
+    hue, saturation, brightness = (_FIRST_HUE + i * _HUE_STEP) % 1.0, (0.75, 0.55)[i % 2], (0.95, 0.85)[i // 2 % 2]
+    return colorsys.hsv_to_rgb(hue, saturation, brightness)

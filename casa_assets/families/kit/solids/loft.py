@@ -21,7 +21,7 @@ def loft(rings: Sequence[Floats], crease_deg: float = 40.0) -> Solid:
             last. The sequence may turn back on itself: up the outside, over the rim and down the inside makes a vessel.
         crease_deg: edges with a larger angle between their faces are shaded as sharp, as in Solid.
 
-    Retwice_signed_area:
+    Returns:
         A solid without collision shapes.
     """
     n = len(rings[0])
