@@ -1,4 +1,4 @@
-"""What is wrong with meshes as they come, what our repair mends of it, and what trimesh's process and repair do.
+"""What is wrong with meshes as they come, what our repair changes of it, and what trimesh's process and repair do.
 
     ./dev bench ingest_repair [folder of meshes ...] [--every 4] [--pictures 12]
 
@@ -86,8 +86,12 @@ def judged(one: Found) -> tuple[Row, RawModel | None, Draft | None]:
 
 def _theirs(surface: Surface) -> tuple[Soundness | None, float, str]:
     try:
-        mended, seconds = trimesh_repaired(surface)
-        return (soundness(mended) if len(mended[1]) else None), seconds, "" if len(mended[1]) else "nothing is left"
+        repaired, seconds = trimesh_repaired(surface)
+        return (
+            (soundness(repaired) if len(repaired[1]) else None),
+            seconds,
+            "" if len(repaired[1]) else "nothing is left",
+        )
     except Exception as error:  # noqa: BLE001 - whatever the peer fails with is its result
         return None, 0.0, f"{type(error).__name__}: {error}"[:120]
 

@@ -52,7 +52,7 @@ class Rejected(CasaError):
 
     Args:
         code: code from registry/rejections.yaml, such as `SRC003`.
-        message: one sentence for the person who has to mend the input.
+        message: one sentence for the person who has to fix the input.
     """
 
     def __init__(self, code: str, message: str) -> None:

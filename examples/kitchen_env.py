@@ -2,7 +2,7 @@
 
     MUJOCO_GL=egl python examples/kitchen_env.py out/press.png    # presses the start button of a microwave
 
-Needs gymnasium (`pip install 'casa-assets[gymnasium]'`). Lengths are metres, times seconds.
+Needs gymnasium (`pip install -e '.[gymnasium]'`). Lengths are metres, times seconds.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ class Row:
 
     Attributes:
         same: our vertices and faces are those of the file, bit for bit.
-        notes: codes of what was mended or remarked. solidity: what it is, with the numbers.
+        notes: codes of what was repaired or remarked. solidity: what it is, with the numbers.
         refused: why nothing was made of it.
     """
 

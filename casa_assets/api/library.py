@@ -309,7 +309,7 @@ def articulate(
         category: what it is, such as `microwave`; else its name, then its shape tells.
         up, front: axes of the file such as `+z` and `-y`; guessed where they are empty.
         size_m: longest side in metres; 0: by the file's unit and the category.
-        decisions: a `decisions.yaml` of an earlier run, mended by hand.
+        decisions: a `decisions.yaml` of an earlier run, changed by hand.
         complete: build an interior where a door or a drawer opens onto nothing.
         library: folder to write the asset to; None: it is returned and kept nowhere.
     Raises:

@@ -1,4 +1,4 @@
-"""Check this machine: installed packages, renderers, disk and memory, and the command that mends what is missing."""
+"""Check this machine: installed packages, renderers, disk and memory, and the command that fixes what is missing."""
 
 from __future__ import annotations
 
@@ -75,14 +75,14 @@ class Finding(Record):
         ok: it is as it should be.
         needed: the program does not work as documented without it.
         message: what was found.
-        mend: the command that mends it; empty where nothing is wrong or no command does.
+        fix: the command that fixes it; empty where nothing is wrong or no command does.
     """
 
     subject: str
     ok: bool
     needed: bool = True
     message: str
-    mend: str = ""
+    fix: str = ""
 
 
 def findings(output: Path) -> tuple[Finding, ...]:
@@ -104,7 +104,7 @@ def renderer() -> str | None:
     return next((name for name in RENDERERS if _draws(name)[0]), None)
 
 
-def _mend_packages() -> str:
+def _fix_packages() -> str:
     checkout = Path(__file__).parents[2] / "dev"
     return "./dev setup" if checkout.is_file() else f"{sys.executable} -m pip install --upgrade {DISTRIBUTION}"
 
@@ -133,8 +133,8 @@ def _draws(name: str) -> tuple[bool, str]:
 def _python() -> Finding:
     ok = (3, 11) <= sys.version_info[:2] <= (3, 12)
     message = f"{platform.python_version()} ({sys.executable})"
-    mend = "" if ok else "sudo apt-get install -y python3.11 python3.11-venv && PYTHON=python3.11 ./dev setup"
-    return Finding(subject="python", ok=ok, message=message, mend=mend)
+    fix = "" if ok else "sudo apt-get install -y python3.11 python3.11-venv && PYTHON=python3.11 ./dev setup"
+    return Finding(subject="python", ok=ok, message=message, fix=fix)
 
 
 def _packages() -> tuple[Finding, ...]:
@@ -151,12 +151,12 @@ def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
         message = "not installed" if extra is None else f"not installed, optional: the extra '{extra}' brings it"
-        mend = _mend_packages() if extra is None else install_command(extra)
-        return Finding(subject=subject, ok=False, needed=needed, message=message, mend=mend)
+        fix = _fix_packages() if extra is None else install_command(extra)
+        return Finding(subject=subject, ok=False, needed=needed, message=message, fix=fix)
     if pinned is not None and version != pinned:
         # Another version may well work, so this is said and not held against the machine.
         message = f"{version}, tested with {pinned}"
-        return Finding(subject=subject, ok=False, needed=False, message=message, mend=_mend_packages())
+        return Finding(subject=subject, ok=False, needed=False, message=message, fix=_fix_packages())
     return Finding(subject=subject, ok=True, needed=needed, message=version)
 
 
@@ -198,11 +198,11 @@ def _native() -> Finding:
     ran, answer = _child(_IMPORT, *modules)
     subject = "native modules"
     if not ran:
-        return Finding(subject=subject, ok=False, message=f"importing them failed: {answer}", mend=_mend_packages())
+        return Finding(subject=subject, ok=False, message=f"importing them failed: {answer}", fix=_fix_packages())
     bad: dict[str, str] = json.loads(answer)
     if bad:
         message = "; ".join(f"{modules[name]}: {why}" for name, why in bad.items())
-        return Finding(subject=subject, ok=False, message=message, mend=_mend_packages())
+        return Finding(subject=subject, ok=False, message=message, fix=_fix_packages())
     return Finding(subject=subject, ok=True, message=f"{len(modules)} load, SimReady validation among them")
 
 
@@ -215,8 +215,8 @@ def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
         for name, ok, message in drawn
     )
     message = f"{works} is used" if works else "none works, so there would be no pictures"
-    mend = "" if works else f"sudo apt-get install -y {SYSTEM_PACKAGES}"
-    return (*each, Finding(subject="rendering", ok=works is not None, message=message, mend=mend))
+    fix = "" if works else f"sudo apt-get install -y {SYSTEM_PACKAGES}"
+    return (*each, Finding(subject="rendering", ok=works is not None, message=message, fix=fix))
 
 
 def _why_not(name: str, message: str, works: str | None) -> str:
@@ -237,7 +237,7 @@ def _folder(output: Path) -> tuple[Finding, ...]:
         message=f"{output} can be {'written' if output.exists() else 'made'}"
         if writable
         else f"{folder} is not writable",
-        mend="" if writable else f"sudo chown -R $USER {folder}" if folder.is_dir() else "choose another --output",
+        fix="" if writable else f"sudo chown -R $USER {folder}" if folder.is_dir() else "choose another --output",
     )
     free = shutil.disk_usage(folder).free
     enough = free >= FREE_DISK_BYTES

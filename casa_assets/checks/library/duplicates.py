@@ -119,7 +119,7 @@ def looks_match_categories(view: LibraryView, limit: float) -> Measurement:
     compared = [one for one in view.seen if one.rank]
     wrong = [one for one in compared if one.rank > limit]
     problems = [
-        (one.asset, f"{in_words(one)}; look at the picture, and mend the category or leave it out") for one in wrong
+        (one.asset, f"{in_words(one)}; look at the picture, and fix the category or leave it out") for one in wrong
     ]
     ranks = [float(one.rank) for one in compared]
     return largest(ranks, tuple(problems), "no asset has a category to compare its picture with")

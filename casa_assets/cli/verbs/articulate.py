@@ -36,7 +36,7 @@ def articulate(
     size_m: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
     decisions: Annotated[
         Path | None,
-        typer.Option(help="The decisions.yaml of an earlier run, mended by hand.", exists=True, dir_okay=False),
+        typer.Option(help="The decisions.yaml of an earlier run, changed by hand.", exists=True, dir_okay=False),
     ] = None,
     preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
@@ -54,7 +54,7 @@ def articulate(
     """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
 
     What an earlier run made of the same file with the same options is kept.
-    Every decision stands in decisions.yaml beside the model: mend a line and give the file back with --decisions.
+    Every decision stands in decisions.yaml beside the model: change a line and give the file back with --decisions.
     Exit 0 when all are in the library, 1 when something was rejected (nothing moves: ART001), 2 on misuse.
 
     Example:  casa-assets articulate microwave.obj --preview --report

@@ -1,4 +1,4 @@
-"""`casa-assets doctor`: what this machine has and lacks, and the command that mends it."""
+"""`casa-assets doctor`: what this machine has and lacks, and the command that fixes it."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def _print(found: tuple[Finding, ...], missing: list[Finding]) -> None:
         table.add_row(Text(*mark), finding.subject, Text(finding.message))
     console.print(table)
     console.print()
-    for mend in dict.fromkeys(finding.mend for finding in found if finding.mend):
-        subjects = ", ".join(finding.subject for finding in found if finding.mend == mend)
-        console.print(Text(f"To mend {subjects}:\n    {mend}"), soft_wrap=True)
+    for fix in dict.fromkeys(finding.fix for finding in found if finding.fix):
+        subjects = ", ".join(finding.subject for finding in found if finding.fix == fix)
+        console.print(Text(f"To fix {subjects}:\n    {fix}"), soft_wrap=True)
     if missing:
         console.print(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.", style="bold red")
     else:

@@ -175,7 +175,7 @@ def ingest(
     substance: Annotated[str | None, typer.Option(help="Id in registry/substances.yaml.")] = None,
     json_: AsJson = False,
 ) -> None:
-    """Take in a folder of pictures: mend their borders, derive normals and roughness, refuse what cannot be used.
+    """Take in a folder of pictures: repair their borders, derive normals and roughness, refuse what cannot be used.
 
     What pack.yaml says of a picture goes before the options. Exit 0 when all were taken, 1 when some were left out.
 
@@ -202,7 +202,7 @@ def ingest(
         typer.echo(json.dumps(report.pack.model_dump(mode="json"), indent=1))
     table = Table("left out", "code", "why", "what to do")
     for refused in report.pack.refused:
-        table.add_row(escape(refused.source), refused.code, escape(refused.message), escape(refused.mend))
+        table.add_row(escape(refused.source), refused.code, escape(refused.message), escape(refused.fix))
     if table.row_count:
         console.print(table)
     taken, state = len(report.pack.pictures), "written" if report.changed else "unchanged"

@@ -37,12 +37,12 @@ def cut_nonmanifold_faces(draft: Draft) -> Draft:
             return closed
         cut_corners.append(remaining.surface.vertices[remaining.surface.faces[bad]].reshape(-1, 3))
         remaining = remaining.replace(parts=_without(remaining.parts, bad))
-    mended = close_holes(remaining, np.concatenate(cut_corners))
-    after = _unsound(mended.surface.welded_faces)
+    closed = close_holes(remaining, np.concatenate(cut_corners))
+    after = _unsound(closed.surface.welded_faces)
     if after * 2 > before:
         return closed
     message = f"{before} unsound edges became {after}: the faces around tangled ones were cut out and closed anew"
-    return mended.replace(notes=draft.noted(warning("MSH045", "edges", message)))
+    return closed.replace(notes=draft.noted(warning("MSH045", "edges", message)))
 
 
 def _unsound(ids: Ints) -> int:

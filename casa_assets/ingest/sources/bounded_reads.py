@@ -36,13 +36,13 @@ def check_file(path: str, root: Path) -> os.stat_result:
     except (FileNotFoundError, NotADirectoryError) as error:
         if Path(path).is_symlink():
             raise Rejected(codes.NOT_A_FILE, f"{name}: a link to nothing; put the file itself there") from error
-        raise Rejected(codes.MISSING_FILE, f"{name}: there is no such file; add it or mend the name") from error
+        raise Rejected(codes.MISSING_FILE, f"{name}: there is no such file; add it or fix the name") from error
     except OSError as error:
         message = f"{name}: cannot be looked at ({error.strerror}); put a regular file there"
         code = codes.UNREADABLE if isinstance(error, PermissionError) else codes.NOT_A_FILE
         raise Rejected(code, message) from error
     except ValueError as error:
-        raise Rejected(codes.BAD_NAME, f"{name}: a name that no file can have; mend it") from error
+        raise Rejected(codes.BAD_NAME, f"{name}: a name that no file can have; fix it") from error
     if not is_inside(path, root):
         raise Rejected(codes.LINK_OUTSIDE, f"{name}: behind a link that leaves its package; put the file itself there")
     if not stat.S_ISREG(found.st_mode):

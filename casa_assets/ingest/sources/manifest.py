@@ -72,7 +72,7 @@ def read_list(package: Package, name: str, is_named: bool) -> Iterator[Found | R
     is_manifest = isinstance(rows, list) and any(isinstance(r, dict) and "id" in r and "file" in r for r in rows)
     if not isinstance(rows, list) or not is_manifest:
         if must:
-            message = f"{name}: not a list of rows with `id` and `file`; mend it"
+            message = f"{name}: not a list of rows with `id` and `file`; fix it"
             yield package.refuse(name, Rejected(codes.BAD_MANIFEST, message))
         return
     reader = _Rows(package, name)
@@ -92,7 +92,7 @@ class _Rows:
         for number, one in enumerate(rows, start=1):
             broken += isinstance(one, Refused) and one.code == codes.BAD_ROW
             if number > MAX_ROWS or broken > MAX_BROKEN_ROWS:
-                most, advice = f"{MAX_BROKEN_ROWS} broken rows", "mend the file"
+                most, advice = f"{MAX_BROKEN_ROWS} broken rows", "fix the file"
                 if number > MAX_ROWS:
                     most = f"{MAX_ROWS} rows, which is what a run holds in memory"
                     advice = "split the file and ingest its parts one after the other into the same library"
@@ -115,7 +115,7 @@ class _Rows:
         """One row; refused with its place where anything in it is wrong."""
         try:
             if not isinstance(row, dict):
-                raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; mend it")
+                raise Rejected(codes.BAD_ROW, f"{place}: {printable(json.dumps(row), 40)} is not an object; fix it")
             uid = safe_id(row.get("id"), place)
             if uid in self._ids:
                 raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
@@ -130,7 +130,7 @@ class _Rows:
         for key in ("prompt", "category", "generator", "license", "licence", "name", "title", "author", "uri"):
             value = row.get(key)
             if value is not None and not isinstance(value, str):
-                message = f"{place}: {key} {printable(repr(value), 40)} is not text; mend it"
+                message = f"{place}: {key} {printable(repr(value), 40)} is not text; fix it"
                 raise Rejected(codes.BAD_ROW, message)
 
 

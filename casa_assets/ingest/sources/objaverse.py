@@ -134,7 +134,7 @@ class _Reader:
                 value = parse_json(_plain(self._package.read(name), name), name)
                 if isinstance(value, dict):
                     return value
-                raise Rejected(codes.BAD_MANIFEST, f"{name}: not a JSON object; mend it or remove it")
+                raise Rejected(codes.BAD_MANIFEST, f"{name}: not a JSON object; fix it or remove it")
             except Rejected as error:
                 self.refused.append(self._package.refuse(name, Rejected(codes.BAD_MANIFEST, error.message)))
         return {}
@@ -155,7 +155,7 @@ def _plain(data: bytes, name: str) -> bytes:
         except zlib.error as error:
             raise Rejected(codes.BAD_MANIFEST, f"{name}: broken gzip ({error}); fetch it again") from error
         if unpacker.unconsumed_tail:
-            raise Rejected(codes.BAD_MANIFEST, f"{name}: more than {MAX_INDEX_BYTES} bytes unpacked; mend it")
+            raise Rejected(codes.BAD_MANIFEST, f"{name}: more than {MAX_INDEX_BYTES} bytes unpacked; fix it")
     return data.removeprefix(codecs.BOM_UTF8)
 
 
@@ -174,7 +174,7 @@ def _xl_row(package: Package, name: str, number: int, row: object) -> Found | Re
     place = f"{name} row {number}"
     try:
         if not isinstance(row, dict):
-            raise Rejected(codes.BAD_ROW, f"{place}: not an object; mend it")
+            raise Rejected(codes.BAD_ROW, f"{place}: not an object; fix it")
         main = package.file(row.get("path"), place)
         title = text_field(row, "name")
         stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]

@@ -46,19 +46,19 @@ class Package:
             Rejected: BAD_ROW, PATH_TRAVERSAL, MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
         """
         if not isinstance(value, str) or not value.strip() or "\0" in value:
-            raise Rejected(codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); mend it")
+            raise Rejected(codes.BAD_ROW, f"{place}: no usable file name ({printable(repr(value), 40)}); fix it")
         path = value.strip()
         if "\\" in path and not os.path.lexists(self.root / path):
             path = path.replace("\\", "/")
         whole = posixpath.normpath(path)
         if path.startswith("/") or re.match(r"[A-Za-z]:", path) or (whole.startswith("..") and whole[2:3] in ("", "/")):
-            raise Rejected(codes.PATH_TRAVERSAL, f"{place}: {printable(path, 80)!r} leaves the package; mend it")
+            raise Rejected(codes.PATH_TRAVERSAL, f"{place}: {printable(path, 80)!r} leaves the package; fix it")
         try:
             check_file(str(self.root / whole), self.root)
         except Rejected as error:
             raise Rejected(error.code, f"{place}: {error.message}") from error
         except UnicodeError as error:
-            raise Rejected(codes.BAD_NAME, f"{place}: a name that no file can have; mend it") from error
+            raise Rejected(codes.BAD_NAME, f"{place}: a name that no file can have; fix it") from error
         return whole
 
     def found(self, main: str, source: Source) -> Found:

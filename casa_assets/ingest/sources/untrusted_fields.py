@@ -29,9 +29,9 @@ def parse_json(text: bytes | str, place: str) -> object:
     try:
         return json.loads(text, parse_constant=lambda _: None, parse_int=_whole)
     except RecursionError as error:
-        raise Rejected(codes.BAD_ROW, f"{place}: JSON nested too deep; mend the line") from error
+        raise Rejected(codes.BAD_ROW, f"{place}: JSON nested too deep; fix the line") from error
     except ValueError as error:
-        raise Rejected(codes.BAD_ROW, f"{place}: broken JSON ({printable(str(error), 80)}); mend the line") from error
+        raise Rejected(codes.BAD_ROW, f"{place}: broken JSON ({printable(str(error), 80)}); fix the line") from error
 
 
 def _whole(digits: str) -> int | None:
@@ -72,8 +72,8 @@ def safe_id(value: object, place: str) -> str:
         Rejected: BAD_ROW where it is no text, BAD_ID where it could name a path.
     """
     if not isinstance(value, str):
-        raise Rejected(codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; mend it")
+        raise Rejected(codes.BAD_ROW, f"{place}: id {printable(repr(value), 40)} is no text; fix it")
     if not _SAFE_ID.fullmatch(value) or ".." in value:
-        message = f"{place}: id {printable(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; mend it"
+        message = f"{place}: id {printable(repr(value), 40)} is not letters, digits, `_`, `-` and `.`; fix it"
         raise Rejected(codes.BAD_ID, message)
     return value

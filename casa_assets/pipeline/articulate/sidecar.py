@@ -17,7 +17,7 @@ from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE
 
 NAME = "decisions.yaml"
 _HEAD = """\
-# What was decided on {name}. Mend a line and run again with `--decisions {file}`; a line that is left out is guessed.
+# What was decided on {name}. Change a line and run again with `--decisions {file}`; a line that is left out is guessed.
 #   hinge: left, right, top or bottom, seen by who stands before it.   kind: {kinds}
 #   A part can also have: remove: true | on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
 #   cavities: the space behind a door or in a drawer. build: true | false   interior: {interiors}

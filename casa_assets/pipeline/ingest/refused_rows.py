@@ -144,7 +144,7 @@ def listed(library: Library) -> Iterator[dict[str, str]]:
 
 def remainder_message(count: int) -> str:
     """Message for rows that are only counted."""
-    return f"{count} more for this reason; mend the first ones and run again"
+    return f"{count} more for this reason; fix the first ones and run again"
 
 
 def row_id(path: str, number: int | str) -> str:

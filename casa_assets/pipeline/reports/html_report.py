@@ -47,14 +47,14 @@ class RejectedRow:
     Attributes:
         entry: with the results of its checks, of which the failed ones are shown.
         meaning: what its code stands for, one line.
-        reason: what was wrong with this input. mend: what to do about it.
+        reason: what was wrong with this input. fix: what to do about it.
         thumbnail: WebP of the raw model, empty where it could not be drawn.
     """
 
     entry: Entry
     meaning: str
     reason: str
-    mend: str
+    fix: str
     thumbnail: bytes = b""
 
 
@@ -176,7 +176,7 @@ def _reject(row: RejectedRow, number: Mapping[tuple[str, str], int]) -> dict[str
         "code": entry.code,
         "meaning": row.meaning,
         "reason": row.reason,
-        "mend": row.mend,
+        "fix": row.fix,
         "category": entry.category,
         "failed": [
             [number[r.code, r.unit], _short(r.number), _short(r.limit)]

@@ -19,7 +19,7 @@ from casa_assets.pipeline.reports import html_report
 from casa_assets.pipeline.reports.entry import Entry
 
 # What to do where a reason says nothing about it.
-DEFAULT_ADVICE = "Look at the picture and the numbers, and mend the mesh."
+DEFAULT_ADVICE = "Look at the picture and the numbers, and fix the mesh."
 
 
 def write(root: Path, target: Path) -> Path:
@@ -84,11 +84,11 @@ def _rejected(
     """
     rejection = rejections.get(entry.code)
     # The message of a check ends with what to do.
-    fault, _, mend = entry.message.partition("; ")
+    fault, _, fix = entry.message.partition("; ")
     return html_report.RejectedRow(
         entry,
         meaning=rejection.meaning if rejection else explanations.get(entry.code, ""),
-        reason=entry.message if rejection or not mend else f"{fault}.",
-        mend=rejection.remedy if rejection else f"{mend[:1].upper()}{mend[1:]}." if mend else DEFAULT_ADVICE,
+        reason=entry.message if rejection or not fix else f"{fault}.",
+        fix=rejection.remedy if rejection else f"{fix[:1].upper()}{fix[1:]}." if fix else DEFAULT_ADVICE,
         thumbnail=thumbnail,
     )

@@ -32,7 +32,7 @@ __all__ = ["PackOptions", "PackReport", "ingest_pack", "load_finishes", "load_pa
 
 FOLDER, PACK, SHEET = "textures", "pack.json", "sheet.png"
 # Version of the format of pack.json.
-FORMAT = 1
+FORMAT = 2
 _LOOK_STEP = 4  # pixels are compared at a quarter of the size
 
 
@@ -129,7 +129,7 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     paths = tuple(f"{id_}_{role}.png" for role in ("base", "normal", "roughness"))
     notes = list(accepted.prepared.notes)
     if tile.repaired:
-        notes.append(f"was cut to {tile.kept[0]:.0%} x {tile.kept[1]:.0%} and its border mended")
+        notes.append(f"was cut to {tile.kept[0]:.0%} x {tile.kept[1]:.0%} and its border repaired")
     if tile.seam_after > derive.VISIBLE_SEAM:
         notes.append("its border can still be found by who looks for it")
     picture = PackPicture(

@@ -16,9 +16,9 @@ from casa_assets.textures.packs.rejections import PictureRejection, rejection_er
 from casa_assets.textures.seam import jump, repair, seam
 
 SIZE_PX = 1024
-# A border whose steps are this many times those inside is seen in a wall of copies. A mended one has less.
+# A border whose steps are this many times those inside is seen in a wall of copies. A repaired one has less.
 VISIBLE_SEAM = 1.5
-_MEND_SEAM, _MEND_JUMP = 1.0, 1.5
+_REPAIR_SEAM, _REPAIR_JUMP = 1.0, 1.5
 MAX_SEAM = 2.5
 # Dark is taken to lie deeper: true of joints, pores and cracks, not of what is painted on. So the relief is kept low.
 _RELIEF_M = 0.0006
@@ -35,7 +35,7 @@ class TiledPicture(Record):
         base: PNG of the colour, (height_px, width_px).
         kept: share of the width and height of the source that it shows.
         seam_before, seam_after: worst border score.
-        repaired: whether the border was mended.
+        repaired: whether the border was repaired.
     """
 
     base: bytes
@@ -48,7 +48,7 @@ class TiledPicture(Record):
 
 
 def tile(pixels: Floats, size_px: int = SIZE_PX) -> TiledPicture:
-    """Scale down, mend the border where it is seen.
+    """Scale down, repair the border where it is seen.
 
     Args:
         pixels: (H, W, 3) sRGB 0..1.
@@ -58,22 +58,22 @@ def tile(pixels: Floats, size_px: int = SIZE_PX) -> TiledPicture:
     """
     small = _scaled(pixels, size_px)
     before = seam(small).worst
-    mend = before > _MEND_SEAM or jump(small).worst > _MEND_JUMP
-    mended = repair(small) if mend else small
-    after = seam(mended).worst
+    is_seen = before > _REPAIR_SEAM or jump(small).worst > _REPAIR_JUMP
+    whole = repair(small) if is_seen else small
+    after = seam(whole).worst
     if after > MAX_SEAM:
         raise rejection_error(
-            PictureRejection.SEAM, f"its border is {after:.1f} times as strong as the pattern, after mending"
+            PictureRejection.SEAM, f"its border is {after:.1f} times as strong as the pattern, after its repair"
         )
-    height, width = mended.shape[:2]
+    height, width = whole.shape[:2]
     return TiledPicture(
-        base=png(mended),
+        base=png(whole),
         width_px=width,
         height_px=height,
         kept=(width / small.shape[1], height / small.shape[0]),
         seam_before=round(before, 3),
         seam_after=round(after, 3),
-        repaired=mend,
+        repaired=is_seen,
     )
 
 

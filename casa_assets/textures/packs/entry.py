@@ -56,7 +56,7 @@ class PackPicture(Record):
         width_px, height_px: of the base colour.
         licence, prompt, generator, author: as they were given, `unknown` where nothing was said.
         seam_before, seam_after: worst score of the border, see `textures.seam`.
-        repaired: whether the border was mended.
+        repaired: whether the border was repaired.
         derived: maps that were computed from the colour and are therefore guesses.
         files: base, normal and roughness, relative to the pack; sha256 of each in the same order.
         notes: what was done or is doubtful, one sentence each.
@@ -90,13 +90,13 @@ class RejectedPicture(Record):
         source: file, relative to its folder.
         code: such as `PCK005`.
         message: what is wrong with it.
-        mend: what to do.
+        fix: what to do.
     """
 
     source: str
     code: Code
     message: str
-    mend: str
+    fix: str
 
 
 class SimilarPair(Record):

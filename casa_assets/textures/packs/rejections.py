@@ -56,5 +56,5 @@ def rejection_error(reason: PictureRejection, message: str) -> Rejected:
 def rejection_row(source: str, error: Rejected) -> RejectedPicture:
     """The row of pack.json for an error that `rejection_error` made."""
     return RejectedPicture(
-        source=source, code=error.code, message=error.message, mend=REMEDIES[PictureRejection(error.code)]
+        source=source, code=error.code, message=error.message, fix=REMEDIES[PictureRejection(error.code)]
     )

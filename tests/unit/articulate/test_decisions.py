@@ -33,7 +33,7 @@ def one(name: str, decision: PartDecision) -> Decisions:
     return Decisions(parts={name: decision})
 
 
-def test_a_hinge_is_mended_in_a_line(mesh: Path) -> None:
+def test_a_hinge_is_fixed_in_a_line(mesh: Path) -> None:
     built = made(mesh, one("door_0", PartDecision(hinge=HingeEdge.BOTTOM)))
     joint = built.asset.joint_of("door_0")
     assert joint is not None

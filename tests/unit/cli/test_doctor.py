@@ -13,7 +13,7 @@ from casa_assets.pipeline.doctor import Finding
 
 GOOD = Finding(subject="python", ok=True, message="3.11")
 NOTE = Finding(subject="disk", ok=False, needed=False, message="1 GiB free")
-BAD = Finding(subject="rendering", ok=False, message="[none] works", mend="sudo apt-get install -y libegl1")
+BAD = Finding(subject="rendering", ok=False, message="[none] works", fix="sudo apt-get install -y libegl1")
 
 
 def run(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...], *arguments: str) -> tuple[int, str]:

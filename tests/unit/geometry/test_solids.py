@@ -104,7 +104,7 @@ class TestMend:
         torn = np.delete(CUP.faces.astype(np.int64), [40], axis=0)
         assert fill_holes(CUP.vertices, torn, 0.001) is None
 
-    def test_much_that_is_torn_is_not_mended(self) -> None:
+    def test_much_that_is_torn_is_not_fixed(self) -> None:
         assert fill_holes(CUP.vertices, CUP.faces[::2].astype(np.int64), 1.0) is None
 
 

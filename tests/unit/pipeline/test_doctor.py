@@ -1,4 +1,4 @@
-"""The doctor says what is missing and how to mend it, and is not taken in by a child that crashes or hangs."""
+"""The doctor says what is missing and how to fix it, and is not taken in by a child that crashes or hangs."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_output_below_a_file_is_refused(tmp_path: Path) -> None:
     finding = only(doctor.findings(tmp_path / "file" / "out"), "output folder")
     assert not finding.ok
     assert finding.needed
-    assert finding.mend
+    assert finding.fix
 
 
 def test_machine_that_cannot_draw(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -45,7 +45,7 @@ def test_machine_that_cannot_draw(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     finding = only(doctor.findings(tmp_path), "rendering")
     assert not finding.ok
     assert finding.needed
-    assert finding.mend == "sudo apt-get install -y libegl1 libgl1 libgl1-mesa-dri"
+    assert finding.fix == "sudo apt-get install -y libegl1 libgl1 libgl1-mesa-dri"
 
 
 def test_package_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,7 +55,7 @@ def test_package_that_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert only(found, "package numpy").needed
     missing = only(found, "package not-there")
     assert (missing.ok, missing.needed, missing.message) == (False, True, "not installed")
-    assert missing.mend
+    assert missing.fix
     assert only(found, "native modules").message == "not-there: ModuleNotFoundError: No module named 'not_there'"
 
 

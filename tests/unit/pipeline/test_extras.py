@@ -24,7 +24,7 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_extras_of_a_checkout() -> None:
-    assert set(optional_packages.extras()) == {"clip", "objaverse", "parquet"}
+    assert set(optional_packages.extras()) == {"clip", "gymnasium", "objaverse", "parquet"}
     assert [line.split(">")[0] for line in optional_packages.extras()["parquet"]] == ["pyarrow"]
 
 
@@ -62,5 +62,5 @@ def test_doctor_looks_at_every_extra_and_needs_none(monkeypatch: pytest.MonkeyPa
     assert {"package pyarrow", "package objaverse", "package open-clip-torch"} <= set(found)
     missing = found["package pyarrow"]
     assert (missing.ok, missing.needed) == (False, False)
-    assert missing.mend == optional_packages.install_command("parquet")
+    assert missing.fix == optional_packages.install_command("parquet")
     assert "pyarrow" not in doctor._native_modules()

@@ -161,7 +161,7 @@ def test_a_folder_and_its_own_manifest_count_each_row_once(tmp_path: Path) -> No
 
 
 def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
-    """The first are told word for word, the others are counted; mended rows are forgotten by the next run."""
+    """The first are told word for word, the others are counted; fixed rows are forgotten by the next run."""
     (tmp_path / "in").mkdir()
     manifest, library = tmp_path / "in" / "manifest.jsonl", tmp_path / "library"
     rows = "".join(f'{{"id": "n{i}", "file": "n{i}.glb"}}\n' for i in range(5000))
@@ -175,7 +175,7 @@ def test_very_many_bad_rows_cost_one_file(tmp_path: Path) -> None:
     assert (library / "rejected" / "rows.jsonl").stat().st_size < 50_000
     listed = list(entries(Library(library)))
     assert len(listed) == MAX_ROWS_PER_FILE + 1
-    assert listed[-1].message == "4900 more for this reason; mend the first ones and run again"
+    assert listed[-1].message == "4900 more for this reason; fix the first ones and run again"
     assert {event.kind for event in run(tmp_path / "in", library)} == {"kept"}
     manifest.write_text('{"id": "a", "file": "a.glb"}\n', encoding="ascii")
     assert [event.path for event in run(tmp_path / "in", library)] == ["manifest.jsonl"]

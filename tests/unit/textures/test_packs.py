@@ -165,7 +165,7 @@ def test_a_bad_picture_is_left_out_with_its_reason(fault: PictureRejection, fold
     (folder / "bad.png").write_bytes(BAD[fault])
     report = taken(folder, tmp_path / "lib")
     assert [(r.source, r.code) for r in report.pack.refused] == [("bad.png", fault.value)]
-    assert report.pack.refused[0].mend == REMEDIES[fault]
+    assert report.pack.refused[0].fix == REMEDIES[fault]
     assert len(report.pack.pictures) == 2
 
 
@@ -179,7 +179,7 @@ def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> Non
     assert [r.code for r in refused] == [PictureRejection.TOO_LARGE.value]
 
 
-def test_a_picture_that_cannot_be_mended_is_refused(
+def test_a_picture_that_cannot_be_fixed_is_refused(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("casa_assets.textures.packs.derive.repair", lambda image: image)
@@ -243,7 +243,7 @@ def test_what_nobody_says_is_asked_for(folder: Path, tmp_path: Path) -> None:
     refused = taken(folder, tmp_path / "lib", PictureDescription(tile_m=(1.0, 1.0))).pack.refused
     assert {r.code for r in refused} == {PictureRejection.NOT_DESCRIBED.value}
     assert refused[0].message == "nobody says its surface, licence"
-    assert "--licence" in refused[0].mend
+    assert "--licence" in refused[0].fix
 
 
 @pytest.mark.parametrize("row", ["{tile_m: [0, 1]}", "{surfaces: wall}", "{substance: unobtainium}", "7"])
@@ -329,6 +329,6 @@ def test_ids() -> None:
     assert unique_ids("a", ["x", "X", "x 2", "x"]) == ("a_x", "a_x_2", "a_x_2_2", "a_x_3")
 
 
-def test_every_fault_says_how_to_mend_it() -> None:
+def test_every_fault_says_how_to_fix_it() -> None:
     assert set(REMEDIES) == set(PictureRejection)
     assert len(set(REMEDIES.values())) == len(PictureRejection)

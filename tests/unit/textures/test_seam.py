@@ -1,4 +1,4 @@
-"""Borders are found where they are, and mended."""
+"""Borders are found where they are, and repaired."""
 
 from __future__ import annotations
 
@@ -60,12 +60,12 @@ def test_repair_leaves_a_picture_that_repeats(lit: bool) -> None:
     cut = clouds()[:150, :140]
     if lit:
         cut = cut * np.linspace(0.8, 1.15, 140, dtype=np.float32)[None, :, None]
-    mended = repair(cut)
+    repaired = repair(cut)
     assert seam(cut).worst > 2.5
-    assert seam(mended).worst < 1.2
-    assert mended.dtype == np.float32
-    assert 0.0 <= mended.min() <= mended.max() <= 1.0
-    assert all(0.55 * old <= new <= old for new, old in zip(mended.shape[:2], cut.shape[:2], strict=True))
+    assert seam(repaired).worst < 1.2
+    assert repaired.dtype == np.float32
+    assert 0.0 <= repaired.min() <= repaired.max() <= 1.0
+    assert all(0.55 * old <= new <= old for new, old in zip(repaired.shape[:2], cut.shape[:2], strict=True))
 
 
 def test_repair_keeps_the_colour() -> None:
@@ -74,10 +74,10 @@ def test_repair_keeps_the_colour() -> None:
 
 
 def test_repair_keeps_whole_bricks() -> None:
-    """Cut amid a brick, the bond goes on over the mended border: it still has the period of the wall."""
+    """Cut amid a brick, the bond goes on over the repaired border: it still has the period of the wall."""
     cut = bricks()[:220, :225]  # 7.3 rows, 5.6 bricks
-    mended = repair(cut)
-    rows, columns = mended.shape[:2]
+    repaired = repair(cut)
+    rows, columns = repaired.shape[:2]
     assert rows / 30 == pytest.approx(6, abs=0.25)  # an even number of rows, or the bond would break
     assert columns / 40 == pytest.approx(round(columns / 40), abs=0.15)
 

@@ -63,7 +63,7 @@ facts.assets.forEach(function (a) {
     .concat(a.warnings.map(function (w) { return w.join(" "); })).join(" ").toLowerCase();
 });
 facts.rejects.forEach(function (r) {
-  r.words = [r.path, r.category, r.code, r.meaning, r.reason, r.mend, r.source].join(" ").toLowerCase();
+  r.words = [r.path, r.category, r.code, r.meaning, r.reason, r.fix, r.source].join(" ").toLowerCase();
 });
 
 function chosen() {
@@ -180,7 +180,7 @@ function rejectRow(r) {
     const limit = f[2] === null ? "" : ", limit " + show(f[2]);
     says.append(make("p", { "class": "small", text: check[0] + ": " + show(f[1]) + limit + " " + check[1] }));
   });
-  if (r.mend) { says.append(make("p", { "class": "small", text: "Mend: " + r.mend })); }
+  if (r.fix) { says.append(make("p", { "class": "small", text: "Fix: " + r.fix })); }
   return make("tr", { "class": "row" }, make("td", { "class": "picture" }, picture(r)),
     make("td", {}, make("div", { "class": "id", text: r.path }), make("div", { "class": "small", text: r.source })),
     cell(r.category || "–"), code, says);

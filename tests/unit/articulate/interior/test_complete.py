@@ -225,7 +225,7 @@ def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     assert made(block(*door()), tmp_path, "wall_oven", sidecar.read(path)).asset.digest == bare.asset.digest
 
 
-def test_a_cavity_is_mended_in_a_line(tmp_path: Path) -> None:
+def test_a_cavity_is_fixed_in_a_line(tmp_path: Path) -> None:
     def said(wanted: CavityDecision, name: str = "door_0") -> ArticulateResult:
         return made(block(*door()), tmp_path, "wall_oven", Decisions(cavities={name: wanted}))
 

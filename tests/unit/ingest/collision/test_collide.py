@@ -252,7 +252,7 @@ class TestOpenings:
         [guess] = [g for g in out.guesses if g.subject == "collision"]
         assert "open sheet" in guess.reason
 
-    def test_a_bowl_with_a_small_hole_is_mended_first(self) -> None:
+    def test_a_bowl_with_a_small_hole_is_fixed_first(self) -> None:
         bends = np.linspace(0.0, 1.3, 20)
         inner = [(0.05 * np.sin(t), 0.056 - 0.05 * np.cos(t)) for t in bends]
         bowl = turned([*inner, *((r * 1.12, (z - 0.056) * 1.12 + 0.056) for r, z in inner[::-1])], 48)

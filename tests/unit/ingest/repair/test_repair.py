@@ -1,4 +1,4 @@
-"""Repairs one by one: a fault is made, counted, mended and counted again; what has no fault stays bit for bit."""
+"""Repairs one by one: a fault is made, counted, repaired and counted again; what has no fault stays bit for bit."""
 
 from __future__ import annotations
 

@@ -61,15 +61,15 @@ def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict
         assert row["thumb"].startswith("data:image/webp")
         assert row["meaning"]
         assert row["reason"]
-        assert row["mend"].endswith(".")
+        assert row["fix"].endswith(".")
 
 
 def test_what_a_check_says_is_parted_into_fault_and_remedy(page: dict[str, dict[str, Any]]) -> None:
     assert page["FLT005"]["reason"] == "links/object/visuals: 2 large parts stand apart."
-    assert page["FLT005"]["mend"] == "Give each object a file of its own, or join them."
-    assert page["FLT010"]["mend"] == report.DEFAULT_ADVICE
+    assert page["FLT005"]["fix"] == "Give each object a file of its own, or join them."
+    assert page["FLT010"]["fix"] == report.DEFAULT_ADVICE
 
 
 def test_a_stage_has_its_own_words(page: dict[str, dict[str, Any]]) -> None:
     assert page["MSH002"]["reason"] == CASES[2][1]
-    assert page["MSH002"]["mend"].startswith("Give the model a thickness")
+    assert page["MSH002"]["fix"].startswith("Give the model a thickness")
