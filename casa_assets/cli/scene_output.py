@@ -91,6 +91,21 @@ def print_numbers(results: list[SceneResult], out: Path, console: Console) -> No
     console.print(sentence(found), highlight=False, soft_wrap=True)
 
 
+def print_robots(results: list[SceneResult], console: Console) -> None:
+    """Print for each scene how many joints each robot reaches and opens."""
+    from casa_assets.pipeline.kitchens.robots import read_certificate
+
+    table = Table(box=None, padding=(0, 1), header_style="bold")
+    for heading in ("scene", "robot", "reached", "followed", "of joints", "margin, median"):
+        table.add_column(heading, overflow="fold")
+    for result in results:
+        found = read_certificate(Path(result.folder)) if result.folder else None
+        for robot in found.robots if found else ():
+            numbers = (robot.reached, robot.followed, len(robot.joints), robot.margin)
+            table.add_row(result.recipe.scene_id, robot.robot, *map(str, numbers))
+    console.print(table, highlight=False)
+
+
 def _json_row(result: SceneResult) -> dict[str, object]:
     return {
         "id": result.recipe.scene_id,

@@ -38,6 +38,8 @@ PLANTS = [
     ("terminal", "pipeline", "import rich.console"),
     ("terminal", "checks", "import typer"),
     ("yaml", "pipeline", "import yaml"),
+    ("mink", "pipeline", "import mink"),
+    ("mink", "checks", "import robosuite"),
     ("learned", "cli", "import torch"),
 ]
 

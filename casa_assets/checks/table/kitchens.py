@@ -6,7 +6,9 @@ from casa_assets.checks.check import Check
 from casa_assets.checks.design.robot import reach
 from casa_assets.checks.design.rules import aisles, appliances, doorways, grade
 from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.checks.robots.verdict import joints_are_reached
 from casa_assets.model.issue import Severity
+from casa_assets.model.kitchen.robot import SceneRobots
 
 ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
@@ -66,5 +68,8 @@ ROWS: tuple[Check, ...] = (
     Check("TSK002", "Room for task objects", ERROR, DesignSubject, reach.task_objects_find_room, "task_rate", "",
           "At least {limit:.0%} of 200 drawn objects find a free place within reach, for each task; clear the "
           "surface, or make it larger."),
+    Check("ROB001", "Joints a robot reaches", ERROR, SceneRobots, joints_are_reached, "robot_reach", "",
+          "At least {limit:.0%} of the joints with a handle, knob, key or lever are reached by PandaOmron from the "
+          "parking place, free of contact; free the grip, or the floor before it."),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""casa-assets scenes: list, build, check, sample, preview, pack, compare kitchens; casa-assets scene new: one's own."""
+"""casa-assets scenes: list, build, check, sample, preview, pack, compare, try robots; scene new: one's own kitchen."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="scenes",
-    help="Whole kitchens, a floor plan in a style: list, build, check, sample, preview, pack, compare.",
+    help="Whole kitchens, a floor plan in a style: list, build, check, sample, preview, pack, compare, try robots.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -189,6 +189,43 @@ def preview(
     with writing(out):
         for path in draw_cameras(folder, camera or (), PictureSettings(size, size * 3 // 4, passes), pose):
             typer.echo(str(path))
+
+
+@app.command()
+def robots(
+    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
+    robot: Annotated[list[str] | None, typer.Option(help="Robots; all of registry/robots where none is named.")] = None,
+    models: Annotated[
+        Path | None, typer.Option(help="robosuite/models/assets; that of the installed robosuite otherwise.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    force: Force = False,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
+) -> None:
+    """Find which handles, knobs, keys and levers robots reach from their parking places, and what they open.
+
+    Inverse kinematics with mink; robots come from the installed robosuite. Writes robots.json beside each scene, built
+    first where it is missing, and a line of its report. Exit 1 when PandaOmron reaches too little.
+
+    Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
+    """
+    from casa_assets.pipeline.kitchens.robots import certify_all, find_robot_models
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_matching
+    from casa_assets.registry.robots import robot_names
+
+    if not scenes and not all_:
+        raise typer.BadParameter("name scenes, or give --all")
+    recipes = all_recipes() if all_ else recipes_matching(scenes or [])
+    console = Console(stderr=json_)
+    done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force)
+    results = scene_output.print_progress(done, len(recipes), "reaching", console, json_)
+    if not json_:
+        scene_output.print_robots(results, console)
+    scene_output.check_faults(results)
+    if not all(r.passed for r in results):
+        raise typer.Exit(1)
 
 
 @app.command()

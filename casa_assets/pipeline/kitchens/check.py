@@ -33,7 +33,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
+from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     SceneResult,
@@ -162,13 +162,41 @@ def _rounded(speed: MeasuredSpeed) -> dict[str, float]:
 
 def _write(folder: Path, report: Report, measured: dict[str, Any], floor_map: Image.Image) -> None:
     """Write report.json, and report.html with the map of the floor that it shows."""
+    floor_map.save(folder / FLOOR_MAP, format="PNG")
+    _write_report(folder, {**report.model_dump(mode="json"), **measured})
+    join_robots(folder)
+
+
+def join_robots(folder: Path) -> None:
+    """Put the certificate of robots, where there is one of this scene, into report.json and report.html beside it."""
+    facts, robots, data = (_read_json(folder / name) for name in (SCENE_JSON, ROBOTS_JSON, REPORT))
+    if not data or not facts or robots.get("scene_key") != facts.get("key"):
+        return
+    codes = {result["code"] for result in robots["results"]}
+    results = [r for r in data["results"] if r["code"] not in codes] + robots["results"]
+    issues = [i for i in data["issues"] if i["code"] not in codes] + robots["issues"]
+    ordered = sorted(results, key=lambda r: str(r["code"]))
+    _write_report(folder, {**data, "results": ordered, "issues": issues, "robots": robots["counts"]})
+
+
+def _write_report(folder: Path, data: dict[str, Any]) -> None:
+    """Write report.json and report.html, with the verdict and the counts of what `data` holds."""
+    report = Report.model_validate({k: data[k] for k in ("subject", "results", "issues")})
     tallied = asdict(report.tally) | {"applying": report.tally.applying}
-    data = {**report.model_dump(mode="json"), "passed": report.passed, "tally": tallied, **measured}
+    data = {**data, "passed": report.passed, "tally": tallied}
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")
-    floor_map.save(folder / FLOOR_MAP, format="PNG")
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
     (folder / PAGE).write_text(page(facts, data, explained(registry.load().limits)), encoding="utf-8")
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    """Content of a file; empty where it is not there or cannot be read."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return data if isinstance(data, dict) else {}
 
 
 def _kept_report(folder: Path, key: str) -> Report | None:

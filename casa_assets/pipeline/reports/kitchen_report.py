@@ -41,6 +41,7 @@ def page(facts: Mapping[str, Any], report: Mapping[str, Any], explained: Mapping
         passed=str(tally(results)),
         checks=[_check(result, explained) for result in results],
         budget=_budget(report),
+        robots=[_robot(name, counts) for name, counts in report.get("robots", {}).items()],
         tasks=[_task(task) for task in report["tasks"]],
         design=[_rule(rule) for rule in grade["design"]],
         access=[_rule(rule) for rule in grade["access"]],
@@ -51,6 +52,12 @@ def _budget(report: Mapping[str, Any]) -> list[Cells]:
     """Number of bodies and the like in the model, and how fast it ran on the machine of the check."""
     numbers = {**report.get("holds", {}), **report.get("speed", {})}
     return [(name.replace("_", " "), f"{value:g}") for name, value in numbers.items()]
+
+
+def _robot(name: str, counts: Mapping[str, Any]) -> Cells:
+    """A robot with the number of joints that it reaches and opens, and the median of its margins."""
+    margin = "" if counts["margin"] is None else f"{counts['margin']:.0%}"
+    return name, f"{counts['reached']} of {counts['joints']}", f"{counts['followed']} of {counts['joints']}", margin
 
 
 def _severity(word: str) -> Marked:

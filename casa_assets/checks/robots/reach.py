@@ -1,0 +1,288 @@
+"""What one robot can do at one joint: get its hand to the handle, and go along with it until all is open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from casa_assets.checks.robots.assemble import BASE_JOINTS
+from casa_assets.checks.robots.grips import Grasp, Grip, pinches, presses
+from casa_assets.checks.robots.inverse_kinematics import Bounds, Solver
+from casa_assets.checks.robots.seeds import Seed, Seeds
+from casa_assets.checks.robots.tasks import Task
+from casa_assets.checks.robots.workspace import Workspace
+from casa_assets.core.typing import Floats
+from casa_assets.model.kitchen.robot import Arm, Following, JointReach, Robot
+from casa_assets.model.record import Vec2, Vec3
+
+# How far a base may stand from a parking place: back and ahead, to the right and left (m), turned (rad). RoboCasa draws
+# it within 0.15 m; it has to stand farther back for handles that are lower than the top of the base itself.
+BESIDE = ((-0.40, 0.10), (-0.15, 0.15), (-0.35, 0.35))
+DRIVEN = ((-1.2, 1.2), (-1.2, 1.2), (-math.pi, math.pi))  # how far it may go along with a door
+KEY_TRAVEL_M, KEY_TURN_RAD = 0.012, 0.3  # what moves less is a key
+BACK_M = (0.02, 0.04, 0.06)  # from the handle, back along the way that the hand came: there must be room
+STEP_M, STEP_RAD = 0.025, 0.07  # between two places of what is being opened
+KEPT_MARGIN = 0.01  # share of half its range that a hinge keeps from each end
+FINGER_GAP_M = 0.006  # between a finger and what it comes to
+DISTANT, NEXT = 60, 15  # iterations to a handle, and to the next place of one that is held
+TRIES = 40  # ways of reaching one joint from one place
+FOLLOWED_TRIES = 5  # ways of holding, with which opening is tried
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A hand at a handle."""
+
+    arm: Arm
+    tip: str
+    place: Vec3
+    grasp: Grasp
+    posture: Floats
+    bounds: Bounds
+
+
+Room = tuple[Vec2, Vec2, Vec2]  # least and largest of ahead, to the left (m) and turned (rad)
+
+
+class Bench:
+    """A robot in a kitchen, for one task after the other."""
+
+    def __init__(self, robot: Robot, workspace: Workspace) -> None:
+        self.robot = robot
+        self._workspace = workspace
+        self._seeds = Seeds(workspace, robot)
+        self._solver = Solver(workspace, len(BASE_JOINTS))
+
+    def work(self, task: Task) -> JointReach:
+        """Try a task from its parking places with each arm."""
+        best = JointReach(fixture=task.fixture, joint=task.joint, reached=False)
+        for held in islice(self._reached(task), FOLLOWED_TRIES):
+            for following in (Following.STANDING, Following.DRIVING):
+                if following is Following.DRIVING and not self.robot.drives:
+                    continue
+                found = self._opened(task, held, following)
+                best = max(best, found, key=_rank)
+                if found.followed is not Following.NO:
+                    return found
+        return best
+
+    def _reached(self, task: Task) -> Iterator[_Held]:
+        """Postures in which a hand is at the handle and can get away from it again."""
+        workspace = self._workspace
+        for place in task.places:
+            self._begin(task, place, self.robot.arms[0])
+            room = _bounds(workspace, BESIDE)
+            for seed in self._seeds_for(task, place, room)[:TRIES]:
+                arm = self.robot.arms[seed.arm]
+                self._begin(task, place, arm)
+                bounds = self._fingers_at(room, seed.arm, seed.grasp)
+                q = self._solver.solve(seed.tip, seed.grasp, seed.posture, bounds, DISTANT)
+                if q is None:
+                    continue
+                grasp = _as_held(workspace, seed.tip, seed.grasp, q)
+                if self._gets_away(seed.tip, grasp, q, bounds):
+                    yield _Held(arm, seed.tip, place, grasp, q, bounds)
+
+    def _begin(self, task: Task, place: Vec3, arm: Arm) -> None:
+        """The robot on its place, the kitchen as it is before the joint moves."""
+        self._workspace.place(*place)
+        self._workspace.open(_opened_to(self._workspace, task.behind))
+        self._workspace.hold(arm.name, [task.grip])
+
+    def _seeds_for(self, task: Task, place: Vec3, bounds: Bounds) -> list[Seed]:
+        """Grasps with arms, each with a posture to begin with, the most promising first."""
+        workspace = self._workspace
+        grip, motion = _grip(workspace, task), _motion(workspace, task)
+        press, turning = _is_key(workspace.model, task.joint), _knob_axis(workspace, task, grip)
+        found = []
+        for number, arm in enumerate(self.robot.arms):
+            grasps = presses(grip, motion) if press else pinches(grip, arm.opening, turning)
+            found += [(order, number, grasp) for order, grasp in enumerate(grasps)]
+        found.sort(key=lambda one: one[:2])
+        ordered = [(number, grasp) for _, number, grasp in found]
+        return self._seeds.toward(ordered, press, place, bounds)
+
+    def _fingers_at(self, bounds: Bounds, number: int, grasp: Grasp) -> Bounds:
+        """Bounds with all fingers where they stay: those of one arm as it needs them, the others open."""
+        low, high = bounds.low.copy(), bounds.high.copy()
+        for other, arm in enumerate(self.robot.arms):
+            fingers = dict(arm.grasp.fingers)
+            if other == number:
+                fingers = _fingers(arm, grasp.width)
+            for name, value in fingers.items():
+                low[self._workspace.number(name)] = high[self._workspace.number(name)] = value
+        return Bounds(low, high)
+
+    def _gets_away(self, tip: str, grasp: Grasp, q: Floats, bounds: Bounds) -> bool:
+        """True if there is room for the hand on the last bit of its way."""
+        bounds, at = _standing(bounds, q), q
+        for back in BACK_M:
+            there = replace(grasp, position=grasp.position - back * grasp.rotation[:, 2])
+            found = self._solver.solve(tip, there, at, bounds, NEXT)
+            if found is None:
+                return False
+            at = found
+        return True
+
+    def _opened(self, task: Task, held: _Held, following: Following) -> JointReach:
+        """Move the joint to its end in steps, the hand on the handle."""
+        workspace = self._workspace
+        self._begin(task, held.place, held.arm)
+        link = int(workspace.model.geom(task.grip).bodyid[0])
+        before = _pose(workspace.data, link)
+        standing = following is Following.STANDING
+        bounds = _standing(held.bounds, held.posture) if standing else _with_room(held.bounds, DRIVEN)
+        behind, values = _opened_to(workspace, task.behind), _steps(workspace.model, task.joint)
+        q, margin, done = held.posture, _margin(workspace, held.posture), 0
+        for value in values:
+            workspace.open({**behind, task.joint: float(value)})
+            grasp = _moved(held.grasp, before, _pose(workspace.data, link))
+            found = self._solver.solve(held.tip, grasp, q, bounds, NEXT)
+            if found is None:
+                break
+            q, margin, done = found, min(margin, _margin(workspace, found)), done + 1
+        return JointReach(
+            fixture=task.fixture,
+            joint=task.joint,
+            reached=True,
+            followed=following if done == len(values) else Following.NO,
+            share=round(done / len(values), 3),
+            margin=round(margin, 3),
+            arm=held.arm.name,
+            base=_base(held),
+        )
+
+
+def _rank(found: JointReach) -> tuple[bool, bool, float, float]:
+    return (found.reached, found.followed is not Following.NO, found.share, found.margin or 0.0)
+
+
+def _is_key(model: Any, joint: str) -> bool:
+    """True if a joint moves so little that it is pressed, not held."""
+    found = model.joint(joint)
+    travel = float(np.ptp(found.range))
+    return travel <= (KEY_TURN_RAD if found.type[0] == mujoco.mjtJoint.mjJNT_HINGE else KEY_TRAVEL_M)
+
+
+def _end(model: Any, joint: str) -> float:
+    """End of a joint's range that is farther from where it rests."""
+    low, high = model.joint(joint).range
+    return float(high if abs(high) >= abs(low) else low)
+
+
+def _opened_to(workspace: Workspace, joint: str) -> dict[str, float]:
+    """A door all the way open; nothing where there is none."""
+    return {joint: _end(workspace.model, joint)} if joint else {}
+
+
+def _steps(model: Any, joint: str) -> Floats:
+    """Positions of a joint after its rest up to its end."""
+    end = _end(model, joint)
+    size = STEP_RAD if model.joint(joint).type[0] == mujoco.mjtJoint.mjJNT_HINGE else STEP_M
+    return np.linspace(0.0, end, max(2, math.ceil(abs(end) / size)) + 1)[1:]
+
+
+def _grip(workspace: Workspace, task: Task) -> Grip:
+    """The geom that is held as a box."""
+    model, data = workspace.model, workspace.data
+    geom = model.geom(task.grip).id
+    turn = data.geom_xmat[geom].reshape(3, 3)
+    box = model.geom_aabb[geom]
+    return Grip(data.geom_xpos[geom] + turn @ box[:3], turn.copy(), box[3:].copy(), np.array(task.front))
+
+
+def _motion(workspace: Workspace, task: Task) -> Floats:
+    """Unit vector along which the thing that is held begins to move; into the front where it turns in place."""
+    model, data = workspace.model, workspace.data
+    joint, geom = model.joint(task.joint).id, model.geom(task.grip).id
+    sign = math.copysign(1.0, _end(model, task.joint))
+    motion = sign * data.xaxis[joint]
+    if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE:
+        motion = np.cross(motion, data.geom_xpos[geom] - data.xanchor[joint])
+    size = float(np.linalg.norm(motion))
+    return motion / size if size > 1e-3 else -np.array(task.front)
+
+
+def _knob_axis(workspace: Workspace, task: Task, grip: Grip) -> Floats | None:
+    """Axis of a knob, which turns about its own middle; None for what does not."""
+    model, data = workspace.model, workspace.data
+    joint = model.joint(task.joint).id
+    if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE:
+        return None
+    axis = data.xaxis[joint]
+    arm = np.cross(axis, grip.centre - data.xanchor[joint])
+    return axis.copy() if float(np.linalg.norm(arm)) < 0.01 else None
+
+
+def _bounds(workspace: Workspace, room: Room) -> Bounds:
+    """Ranges of all joints, the base's within some room around where it was put."""
+    low, high = workspace.alone.jnt_range[:, 0].copy(), workspace.alone.jnt_range[:, 1].copy()
+    hinges = workspace.hinges
+    kept = KEPT_MARGIN * (high - low)[hinges] / 2
+    low[hinges] += kept
+    high[hinges] -= kept
+    return _with_room(Bounds(low, high), room)
+
+
+def _with_room(bounds: Bounds, room: Room) -> Bounds:
+    low, high = bounds.low.copy(), bounds.high.copy()
+    low[: len(room)], high[: len(room)] = np.array(room).T
+    return Bounds(low, high)
+
+
+def _standing(bounds: Bounds, q: Floats) -> Bounds:
+    """Bounds that leave the base where it is."""
+    return _with_room(bounds, ((q[0], q[0]), (q[1], q[1]), (q[2], q[2])))
+
+
+def _fingers(arm: Arm, width: float) -> dict[str, float]:
+    """Joints of the fingers around a thing of a width, m; closed as for keys where that is zero."""
+    if width == 0.0:
+        return arm.press.fingers
+    share = min(1.0, (width + 2 * FINGER_GAP_M) / arm.opening) if arm.closed else 1.0
+    opened, closed = arm.grasp.fingers, {**arm.grasp.fingers, **arm.closed}
+    return {name: closed[name] + share * (opened[name] - closed[name]) for name in opened}
+
+
+def _margin(workspace: Workspace, q: Floats) -> float:
+    """Smallest distance of a hinge, the base's left out, to an end of its range, as a share of half the range."""
+    low, high = workspace.alone.jnt_range[workspace.hinges].T
+    there = q[workspace.hinges]
+    return max(0.0, float(np.min(np.minimum(there - low, high - there) / ((high - low) / 2))))
+
+
+def _as_held(workspace: Workspace, tip: str, grasp: Grasp, q: Floats) -> Grasp:
+    """The grasp as the hand has it, which may have turned about the bar."""
+    if not grasp.pivots:
+        return grasp
+    data = mujoco.MjData(workspace.alone)
+    data.qpos[:] = q
+    mujoco.mj_kinematics(workspace.alone, data)
+    return replace(grasp, rotation=data.site_xmat[workspace.alone.site(tip).id].reshape(3, 3).copy())
+
+
+def _pose(data: Any, body: int) -> tuple[Floats, Floats]:
+    return data.xpos[body].copy(), data.xmat[body].reshape(3, 3).copy()
+
+
+def _moved(grasp: Grasp, before: tuple[Floats, Floats], after: tuple[Floats, Floats]) -> Grasp:
+    """A grasp on a link that has moved."""
+    turn = after[1] @ before[1].T
+    return replace(grasp, position=after[0] + turn @ (grasp.position - before[0]), rotation=turn @ grasp.rotation)
+
+
+def _base(held: _Held) -> Vec3:
+    """Where the base's centre stood, and its direction."""
+    x, y, yaw = held.place
+    forward, side, turn = (float(v) for v in held.posture[: len(BASE_JOINTS)])
+    return (
+        round(x + forward * math.cos(yaw) - side * math.sin(yaw), 3),
+        round(y + forward * math.sin(yaw) + side * math.cos(yaw), 3),
+        round(yaw + turn, 3),
+    )

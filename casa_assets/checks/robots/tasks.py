@@ -1,0 +1,67 @@
+"""Joints of a kitchen that robots are tried on, from its scene.json: what is gripped, and where a robot parks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
+
+
+@dataclass(frozen=True)
+class Task:
+    """A joint of a kitchen that a robot is to work.
+
+    Attributes:
+        fixture, joint: names; the joint by its name in the MJCF. grip: geom that a hand takes or presses.
+        behind: joint of the door that has to be open first, empty without one.
+        front: unit vector out of the fixture's front, level.
+        places: parking places, x, y (m), direction (rad): while it is shut, then once it is open.
+    """
+
+    fixture: str
+    joint: str
+    grip: str
+    behind: str
+    front: Vec3
+    places: tuple[Vec3, ...]
+
+
+def tasks_of(facts: Mapping[str, Any]) -> tuple[list[Task], list[str]]:
+    """Tasks for all joints that have a grip, and the joints of fixtures that a scene has no parking places for.
+
+    Args:
+        facts: content of scene.json.
+    """
+    tasks: list[Task] = []
+    without: list[str] = []
+    for fixture in facts["fixtures"]:
+        x, y = Pose(quaternion=fixture["quaternion"]).rotation[:2, 1]
+        parking = facts["parking"].get(fixture["name"])
+        for name, joint in fixture["joints"].items():
+            if joint["grip"] is None:
+                continue
+            if parking is None:
+                without.append(joint["name"])
+                continue
+            door = joint["behind"] or ""
+            task = Task(
+                fixture=fixture["name"],
+                joint=joint["name"],
+                grip=joint["grip"],
+                behind=door,
+                front=(-float(x), -float(y), 0.0),
+                places=_places(parking, name, door.rpartition("__")[2]),
+            )
+            tasks.append(task)
+    return tasks, without
+
+
+def _places(parking: Mapping[str, Any], joint: str, door: str) -> tuple[Vec3, ...]:
+    """Where a robot parks that works a joint: before the open door, where there is one."""
+    opened = parking["open"]
+    rows = [opened.get(door)] if door else [parking["shut"], opened.get(joint)]
+    found = [(float(row["x"]), float(row["y"]), float(row["yaw"])) for row in rows if row is not None]
+    return tuple(dict.fromkeys(found))

@@ -1,0 +1,184 @@
+"""A kitchen and a robot in one MuJoCo model: put the robot somewhere, and see what it would touch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from casa_assets.checks.robots.assemble import BASE_JOINTS, ROOT, assemble, finger_joints, home_posture
+from casa_assets.core.typing import Floats
+from casa_assets.errors import CasaError
+from casa_assets.model.kitchen.robot import Robot
+
+PREFIX = "robot__"
+NEAR_M = 0.02  # distance from which the robot is kept from coming nearer
+DRIVEN_OVER_M = 0.03  # what is lower, such as a rug, does not stop a base
+KITCHEN, GROUND, ITSELF = 2, 4, 8  # bits that say what a geom of the robot can touch
+SAMPLES = 200  # random postures that tell which links of a robot overlap by the way they are drawn
+OFTEN = 0.5  # share of them in which such links overlap
+FAR_M = 50.0  # from the kitchen, where the robot touches nothing but itself
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """Two geoms that are near each other.
+
+    Attributes:
+        distance: between them, negative where they overlap, m. point: between them. normal: from the first to the
+            second, both shape (3,), in the world's frame. bodies: of the robot alone; None for what is the kitchen's.
+    """
+
+    distance: float
+    point: Floats
+    normal: Floats
+    bodies: tuple[int | None, int | None]
+
+
+class Workspace:
+    """A kitchen with a robot in it.
+
+    Attributes:
+        alone: MjModel of the robot without the kitchen; its joints are those of `assemble`.
+        home: posture of the robot at rest, shape (nq,) of `alone`. hinges: numbers of its hinges, but for fingers.
+        model, data: of both.
+    """
+
+    def __init__(self, kitchen: Path, robot: Robot, models: Path) -> None:
+        """Load both.
+
+        Args:
+            kitchen: scene.xml. models: folder of robot models.
+        Raises:
+            CasaError: a file is missing or cannot be read.
+        """
+        try:
+            spec = mujoco.MjSpec.from_file(str(kitchen))
+        except ValueError as error:
+            raise CasaError(f"{kitchen}: MuJoCo does not read it: {error}") from error
+        spec.compiler.discardvisual = True
+        alone = assemble(robot, models)
+        alone.compiler.discardvisual = True
+        self.alone: Any = alone.compile()
+        spec.attach(assemble(robot, models), prefix=PREFIX, frame=spec.worldbody.add_frame())
+        self.model: Any = spec.compile()
+        self.data: Any = mujoco.MjData(self.model)
+        self.home = home_posture(robot, self.alone)
+        fingers = finger_joints(robot)
+        turning = [i for i in range(self.alone.njnt) if self.alone.jnt_type[i] == mujoco.mjtJoint.mjJNT_HINGE]
+        self.hinges = [i for i in turning if self.alone.joint(i).name not in {*fingers, *BASE_JOINTS}]
+        self._root = self.model.body(PREFIX + ROOT).id
+        self._height = float(self.model.body_pos[self._root][2])
+        names = [self.alone.joint(i).name for i in range(self.alone.njnt)]
+        self._address = np.array([int(self.model.joint(PREFIX + n).qposadr[0]) for n in names])
+        self._body = {self.model.body(PREFIX + self.alone.body(i).name).id: i for i in range(1, self.alone.nbody)}
+        self._held: frozenset[tuple[int, int]] = frozenset()
+        self._fingers = {arm.name: self._geoms_of(robot, arm.touching) for arm in robot.arms}
+        self._set_bits()
+        self._drawn_over = self._overlaps_as_drawn()
+        mujoco.mj_resetData(self.model, self.data)
+
+    def number(self, joint: str) -> int:
+        """Number of a joint of the robot in its postures."""
+        return int(self.alone.joint(joint).qposadr[0])
+
+    def place(self, x: float, y: float, yaw: float) -> None:
+        """Put the zero of the base's joints somewhere, m and radians."""
+        for model, root in ((self.model, self._root), (self.alone, self.alone.body(ROOT).id)):
+            model.body_pos[root] = (x, y, self._height)
+            model.body_quat[root] = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
+
+    def open(self, joints: Mapping[str, float]) -> None:
+        """Set joints of the kitchen, and all others to where they rest."""
+        self.data.qpos[:] = self.model.qpos0
+        for name, value in joints.items():
+            self.data.qpos[self.model.joint(name).qposadr[0]] = value
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def hold(self, arm: str, geoms: Iterable[str]) -> None:
+        """Let the fingers of an arm touch geoms of the kitchen."""
+        held = [self.model.geom(name).id for name in geoms]
+        self._held = frozenset((f, g) for f in self._fingers[arm] for g in held)
+
+    def near(self, q: Floats) -> list[Nearness]:
+        """All pairs of geoms that are nearer than `NEAR_M`, the robot in a posture of shape (nq,) of `alone`."""
+        self.data.qpos[self._address] = q
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_collision(self.model, self.data)
+        found = []
+        contact = self.data.contact
+        for k in range(self.data.ncon):
+            first, second = (int(g) for g in contact.geom[k])
+            pair = (first, second)
+            if pair in self._held or pair[::-1] in self._held or pair in self._drawn_over:
+                continue
+            one, other = (self._body.get(int(self.model.geom_bodyid[g])) for g in pair)
+            near = Nearness(float(contact.dist[k]), contact.pos[k].copy(), contact.frame[k, :3].copy(), (one, other))
+            found.append(near)
+        return found
+
+    def is_free(self, q: Floats) -> bool:
+        """True if the robot touches nothing but what its fingers hold."""
+        return all(near.distance > 0.0 for near in self.near(q))
+
+    def overlap(self, q: Floats) -> float:
+        """How deep the robot is in anything, summed over what it touches, m."""
+        return sum(max(0.0, -near.distance) for near in self.near(q))
+
+    def _geoms_of(self, robot: Robot, names: tuple[str, ...]) -> tuple[int, ...]:
+        """Geoms of bodies of these names, and geoms that show meshes of these names."""
+        found = []
+        for i in range(self.model.ngeom):
+            body = self.model.body(self.model.geom_bodyid[i]).name
+            mesh = self.model.geom_dataid[i]
+            shown = self.model.mesh(mesh).name if mesh >= 0 else ""
+            if {body.removeprefix(PREFIX), shown.removeprefix(PREFIX)} & set(names):
+                found.append(i)
+        if not found:
+            raise CasaError(f"robot {robot.id}: it has no finger called {', '.join(names)}")
+        return tuple(found)
+
+    def _set_bits(self) -> None:
+        """Let the robot touch the kitchen and itself, its base not the ground, and the kitchen not itself."""
+        model = self.model
+        mujoco.mj_kinematics(model, self.data)
+        for i in range(model.ngeom):
+            touches, body = model.geom_contype[i] or model.geom_conaffinity[i], model.geom_bodyid[i]
+            if not touches:
+                continue
+            if int(body) in self._body:
+                ground = 0 if int(model.body_weldid[body]) == self._root else GROUND
+                model.geom_contype[i], model.geom_conaffinity[i] = KITCHEN | ground | ITSELF, ITSELF
+                model.geom_margin[i] = NEAR_M
+            else:
+                turn = self.data.geom_xmat[i].reshape(3, 3)
+                high = self.data.geom_xpos[i] + turn @ model.geom_aabb[i, :3]
+                top = high[2] + np.abs(turn[2]) @ model.geom_aabb[i, 3:]
+                low = model.geom_type[i] == mujoco.mjtGeom.mjGEOM_PLANE or top < DRIVEN_OVER_M
+                model.geom_contype[i], model.geom_conaffinity[i] = 0, GROUND if low else KITCHEN
+                model.geom_margin[i] = 0.0
+
+    def _overlaps_as_drawn(self) -> frozenset[tuple[int, int]]:
+        """Pairs of the robot's own geoms that overlap at rest or mostly: hulls of links reach into their neighbours."""
+        rng = np.random.default_rng(0)
+        low, high = self.alone.jnt_range[:, 0], self.alone.jnt_range[:, 1]
+        self.place(FAR_M, FAR_M, 0.0)
+        counts: dict[tuple[int, int], int] = {}
+        for k in range(SAMPLES):
+            q = self.home if k == 0 else rng.uniform(low, high)
+            self.data.qpos[self._address] = q
+            mujoco.mj_kinematics(self.model, self.data)
+            mujoco.mj_collision(self.model, self.data)
+            depth = NEAR_M / 2 if k == 0 else 0.0
+            pairs = {
+                (int(a), int(b))
+                for (a, b), d in zip(self.data.contact.geom, self.data.contact.dist, strict=True)
+                if d < depth
+            }
+            for pair in pairs:
+                counts[pair] = counts.get(pair, 0) + (SAMPLES if k == 0 else 1)
+        return frozenset(pair for pair, n in counts.items() if n > OFTEN * SAMPLES)

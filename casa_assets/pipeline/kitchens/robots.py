@@ -1,0 +1,165 @@
+"""Certify which joints of a kitchen robots reach and open: robots.json beside the scene, and its line in the report."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.checks.readers.mujoco_load import native_warnings
+from casa_assets.checks.robots.tasks import tasks_of
+from casa_assets.checks.run import run
+from casa_assets.errors import CasaError
+from casa_assets.export.mjcf.scene.kitchen import FILE
+from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.kitchens.check import join_robots
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
+from casa_assets.pipeline.kitchens.scene_folders import (
+    BuildOptions,
+    SceneResult,
+    build_with_options,
+    failed_scene,
+    run_recipes,
+    scene_key,
+)
+from casa_assets.pipeline.optional_packages import require
+from casa_assets.pipeline.workers.batch import attempt
+from casa_assets.registry.robots import load_robot
+
+TESTED_ROBOSUITE = "1.5.2"
+
+
+def find_robot_models() -> Path:
+    """Folder of robot models of the robosuite that is installed; it is not imported.
+
+    Raises:
+        CasaError: there is none.
+    """
+    found = importlib.util.find_spec("robosuite")
+    if found is None or found.origin is None:
+        raise CasaError(
+            "models of robots come from robosuite, which is not installed here; install it "
+            f"(python -m pip install --no-deps robosuite=={TESTED_ROBOSUITE}), or name the folder "
+            "robosuite/models/assets of one that you have with --models"
+        )
+    return Path(found.origin).parent / "models" / "assets"
+
+
+def certify_all(
+    recipes: Sequence[SceneRecipe], out: Path, robots: Sequence[str], models: Path, jobs: int = 0, force: bool = False
+) -> Iterator[SceneResult]:
+    """Certificates of scenes in the order in which they are done, worked on by several processes.
+
+    Args:
+        out: folder of the scenes; those that are missing are built. robots: ids. models: folder of robosuite's robot
+            models. jobs: processes; 0 for one per core. force: even where nothing has changed.
+    Raises:
+        CasaError: mink is not installed, a robot's files are not there. OutputError: the folder cannot be written.
+        UnknownId: there is no such robot.
+    """
+    require("mink", "robots", "Inverse kinematics of robots")
+    for name in robots:
+        robot = load_robot(name)
+        for part in robot.parts:
+            if not (models / part.file).is_file():
+                raise CasaError(
+                    f"{models / part.file}: robot {name} needs this file of robosuite {TESTED_ROBOSUITE}, and it is "
+                    "not there; name the folder robosuite/models/assets of that version with --models"
+                )
+    work = partial(certify_one, out=out, robots=tuple(robots), models=models, force=force)
+    return run_recipes(work, recipes, out, jobs)
+
+
+def certify_one(
+    recipe: SceneRecipe, out: Path, robots: tuple[str, ...], models: Path, force: bool = False
+) -> SceneResult:
+    """Certificate of one scene, which is built where it is missing; the report is that of robots alone."""
+    built = build_with_options(recipe, out, BuildOptions(drawn=False))
+    if not built.folder:
+        return built
+    folder = Path(built.folder)
+
+    def make() -> SceneResult:
+        begin = time.perf_counter()
+        key = certificate_key(recipe, robots)
+        kept = None if force else read_certificate(folder, key)
+        found = kept or certify_scene(folder, robots, models, key, scene_key(recipe))
+        report = verdict(found)
+        _write(folder, found, report)
+        join_robots(folder)
+        return replace(built, report=report, kept=kept is not None, check_s=time.perf_counter() - begin)
+
+    return attempt(make, partial(failed_scene, recipe), out)
+
+
+def certificate_key(recipe: SceneRecipe, robots: tuple[str, ...]) -> str:
+    """Key of a certificate: the scene's files, the robots, and all that decides what is found."""
+    try:
+        found = version("robosuite")
+    except PackageNotFoundError:
+        found = ""
+    return digest_of("robots", scene_key(recipe), robots, found, key_of(certify_scene, verdict))
+
+
+def certify_scene(folder: Path, robots: tuple[str, ...], models: Path, key: str, of_scene: str) -> SceneRobots:
+    """Try robots on every joint of a scene, one after the other.
+
+    Args:
+        folder: of the scene. robots: ids. models: folder of robot models.
+        key: of the certificate. of_scene: of the files of the scene.
+    Raises:
+        CasaError: a robot's file is missing, or does not hold what its description names.
+    """
+    from casa_assets.checks.robots.reach import Bench
+    from casa_assets.checks.robots.workspace import Workspace
+
+    facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
+    tasks, without = tasks_of(facts)
+    found = []
+    with native_warnings():
+        for name in robots:
+            robot = load_robot(name)
+            bench = Bench(robot, Workspace(folder / FILE, robot, models))
+            joints = tuple(bench.work(task) for task in tasks)
+            found.append(RobotCertificate(robot=name, shape=robot.shape, drives=robot.drives, joints=joints))
+    return SceneRobots(
+        scene=facts["id"], key=key, scene_key=of_scene, robots=tuple(found), without_parking=tuple(without)
+    )
+
+
+def verdict(found: SceneRobots) -> Report:
+    """Report of the check of robots on one scene."""
+    records = registry.load()
+    return run(found, found.scene, records.limits, records.waived(found.scene))
+
+
+def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:
+    """The certificate in the folder of a scene; None where there is none, or one with another key than asked for."""
+    try:
+        data = json.loads((folder / ROBOTS_JSON).read_text(encoding="utf-8"))
+        found = SceneRobots.model_validate({k: data[k] for k in SceneRobots.model_fields if k in data})
+    except (OSError, ValueError):
+        return None
+    return found if key in ("", found.key) else None
+
+
+def _write(folder: Path, found: SceneRobots, report: Report) -> None:
+    """Write robots.json: the certificate, counts for each robot, and the verdict."""
+    counts = {
+        r.robot: {"joints": len(r.joints), "reached": r.reached, "followed": r.followed, "margin": r.margin}
+        for r in found.robots
+    }
+    data = {**found.model_dump(mode="json"), "counts": counts, **report.model_dump(mode="json", exclude={"subject"})}
+    fresh = folder / f".{ROBOTS_JSON}.{os.getpid()}"
+    fresh.write_text(json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
+    fresh.replace(folder / ROBOTS_JSON)

@@ -1,0 +1,85 @@
+"""A kitchen's certificate of robots: PandaOmron with mink, and the models of robosuite, on one whole kitchen."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PLACE = ROOT / os.environ.get("CASA_ROBOTS", ".venv-robots")
+SCENE = "l_small__coastal"
+
+pytestmark = pytest.mark.consumers
+
+
+def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
+    """The command line, with what the extra `robots` adds in front of our packages."""
+    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
+    (packages,) = PLACE.glob("lib/python3*/site-packages")
+    return subprocess.run(
+        [sys.executable, "-m", "casa_assets.cli.main", *map(str, arguments)],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(packages), str(ROOT)]), "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of scenes with one that was certified."""
+    folder = tmp_path_factory.mktemp("scenes")
+    done = casa("scenes", "robots", SCENE, "--robot", "PandaOmron", "--out", folder, "--jobs", 1)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def certificate(out: Path) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads((out / SCENE / "robots.json").read_text(encoding="utf-8"))
+    return data
+
+
+def test_panda_omron_reaches_nearly_all_and_follows_most(out: Path) -> None:
+    found = certificate(out)
+    (result,) = found["results"]
+    assert (result["code"], result["status"]) == ("ROB001", "passed")
+    counts = found["counts"]["PandaOmron"]
+    assert counts["joints"] >= 20
+    assert counts["reached"] >= 0.95 * counts["joints"]
+    assert counts["followed"] >= 0.6 * counts["joints"]
+
+
+def test_each_joint_says_how_it_was_reached(out: Path) -> None:
+    facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
+    ranges = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
+    joints = certificate(out)["robots"][0]["joints"]
+    assert {j["joint"] for j in joints} <= ranges
+    for joint in joints:
+        assert joint["reached"] == (joint["base"] is not None) == (joint["margin"] is not None)
+        assert (joint["share"] == 1.0) == (joint["followed"] != "no")
+
+
+def test_what_is_unchanged_is_kept_and_stands_in_the_report(out: Path) -> None:
+    before = (out / SCENE / "robots.json").read_bytes()
+    done = casa("scenes", "robots", SCENE, "--robot", "PandaOmron", "--out", out, "--jobs", 1)
+    assert done.returncode == 0
+    assert f"kept {SCENE}" in done.stdout
+    assert (out / SCENE / "robots.json").read_bytes() == before
+    done = casa("scenes", "check", SCENE, "--out", out, "--jobs", 1, "--no-pictures")
+    assert done.returncode == 0, done.stdout + done.stderr
+    report = json.loads((out / SCENE / "report.json").read_text(encoding="utf-8"))
+    assert [r["status"] for r in report["results"] if r["code"] == "ROB001"] == ["passed"]
+    assert "PandaOmron" in (out / SCENE / "report.html").read_text(encoding="utf-8")
+
+
+def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
+    done = casa("scenes", "robots", SCENE, "--out", tmp_path, "--models", tmp_path)
+    assert done.returncode == 2
+    assert "--models" in done.stderr
+    assert "robosuite 1.5.2" in " ".join(done.stderr.split())

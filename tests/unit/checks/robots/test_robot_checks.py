@@ -1,0 +1,126 @@
+"""The check of robots, the tasks that it is made from, and the grasps that are tried: all without mink or a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.checks.robots.grips import Grip, pinches, presses
+from casa_assets.checks.robots.tasks import tasks_of
+from casa_assets.checks.run import run
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.model.issue import Status
+from casa_assets.model.kitchen.robot import JointReach, RobotCertificate, SceneRobots
+from casa_assets.pipeline.kitchens import robots as certifying
+from casa_assets.registry.robots import load_robot, robot_names
+
+LIMITS = registry.load().limits
+
+
+def certificate(reached: int, of: int, robot: str = "PandaOmron") -> SceneRobots:
+    joints = tuple(
+        JointReach(fixture=f"doors_{k}", joint=f"doors_{k}__doorhinge", reached=k < reached) for k in range(of)
+    )
+    found = RobotCertificate(robot=robot, shape="one arm", drives=True, joints=joints)
+    return SceneRobots(scene="l_small__coastal", key="k", scene_key="s", robots=(found,))
+
+
+EXAMPLES: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
+    "ROB001": (lambda: certificate(19, 20), lambda: certificate(18, 20)),
+}
+
+
+def status(found: SceneRobots) -> tuple[Status, float | None]:
+    (result,) = run(found, found.scene, LIMITS).results
+    return result.status, result.number
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_good_is_silent_and_bad_trips(code: str) -> None:
+    good, bad = EXAMPLES[code]
+    assert run(good(), "l_small__coastal", LIMITS).issues == ()
+    assert {issue.code for issue in run(bad(), "l_small__coastal", LIMITS).issues} == {code}
+
+
+def test_each_joint_out_of_reach_is_named() -> None:
+    report = run(certificate(3, 5), "l_small__coastal", LIMITS)
+    assert [issue.pointer for issue in report.issues] == ["doors_3/doors_3__doorhinge", "doors_4/doors_4__doorhinge"]
+    assert not report.passed
+
+
+def test_status_where_there_is_nothing_to_reach_or_another_robot_was_tried() -> None:
+    assert status(certificate(0, 0)) == (Status.NOT_APPLICABLE, None)
+    assert status(certificate(2, 2, "Tiago")) == (Status.NOT_RUN, None)
+    assert status(certificate(2, 2)) == (Status.PASSED, 1.0)
+
+
+def facts() -> dict[str, Any]:
+    """A cupboard with a door that looks along -y, a rack behind it, and a window that nobody parks at."""
+    place = {"side": "front", "x": 1.0, "y": -1.0, "yaw": 1.5708}
+    aside = {"side": "left", "x": 0.4, "y": -1.2, "yaw": 0.8}
+
+    def joint(name: str, behind: str | None = None, grip: str | None = "handle") -> dict[str, Any]:
+        return {"name": f"cupboard__{name}", "grip": grip and f"cupboard__{grip}", "behind": behind}
+
+    cupboard = {"door": joint("door"), "rack": joint("rack", "cupboard__door"), "flap": joint("flap", grip=None)}
+    window = {"sash": {"name": "window__sash", "grip": "window__handle", "behind": None}}
+    return {
+        "fixtures": [
+            {"name": "cupboard", "quaternion": [1.0, 0.0, 0.0, 0.0], "joints": cupboard},
+            {"name": "window", "quaternion": [1.0, 0.0, 0.0, 0.0], "joints": window},
+        ],
+        "parking": {"cupboard": {"shut": place, "open": {"door": aside}}},
+    }
+
+
+def test_tasks_have_the_places_of_the_closed_fixture_and_of_its_open_door() -> None:
+    tasks, without = tasks_of(facts())
+    assert [(t.joint, t.behind, t.places) for t in tasks] == [
+        ("cupboard__door", "", ((1.0, -1.0, 1.5708), (0.4, -1.2, 0.8))),
+        ("cupboard__rack", "cupboard__door", ((0.4, -1.2, 0.8),)),
+    ]
+    assert tasks[0].front == pytest.approx((0.0, -1.0, 0.0))
+    assert without == ["window__sash"]
+
+
+def box(*half: float) -> Grip:
+    return Grip(np.zeros(3), np.eye(3), np.array(half), np.array((0.0, -1.0, 0.0)))
+
+
+def test_a_bar_is_held_across_its_length_and_a_hand_comes_from_the_front_first() -> None:
+    grasps = pinches(box(0.08, 0.006, 0.006), 0.075, None)
+    assert grasps[0].rotation[:, 2] == pytest.approx((0.0, 1.0, 0.0))
+    assert all(abs(g.rotation[0, 0]) < 1e-9 and g.width == pytest.approx(0.012) for g in grasps)
+    assert all(g.pivots for g in grasps)
+    assert all(np.linalg.det(g.rotation) == pytest.approx(1.0) for g in grasps)
+
+
+def test_what_is_wider_than_the_hand_is_held_by_its_edge_or_not_at_all() -> None:
+    plate = pinches(box(0.2, 0.15, 0.005), 0.075, None)
+    assert {round(g.width, 4) for g in plate} == {0.01}
+    assert all(g.position[1] == pytest.approx(-0.135) for g in plate)
+    assert pinches(box(0.1, 0.1, 0.1), 0.075, None) == []
+
+
+def test_a_key_is_pressed_along_its_motion_first() -> None:
+    grasps = presses(box(0.02, 0.003, 0.01), np.array((0.0, 1.0, 0.0)))
+    assert grasps[0].rotation[:, 2] == pytest.approx((0.0, 1.0, 0.0))
+    assert all(g.position == pytest.approx((0.0, -0.003, 0.0)) and g.width == 0.0 for g in grasps)
+
+
+def test_robots_of_the_registry_are_whole_and_an_unknown_one_is_named() -> None:
+    robots = [load_robot(name) for name in robot_names()]
+    assert "PandaOmron" in {robot.id for robot in robots}
+    assert all(robot.arms and robot.home for robot in robots)
+    with pytest.raises(UnknownId, match="PandaOmron"):
+        load_robot("PandaOmro")
+
+
+def test_what_is_missing_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with pytest.raises(CasaError, match=r"pip install --no-deps robosuite==1\.5\.2.*--models"):
+        certifying.find_robot_models()
