@@ -1,4 +1,4 @@
-"""Find joints that a hand of 20 N cannot move, that do not return, or that drift (KIN001 to KIN006)."""
+"""Find joints that a hand of 20 N cannot move, that do not return, or that drift (KIN001 to KIN006, KIN010)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import math
 import mujoco
 import numpy as np
 
-from casa_assets.checks.check import Measurement, largest
+from casa_assets.checks.asset.applicability import NO_JOINTS
+from casa_assets.checks.check import Measurement, all_at_most, largest
 from casa_assets.checks.motion.motion_model import (
     STEP_S,
     MotionModel,
@@ -89,6 +90,21 @@ def keys_spring_back(package: Package, limit: float) -> Measurement:
         if left > limit:
             problems.append((f"joints/{joint.name}", f"keeps {left:.0%} of its stroke when it is let go"))
     return largest(shares, problems, "it has no key that springs back")
+
+
+def joints_rest_in_range(package: Package, limit: float) -> Measurement:
+    """KIN010: how far a joint stands outside its range once it has been left alone for 2 s, closed; rad or m."""
+    motion, asset = motion_model_of(package), package.asset
+    if isinstance(motion, Measurement):
+        return motion
+    data = mujoco.MjData(motion.model)
+    set_joints(motion.model, data, {})
+    mujoco.mj_step(motion.model, data, nstep=int(PUSH_S / STEP_S))
+    beyond = {}
+    for joint in asset.joints:
+        at, (low, high) = float(data.qpos[motion.address[joint.name]]), joint.range
+        beyond[f"joints/{joint.name}"] = max(low - at, at - high, 0.0)
+    return all_at_most(beyond, limit, "stands {:.2g} rad or m outside its range; stiffen its limit", NO_JOINTS)
 
 
 def joints_stay_put(package: Package, limit: float) -> Measurement:

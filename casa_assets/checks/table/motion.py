@@ -43,6 +43,10 @@ ROWS: tuple[Check, ...] = (
           "travel_share", "",
           "The share of joints of an articulated mesh that go through their whole range under 20 N without collision "
           "is at least {limit:.0%}; shorten ranges, or clear what the parts meet."),
+    Check("KIN010", "Joints rest in range", ERROR, Package, hand_force.joints_rest_in_range, "range_excess",
+          "rad or m",
+          "Left alone for 2 s, closed, no joint stands more than {limit:g} rad or m outside its range; stiffen its "
+          "limit, or ease the spring that presses it there."),
     Check("HOL001", "Usable interiors", ERROR, Package, hollow_regions.interiors_hold_a_ball, "hollow_m", "m",
           "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within {mm:g} mm "
           "of its floor and sides; clear the region, or correct its box."),

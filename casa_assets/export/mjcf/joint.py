@@ -26,5 +26,10 @@ def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
     if joint.frictionloss:
         attributes["solimpfriction"] = number.numbers(joint.friction_impedance)
     if drive:
-        attributes |= {"stiffness": number.number(drive.stiffness), "springref": number.number(drive.target)}
+        attributes |= {
+            "stiffness": number.number(drive.stiffness),
+            "springref": number.number(drive.target),
+            "margin": number.number(joint.limit_margin),
+            "solimplimit": number.numbers(joint.limit_impedance),
+        }
     etree.SubElement(body, "joint", attributes)

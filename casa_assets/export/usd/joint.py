@@ -126,6 +126,9 @@ def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
     if joint.drive is not None:
         number.author(prim, "mjc:stiffness", double_type, drive.stiffness)
         number.author(prim, "mjc:springref", double_type, drive.target / per_unit)
+        number.author(prim, "mjc:margin", double_type, joint.limit_margin)
+        impedance = Vt.DoubleArray(joint.limit_impedance)
+        number.author(prim, "mjc:solimplimit", Sdf.ValueTypeNames.DoubleArray, impedance)
 
 
 def _set_states(prim: Usd.Prim, states: list[State]) -> None:

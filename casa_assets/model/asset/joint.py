@@ -45,6 +45,10 @@ class Joint(Record):
         friction_impedance: stiffness of dry friction as in MuJoCo: impedance at both ends, width, midpoint, power. At
             MuJoCo's default of 0.9 a light lever creeps under its own weight; with this value it does not.
             Ref: MuJoCo XML reference, solimpfriction.
+        limit_impedance, limit_margin: stiffness of the ends of the range as in MuJoCo, and how far before them they
+            push back, rad or m. Where a drive presses a light key against an end, MuJoCo's defaults let it stand 0.8 mm
+            outside of a range of 3 mm; with these it stands some micrometres inside. Used where there is a drive.
+            Ref: MuJoCo XML reference, solimplimit, margin.
         drive: spring to a target, or None.
         grip: collider that a hand takes, on the moved link or on one that it carries rigidly; None where unknown.
         behind: joint that has to be open before this one can move: the door before a rack.
@@ -60,6 +64,8 @@ class Joint(Record):
     frictionloss: NotNegative = 0.0
     armature: NotNegative = 0.0
     friction_impedance: Vec5 = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+    limit_impedance: Vec5 = (0.9999, 0.9999, 0.001, 0.5, 2.0)
+    limit_margin: NotNegative = 1e-5
     drive: Drive | None = None
     grip: MixedCaseId | None = None
     behind: Id | None = None

@@ -63,6 +63,11 @@ def stiff_oven(damping: float) -> Asset:
     return asset.replace(joints=tuple(j.replace(damping=damping) for j in asset.joints))
 
 
+def pressed_against_a_soft_stop() -> Asset:
+    """The spring of its key is held by a limit as soft as MuJoCo's own."""
+    return joint_changed("key_press", limit_impedance=(0.9, 0.95, 0.001, 0.5, 2.0), limit_margin=0.0)
+
+
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Build, Build]] = {
     "AST017": (cupboard, lambda: with_mass_within(0.05)),
@@ -77,6 +82,7 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     "KIN007": (cupboard, lambda: joint_changed("drawer_slide", grip=None)),
     "KIN008": (lambda: tilted(0.0), lambda: tilted(0.001)),
     "KIN009": (microwave, lambda: stiff_oven(200.0)),
+    "KIN010": (cupboard, pressed_against_a_soft_stop),
     "HOL001": (cupboard, lambda: filled_to(0.1)),
 }  # fmt: skip
 
