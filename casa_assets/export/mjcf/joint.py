@@ -22,6 +22,7 @@ def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
         "damping": number.number(joint.damping + (drive.damping if drive else 0.0)),
         "frictionloss": number.number(joint.frictionloss),
         "armature": number.number(joint.armature),
+        "solimplimit": number.numbers(joint.limit_impedance),
     }
     if joint.frictionloss:
         attributes["solimpfriction"] = number.numbers(joint.friction_impedance)
@@ -30,6 +31,5 @@ def add(body: etree._Element, joint: Joint, prefix: str = "") -> None:
             "stiffness": number.number(drive.stiffness),
             "springref": number.number(drive.target),
             "margin": number.number(joint.limit_margin),
-            "solimplimit": number.numbers(joint.limit_impedance),
         }
     etree.SubElement(body, "joint", attributes)

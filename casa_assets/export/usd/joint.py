@@ -118,8 +118,8 @@ def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
     number.author(prim, "newton:armature", float_type, joint.armature, uniform=False)
     number.author(prim, "newton:damping", float_type, (joint.damping + drive.damping) * per_unit, uniform=False)
     number.author(prim, "newton:friction", float_type, joint.frictionloss, uniform=False)
-    if joint.drive is not None or joint.frictionloss:
-        prim.AddAppliedSchema("MjcJointAPI")
+    prim.AddAppliedSchema("MjcJointAPI")
+    number.author(prim, "mjc:solimplimit", Sdf.ValueTypeNames.DoubleArray, Vt.DoubleArray(joint.limit_impedance))
     if joint.frictionloss:
         impedance = Vt.DoubleArray(joint.friction_impedance)
         number.author(prim, "mjc:solimpfriction", Sdf.ValueTypeNames.DoubleArray, impedance)
@@ -127,8 +127,6 @@ def _set_dynamics(prim: Usd.Prim, joint: Joint, is_hinge: bool) -> None:
         number.author(prim, "mjc:stiffness", double_type, drive.stiffness)
         number.author(prim, "mjc:springref", double_type, drive.target / per_unit)
         number.author(prim, "mjc:margin", double_type, joint.limit_margin)
-        impedance = Vt.DoubleArray(joint.limit_impedance)
-        number.author(prim, "mjc:solimplimit", Sdf.ValueTypeNames.DoubleArray, impedance)
 
 
 def _set_states(prim: Usd.Prim, states: list[State]) -> None:

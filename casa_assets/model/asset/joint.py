@@ -45,10 +45,11 @@ class Joint(Record):
         friction_impedance: stiffness of dry friction as in MuJoCo: impedance at both ends, width, midpoint, power. At
             MuJoCo's default of 0.9 a light lever creeps under its own weight; with this value it does not.
             Ref: MuJoCo XML reference, solimpfriction.
-        limit_impedance, limit_margin: stiffness of the ends of the range as in MuJoCo, and how far before them they
-            push back, rad or m. Where a drive presses a light key against an end, MuJoCo's defaults let it stand 0.8 mm
-            outside of a range of 3 mm; with these it stands some micrometres inside. Used where there is a drive.
-            Ref: MuJoCo XML reference, solimplimit, margin.
+        limit_impedance: stiffness of the ends of the range as in MuJoCo. At MuJoCo's default a spring presses a key
+            0.8 mm out of its range of 3 mm; with this value some micrometres.
+            Ref: MuJoCo XML reference, solimplimit.
+        limit_margin: where there is a drive, the ends push back from so far within the range, rad or m, so that what is
+            pressed against them stands inside. Ref: MuJoCo XML reference, margin.
         drive: spring to a target, or None.
         grip: collider that a hand takes, on the moved link or on one that it carries rigidly; None where unknown.
         behind: joint that has to be open before this one can move: the door before a rack.

@@ -118,12 +118,14 @@ class TestJoint:
             "damping": "0.5",
             "frictionloss": "0.3",
             "armature": "0.01",
+            "solimplimit": "0.9999 0.9999 0.001 0.5 2",
             "solimpfriction": "0.9999 0.9999 0.001 0.5 2",
         }
 
     def test_drive_is_a_spring_whose_damping_adds_up(self) -> None:
         found = attributes(model(drawer_unit()), ".//joint[@name='drawer_joint']")
         assert (found["damping"], found["stiffness"], found["springref"]) == ("3.5", "5", "0")
+        assert found["margin"] == "1e-05"
 
     def test_a_link_without_joint_is_rigidly_attached(self) -> None:
         knob = model(drawer_unit()).find(".//body[@name='drawer']/body[@name='knob']")
@@ -282,7 +284,7 @@ class TestScene:
         assert len(scene(microwave(Base.FREE)).findall(".//freejoint")) == 1
 
     def test_floor_lets_the_friction_of_the_asset_act(self) -> None:
-        floor = attributes(scene(drawer_unit()), ".//geom[@type='plane']")
+        floor = attributes(scene(drawer_unit()), ".//geom[@name='scene__floor']")
         assert floor["friction"] == "0.4 0.004 0.0001"
 
     def test_holds_the_same_bodies_as_the_model(self) -> None:

@@ -7,6 +7,7 @@ import numpy.typing as npt
 from lxml import etree
 
 from casa_assets.export.mjcf import body, number, site
+from casa_assets.export.mujoco_values import VIEWER_GROUPS
 from casa_assets.model.asset.asset import Asset, Base
 
 # Pale floor, pale sky: neutral for any colour of object.
@@ -20,6 +21,9 @@ SKY = {
     "height": "1536",
 }
 FLOOR_MATERIAL = {"name": "scene__floor", "rgba": "0.78 0.78 0.76 1", "specular": "0.1", "shininess": "0.1"}
+# What stands on a plane creeps in MuJoCo 3.3: a mesh touches it with neighbours of its lowest vertex alone, and rocks.
+# On a box it has contacts all around its foot, also where that is ten micrometres above the floor.
+FLOOR_BOX = {"type": "box", "size": "25 25 0.5", "pos": "0 0 -0.5", "margin": "0.00001"}
 HEADLIGHT = {"ambient": "0.38 0.38 0.38", "diffuse": "0.3 0.3 0.3", "specular": "0.1 0.1 0.1"}
 LIGHT_DISTANCE = 1.5  # diagonals of the asset
 LIGHTS = (
@@ -43,7 +47,7 @@ def add_frame(root: etree._Element, asset: Asset) -> None:
 
 
 def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> None:
-    """Sky, floor and lights."""
+    """Sky, floor and lights. The floor is a plane to look at and a box to stand on."""
     etree.SubElement(assets, "texture", SKY)
     etree.SubElement(assets, "material", FLOOR_MATERIAL)
     center, diagonal = _center_and_diagonal(asset)
@@ -60,7 +64,10 @@ def add_stage(assets: etree._Element, world: etree._Element, asset: Asset) -> No
     # MuJoCo takes the larger of two frictions. The least of the asset's own lets each collider's value act.
     names = ("dynamic_friction", "torsional_friction", "rolling_friction")
     friction = [min(getattr(s, name) for s in asset.substances) for name in names]
-    floor = {"name": "scene__floor", "type": "plane", "size": "0 0 0.05", "material": "scene__floor", "group": "1"}
+    seen = {"name": "scene__ground", "type": "plane", "size": "0 0 0.05", "material": "scene__floor"}
+    seen |= {"group": str(VIEWER_GROUPS.visuals), "mass": "0", "contype": "0", "conaffinity": "0"}
+    etree.SubElement(world, "geom", seen)
+    floor = {"name": "scene__floor", "group": str(VIEWER_GROUPS.colliders), **FLOOR_BOX}
     floor |= {"contype": "1", "conaffinity": "1", "condim": "3", "friction": number.numbers(friction)}
     etree.SubElement(world, "geom", floor)
 
