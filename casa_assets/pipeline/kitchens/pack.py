@@ -20,6 +20,7 @@ from pathlib import Path, PurePosixPath
 
 from casa_assets.errors import BatchFault, CasaError, OutputError
 from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
@@ -102,7 +103,7 @@ def members_of(folder: Path) -> dict[str, bytes]:
     Raises:
         OutputError: a file that the scene names is missing, or is outside of the two folders.
     """
-    own = [mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, SCENE_JSON]
+    own = [mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE, SCENE_JSON]
     own += [name for name in (f"{OVERVIEW}.png", "report.json") if (folder / name).is_file()]
     found = {name: _inwards(name, _read(folder / name)) for name in own}
     waiting = [path for name in own for path in _references(name, found[name])]

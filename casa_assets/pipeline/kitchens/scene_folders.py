@@ -1,7 +1,7 @@
 """Build, draw and check scenes on disk in parallel: a folder for each, with shared files beside them.
 
 <out>/assets/{meshes,textures,usd,behavior}/   shared, named by content
-<out>/<id>/scene.xml scene_light.xml scene.usda scene_nested.usda scene.json report.json report.html overview.png ...
+<out>/<id>/scene.xml scene_light.xml scene.usda scene_nested.usda isaac_lab.py scene.json report.json overview.png ...
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from casa_assets.checks.package import usd as usd_checks
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import label
 from casa_assets.export.mjcf.scene import kitchen as mjcf
+from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.geometry.lightweight import light_scene, lighten
 from casa_assets.layouts.order.request import KitchenRequest
@@ -164,7 +165,7 @@ def is_current(recipe: SceneRecipe, out: Path) -> bool:
 def is_whole(folder: Path, key: str) -> bool:
     """True if the files of a scene are all there, under that key."""
     return (
-        all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, usd.NESTED_FILE, LIGHT_FILE))
+        all((folder / name).is_file() for name in (mjcf.FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE, LIGHT_FILE))
         and _scene_json_field(folder, "key") == key
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
 from casa_assets.export.usd import contact, document, keyframe, nested, number
-from casa_assets.export.usd.scene import lights_and_cameras, placement
+from casa_assets.export.usd.scene import isaac_lab, lights_and_cameras, placement
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.files import Files
@@ -37,12 +37,14 @@ def write(scene: Scene, shared: str = "../assets") -> Files:
         scene: what to write.
         shared: leads from the folder of scene.usda to the shared folder.
     Returns:
-        `scene.usda`, `scene_nested.usda`, and the files of the shared folder as `assets/usd/<asset>/<asset>.usda` and
-        `assets/textures/<name>_<hash>.png`, which are those that the MJCF of the scene names.
+        `scene.usda`, `scene_nested.usda`, `isaac_lab.py`, and the files of the shared folder as
+        `assets/usd/<asset>/<asset>.usda` and `assets/textures/<name>_<hash>.png`, which are those that the MJCF of the
+        scene names.
     """
     entries = {
         FILE: scene_text(scene, shared).encode("utf-8"),
         NESTED_FILE: nested.scene_text(scene, FILE, WORLD.name).encode("utf-8"),
+        isaac_lab.FILE: isaac_lab.scene_text(scene, FILE).encode("utf-8"),
     }
     for asset in scene.assets:
         layer = document.layer_text(asset, f"../../{document.TEXTURES}")

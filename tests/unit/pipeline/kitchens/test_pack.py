@@ -79,6 +79,7 @@ class TestZip:
         assert all(machine["behavior"]["variables"] for machine in machines)
         told = (unpacked / "ATTRIBUTION.md").read_text(encoding="utf-8")
         assert "## Apache-2.0" in told
+        compile((unpacked / "isaac_lab.py").read_text(encoding="utf-8"), "isaac_lab.py", "exec")
         assert "- `dishwasher_" in told
 
     def test_holds_nothing_that_another_scene_needs(self, zipped: Path) -> None:
