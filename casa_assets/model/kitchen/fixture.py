@@ -10,7 +10,7 @@ import math
 from enum import StrEnum
 
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.record import Id, Record, Vec2, Vec3
+from casa_assets.model.record import Id, MixedCaseId, Record, Vec2, Vec3
 
 Corners = tuple[Vec2, ...]
 
@@ -129,7 +129,7 @@ class FixtureJoint(Record):
 class FixtureRegion(Record):
     """Box or cylinder of a fixture where things can be put, joints at zero; `bottom` and `top` are heights, metres."""
 
-    name: Id
+    name: MixedCaseId
     footprint: Footprint
     bottom: float
     top: float

@@ -21,16 +21,10 @@ from casa_assets.model.pose import Pose
 FILE = "isaac_lab.py"
 # Members that a scene of Isaac Lab has by itself, and the one that holds all of ours.
 RESERVED = frozenset(
-    [
-        "kitchen",
-        "robot",
-        "num_envs",
-        "env_spacing",
-        "lazy_sensor_update",
-        "replicate_physics",
-        "filter_collisions",
-        "clone_in_fabric",
-    ]
+    {
+        *("kitchen", "robot", "num_envs", "env_spacing", "lazy_sensor_update", "replicate_physics"),
+        *("filter_collisions", "clone_in_fabric"),
+    }
 )
 HEAD = '''"""Kitchen {id} for Isaac Lab 2.3 with Isaac Sim 5.
 
