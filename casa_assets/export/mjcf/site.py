@@ -16,6 +16,8 @@ from casa_assets.model.record import Vec3
 REGION_COLOR = "0 1 0 0"
 # Names under which robocasa looks for the bounding region. Ref: robocasa v1.0, fixtures and objects.
 OUTER_REGIONS = ("bbox", "main")
+# Site of an asset -> name under which robocasa v1.0 looks for its place beside `object`.
+BESIDE_OBJECT = {"lid_site": "anchor_site"}
 SIZE_SITE_RADIUS_M = 0.005
 # Region whose corners robocasa v0.2 reads from sites -> prefix of the names of these sites.
 CORNER_PREFIXES = {"main": "ext", "int": "int"}
@@ -81,7 +83,7 @@ def collision_bounds(asset: Asset) -> npt.NDArray[np.float64]:
 
 
 def add_size_sites(outer: etree._Element, asset: Asset) -> None:
-    """The three sites that robocasa v0.2 takes an object's size from, relative to its own frame."""
+    """The three sites that robocasa v0.2 takes an object's size from, and BESIDE_OBJECT; in its own frame."""
     lower, upper = asset.bounds
     half_x, half_y = (upper[:2] - lower[:2]) / 2
     points = {
@@ -89,6 +91,8 @@ def add_size_sites(outer: etree._Element, asset: Asset) -> None:
         "top_site": (0.0, 0.0, upper[2]),
         "horizontal_radius_site": (half_x, half_y, 0.0),
     }
+    on_root = [site for site in asset.sites if site.link == asset.root.name]
+    points |= {BESIDE_OBJECT[site.name]: site.pose.position for site in on_root if site.name in BESIDE_OBJECT}
     own = {site.name for site in asset.sites}
     for name, point in points.items():
         if name not in own:
