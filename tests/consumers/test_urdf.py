@@ -43,6 +43,7 @@ class Expected:
         self.bodies: dict[str, Any] = {}
         self.joints: dict[str, Any] = {}
         self.poses: dict[str, dict[str, Floats]] = {"zero": {}, "middle": {}}
+        self.pictures = 0
         self.seen: dict[str, list[Floats]] = {"zero": [], "middle": []}
 
     def add(self, asset: Asset, placement: str = "", world_from_root: Pose | None = None) -> Expected:
@@ -54,6 +55,7 @@ class Expected:
             self.bodies[_link_name(body.name, placement)] = body
             if body.joint is not None:
                 self.joints[_prefixed(body.joint.name, placement)] = body.joint
+        self.pictures += sum(look.picture != "" for look in facts.looks)
         base = world_from_root or Pose()
         moved_by = {link.name: asset.joint_of(link.name) for link in asset.links}
         for pose in facts.poses:
@@ -166,22 +168,38 @@ sapien.Scene = functools.partial(sapien.Scene, [sapien.physx.PhysxCpuSystem()])
 """
 
 
-def test_what_the_page_says_runs(scenes: dict[str, tuple[Scene, Path]]) -> None:
+# After it: a second passes; prints how many parts there are and how far each joint and each loose thing went.
+A_SECOND = """
+import numpy as np
+loose = [one for one in scene.entities if one not in [link.entity for link in kitchen.links]]
+before, stood = kitchen.get_qpos(), [one.pose.p for one in loose]
+scene.set_timestep(0.002)
+for _ in range(500):
+    scene.step()
+went = np.abs(kitchen.get_qpos() - before)
+ways = {joint.name: float(way) for joint, way in zip(kitchen.active_joints, went)}
+ways |= {f"{i} {one.name}": float(np.linalg.norm(one.pose.p - at)) for i, (one, at) in enumerate(zip(loose, stood))}
+print(json.dumps({"parts": len(scene.entities), "ways": ways}))
+"""
+CREEP = 0.001  # rad or m in a second; what is loose sinks onto what it stands on
+
+
+def test_what_the_page_says_runs_and_the_kitchen_stands(scenes: dict[str, tuple[Scene, Path]]) -> None:
     whole, path = scenes["l_small__coastal"]
     of_page = [block for block in blocks("docs/urdf.md") if block.reason == "needs yourdfpy or SAPIEN"]
     assert len(of_page) == 2
     for block in of_page:
-        code = WITHOUT_PICTURES + block.code if "import sapien" in block.code else block.code
-        if "import sapien" in block.code:
-            code += "\nprint(len(scene.entities))"
+        code = WITHOUT_PICTURES + block.code + A_SECOND if "import sapien" in block.code else block.code
         done = subprocess.run(
             [str(PYTHON), "-c", code], cwd=path.parents[4], check=False, capture_output=True, text=True, timeout=300
         )
         assert done.returncode == 0, done.stderr[-4000:]
+    found = json.loads(done.stdout.splitlines()[-1])
     loose = [place for place in whole.placements if whole.asset_of[place.name].base is Base.FREE]
     links = sum(len(whole.asset_of[place.name].links) for place in loose)
     assert loose
-    assert int(done.stdout.split()[-1]) == 1 + len(of_scene(whole).bodies) + links
+    assert found["parts"] == 1 + len(of_scene(whole).bodies) + links
+    assert {name: way for name, way in found["ways"].items() if not way < CREEP} == {}
 
 
 def compare(program: str, found: Any, expected: Expected) -> None:
@@ -207,6 +225,7 @@ def compare(program: str, found: Any, expected: Expected) -> None:
     if program == "yourdfpy":
         assert found["valid"]
         assert found["said"] == []
+        assert found["pictures"] == expected.pictures
         for word in expected.poses:
             assert np.abs(np.array(found["poses"][word]["seen"]) - expected.bounds(word)).max() < LENGTH_M, word
 

@@ -71,7 +71,12 @@ def by_yourdfpy(path: Path) -> dict[str, Any]:
         "links": {name: _body(link.inertial) for name, link in robot.link_map.items() if link.inertial},
         "joints": joints,
         "poses": poses,
+        "pictures": sum(_has_picture(shape) for shape in robot.scene.geometry.values()),
     }
+
+
+def _has_picture(shape: Any) -> bool:
+    return getattr(getattr(shape.visual, "material", None), "image", None) is not None
 
 
 def _body(inertial: Any) -> dict[str, Any]:

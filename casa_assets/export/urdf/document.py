@@ -13,8 +13,8 @@ def write(asset: Asset) -> Files:
     """The URDF package of an asset; the same asset is the same bytes.
 
     Returns:
-        `<id>.urdf` (root link `object`, not tied to anything), `<id>.json`, `meshes/*.obj`, `meshes/*.mtl` and
-        `textures/*.png`. Paths are plain and relative to the URDF, without `package://`.
+        `<id>.urdf` (root link `object`, not tied to anything), `<id>.json`, and `meshes/` with OBJ, MTL and PNG
+        files. Paths are plain and relative to the URDF, without `package://`.
     """
     meshes = visual.gather_meshes(asset)
     return Files.of({**texts(asset, meshes), **meshes.entries})

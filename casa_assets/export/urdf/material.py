@@ -1,7 +1,8 @@
 """Material -> MTL file beside the meshes, and `<material>` where a plain colour is all of it.
 
 A `<material>` takes the place of what a mesh file says of its look, and a `<texture>` in it is read by few programs. So
-a visual with a picture has none: the MTL file names the picture, which every program that draws OBJ files finds.
+a visual with a picture has none: the MTL file names the picture. It lies beside the MTL file, since trimesh leaves out
+pictures of other folders.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ from __future__ import annotations
 from lxml import etree
 
 from casa_assets.export.mjcf import number
-from casa_assets.export.mjcf.material import FOLDER
 from casa_assets.model.asset.material import Material
 
 
@@ -36,5 +36,5 @@ def mtl_text(material: Material) -> bytes:
         f"Pm {number.number(material.metallic)}",
     ]
     if material.base_color_texture is not None:
-        lines.append(f"map_Kd ../{FOLDER}/{material.base_color_texture.file_name}")
+        lines.append(f"map_Kd {material.base_color_texture.file_name}")
     return ("\n".join(lines) + "\n").encode("ascii")

@@ -49,7 +49,7 @@ def gather_meshes(asset: Asset) -> Meshes:
     shown = {visual.name: looks[visual.material] for link in asset.links for visual in link.visuals}
     of: dict[str, str] = {}
     by_content: dict[str, str] = {}
-    entries = {path: image.png for path, image in mjcf_material.textures(asset).items()}
+    entries = {f"{FOLDER}/{image.file_name}": image.png for image in mjcf_material.textures(asset).values()}
     for name, mesh, use in mesh_uses(asset):
         data = obj_text(mesh, bare=use is MeshUse.HULL)
         if name in shown:

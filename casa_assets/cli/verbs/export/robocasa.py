@@ -1,4 +1,4 @@
-"""casa-assets export robocasa: a library as RoboCasa's kitchens read objects."""
+"""casa-assets export robocasa: libraries and kitchens as RoboCasa reads them."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ def write(scene: Scene) -> Files:
     """The URDF files of a scene, flat in one folder; the same scene is the same bytes.
 
     Returns:
-        `scene.urdf`, `scene.json`, `<asset>.urdf` and `<asset>.json` of every asset, `meshes/` and `textures/`.
+        `scene.urdf`, `scene.json`, `<asset>.urdf` and `<asset>.json` of every asset, and `meshes/`.
     """
     meshes = {asset.id: visual.gather_meshes(asset) for asset in scene.assets}
     entries = {FILE: _document(scene, meshes), LIST: label.json_text(_list(scene))}
