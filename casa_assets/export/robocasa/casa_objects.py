@@ -59,6 +59,9 @@ def fill(kind: Any, categories: dict[str, Any], groups: dict[str, list[str]], ro
             row = kind(name, types, **{**common, **own, "model_folders": folders})
             # A runtime with several search paths finds an absolute folder once for each of them.
             row.mjcf_paths = sorted(set(row.mjcf_paths))
+            if len(row.mjcf_paths) == 1:
+                # RoboCasa cuts this list in two for its own splits, and draws from none where a part is empty.
+                row.mjcf_paths *= 2
             categories.setdefault(name, {})[registry] = row
             added.add(registry)
     return tuple(sorted(added))

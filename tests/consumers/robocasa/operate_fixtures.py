@@ -1,14 +1,15 @@
 """Operates fixtures of ours with RoboCasa's own classes and puts cubes where they put things. Prints one JSON object.
 
-    python operate_fixtures.py FOLDER
+    python operate_fixtures.py TASK.json
 
-Runs in RoboCasa's environment. FOLDER holds fixtures.json (a list of objects with `name`,
-`class`, `folder` and, for a blender, `lid`) and the folders that it names, each with a model.xml.
+Runs in RoboCasa's environment. TASK.json has `fixtures` (objects with `name`, `class`, `folder` and, for a blender,
+`lid`; folders lie beside it, each with a model.xml) and `classes`, of which it says whether they take a file.
 """
 
 from __future__ import annotations
 
 import contextlib
+import inspect
 import io
 import json
 import sys
@@ -460,17 +461,20 @@ def tell(row: dict[str, str], folder: Path, fixtures: Any) -> dict[str, Any]:
 
 def main() -> None:
     """Operate all fixtures, and tell."""
-    folder = Path(sys.argv[1])
+    task = Path(sys.argv[1])
     with contextlib.redirect_stdout(io.StringIO()):
         from robocasa.models import fixtures
-    rows = json.loads((folder / "fixtures.json").read_text(encoding="utf-8"))
+    asked = json.loads(task.read_text(encoding="ascii"))
     told = []
-    for row in rows:
+    for row in asked["fixtures"]:
         try:
-            told.append(tell(row, folder, fixtures))
+            told.append(tell(row, task.parent, fixtures))
         except Exception as error:  # noqa: BLE001  whatever a class raises is told, and the others go on
             told.append({"name": row["name"], "class": row["class"], "wrong": [f"{type(error).__name__}: {error}"]})
-    print(json.dumps({"mujoco": mujoco.__version__, "fixtures": told}))
+    takes_file = {
+        name: "xml" in inspect.signature(getattr(fixtures, name).__init__).parameters for name in asked["classes"]
+    }
+    print(json.dumps({"mujoco": mujoco.__version__, "fixtures": told, "takes_file": takes_file}))
 
 
 if __name__ == "__main__":
