@@ -31,7 +31,7 @@ def _load_on_reset() -> None:
 
     def init(self: Any, *arguments: Any, load_model_on_init: bool = True, **keywords: Any) -> None:
         if not load_model_on_init:
-            vars(self).update({name: lambda: None for name in LOADING})
+            vars(self).update(dict.fromkeys(LOADING, dict))  # `_setup_observables` finds none
         made(self, *arguments, **keywords)
         if not load_model_on_init:
             for name in LOADING:

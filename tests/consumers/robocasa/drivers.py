@@ -1,0 +1,320 @@
+"""Moves each atomic task of RoboCasa v1.0 to its goal: sets joints of fixtures, moves objects, presses keys with the hand.
+
+`DRIVERS[task](env)` is a generator. Each step of it leaves the simulation in a state that may be the goal; the caller
+lets things come to rest, asks the task's own `_check_success`, and goes back to where it was before the next one.
+Runs in RoboCasa's own environment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+from robocasa.models.fixtures import Counter
+from robocasa.utils.env_utils import detect_robot_collision, set_robot_to_position
+
+Attempts = Iterator[None]
+AWAY = (10.0, 10.0, 0.0)  # outside the room, where RoboCasa itself keeps the robot while it makes the scene
+GRID = (0.5, 0.3, 0.7, 0.15, 0.85)  # shares of a region's width and depth at which an object is tried
+DROP_M = 0.004
+FINGER = "gripper0_right_finger1_pad_collision"
+BASE = ("mobilebase0_joint_mobile_forward", "mobilebase0_joint_mobile_side", "mobilebase0_joint_torso_height")
+
+
+# Robot ---------------------------------------------------------------------------------------------------------------
+
+
+def retreat(env: Any) -> None:
+    """Take the robot out of the room."""
+    set_robot_to_position(env, np.array(AWAY))
+
+
+def press(env: Any, geom: str) -> None:
+    """Bring a finger to a key, tell the fixtures, and take the robot out of the room."""
+    data, model = env.sim.data, env.sim.model
+    way = np.array(data.get_geom_xpos(geom)) - np.array(data.get_geom_xpos(FINGER))
+    axes = np.array([data.xaxis[model.joint_name2id(name)] for name in BASE]).T
+    for name, moved in zip(BASE, np.linalg.solve(axes, way), strict=True):
+        data.qpos[model.get_joint_qpos_addr(name)] += moved
+    env.sim.forward()
+    env.update_state()
+    retreat(env)
+    env.update_state()
+
+
+# Fixtures ------------------------------------------------------------------------------------------------------------
+
+
+def turned(env: Any, fixture: Any, joint: str, value: float) -> Attempts:
+    """A joint of a fixture, by the name in its file, to a value in rad or m."""
+    retreat(env)
+    env.sim.data.set_joint_qpos(f"{fixture.naming_prefix}{joint}", value)
+    yield
+
+
+def moved(env: Any, fixture: Any, joints: Any, share: float) -> Attempts:
+    """Joints of a fixture to a share of their range, as RoboCasa counts it."""
+    retreat(env)
+    assert joints, f"{fixture.name} has no such joint"
+    fixture.set_joint_state(env=env, min=share, max=share, joint_names=list(joints))
+    yield
+
+
+def doors(fixture: Any) -> list[str]:
+    """Joints that RoboCasa asks whether a fixture is open; of a refrigerator those of its upper compartment."""
+    return list(getattr(fixture, "_fridge_door_joint_names", None) or fixture.door_joint_names)
+
+
+def slid(env: Any, fixture: Any) -> Attempts:
+    """A rack, out or in, as the task asks."""
+    retreat(env)
+    level = {"rack_level": env.rack_level} if hasattr(env, "rack_level") else {}
+    fixture.slide_rack(env, value=1.0 if env.should_pull else 0.0, **level)
+    yield
+
+
+def knob(env: Any, angle: float) -> Attempts:
+    """The task's knob of a stove."""
+    return turned(env, env.stove, f"knob_{env.knob}_joint", angle)
+
+
+def warmer(env: Any) -> Attempts:
+    """The other temperature of the water."""
+    low, high = (0.70, 0.80) if env.target_temp_state == "hot" else (0.20, 0.30)
+    retreat(env)
+    env.sink.set_temp_state(env, env.rng, min_temp=low, max_temp=high)
+    yield
+
+
+def adjusted(env: Any) -> Attempts:
+    """Another temperature of a toaster oven."""
+    retreat(env)
+    env.toaster_oven.set_temperature(env, env.initial_temp + (0.3 if env.should_increase else -0.3))
+    yield
+
+
+def toasting(env: Any) -> Attempts:
+    """All levers of a toaster down."""
+    retreat(env)
+    for pair in env.toaster.get_state(env):
+        env.toaster.set_lever(env, pair, 1.0)
+    yield
+
+
+def pressed(env: Any, fixture: Any, key: str) -> Attempts:
+    """A key of a fixture, touched by the hand."""
+    press(env, f"{fixture.naming_prefix}{key}")
+    yield
+
+
+def arrived(env: Any) -> Attempts:
+    """The robot at the place of its goal, touching nothing."""
+    for aside in (0.0, 0.08, -0.08, 0.15, -0.15):
+        side = np.array([np.cos(env.target_ori[2]), np.sin(env.target_ori[2]), 0.0])
+        for back in (0.0, 0.06, 0.12):
+            place = np.array(env.target_pos) - back * side + aside * np.array([-side[1], side[0], 0.0])
+            yaw = env.target_ori[2] - env.init_robot_base_ori_anchor[2]
+            env.sim.data.set_joint_qpos("mobilebase0_joint_mobile_yaw", (yaw + np.pi) % (2 * np.pi) - np.pi)
+            set_robot_to_position(env, place)
+            env.sim.forward()
+            if not detect_robot_collision(env):
+                yield
+
+
+# Objects -------------------------------------------------------------------------------------------------------------
+
+
+def put(env: Any, thing: Any, foot: Any) -> list[str]:
+    """Stand an object on a point of the world.
+
+    Returns:
+        Names of the geoms that it touches or lies in.
+    """
+    joint = thing.joints[0]
+    quaternion = np.array([1.0, 0.0, 0.0, 0.0])
+    place = np.array(foot) - np.array([0.0, 0.0, thing.bottom_offset[2] - DROP_M])
+    env.sim.data.set_joint_qpos(joint, np.concatenate([place, quaternion]))
+    env.sim.data.set_joint_qvel(joint, np.zeros(6))
+    env.sim.forward()
+    own = set(thing.contact_geoms)
+    met = []
+    for contact in env.sim.data.contact[: env.sim.data.ncon]:
+        names = [env.sim.model.geom_id2name(g) for g in (contact.geom1, contact.geom2)]
+        met += [other for name, other in (names, names[::-1]) if name in own]
+    return met
+
+
+def in_boxes(env: Any, thing: Any, boxes: Any) -> Attempts:
+    """An object on the floor of boxes, each (p0, px, py, pz) in the world, where it touches nothing else."""
+    retreat(env)
+    for p0, px, py, _ in boxes:
+        for v in GRID:
+            for u in GRID:
+                if not put(env, thing, p0 + u * (px - p0) + v * (py - p0)):
+                    yield
+
+
+def inside(env: Any, name: str, fixture: Any, *regions: str) -> Attempts:
+    """An object in a fixture, where RoboCasa has its regions; in those whose names are given."""
+    found = fixture.get_int_sites(relative=False)
+    assert found, f"{fixture.name} has no region"
+    return in_boxes(env, env.objects[name], [found[key] for key in regions or found])
+
+
+def on_counter(env: Any, thing: Any, counters: Any) -> Attempts:
+    """An object or a lid on one of some worktops."""
+    from robocasa.utils.object_utils import get_pos_after_rel_offset
+
+    boxes = []
+    for counter in counters:
+        for region in counter.get_reset_regions(env).values():
+            half = np.array([*region["size"], 0.0]) / 2
+            corners = [np.array(region["offset"]) + half * sign for sign in ((-1, -1, 0), (1, -1, 0), (-1, 1, 0))]
+            p0, px, py = (get_pos_after_rel_offset(counter, corner) for corner in corners)
+            boxes.append((p0, px, py, None))
+    return in_boxes(env, thing, boxes)
+
+
+def over(env: Any, name: str, below: str) -> Attempts:
+    """An object let fall onto or into another, from just above what it meets there."""
+    retreat(env)
+    start = np.array(env.sim.data.body_xpos[env.obj_body_id[below]])
+    top = start[2] + env.objects[below].top_offset[2]
+    for x, y in ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02)):
+        heights = np.arange(start[2] + env.objects[below].bottom_offset[2], top + 0.05, 0.005)
+        for z in heights:
+            if not put(env, env.objects[name], start + (x, y, z - start[2])):
+                yield
+                break
+
+
+def at_site(env: Any, name: str, fixture: Any, site: str) -> Attempts:
+    """An object at a site of a fixture."""
+    retreat(env)
+    x, y, z = env.sim.data.get_site_xpos(f"{fixture.naming_prefix}{site}")
+    for up in np.arange(-0.02, 0.04, 0.004):
+        if not put(env, env.objects[name], (x, y, z + up)):
+            yield
+
+
+def drawer_region(fridge: Any, env: Any) -> list[str]:
+    """The uppermost drawer of a refrigerator."""
+    return list(fridge.get_reset_regions(env, compartment="fridge", reg_type=("drawer"), rack_index=-1))
+
+
+def shelf_regions(fridge: Any, env: Any) -> list[str]:
+    """Its shelves."""
+    return list(fridge.get_reset_regions(env, compartment="fridge", reg_type=("shelf")))
+
+
+def racks(env: Any, name: str, fixture: Any) -> Attempts:
+    """An object on the rack of the task, as far as it is pulled out."""
+    retreat(env)
+    (key,) = fixture.get_reset_regions(env, rack_level=env.rack_level)
+    center = np.array(env.sim.data.get_geom_xpos(f"{fixture.naming_prefix}reg_{key}"))
+    p0, px, py, pz = fixture.get_int_sites(relative=False)[key]
+    shift = center - (px + py + pz - p0) / 2
+    return in_boxes(env, env.objects[name], [(p0 + shift, px + shift, py + shift, None)])
+
+
+def lid(env: Any) -> Any:
+    """The lid of the task's blender."""
+    return env.blender.blender_lid
+
+
+def lid_off(env: Any) -> Attempts:
+    """Lid of a blender on a worktop."""
+    return on_counter(env, lid(env), [f for f in env.fixtures.values() if isinstance(f, Counter)])
+
+
+def lid_on(env: Any) -> Attempts:
+    """Lid of a blender on its jug."""
+    retreat(env)
+    for up in np.arange(0.0, 0.03, 0.002):
+        place = np.array(env.blender.get_lid_closed_pos(env)) + (0.0, 0.0, up)
+        env.sim.data.set_joint_qpos(lid(env).joints[0], np.concatenate([place, [1.0, 0.0, 0.0, 0.0]]))
+        yield
+
+
+# Tasks ---------------------------------------------------------------------------------------------------------------
+
+
+def _open(name: str) -> Callable[[Any], Attempts]:
+    return lambda env: moved(env, getattr(env, name), doors(getattr(env, name)), 0.95)
+
+
+def _shut(name: str) -> Callable[[Any], Attempts]:
+    return lambda env: moved(env, getattr(env, name), doors(getattr(env, name)), 0.0)
+
+
+def _counters(env: Any) -> list[Any]:
+    return [f for f in env.fixtures.values() if isinstance(f, Counter)]
+
+
+DRIVERS: dict[str, Callable[[Any], Attempts]] = {
+    **dict.fromkeys(("OpenCabinet", "OpenMicrowave", "OpenFridge", "OpenOven", "OpenDishwasher"), _open("fxtr")),
+    **dict.fromkeys(("CloseCabinet", "CloseMicrowave", "CloseFridge", "CloseOven", "CloseDishwasher"), _shut("fxtr")),
+    "OpenToasterOvenDoor": _open("toaster_oven"),
+    "CloseToasterOvenDoor": _shut("toaster_oven"),
+    "OpenDrawer": lambda env: moved(env, env.drawer, env.drawer.door_joint_names, 1.0),
+    "CloseDrawer": lambda env: moved(env, env.drawer, env.drawer.door_joint_names, 0.0),
+    "SlideDishwasherRack": lambda env: slid(env, env.dishwasher),
+    "SlideOvenRack": lambda env: slid(env, env.oven),
+    "SlideToasterOvenRack": lambda env: slid(env, env.toaster_oven),
+    "OpenFridgeDrawer": lambda env: moved(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.9),
+    "CloseFridgeDrawer": lambda env: moved(env, env.fridge, env.fridge._get_drawer_joints("fridge", -1), 0.0),
+    "PreheatOven": lambda env: moved(env, env.oven, [env.oven._joint_names["temperature"]], 0.6),
+    "AdjustToasterOvenTemperature": adjusted,
+    "TurnOnToasterOven": lambda env: moved(env, env.toaster_oven, [env.toaster_oven._joint_names["time"]], 0.6),
+    "TurnOnElectricKettle": lambda env: moved(
+        env, env.electric_kettle, [env.electric_kettle._joint_names["switch"]], 1.0
+    ),
+    "CloseElectricKettleLid": lambda env: moved(
+        env, env.electric_kettle, [env.electric_kettle._joint_names["lid"]], 0.0
+    ),
+    "OpenElectricKettleLid": lambda env: moved(
+        env, env.electric_kettle, [env.electric_kettle._joint_names["lid"]], 1.0
+    ),
+    "OpenStandMixerHead": lambda env: moved(env, env.stand_mixer, [env.stand_mixer._joint_names["head"]], 1.0),
+    "CloseStandMixerHead": lambda env: moved(env, env.stand_mixer, [env.stand_mixer._joint_names["head"]], 0.0),
+    "TurnOnStove": lambda env: knob(env, 1.2),
+    "TurnOffStove": lambda env: knob(env, 0.0),
+    "LowerHeat": lambda env: knob(env, 0.8),
+    "TurnOnSinkFaucet": lambda env: turned(env, env.sink, "handle_joint", 0.48),
+    "TurnOffSinkFaucet": lambda env: turned(env, env.sink, "handle_joint", 0.0),
+    "TurnSinkSpout": lambda env: turned(env, env.sink, "spout_joint", 0.65 if env.behavior == "right" else -0.65),
+    "AdjustWaterTemperature": warmer,
+    "TurnOnToaster": toasting,
+    "StartCoffeeMachine": lambda env: pressed(env, env.coffee_machine, env.coffee_machine._start_button_names[0]),
+    "TurnOnMicrowave": lambda env: pressed(env, env.microwave, "start_button"),
+    "TurnOffMicrowave": lambda env: pressed(env, env.microwave, "stop_button"),
+    "TurnOnBlender": lambda env: pressed(env, env.blender, "power_button_main"),
+    "OpenBlenderLid": lid_off,
+    "CloseBlenderLid": lid_on,
+    "NavigateKitchen": arrived,
+    "CoffeeSetupMug": lambda env: at_site(env, "obj", env.coffee_machine, "receptacle_place_site"),
+    "CoffeeServeMug": lambda env: on_counter(env, env.objects["obj"], [env.counter]),
+    "PickPlaceCounterToCabinet": lambda env: inside(env, "obj", env.cab),
+    "PickPlaceCabinetToCounter": lambda env: on_counter(env, env.objects["obj"], [env.counter]),
+    "PickPlaceCounterToSink": lambda env: inside(env, "obj", env.sink),
+    "PickPlaceCounterToDrawer": lambda env: inside(env, "obj", env.drawer),
+    "PickPlaceDrawerToCounter": lambda env: on_counter(env, env.objects["obj"], _counters(env)),
+    "PickPlaceCounterToBlender": lambda env: inside(env, "obj", env.blender),
+    "PickPlaceCounterToStandMixer": lambda env: inside(env, "obj", env.stand_mixer),
+    "PickPlaceCounterToToasterOven": lambda env: racks(env, "obj", env.toaster_oven),
+    "PickPlaceFridgeShelfToDrawer": lambda env: inside(env, "obj", env.fridge, *drawer_region(env.fridge, env)),
+    "PickPlaceFridgeDrawerToShelf": lambda env: inside(env, "obj", env.fridge, *shelf_regions(env.fridge, env)),
+    "PickPlaceCounterToOven": lambda env: over(env, "obj", "oven_tray"),
+    "PickPlaceToasterToCounter": lambda env: over(env, "obj", "plate"),
+    **dict.fromkeys(
+        (
+            *("PickPlaceSinkToCounter", "PickPlaceCounterToMicrowave", "PickPlaceMicrowaveToCounter"),
+            *("PickPlaceCounterToStove", "PickPlaceStoveToCounter", "PickPlaceToasterOvenToCounter"),
+        ),
+        lambda env: over(env, "obj", "container"),
+    ),
+    "CheesyBread": lambda env: over(env, "cheese", "bread"),
+    "MakeIcedCoffee": lambda env: over(env, "ice_cube1", "cup"),
+    "PackDessert": lambda env: over(env, "dessert", "cooked_food_container"),
+}
