@@ -26,10 +26,17 @@ SOLID = (
     *("hot_dog", "burrito", "fish", "steak", "chicken_drumstick", "egg", "ice_cube", "milk", "can", "wine"),
     *("rolling_pin", "tongs", "ladle", "whisk", "peeler", "measuring_cup", "spoon", "knife"),
 )
-VESSELS = ("plate", "bowl", "mug", "cup", "glass_cup", "pan", "pot", "saucepan", "oven_tray", "tray")
+VESSELS = ("plate", "bowl", "mug", "cup", "glass_cup", "pan", "pot", "saucepan", "oven_tray", "tray", "tupperware")
 # They hold nothing here, but stand as themselves.
 CLOSED = ("kettle_non_electric", "cutting_board")
 WALL_M = 0.004
+# Those for which tasks leave little room: a plate between a microwave and the edge of the worktop, a tray on half of
+# an oven's rack, and a box that PackDessert makes 2.5 times as wide.
+OWN_SIZES: dict[str, Vec3] = {
+    "plate": (0.16, 0.16, 0.02),
+    "oven_tray": (0.32, 0.24, 0.02),
+    "tupperware": (0.12, 0.1, 0.05),
+}
 
 
 def task_objects() -> tuple[Asset, ...]:
@@ -47,7 +54,7 @@ def _digests(name: str) -> tuple[str, str]:
 
 def _made(name: str, digest: str, is_vessel: bool) -> Asset:
     category = registry.load().categories[name]
-    size = _size(category)
+    size = OWN_SIZES.get(name) or _size(category)
     boxes = _vessel(size) if is_vessel else [(size, (0.0, 0.0, size[2] / 2))]
     return Asset(
         id=f"{name}_{digest[:10]}",

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from casa_assets.checks.design.robot.atomic_tasks import atomic_tasks
 from casa_assets.checks.design.robot.floor_map import FloorMap
 from casa_assets.checks.design.robot.parking import ParkingPlaces, find_parking
-from casa_assets.checks.design.robot.task_view import Afforded
+from casa_assets.checks.design.robot.task_view import Afforded, AtomicTask, TaskView
 from casa_assets.checks.design.robot.tasks import afforded
 from casa_assets.model.kitchen.floor import KitchenFacts
 
@@ -38,3 +39,8 @@ class DesignSubject:
     def tasks(self) -> tuple[Afforded, ...]:
         """What is afforded for each task."""
         return afforded(self.facts, self.floor, self.parking, self.seed)
+
+    @cached_property
+    def atomic_tasks(self) -> tuple[AtomicTask, ...]:
+        """With what the tasks of RoboCasa v1.0 can be done."""
+        return atomic_tasks(TaskView(self.facts, self.floor, self.parking))

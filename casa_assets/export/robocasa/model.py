@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 from lxml import etree
 
 from casa_assets.export.mjcf import body, label, material, site, visual
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS
 from casa_assets.export.robocasa import upright
+from casa_assets.export.robocasa.kitchens.centering import moved
 from casa_assets.export.robocasa.mesh_volume import has_volume, thickened
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
@@ -30,8 +32,11 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
         asset: free to move; z up, origin under the middle of its footprint.
         stood_up: also write `model_upright.xml`, the same object turned to stand on end or on its edge.
     Returns:
-        `model.xml`, `visual/*.obj`, `visual/*.png`, `collision/*.obj`; paths are relative to the XML.
+        `model.xml`, `visual/*.obj`, `visual/*.png`, `collision/*.obj`; paths are relative to the XML. The origin is at
+        half the height: RoboCasa asks of the origin alone whether an object is in a sink or on a shelf, and
+        one on its foot sinks out of there by a hair.
     """
+    asset = moved(asset, np.array((0.0, 0.0, asset.bounds[:, 2].mean())))
     thick = thickened(asset)
     meshes = _gather(thick)
     entries = {file.path: file.data for file in meshes.files}

@@ -21,7 +21,7 @@ AROUND_Y = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # x g
 
 
 def turn_of(asset: Asset) -> Pose:
-    """stood_from_lying: a quarter turn, and the move that brings the middle of its footprint back to the origin.
+    """stood_from_lying: a quarter turn, and the move that brings the middle of the object back to the origin.
 
     An object that is taller than wide is not turned.
     """
@@ -34,7 +34,7 @@ def turn_of(asset: Asset) -> Pose:
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     matrix = np.eye(4)
     matrix[:3, :3] = rotation
-    matrix[:3, 3] = -(lower[0] + upper[0]) / 2, -(lower[1] + upper[1]) / 2, -lower[2]
+    matrix[:3, 3] = -(lower + upper) / 2
     return Pose.from_matrix(matrix)
 
 

@@ -1,4 +1,4 @@
-"""Moves each atomic task of RoboCasa v1.0 to its goal: sets joints of fixtures, moves objects, presses keys with the hand.
+"""Moves each atomic task of RoboCasa v1.0 to its goal: sets joints, moves objects, presses keys with the hand.
 
 `DRIVERS[task](env)` is a generator. Each step of it leaves the simulation in a state that may be the goal; the caller
 lets things come to rest, asks the task's own `_check_success`, and goes back to where it was before the next one.
@@ -140,6 +140,8 @@ def put(env: Any, thing: Any, foot: Any) -> list[str]:
     own = set(thing.contact_geoms)
     met = []
     for contact in env.sim.data.contact[: env.sim.data.ncon]:
+        if contact.dist > 0.0:
+            continue
         names = [env.sim.model.geom_id2name(g) for g in (contact.geom1, contact.geom2)]
         met += [other for name, other in (names, names[::-1]) if name in own]
     return met
@@ -181,10 +183,12 @@ def over(env: Any, name: str, below: str) -> Attempts:
     retreat(env)
     start = np.array(env.sim.data.body_xpos[env.obj_body_id[below]])
     top = start[2] + env.objects[below].top_offset[2]
-    for x, y in ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (-0.02, 0.0), (0.0, -0.02)):
-        heights = np.arange(start[2] + env.objects[below].bottom_offset[2], top + 0.05, 0.005)
-        for z in heights:
-            if not put(env, env.objects[name], start + (x, y, z - start[2])):
+    wide, deep = np.array(env.objects[below].size[:2]) / 2
+    turn = np.array(env.sim.data.body_xmat[env.obj_body_id[below]]).reshape(3, 3)
+    for u, v in ((0, 0), (0.3, 0), (0, 0.3), (-0.3, 0), (0, -0.3), (0.5, 0), (-0.5, 0), (0, 0.5), (0, -0.5)):
+        aside = turn @ (u * wide, v * deep, 0.0)
+        for z in np.arange(start[2] + env.objects[below].bottom_offset[2], top + 0.05, 0.005):
+            if not put(env, env.objects[name], (start[0] + aside[0], start[1] + aside[1], z)):
                 yield
                 break
 
@@ -232,8 +236,8 @@ def lid_on(env: Any) -> Attempts:
     """Lid of a blender on its jug."""
     retreat(env)
     for up in np.arange(0.0, 0.03, 0.002):
-        place = np.array(env.blender.get_lid_closed_pos(env)) + (0.0, 0.0, up)
-        env.sim.data.set_joint_qpos(lid(env).joints[0], np.concatenate([place, [1.0, 0.0, 0.0, 0.0]]))
+        x, y, z = env.blender.get_lid_closed_pos(env)
+        env.sim.data.set_joint_qpos(lid(env).joints[0], np.array([x, y, z + up, 1.0, 0.0, 0.0, 0.0]))
         yield
 
 

@@ -48,6 +48,18 @@ class Afforded(Record):
     wants: str = ""
 
 
+class AtomicTask(Record):
+    """Whether a task of RoboCasa v1.0 can be done in a kitchen.
+
+    Attributes:
+        task: name of its class. fixtures: with which it can be done. wants: what is missing, empty where nothing is.
+    """
+
+    task: str
+    fixtures: tuple[str, ...] = ()
+    wants: str = ""
+
+
 @dataclass(frozen=True)
 class Placing:
     """Boxes that a task puts into zones."""

@@ -44,13 +44,14 @@ DRIVE_GOALS = (
 )
 
 
-def _uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
+def uppers(view: TaskView, count: tuple[int, ...]) -> tuple[Fixture, ...]:
+    """Wall cabinets of so many doors, at a height that an arm reaches."""
     found = view.reached(Role.UPPER)
     return tuple(f for f in found if UPPER_BOTTOM_M[0] <= f.bottom <= UPPER_BOTTOM_M[1] and len(doors(f)) in count)
 
 
 def _cabinet(view: TaskView) -> TaskFinding:
-    cabinets = _uppers(view, (1, 2))
+    cabinets = uppers(view, (1, 2))
     zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
     counter = view.counter(cabinets, 0.1)
     return TaskFinding(
@@ -63,7 +64,8 @@ def _cabinet(view: TaskView) -> TaskFinding:
     )
 
 
-def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
+def sink(view: TaskView, size: BoxSizes) -> TaskFinding:
+    """Sinks with a basin, and the worktop beside them."""
     sinks = view.reached(Role.SINK)
     zones = tuple(z for f in sinks for z in view.inside(f, r"basin.*|int"))
     counter = view.counter(sinks)
@@ -76,7 +78,8 @@ def _sink(view: TaskView, size: BoxSizes) -> TaskFinding:
     )
 
 
-def _microwaves(view: TaskView) -> TaskFinding:
+def microwaves(view: TaskView) -> TaskFinding:
+    """Microwaves with a door and a tray."""
     ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint"))
     zones = tuple(z for f in ovens for z in view.inside(f, r"tray|int"))
     counter = view.counter(ovens)
@@ -101,7 +104,8 @@ def _burners(fixture: Fixture) -> list[tuple[str, str, str]]:
     return found
 
 
-def _stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
+def stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
+    """Ranges and hobs with a knob, a flame and a place for a pan."""
     stoves = tuple(f for f in view.reached(Role.RANGE, Role.HOB) if _burners(f))
     pans = tuple(view.at(f, place, 0.10) for f in stoves for _, _, place in _burners(f))
     counter = view.counter(stoves) if counter_wanted else ()
@@ -116,7 +120,7 @@ def _stove(view: TaskView, counter_wanted: bool) -> TaskFinding:
 
 
 def _doors(view: TaskView, count: int) -> TaskFinding:
-    cabinets = _uppers(view, (count,))
+    cabinets = uppers(view, (count,))
     ovens = tuple(f for f in view.reached(Role.MICROWAVE) if f.joint("microjoint")) if count == 1 else ()
     every = (*cabinets, *ovens)
     zones = tuple(z for f in cabinets for z in view.inside(f, r"level\d+|int"))
@@ -130,7 +134,8 @@ def _doors(view: TaskView, count: int) -> TaskFinding:
     )
 
 
-def _drawers(view: TaskView) -> TaskFinding:
+def drawers(view: TaskView) -> TaskFinding:
+    """Top drawers with free floor beside them."""
     found: list[Fixture] = []
     joints: list[str] = []
     zones: list[PlacingZone] = []
@@ -155,7 +160,8 @@ def _drawers(view: TaskView) -> TaskFinding:
     )
 
 
-def _faucet(view: TaskView, joint: str) -> TaskFinding:
+def faucet(view: TaskView, joint: str) -> TaskFinding:
+    """Sinks whose tap has a joint of that name."""
     sinks = tuple(
         f for f in view.reached(Role.SINK) if f.joint(joint) is not None and "water" in {m.name for m in f.sites}
     )
@@ -183,7 +189,8 @@ def _pressed(view: TaskView, role: Role, button: str) -> TaskFinding:
     return TaskFinding(found, joints=joints, wants="" if found else f"a {role.value.replace('_', ' ')} with a {button}")
 
 
-def _coffee(view: TaskView, put_down: bool) -> TaskFinding:
+def coffee(view: TaskView, put_down: bool) -> TaskFinding:
+    """Coffee machines with a start button and a place for a mug."""
     place = "receptacle_place_site"
     pressed = _pressed(view, Role.COFFEE_MACHINE, "start_button")
     found = tuple(f for f in pressed.fixtures if place in {m.name for m in f.sites})
@@ -199,14 +206,16 @@ def _coffee(view: TaskView, put_down: bool) -> TaskFinding:
     )
 
 
-def _heated(view: TaskView, button: str) -> TaskFinding:
-    pressed, ovens = _pressed(view, Role.MICROWAVE, button), _microwaves(view)
+def heated(view: TaskView, button: str) -> TaskFinding:
+    """Microwaves with a button of that name."""
+    pressed, ovens = _pressed(view, Role.MICROWAVE, button), microwaves(view)
     return TaskFinding(
         pressed.fixtures, pressed.joints, regions=ovens.regions, puts=ovens.puts[1:], wants=pressed.wants or ovens.wants
     )
 
 
-def _drive(view: TaskView) -> TaskFinding:
+def drive(view: TaskView) -> TaskFinding:
+    """Fixtures that there are once, and far enough from another to drive there."""
     once = [f for role in DRIVE_GOALS if len(found := view.facts.with_role(role)) == 1 for f in found]
     places = [p for p in view.parking.shut.values() if p is not None]
     aims = []
@@ -221,29 +230,29 @@ def _drive(view: TaskView) -> TaskFinding:
 TASKS: tuple[tuple[str, Callable[[TaskView], TaskFinding]], ...] = (
     ("pnp_counter_to_cab", _cabinet),
     ("pnp_cab_to_counter", _cabinet),
-    ("pnp_counter_to_sink", lambda view: _sink(view, GRASPED)),
-    ("pnp_sink_to_counter", lambda view: _sink(view, PLATE)),
-    ("pnp_counter_to_microwave", _microwaves),
-    ("pnp_microwave_to_counter", _microwaves),
-    ("pnp_counter_to_stove", lambda view: _stove(view, True)),
-    ("pnp_stove_to_counter", lambda view: _stove(view, True)),
+    ("pnp_counter_to_sink", lambda view: sink(view, GRASPED)),
+    ("pnp_sink_to_counter", lambda view: sink(view, PLATE)),
+    ("pnp_counter_to_microwave", microwaves),
+    ("pnp_microwave_to_counter", microwaves),
+    ("pnp_counter_to_stove", lambda view: stove(view, True)),
+    ("pnp_stove_to_counter", lambda view: stove(view, True)),
     ("open_single_door", lambda view: _doors(view, 1)),
     ("close_single_door", lambda view: _doors(view, 1)),
     ("open_double_door", lambda view: _doors(view, 2)),
     ("close_double_door", lambda view: _doors(view, 2)),
-    ("open_drawer", _drawers),
-    ("close_drawer", _drawers),
-    ("turn_on_stove", lambda view: _stove(view, False)),
-    ("turn_off_stove", lambda view: _stove(view, False)),
-    ("turn_on_sink_faucet", lambda view: _faucet(view, "handle_joint")),
-    ("turn_off_sink_faucet", lambda view: _faucet(view, "handle_joint")),
-    ("turn_sink_spout", lambda view: _faucet(view, "spout_joint")),
-    ("coffee_press_button", lambda view: _coffee(view, False)),
-    ("turn_on_microwave", lambda view: _heated(view, "start_button")),
-    ("turn_off_microwave", lambda view: _heated(view, "stop_button")),
-    ("coffee_setup_mug", lambda view: _coffee(view, True)),
-    ("coffee_serve_mug", lambda view: _coffee(view, True)),
-    ("navigate_kitchen", _drive),
+    ("open_drawer", drawers),
+    ("close_drawer", drawers),
+    ("turn_on_stove", lambda view: stove(view, False)),
+    ("turn_off_stove", lambda view: stove(view, False)),
+    ("turn_on_sink_faucet", lambda view: faucet(view, "handle_joint")),
+    ("turn_off_sink_faucet", lambda view: faucet(view, "handle_joint")),
+    ("turn_sink_spout", lambda view: faucet(view, "spout_joint")),
+    ("coffee_press_button", lambda view: coffee(view, False)),
+    ("turn_on_microwave", lambda view: heated(view, "start_button")),
+    ("turn_off_microwave", lambda view: heated(view, "stop_button")),
+    ("coffee_setup_mug", lambda view: coffee(view, True)),
+    ("coffee_serve_mug", lambda view: coffee(view, True)),
+    ("navigate_kitchen", drive),
 )
 
 

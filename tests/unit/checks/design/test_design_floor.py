@@ -245,6 +245,32 @@ class TestTasks:
         assert "free floor" in found["open_drawer"].wants
 
 
+class TestAtomicTasks:
+    """Tasks of RoboCasa v1.0."""
+
+    def test_names_are_those_of_its_classes(self) -> None:
+        found = {t.task: t for t in DesignSubject(kitchen()).atomic_tasks}
+        assert len(found) == 65
+        assert found["OpenDrawer"].fixtures == ("main_drawers", "main_drawers_2")
+        assert found["TurnOnStove"].fixtures == ("range",)
+        assert "a blender" in found["TurnOnBlender"].wants
+        assert found["TurnOnBlender"].fixtures == ()
+
+    @pytest.mark.parametrize(
+        ("name", "lost"),
+        [
+            ("sink_basin", {"PickPlaceCounterToSink", "TurnOnSinkFaucet", "TurnSinkSpout"}),
+            ("range", {"TurnOnStove", "LowerHeat", "PickPlaceStoveToCounter"}),
+            ("microwave", {"TurnOnMicrowave", "PickPlaceMicrowaveToCounter"}),
+        ],
+    )
+    def test_what_is_taken_out_takes_its_tasks_along(self, name: str, lost: set[str]) -> None:
+        before = {t.task for t in DesignSubject(kitchen()).atomic_tasks if t.fixtures}
+        after = {t.task for t in DesignSubject(changed(kitchen(), name, None)).atomic_tasks if t.fixtures}
+        assert lost <= before - after
+        assert "OpenDrawer" in after
+
+
 def test_picture_shows_the_floor_that_is_reached() -> None:
     picture = floor_picture(DesignSubject(kitchen()))
     colours = {colour: count for count, colour in picture.getcolors(maxcolors=1 << 16) or []}
