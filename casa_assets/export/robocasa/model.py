@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from lxml import etree
 
-from casa_assets.export.mjcf import body, label, material, site, visual
+from casa_assets.export.mjcf import body, label, material, number, site, visual
 from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS
 from casa_assets.export.robocasa import upright
 from casa_assets.export.robocasa.kitchens.centering import moved
@@ -21,6 +21,9 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
 # Ref: robocasa, folders beside the model.xml of an object.
+# Ref: robocasa v1.0, add_obj_liquid_site: the categories whose objects it is called for.
+HOLD_LIQUID = ("cup", "glass_cup", "mug", "bowl", "pot", "pan", "saucepan")
+LIQUID_SHARE = 0.8  # of width and height of such a vessel
 VISUAL_FOLDER, COLLISION_FOLDER = "visual", "collision"
 FILE, UPRIGHT_FILE = "model.xml", "model_upright.xml"
 
@@ -87,6 +90,7 @@ def _document(asset: Asset, meshes: visual.Meshes) -> etree._Element:
     outer = etree.SubElement(world, "body")
     root_body = body.add(outer, asset.root, body.BodyContext(asset, meshes, names, ROBOSUITE_GROUPS))
     _add_bbox_region(root_body, asset)
+    _add_liquid_site(root_body, asset)
     label.add_all(root, asset)
     return root
 
@@ -96,6 +100,18 @@ def _add_bbox_region(root_body: etree._Element, asset: Asset) -> None:
     if root_body.find(f"geom[@name='reg_{site.OUTER_REGIONS[0]}']") is None:
         outer = next(region for region in asset.regions if region.name in site.OUTER_REGIONS)
         site.add_region(root_body, outer.replace(name=site.OUTER_REGIONS[0]), ROBOSUITE_GROUPS.regions)
+
+
+def _add_liquid_site(root_body: etree._Element, asset: Asset) -> None:
+    """The site `liquid` of a vessel, which tasks color: an upright cylinder within its sides, not seen until then."""
+    if asset.labels.category not in HOLD_LIQUID:
+        return
+    lower, upper = asset.bounds
+    radius, half_height = LIQUID_SHARE * min(upper[:2] - lower[:2]) / 2, LIQUID_SHARE * (upper[2] - lower[2]) / 2
+    at, size = number.numbers((0.0, 0.0, (lower[2] + upper[2]) / 2)), number.numbers((radius, half_height))
+    etree.SubElement(
+        root_body, "site", {"name": "liquid", "type": "cylinder", "pos": at, "size": size, "rgba": "0 0 0 0"}
+    )
 
 
 def _text(root: etree._Element) -> bytes:

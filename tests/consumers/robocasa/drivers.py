@@ -109,14 +109,17 @@ def pressed(env: Any, fixture: Any, key: str) -> Attempts:
 
 
 def arrived(env: Any) -> Attempts:
-    """The robot at the place of its goal, touching nothing."""
-    for aside in (0.0, 0.08, -0.08, 0.15, -0.15):
-        side = np.array([np.cos(env.target_ori[2]), np.sin(env.target_ori[2]), 0.0])
-        for back in (0.0, 0.06, 0.12):
-            place = np.array(env.target_pos) - back * side + aside * np.array([-side[1], side[0], 0.0])
-            yaw = env.target_ori[2] - env.init_robot_base_ori_anchor[2]
-            env.sim.data.set_joint_qpos("mobilebase0_joint_mobile_yaw", (yaw + np.pi) % (2 * np.pi) - np.pi)
-            set_robot_to_position(env, place)
+    """The robot within 0.16 m of the place of its goal, touching nothing."""
+    ahead = np.array([np.cos(env.target_ori[2]), np.sin(env.target_ori[2])])
+    aside = np.array([-ahead[1], ahead[0]])
+    steps = [(u, v) for u in np.linspace(-0.16, 0.16, 9) for v in np.linspace(-0.16, 0.16, 9) if np.hypot(u, v) < 0.17]
+    yaw = env.target_ori[2] - env.init_robot_base_ori_anchor[2]
+    for turn in (0.0, 0.15, -0.15):
+        for u, v in sorted(steps, key=lambda step: float(np.hypot(*step))):
+            angle = (yaw + turn + np.pi) % (2 * np.pi) - np.pi
+            env.sim.data.set_joint_qpos("mobilebase0_joint_mobile_yaw", angle)
+            x, y = np.array(env.target_pos[:2]) + u * ahead + v * aside
+            set_robot_to_position(env, np.array([x, y, env.target_pos[2]]))
             env.sim.forward()
             if not detect_robot_collision(env):
                 yield

@@ -83,7 +83,7 @@ _FRIDGE_DRAWER = _having(
 )
 _OVEN = _having([Role.OVEN], ".*door_joint", "rack[01]", "an oven beside a hob, with a rack")
 _DISHWASHER = _having([Role.DISHWASHER], "door_joint", "rack1", "a dishwasher with an upper rack")
-_TOASTER = _having([Role.TOASTER], ".*lever.*", ".*slot.*", "a toaster with a lever and slots")
+_TOASTER = _having([Role.TOASTER], ".*lever.*", "(side[LR]_)?slot[LR]", "a toaster with a lever and slots")
 _TOASTER_OVEN = _of_category("toaster_oven", ".*door_joint", "a toaster oven")
 _KETTLE = _of_category("electric_kettle", "lid_joint", "an electric kettle with a lid")
 _MIXER = _of_category("stand_mixer", "head_joint", "a stand mixer whose head tilts")
