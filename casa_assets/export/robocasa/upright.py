@@ -14,14 +14,15 @@ from casa_assets.export.mjcf import number
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.pose import Pose
 
-# Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread).
+# Longer than this many times its width it stands on end (a straw), else on its edge (a slice of bread), whose thickness
+# is along x: toasters have their slots beside each other along x, and tasks put bread into them without turning it.
 MIN_SLENDERNESS = 2.5
-AROUND_X = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # y goes up
+ON_EDGE = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # y goes up; z, the thickness, goes along x
 AROUND_Y = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])  # x goes up
 
 
 def turn_of(asset: Asset) -> Pose:
-    """stood_from_lying: a quarter turn, and the move that brings the middle of the object back to the origin.
+    """stood_from_lying: quarter turns, and the move that brings the middle of the object back to the origin.
 
     An object that is taller than wide is not turned.
     """
@@ -29,7 +30,7 @@ def turn_of(asset: Asset) -> Pose:
     x, y, z = upper - lower
     if z >= max(x, y):
         return Pose()
-    rotation = AROUND_Y if x > MIN_SLENDERNESS * y else AROUND_X
+    rotation = AROUND_Y if x > MIN_SLENDERNESS * y else ON_EDGE
     corners = asset.bounds @ rotation.T
     lower, upper = corners.min(axis=0), corners.max(axis=0)
     matrix = np.eye(4)

@@ -118,10 +118,10 @@ class TestUpright:
         lying, stood = compiled(asset, tmp_path), compiled(asset, tmp_path, model.UPRIGHT_FILE)
         x, y, z = asset.bounds[1] - asset.bounds[0]
         low, high = seen(stood)
-        assert high - low == pytest.approx([x, z, y], abs=1e-6)
+        assert high - low == pytest.approx([z, x, y], abs=1e-6)
         assert low[2] == pytest.approx(-y / 2, abs=1e-6)
         assert (low + high)[:2] == pytest.approx([0, 0], abs=1e-6)
-        assert box_of(parsed(asset, model.UPRIGHT_FILE)) == pytest.approx([SLICE_SIZE[0], SLICE_SIZE[2], SLICE_SIZE[1]])
+        assert box_of(parsed(asset, model.UPRIGHT_FILE)) == pytest.approx([SLICE_SIZE[2], SLICE_SIZE[0], SLICE_SIZE[1]])
         assert stood.body_mass.sum() == lying.body_mass.sum()
         assert sorted(stood.body_inertia[-1]) == pytest.approx(sorted(lying.body_inertia[-1]))
         data = mujoco.MjData(stood)
