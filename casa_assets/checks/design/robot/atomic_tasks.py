@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 
 from casa_assets.checks.design.robot import tasks
 from casa_assets.checks.design.robot.placing import worktop_regions
-from casa_assets.checks.design.robot.task_view import AtomicTask, TaskView
+from casa_assets.checks.design.robot.task_view import AtomicTask, TaskFinding, TaskView
 from casa_assets.model.kitchen.floor import Fixture, Role
 
 SHELF_BOTTOM_M = (1.0, 1.5)  # heights between which a wall cabinet's shelf has to lie
@@ -47,7 +47,7 @@ def _of_category(category: str, joint: str, wants: str) -> Finding:
     return find
 
 
-def _as_before(finding: Callable[[TaskView], tasks.TaskFinding]) -> Finding:
+def _as_before(finding: Callable[[TaskView], TaskFinding]) -> Finding:
     """What a task of v0.2 looks for."""
 
     def find(view: TaskView) -> tuple[Found, str]:
