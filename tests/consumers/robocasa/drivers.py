@@ -118,8 +118,11 @@ def arrived(env: Any) -> Attempts:
         for u, v in sorted(steps, key=lambda step: float(np.hypot(*step))):
             angle = (yaw + turn + np.pi) % (2 * np.pi) - np.pi
             env.sim.data.set_joint_qpos("mobilebase0_joint_mobile_yaw", angle)
-            x, y = np.array(env.target_pos[:2]) + u * ahead + v * aside
-            set_robot_to_position(env, np.array([x, y, env.target_pos[2]]))
+            place = np.array([*(np.array(env.target_pos[:2]) + u * ahead + v * aside), env.target_pos[2]])
+            set_robot_to_position(env, place)
+            # The base turns about a point beside its middle, which RoboCasa's function takes for one.
+            missed = place - env.sim.data.get_body_xpos("mobilebase0_base")
+            set_robot_to_position(env, place + missed * (1.0, 1.0, 0.0))
             env.sim.forward()
             if not detect_robot_collision(env):
                 yield
