@@ -87,7 +87,7 @@ def test_fifty_draws_differ(family: str) -> None:
 @pytest.mark.parametrize("form", list(DishRackForm))
 def test_a_dish_rack_has_room_for_a_bowl(form: DishRackForm) -> None:
     asset = made("dish_rack", DishRack(form=form, cup=False))
-    room = next(r for r in asset.regions if r.name == "int")
+    room = next(r for r in asset.regions if r.name == "int_dishes")
     assert min(room.size[:2]) >= 0.09
     assert room.size[2] > 0.0999
 
