@@ -13,7 +13,7 @@ from casa_assets.core.typing import Floats
 
 BAR_RATIO = 1.5  # a thing this many times as long as wide is held across its length
 BAR_ANGLES_DEG = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0)  # at which a hand comes, about the bar
-KNOB_ANGLES_DEG = (0.0, 90.0, 180.0, -90.0, 45.0, -45.0, 135.0, -135.0)  # of the fingers about a knob
+KNOB_ANGLES_DEG = (0.0, 90.0, 180.0, -90.0, 45.0, -45.0, 135.0, -135.0)  # of the fingers about a knob or key
 TILTS_DEG = (0.0, 25.0, -25.0)  # at which a hand comes to a knob or key, out of its axis
 EDGE_TILTS_DEG = (0.0, 25.0, -25.0, 45.0, -45.0)  # at which a hand comes to the edge of a plate
 SHIFTED_FROM_M = 0.06  # half length from which a bar is also held off its middle
@@ -82,7 +82,7 @@ def presses(grip: Grip, motion: Floats) -> list[Grasp]:
         for axis in (side, np.cross(motion, side))[: 1 if tilt == 0.0 else 2]:
             come = _turned(motion, axis, tilt)
             across = _perpendicular(come, UP)
-            for angle in (0.0, 90.0, 180.0, -90.0):
+            for angle in KNOB_ANGLES_DEG:
                 found.append(Grasp(at, _frame(come, _turned(across, come, angle))))
     return found
 

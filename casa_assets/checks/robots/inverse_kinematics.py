@@ -14,7 +14,7 @@ from casa_assets.checks.robots.workspace import Workspace
 from casa_assets.core.typing import Floats
 
 SOLVER = "daqp"
-POSITION_M, ANGLE_RAD = 0.002, math.radians(2.0)  # to which a hand has to get
+POSITION_M, ANGLE_RAD = 0.005, math.radians(3.0)  # to which a hand has to get; a finger comes with 6 mm to spare
 STEP = 0.25  # largest change of a joint in one iteration, rad or m
 KEPT_M = 0.001  # distance that is kept from all else
 GAIN = 0.7  # share of the room to what is near that one iteration may use up

@@ -25,7 +25,7 @@ LAYER_M, IN_LAYER = 0.1, 900  # height of a layer, and how many postures are kep
 TURNS = (-1.0, 0.0, 1.0)  # shares of the room for turning at which a base is tried
 M_PER_RAD = 0.25  # metres that an angle between a hand and a grasp counts as
 DEPTH_WEIGHT = 2.0  # metres that a metre of overlap with the kitchen counts as
-LATER_M = 0.01  # metres that each place further down the list of grasps counts as: the most natural stand first
+LATER_M = 0.002  # metres that each place further down the list of grasps counts as: the most natural stand first
 LOOKED_AT, KEPT = 8, 2  # postures for one grasp whose overlap is looked at, and those that are kept
 
 

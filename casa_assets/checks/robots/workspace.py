@@ -75,7 +75,8 @@ class Workspace:
         self._height = float(self.model.body_pos[self._root][2])
         names = [self.alone.joint(i).name for i in range(self.alone.njnt)]
         self._address = np.array([int(self.model.joint(PREFIX + n).qposadr[0]) for n in names])
-        self._body = {self.model.body(PREFIX + self.alone.body(i).name).id: i for i in range(1, self.alone.nbody)}
+        # Some bodies of hands have no name; all are in the same order in both models.
+        self._body = {self._root + i - self.alone.body(ROOT).id: i for i in range(1, self.alone.nbody)}
         self._held: frozenset[tuple[int, int]] = frozenset()
         self._fingers = {arm.name: self._geoms_of(robot, arm.touching) for arm in robot.arms}
         self._set_bits()
