@@ -79,6 +79,7 @@ def drive(env: Any, task: str) -> str:
     for _ in itertools.islice(DRIVERS[task](env), MAX_ATTEMPTS):
         attempts += 1
         env.sim.forward()
+        env.update_state()  # what a hand held there would latch, such as a lever on a spring
         settle(env)
         if env._check_success():
             return ""
