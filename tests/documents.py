@@ -16,7 +16,7 @@ REASONS = frozenset(
         "needs a screen",
         "needs data of a benchmark",
         "needs files of your own",
-        "needs RoboCasa",
+        "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/robocasa.md
         "needs weights of CLIP",
         "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
         "runs for minutes",

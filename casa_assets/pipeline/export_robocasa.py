@@ -212,7 +212,7 @@ def _readme(run: _Export) -> str:
 
 def _readme_of_kitchens(run: _Export) -> str:
     first = min(run.kitchens)
-    objects = f', obj_registries=("{run.registry}_train",)' if run.instances else ""
+    objects = f', obj_registries=("{run.registry}",)' if run.instances else ""
     register = "import casa_objects, casa_kitchens" if run.instances else "import casa_kitchens"
     call = "casa_objects.register(); casa_kitchens.register()" if run.instances else "casa_kitchens.register()"
     return f"""# Kitchens for RoboCasa

@@ -233,11 +233,13 @@ class _FromFile(_SharedAssets):
 
     def _get_counter_geoms(self) -> dict[str, list[Any]]:
         """Free surfaces of a worktop under names that begin with `top`, as a counter asks for them."""
-        return {
-            name: [region["elem"]]
-            for name, region in self._regions.items()  # type: ignore[attr-defined]
-            if name.startswith("top")
-        }
+        element = _module("xml.etree.ElementTree").Element
+        found = {}
+        for number, row in enumerate(self.casa["facts"]["surfaces"]):
+            half = [length / 2 for length in row["size"]]
+            values = {"pos": " ".join(map(str, row["position"])), "size": " ".join(map(str, half))}
+            found[f"top_{number}"] = [element("geom", values)]
+        return found
 
 
 class _RoomPart(_FromFile):

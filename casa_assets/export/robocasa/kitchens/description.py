@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from casa_assets.core.rounding import decimals
-from casa_assets.export.robocasa.kitchens import centering, parts
+from casa_assets.export.robocasa.kitchens import centering, parts, surfaces
 from casa_assets.export.robocasa.kitchens.parts import Part
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
@@ -145,7 +145,8 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
     Args:
         fixtures: of the scene. folder: leads from the root of the export to the fixtures.
     """
-    surfaces = [item for item in fixtures if item.type == "Counter"]
+    counters = [item for item in fixtures if item.type == "Counter"]
+    standing = [item for item in fixtures if item not in counters and any(_stands_on(item, c) for c in counters)]
     return {
         "format": FORMAT,
         "id": scene.id,
@@ -159,8 +160,8 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
                 "position": [decimals(float(c), 9) for c in item.pose.position],
                 "quaternion": [decimals(float(c), 12) for c in item.pose.quaternion],
                 "is_free": _is_free(item),
-                "is_standing": _is_standing(item, surfaces),
-                "facts": _facts(item),
+                "is_standing": item in standing,
+                "facts": _facts(item, standing),
                 "start": {at.joint: at.value for at in item.placement.joints if _has_joint(item, at.joint)},
             }
             for item in fixtures
@@ -177,22 +178,17 @@ def _is_free(item: Placed) -> bool:
     return item.centered.base is Base.FREE and item.type in (PLAIN, "Accessory")
 
 
-def _is_standing(item: Placed, surfaces: Collection[Placed]) -> bool:
+def _stands_on(item: Placed, counter: Placed) -> bool:
     """Whether it stands on a worktop, so that nothing else may be put there."""
-    if item.placement.layer is not Layer.THINGS or item in surfaces:
+    if item.placement.layer is not Layer.THINGS:
         return False
-    main = centering.main_region(item.centered)
-    foot = item.pose.position[2] - main.size[2] / 2
-    for surface in surfaces:
-        half = np.array(centering.main_region(surface.centered).size) / 2
-        local = surface.pose.inverse().apply(np.array([item.pose.position]))[0]
-        top = surface.pose.position[2] + half[2]
-        if abs(foot - top) <= MAX_GAP_M and (np.abs(local[:2]) <= half[:2]).all():
-            return True
-    return False
+    half = np.array(centering.main_region(counter.centered).size) / 2
+    foot = item.pose.position[2] - centering.main_region(item.centered).size[2] / 2
+    local = counter.pose.inverse().apply(np.array([item.pose.position]))[0]
+    return bool(abs(foot - counter.pose.position[2] - half[2]) <= MAX_GAP_M and (np.abs(local[:2]) <= half[:2]).all())
 
 
-def _facts(item: Placed) -> dict[str, Any]:
+def _facts(item: Placed, standing: Collection[Placed]) -> dict[str, Any]:
     """Attributes that the classes of RoboCasa have by what they build themselves from."""
     if item.type in ("HingeCabinet", "SingleCabinet", "OpenCabinet", "HousingCabinet", "PanelCabinet", "Drawer"):
         levels = sum(bool(re.fullmatch(r"level\d+", region.name)) for region in item.centered.regions)
@@ -205,8 +201,19 @@ def _facts(item: Placed) -> dict[str, Any]:
             facts["orientation"] = "left" if opens_left else "right"
         return facts
     if item.type == "Counter":
-        return {"island_only": "island" in item.name, "base_opening": [False, False]}
+        found = surfaces.free(item.centered, [_footprint(one, item) for one in standing if _stands_on(one, item)])
+        rows = [{"position": list(top.position), "size": list(top.size)} for top in found]
+        return {"island_only": "island" in item.name, "base_opening": [False, False], "surfaces": rows}
     return {}
+
+
+def _footprint(item: Placed, counter: Placed) -> surfaces.Footprint:
+    """What an item covers of a worktop: x and y of two corners in the frame of the worktop, metres."""
+    x, y, _ = np.array(centering.main_region(item.centered).size) / 2
+    corners = np.array([(i * x, j * y, 0.0) for i in (-1, 1) for j in (-1, 1)])
+    local = counter.pose.inverse().apply(item.pose.apply(corners))
+    low, high = local.min(axis=0), local.max(axis=0)
+    return (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
 
 
 def layout(fixtures: Collection[Placed]) -> dict[str, Any]:

@@ -1,0 +1,64 @@
+"""Where on a worktop RoboCasa may put things: its free surfaces, without what lies before a deep appliance.
+
+RoboCasa v1.0 puts a task's plate before the microwave, as near to the front edge as it can, and gives up where there
+is no room. A part of the surface that is too shallow there is left out, so that it takes the part beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from casa_assets.core.rounding import decimals
+from casa_assets.model.asset.asset import Asset, Region
+from casa_assets.model.record import Vec3
+
+Corner = tuple[float, float]
+Footprint = tuple[Corner, Corner]
+# Room before a thing that is enough, metres: for a plate.
+MIN_DEPTH_M = 0.25
+# Smaller surfaces are none to RoboCasa, metres. Ref: robocasa v1.0, Counter.get_reset_regions.
+MIN_SIZE_M = (0.40, 0.25)
+PREFIX = "top"
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A rectangle of a worktop: its middle and full size in the frame of the worktop, metres."""
+
+    position: Vec3
+    size: Vec3
+
+
+def free(counter: Asset, things: Iterable[Footprint]) -> tuple[Surface, ...]:
+    """The free surfaces of a worktop, whose front is at its least y.
+
+    Args:
+        counter: the worktop, centred. things: what stands on it, in its frame.
+    """
+    things = sorted(things)
+    out: list[Surface] = []
+    for region in counter.regions:
+        if region.name.startswith(PREFIX):
+            out += _without(region, things)
+    return tuple(out)
+
+
+def _without(region: Region, things: Iterable[Footprint]) -> list[Surface]:
+    """A region cut across at what leaves too little room; whole where nothing large enough would be left."""
+    (x, y, z), (width, depth, height) = region.pose.position, region.size
+    left, right, front, back = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
+    spans = [(left, right)]
+    for low, high in things:
+        if low[1] < back and high[1] > front and low[1] - front < MIN_DEPTH_M:
+            spans = [part for span in spans for part in _outside(span, low[0], high[0])]
+    kept = [(a, b) for a, b in spans if b - a >= MIN_SIZE_M[0] and depth >= MIN_SIZE_M[1]] or [(left, right)]
+    return [
+        Surface((decimals((a + b) / 2, 9), decimals(y, 9), decimals(z, 9)), (decimals(b - a, 9), depth, height))
+        for a, b in kept
+    ]
+
+
+def _outside(span: Corner, low: float, high: float) -> list[Corner]:
+    """What of a span lies outside `low` to `high`."""
+    return [(a, b) for a, b in ((span[0], min(span[1], low)), (max(span[0], high), span[1])) if b > a]

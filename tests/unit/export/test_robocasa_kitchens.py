@@ -1,0 +1,215 @@
+"""Kitchens for RoboCasa: how assets become fixtures, where their frames are, what is told of them, registration."""
+
+from __future__ import annotations
+
+import ast
+import json
+import sys
+from functools import cache
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from lxml import etree
+
+from casa_assets.export import mjcf
+from casa_assets.export.robocasa import casa_kitchens
+from casa_assets.export.robocasa.kitchens import arena, centering, description, document, parts, surfaces
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.scene import Light, Placement, Scene
+from casa_assets.model.pose import Pose
+from casa_assets.pipeline.export.robocasa_kitchens import classes
+from tests.assets import write_to
+from tests.family_members import preset
+from tests.scenes import QUARTER
+
+UNIT, CORNER, COUNTER, OVEN = (
+    ("drawer_stack", "navy_cups_four"),
+    ("counter_corner", "upstand"),
+    ("counter", "quartz_eased"),
+    ("microwave", "steel"),
+)
+TOP_M = 0.92
+
+
+@cache
+def kitchen() -> Scene:
+    """Drawers below a worktop with a microwave on it, all of them turned, and a sun."""
+    unit, counter, oven = preset(*UNIT), preset(*COUNTER), preset(*OVEN)
+    depth = centering.main_center(counter)[2] + centering.main_region(counter).size[2] / 2
+    return Scene(
+        id="test_room",
+        assets=(unit, counter, oven),
+        placements=(
+            Placement(name="stack_1", asset=unit.id, pose=Pose(position=(1.0, 2.0, 0.0), quaternion=QUARTER)),
+            Placement(name="counter_1", asset=counter.id, pose=Pose(position=(1.0, 2.0, TOP_M - depth))),
+            Placement(name="oven", asset=oven.id, pose=Pose(position=(1.0, 2.0, TOP_M))),
+        ),
+        lights=(Light(name="sun", position=(0.0, 0.0, 2.4), direction=(0.0, 0.5, -1.0)),),
+    )
+
+
+def fixtures() -> tuple[description.Placed, ...]:
+    return description.fixtures_of(kitchen(), classes())
+
+
+def told() -> dict[str, Any]:
+    return {row["name"]: row for row in description.describe(kitchen(), fixtures(), document.FIXTURES)["fixtures"]}
+
+
+def positions(asset: Asset, folder: Path, opened: float) -> dict[str, np.ndarray]:
+    """Name of each collider -> its place when every joint stands at this share of its range, asset frame, metres."""
+    model = mujoco.MjModel.from_xml_path(str(write_to(mjcf.write(asset), folder) / document.MODEL))
+    data = mujoco.MjData(model)
+    for index in range(model.njnt):
+        low, high = model.jnt_range[index]
+        data.qpos[model.jnt_qposadr[index]] = low + opened * (high - low)
+    mujoco.mj_kinematics(model, data)
+    return {model.geom(i).name: data.geom_xpos[i].copy() for i in range(model.ngeom) if model.geom_contype[i]}
+
+
+@pytest.mark.parametrize("which", [UNIT, CORNER, OVEN])
+def test_what_is_divided_and_centred_moves_as_before(which: tuple[str, str], tmp_path: Path) -> None:
+    whole = preset(*which)
+    for opened in (0.0, 0.7):
+        expected = positions(whole, tmp_path / f"whole{opened}", opened)
+        found: dict[str, np.ndarray] = {}
+        for number, part in enumerate(parts.divide(whole)):
+            middle = np.array(centering.main_center(part.asset))
+            moved = positions(centering.centered(part.asset), tmp_path / f"{number}_{opened}", opened)
+            found |= {name: place + middle for name, place in moved.items()}
+        assert found.keys() == expected.keys()
+        for name, place in expected.items():
+            assert found[name] == pytest.approx(place, abs=1e-6), name
+
+
+def test_each_drawer_is_a_fixture_with_the_names_of_robocasa() -> None:
+    rest, *drawers = parts.divide(preset(*UNIT))
+    assert len(drawers) == 4
+    assert rest.asset.joints == ()
+    for part in drawers:
+        assert part.asset.contract == "drawer"
+        assert [joint.name for joint in part.asset.joints] == ["slidejoint"]
+        assert {"main", "int"} <= {region.name for region in part.asset.regions}
+    heights = [centering.main_center(part.asset)[2] for part in drawers]
+    assert len({round(height, 3) for height in heights}) == 4
+
+
+def test_frames_lie_in_the_middle_of_main() -> None:
+    for item in fixtures():
+        assert centering.main_center(item.centered) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+        for link in item.centered.links:
+            place = item.centered.asset_from_link(link.name)
+            if max(abs(q) for q in place.quaternion[1:]) <= centering.MAX_TURN:
+                assert place.position == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+
+
+def test_an_l_shaped_worktop_becomes_two_that_are_as_wide_as_they_seem() -> None:
+    whole = preset(*CORNER)
+    first, second = parts.divide(whole)
+    faces = [sum(len(v.mesh.faces) for link in p.asset.links for v in link.visuals) for p in (first, second)]
+    assert sum(faces) == sum(len(v.mesh.faces) for link in whole.links for v in link.visuals)
+    assert min(faces) > 0
+    boxes = [centering.main_region(p.asset) for p in (first, second)]
+    assert abs(boxes[0].pose.position[1] - boxes[1].pose.position[1]) == pytest.approx(
+        (boxes[0].size[1] + boxes[1].size[1]) / 2
+    )
+
+
+def test_what_is_told_of_a_kitchen() -> None:
+    rows = told()
+    assert [name for name, row in rows.items() if row["class"] == "Drawer"] == [f"unit_1_drawer{k}" for k in range(4)]
+    assert rows["counter_1"]["class"] == "Counter"
+    assert rows["oven"]["class"] == "Microwave"
+    assert rows["oven"]["is_standing"]
+    assert not rows["unit_1"]["is_standing"]
+    assert rows["unit_1"]["placement"] == "stack_1"
+    height = centering.main_region(preset(*COUNTER)).size[2]
+    top = rows["counter_1"]["position"][2] + height / 2
+    assert top == pytest.approx(TOP_M, abs=1e-6)
+    assert json.loads(document.write_kitchen(kitchen(), fixtures()).entries[description.FILE])["id"] == "test_room"
+
+
+def test_the_same_scene_is_the_same_bytes() -> None:
+    first, second = (dict(document.write_kitchen(kitchen(), fixtures()).entries) for _ in range(2))
+    assert first == second
+
+
+def test_numbers_are_none_of_robocasa_and_never_change() -> None:
+    assert description.number_of("l_small__coastal") == 1124275273
+    assert all(description.number_of(name) >= 10**9 for name in ("a", "b"))
+
+
+def test_the_arena_has_the_lights_and_no_unknown_pairs() -> None:
+    items = fixtures()
+    pairs = description.excluded_bodies(kitchen(), items)
+    root = etree.fromstring(arena.write(kitchen(), pairs))
+    assert [light.get("directional") for light in root.iter("light")] == ["true"]
+    assert root.find(".//light").get("ambient")
+    assert len(root.findall(".//exclude")) == len(pairs)
+    bodies = {
+        f"{item.name}_{name}" for item in items for name in ("main", *(link.name for link in item.centered.links))
+    }
+    assert {body for pair in pairs for body in pair} <= bodies
+
+
+def test_before_a_deep_thing_no_place_is_told() -> None:
+    counter = centering.centered(preset(*COUNTER))
+    [region] = [region for region in counter.regions if region.name.startswith("top")]
+    (x, y, _), (width, depth, _) = region.pose.position, region.size
+    left, front = x - width / 2, y - depth / 2
+    [whole] = surfaces.free(counter, [])
+    assert whole.size == pytest.approx(region.size)
+    deep = ((left + 0.1, front + 0.2), (left + 0.5, front + depth))
+    [beside] = surfaces.free(counter, [deep])
+    assert beside.size[0] == pytest.approx(width - 0.5)
+    assert beside.position[0] == pytest.approx(left + 0.5 + (width - 0.5) / 2)
+    shallow = ((left + 0.1, front + 0.3), (left + 0.5, front + depth))
+    assert surfaces.free(counter, [shallow]) == (whole,)
+    everywhere = ((left, front + 0.2), (left + width, front + depth))
+    assert surfaces.free(counter, [everywhere]) == (whole,)
+
+
+def test_the_module_that_is_copied_needs_robocasa_alone() -> None:
+    tree = ast.parse(Path(casa_kitchens.__file__).read_text(encoding="utf-8"))
+    froms = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    plain = [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    assert {str(name).split(".")[0] for name in froms + plain} <= sys.stdlib_module_names
+
+
+@pytest.fixture
+def robocasa(monkeypatch: pytest.MonkeyPatch) -> tuple[ModuleType, ModuleType]:
+    """The two modules of RoboCasa in which names are replaced, each name as a function that says that it was called."""
+    module = ModuleType("robocasa.environments.kitchen.kitchen")
+    vars(module)["KitchenArena"] = lambda layout_id, **_: ("their arena", layout_id)
+    vars(module)["EnvUtils"] = SimpleNamespace(get_single_fixture_sampler=lambda env, cfg: "their sampler")
+    scenes = ModuleType("robocasa.models.scenes.scene_registry")
+    vars(scenes)["get_layout_path"] = lambda layout_id: f"theirs {layout_id}"
+    for made in (module, scenes):
+        monkeypatch.setitem(sys.modules, made.__name__, made)
+    return module, scenes
+
+
+def test_register_touches_only_its_own_kitchens(tmp_path: Path, robocasa: tuple[Any, Any]) -> None:
+    module, scenes = robocasa
+    before = (module.KitchenArena, module.EnvUtils.get_single_fixture_sampler, scenes.get_layout_path)
+    (tmp_path / "kitchens.json").write_text('{"kitchens": {"a__b": 1000000007, "a__c": 1000000008}}')
+    try:
+        assert casa_kitchens.register(tmp_path) == ("a__b", "a__c")
+        assert casa_kitchens.register(tmp_path) == casa_kitchens.ids() == ("a__b", "a__c")
+        assert casa_kitchens.layout_and_style_ids("a__c") == [[1000000008, 1000000008]]
+        assert len(casa_kitchens.layout_and_style_ids()) == 2
+        with pytest.raises(KeyError, match="no kitchen 'z' is registered; there are a__b, a__c"):
+            casa_kitchens.layout_and_style_ids("z")
+        assert casa_kitchens.kitchen_of(SimpleNamespace(layout_id=1000000007)) == "a__b"
+        assert module.KitchenArena(layout_id=3, style_id=3) == ("their arena", 3)
+        assert module.EnvUtils.get_single_fixture_sampler(SimpleNamespace(layout_id=3), {}) == "their sampler"
+        assert scenes.get_layout_path(3) == "theirs 3"
+        assert scenes.get_layout_path(1000000007) == str(tmp_path / "kitchens" / "a__b" / "layout.yaml")
+    finally:
+        casa_kitchens.unregister()
+    assert (module.KitchenArena, module.EnvUtils.get_single_fixture_sampler, scenes.get_layout_path) == before
+    assert casa_kitchens.ids() == ()
