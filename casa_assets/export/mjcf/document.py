@@ -6,14 +6,16 @@ from lxml import etree
 
 from casa_assets.export.mjcf import body, contact, keyframe, label, material, site, visual
 from casa_assets.export.mjcf.scene import stage
-from casa_assets.export.mujoco_values import VIEWER_GROUPS
+from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS, Groups
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
 
 
-def write(asset: Asset) -> Files:
+def write(asset: Asset, groups: Groups = ROBOSUITE_GROUPS) -> Files:
     """The MJCF package of an asset; the same asset is the same bytes.
 
+    Args:
+        groups: of the geoms of `model.xml`.
     Returns:
         `model.xml` (body `object` inside an unnamed body, no floor, no free joint: what robosuite and robocasa merge),
         `scene.xml` (the same body on a floor, free to move where its base is free), `meshes/*.obj` and
@@ -22,19 +24,19 @@ def write(asset: Asset) -> Files:
     meshes = visual.gather_meshes(asset)
     entries = {file.path: file.data for file in meshes.files}
     entries |= {path: image.png for path, image in material.textures(asset).items()}
-    entries["model.xml"] = _model(asset, meshes)
+    entries["model.xml"] = _model(asset, meshes, groups)
     entries["scene.xml"] = _scene(asset, meshes)
     if asset.behavior is not None:
         entries["behavior.json"] = label.behavior_file(asset)
     return Files.of(entries)
 
 
-def _model(asset: Asset, meshes: visual.Meshes) -> bytes:
+def _model(asset: Asset, meshes: visual.Meshes, groups: Groups) -> bytes:
     root = _root(asset.id)
     _add_assets(root, asset, meshes)
     world = etree.SubElement(root, "worldbody")
     outer = etree.SubElement(world, "body")
-    body.add(outer, asset.root, body.BodyContext(asset, meshes, material.names(asset)))
+    body.add(outer, asset.root, body.BodyContext(asset, meshes, material.names(asset), groups))
     site.add_size_sites(outer, asset)
     _add_exclusions_and_labels(root, asset)
     keyframe.add_all(root, asset)

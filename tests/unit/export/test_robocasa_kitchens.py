@@ -22,6 +22,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Light, Placement, Scene
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline.export.robocasa_kitchens import classes
+from casa_assets.registry.families import family
 from tests.assets import write_to
 from tests.family_members import preset
 from tests.scenes import QUARTER
@@ -136,6 +137,15 @@ def test_what_is_told_of_a_kitchen() -> None:
 def test_the_same_scene_is_the_same_bytes() -> None:
     first, second = (dict(document.write_kitchen(kitchen(), fixtures()).entries) for _ in range(2))
     assert first == second
+
+
+def test_cameras_of_robosuite_look_into_the_room() -> None:
+    shown = {}
+    for name in ("room_ceiling", "room_floor"):
+        asset = preset(name, min(family(name).presets))
+        root = etree.fromstring(document.write_fixture(centering.centered(asset)).entries[document.MODEL])
+        shown[name] = {geom.get("group") for geom in root.iter("geom") if geom.get("type") == "mesh"}
+    assert shown == {"room_ceiling": {"4"}, "room_floor": {"1"}}
 
 
 def test_numbers_are_none_of_robocasa_and_never_change() -> None:

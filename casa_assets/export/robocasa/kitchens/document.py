@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from casa_assets.export import mjcf
+from casa_assets.export.mujoco_values import ROBOSUITE_GROUPS, VIEWER_GROUPS
 from casa_assets.export.robocasa import entries
 from casa_assets.export.robocasa.kitchens import arena, description
 from casa_assets.export.robocasa.kitchens.description import Placed
@@ -14,6 +16,7 @@ from casa_assets.model.kitchen.scene import Scene
 
 FIXTURES, KITCHENS = "fixtures", "kitchens"
 MODEL = "model.xml"
+CEILING = "ceiling"
 
 
 def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...]) -> Files:
@@ -30,8 +33,14 @@ def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...]) -> Files:
 
 
 def write_fixture(asset: Asset) -> Files:
-    """`model.xml` of a centred fixture with the meshes and images that it names."""
-    files: Mapping[str, bytes] = mjcf.write(asset).entries
+    """`model.xml` of a centred fixture with the meshes and images that it names.
+
+    A ceiling and the outer faces of walls are in a group that the cameras of robosuite do not show, so that these see
+    into the room from outside.
+    """
+    visuals = VIEWER_GROUPS.shell if asset.labels.category == CEILING else ROBOSUITE_GROUPS.visuals
+    groups = replace(ROBOSUITE_GROUPS, visuals=visuals, shell=VIEWER_GROUPS.shell)
+    files: Mapping[str, bytes] = mjcf.write(asset, groups).entries
     return Files.of(
         {path: data for path, data in files.items() if path == MODEL or path.startswith(("meshes/", "textures/"))}
     )
