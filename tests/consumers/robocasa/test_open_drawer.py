@@ -23,18 +23,21 @@ HERE = Path(__file__).parent
 PAGE = blocks("docs/robocasa.md")
 OUT = "out/kitchens"
 KITCHENS = ("one_wall_small__rustic", "l_small__coastal")
-SEEDS = 4
+SEEDS = 10
 # What the robosuite on the index lacks, before what a user writes.
 SHIMS = f"import sys\nsys.path.insert(0, {str(HERE)!r})\nimport shims\nshims.install()\n"
 SAY = "\nimport json\nprint(json.dumps([casa_kitchens.kitchen_of(env), env._check_success(), len(env.objects)]))\n"
-# One kitchen is drawn for each seed; its drawer is pulled out by its state.
+# One kitchen is drawn for each seed until all were; its drawer is pulled out by its state.
 DRAW = f"""
 import json, sys
 sys.path.insert(0, FOLDER)
 import casa_kitchens, casa_objects, robocasa, robosuite
 casa_objects.register()
 casa_kitchens.register()
+drawn = set()
 for seed in range({SEEDS}):
+    if len(drawn) == {len(KITCHENS)}:
+        break
     env = robosuite.make("OpenDrawer", robots="PandaOmron", layout_and_style_ids=casa_kitchens.layout_and_style_ids(),
                          seed=seed, has_renderer=False, has_offscreen_renderer=False, use_camera_obs=False,
                          obj_registries=("casa",))
@@ -43,6 +46,7 @@ for seed in range({SEEDS}):
     env.drawer.open_door(env, min=1.0, max=1.0)
     env.sim.forward()
     print(json.dumps([casa_kitchens.kitchen_of(env), before, env._check_success()]))
+    drawn.add(casa_kitchens.kitchen_of(env))
     env.close()
 """
 
@@ -101,4 +105,4 @@ def test_what_is_written_opens_the_kitchen_that_it_names(
 def test_a_drawer_opens_in_kitchens_drawn_at_random(exported: Path, tmp_path: Path) -> None:
     rows = ran(DRAW.replace("FOLDER", repr(str(exported))), tmp_path)
     assert {row[0] for row in rows} == set(KITCHENS)
-    assert [row[1:] for row in rows] == [[False, True]] * SEEDS
+    assert [row[1:] for row in rows] == [[False, True]] * len(rows)

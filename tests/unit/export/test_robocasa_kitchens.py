@@ -81,7 +81,7 @@ def test_what_is_divided_and_centred_moves_as_before(which: tuple[str, str], tmp
         for number, part in enumerate(parts.divide(whole)):
             middle = np.array(centering.main_center(part.asset))
             moved = positions(centering.centered(part.asset), tmp_path / f"{number}_{opened}", opened)
-            found |= {name: place + middle for name, place in moved.items()}
+            found |= {name: part.whole_from_part.apply(place + middle) for name, place in moved.items()}
         assert found.keys() == expected.keys()
         for name, place in expected.items():
             assert found[name] == pytest.approx(place, abs=1e-6), name
@@ -108,16 +108,25 @@ def test_frames_lie_in_the_middle_of_main() -> None:
                 assert place.position == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_an_l_shaped_worktop_becomes_two_that_are_as_wide_as_they_seem() -> None:
-    whole = preset(*CORNER)
-    first, second = parts.divide(whole)
-    faces = [sum(len(v.mesh.faces) for link in p.asset.links for v in link.visuals) for p in (first, second)]
-    assert sum(faces) == sum(len(v.mesh.faces) for link in whole.links for v in link.visuals)
-    assert min(faces) > 0
-    boxes = [centering.main_region(p.asset) for p in (first, second)]
-    assert abs(boxes[0].pose.position[1] - boxes[1].pose.position[1]) == pytest.approx(
-        (boxes[0].size[1] + boxes[1].size[1]) / 2
-    )
+@pytest.mark.parametrize("which", ["left", "right"])
+def test_an_l_shaped_worktop_becomes_two_that_face_the_room(which: str) -> None:
+    whole = preset("counter_corner", which)
+    wide, deep = centering.main_region(whole).size[:2]
+    back = next(region.size[1] for region in whole.regions if region.name == "top")
+    side = next(region.size[0] for region in whole.regions if region.name == parts.SIDE_TOP)
+    for is_corner_of_side in (False, True):
+        found = parts.divide(whole, is_corner_of_side)
+        faces = [sum(len(v.mesh.faces) for link in part.asset.links for v in link.visuals) for part in found]
+        assert sum(faces) == sum(len(v.mesh.faces) for link in whole.links for v in link.visuals)
+        assert min(faces) > 0
+        sizes = [centering.main_region(part.asset).size[:2] for part in found]
+        if is_corner_of_side:
+            assert sizes == [pytest.approx((wide - side, back)), pytest.approx((deep, side))]
+        else:
+            assert sizes == [pytest.approx((wide, back)), pytest.approx((deep - back, side))]
+        # The wall behind the second arm is on the other side of its front, which looks into the room.
+        front = found[1].whole_from_part.rotation @ np.array([0.0, -1.0, 0.0])
+        assert front == pytest.approx([1.0 if which == "left" else -1.0, 0.0, 0.0], abs=1e-9)
 
 
 def test_what_is_told_of_a_kitchen() -> None:

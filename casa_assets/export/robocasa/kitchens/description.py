@@ -29,6 +29,7 @@ LEVEL_HEIGHTS = (1.0, 1.5)
 # A thing stands on a worktop where its foot is this close to the surface, metres.
 MAX_GAP_M = 0.02
 PLAIN = "Fixture"
+QUARTER_TURN = np.pi / 2
 # RoboCasa looks for counters of an island in the group of this name in the layout.
 ISLAND_GROUP = "island_group"
 
@@ -68,17 +69,40 @@ def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
     Args:
         classes: contract of an asset -> name of the class of RoboCasa that reads it.
     """
-    divided = {asset.id: parts.divide(_worktop_without_upstand(asset)) for asset in scene.assets}
+    turned = {place.asset for place in scene.placements if _is_corner_of_side(scene, place)}
+    divided = {a.id: parts.divide(_worktop_without_upstand(a), a.id in turned) for a in scene.assets}
     ready = {(asset, part.name): centering.centered(part.asset) for asset, found in divided.items() for part in found}
     out: list[Placed] = []
     for place in scene.placements:
         for part in divided[place.asset]:
             center = Pose(position=centering.main_center(part.asset))
             asset = ready[place.asset, part.name]
-            pose = place.pose @ center
+            pose = place.pose @ part.whole_from_part @ center
             name = _fixture_name(place.name, part.name, asset, {p.name for p in out})
             out.append(Placed(name, place, part, asset, _class_of(asset, pose, classes), pose))
     return tuple(out)
+
+
+def _is_corner_of_side(scene: Scene, worktop: Placement) -> bool:
+    """Whether a cabinet in the corner of an L-shaped worktop faces as the second arm does.
+
+    RoboCasa parks a robot before the worktop below or above a fixture, on that worktop's front side.
+    """
+    asset = scene.asset_of[worktop.name]
+    side = next((region for region in asset.regions if region.name == parts.SIDE_TOP), None)
+    if side is None:
+        return False
+    (x, y, _), (width, depth, _) = side.pose.position, side.size
+    worktop_from_world = worktop.pose.inverse()
+    back = centering.main_center(asset)[1] + centering.main_region(asset).size[1] / 2
+    for place in scene.placements:
+        cabinet = scene.asset_of[place.name]
+        if cabinet.contract in parts.CABINETS:
+            at = worktop_from_world @ place.pose @ Pose(position=centering.main_center(cabinet))
+            is_within = abs(at.position[0] - x) <= width / 2 and y + depth / 2 <= at.position[1] <= back
+            if is_within and abs(abs(yaw(at)) - QUARTER_TURN) < QUARTER_TURN / 2:
+                return True
+    return False
 
 
 def _worktop_without_upstand(asset: Asset) -> Asset:

@@ -7,6 +7,7 @@ names, and the regions behind them; the rest keeps the carcass.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -36,6 +37,7 @@ _JOINT = re.compile(r"(?:(?P<prefix>\w+?)_)?(?P<kind>slidejoint|leftdoorhinge|ri
 FIXED = Inertial(mass=0.001, center_of_mass=(0.0, 0.0, 0.0), inertia=(1e-6, 1e-6, 1e-6, 0.0, 0.0, 0.0))
 # The second arm of an L-shaped worktop: its free surface, and the board below it.
 SIDE_TOP = "top_side"
+SAME = Pose()
 
 
 @dataclass(frozen=True)
@@ -44,13 +46,15 @@ class Part:
 
     Attributes:
         name: added to the name of the placement; empty for the asset itself or what remains of it.
-        asset: what the fixture consists of, in the frame of the whole. Its `contract` says what it is now.
+        asset: what the fixture consists of; its front looks along -y, and its `contract` says what it is now.
         links: link of the whole -> name of its body in the part, as far as they are in it.
+        whole_from_part: frame of `asset` in that of the whole.
     """
 
     name: str
     asset: Asset
     links: Mapping[str, str]
+    whole_from_part: Pose = SAME
 
 
 @dataclass
@@ -62,12 +66,16 @@ class _Group:
     joints: dict[str, str] = field(default_factory=dict)
 
 
-def divide(asset: Asset) -> tuple[Part, ...]:
-    """The fixtures of an asset, what remains of it first; most are one."""
+def divide(asset: Asset, is_corner_of_side: bool = False) -> tuple[Part, ...]:
+    """The fixtures of an asset, what remains of it first; most are one.
+
+    Args:
+        is_corner_of_side: whether the corner of an L-shaped worktop goes to its second arm.
+    """
     if asset.contract in CABINETS:
         return _divide_cabinet(asset)
     if asset.contract == COUNTER and any(r.name == SIDE_TOP for r in asset.regions):
-        return _divide_worktop(asset)
+        return _divide_worktop(asset, is_corner_of_side)
     return (Part("", asset, {link.name: link.name for link in asset.links}),)
 
 
@@ -228,8 +236,11 @@ def _within(pair: Exclusion, names: Collection[str]) -> bool:
     return pair.first in names and pair.second in names
 
 
-def _divide_worktop(asset: Asset) -> tuple[Part, ...]:
-    """An L-shaped worktop as two rectangles: one along the back wall, one from there along the side wall."""
+def _divide_worktop(asset: Asset, is_corner_of_side: bool) -> tuple[Part, ...]:
+    """An L-shaped worktop as two rectangles: one along the back wall, one along the side wall.
+
+    `main` of one of them covers the corner, for things above and below it.
+    """
     regions = {region.name: region for region in asset.regions}
     side, main = regions[SIDE_TOP], regions[MAIN]
     center, half = _middle(asset, main), np.array(main.size) / 2
@@ -238,14 +249,49 @@ def _divide_worktop(asset: Asset) -> tuple[Part, ...]:
     edge = float(side_center[1] + side_half[1])  # where the second arm meets the first
     root = asset.root
     behind, before = _cut(root, edge)
-    first = box_region(MAIN, np.array([lower[0], edge, lower[2]]), upper)
+    first_lower, first_upper = np.array([lower[0], edge, lower[2]]), upper.copy()
     second_lower = np.array([side_center[0] - side_half[0], lower[1], lower[2]])
     second_upper = np.array([side_center[0] + side_half[0], edge, upper[2]])
+    is_right = side_center[0] > center[0]
+    if is_corner_of_side:
+        second_upper[1] = upper[1]
+        if is_right:
+            first_upper[0] = second_lower[0]
+        else:
+            first_lower[0] = second_upper[0]
     rest = [region for region in asset.regions if region.name not in (MAIN, SIDE_TOP)]
     second = [side.replace(name="top"), box_region(MAIN, second_lower, second_upper)]
+    names = {root.name: root.name}
+    arm = _selected(asset, "side", [before.replace(inertial=FIXED)], second, {})
+    # The front of the second arm looks along x.
+    turn = Pose(quaternion=(math.sqrt(0.5), 0.0, 0.0, -math.sqrt(0.5) if is_right else math.sqrt(0.5)))
     return (
-        Part("", _selected(asset, "", [behind], [*rest, first], {}), {root.name: root.name}),
-        Part("side", _selected(asset, "side", [before.replace(inertial=FIXED)], second, {}), {}),
+        Part("", _selected(asset, "", [behind], [*rest, box_region(MAIN, first_lower, first_upper)], {}), names),
+        Part("side", _turned(arm, turn), names, turn),
+    )
+
+
+def _turned(asset: Asset, turn: Pose) -> Asset:
+    """An asset of one link without joints in a frame that is turned by a quarter turn about z."""
+    back = turn.inverse()
+    rotation = np.round(back.rotation)
+    root = asset.root
+    visuals = [
+        visual.replace(
+            mesh=visual.mesh.with_vertices(
+                visual.mesh.vertices @ rotation.T,
+                None if visual.mesh.normals is None else visual.mesh.normals @ rotation.T,
+            )
+        )
+        for visual in root.visuals
+    ]
+    colliders = [collider.replace(pose=back @ collider.pose) for collider in root.colliders]
+    regions = []
+    for region in asset.regions:
+        center, half = rotation @ np.array(region.pose.position), np.abs(rotation @ np.array(region.size)) / 2
+        regions.append(box_region(region.name, center - half, center + half))
+    return asset.replace(
+        links=(root.replace(visuals=tuple(visuals), colliders=tuple(colliders)),), regions=tuple(regions)
     )
 
 
