@@ -43,7 +43,7 @@ for seed in range({SEEDS}):
                          obj_registries=("casa",))
     env.reset()
     before = env._check_success()
-    env.drawer.open_door(env, min=1.0, max=1.0)
+    env.drawer.open_door(env, min=1.0, max=1.0, partial_open=False)
     env.sim.forward()
     print(json.dumps([casa_kitchens.kitchen_of(env), before, env._check_success()]))
     drawn.add(casa_kitchens.kitchen_of(env))
