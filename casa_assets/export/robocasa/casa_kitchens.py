@@ -17,6 +17,7 @@ does what it did; `unregister` puts the old ones back. Nothing but RoboCasa and 
 
 from __future__ import annotations
 
+import copy
 import importlib
 import json
 import math
@@ -155,7 +156,20 @@ class _Standing:
     def sample(self, placed_objects: Any = None, **_: Any) -> dict[str, Any]:
         """Name -> (position, quaternion (w, x, y, z), fixture), whatever else is placed."""
         array = _module("numpy").array
-        return {f.name: (tuple(f.casa["position"]), array(f.casa["quaternion"]), f) for f in self.fixtures}
+        return {f.name: (tuple(f.casa["position"]), array(f.casa["quaternion"]), _foot_of(f)) for f in self.fixtures}
+
+
+def _foot_of(fixture: Any) -> Any:
+    """A fixture whose box ends below its trays: the worktop under it stays free, and a plate inside may be filled."""
+    foot = copy.copy(fixture)
+
+    def points(trans: Any = None, rot: Any = None) -> list[Any]:
+        corners = fixture.get_bbox_points(trans=trans, rot=rot)
+        top = min(float(corner[2]) for corner in corners) + fixture.casa["solid_height"]
+        return [_module("numpy").array([x, y, min(float(z), top)]) for x, y, z in corners]
+
+    foot.get_bbox_points = points
+    return foot
 
 
 class _ArenaParts:

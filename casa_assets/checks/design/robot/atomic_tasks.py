@@ -9,12 +9,15 @@ import re
 from collections.abc import Callable, Sequence
 
 from casa_assets.checks.design.robot import tasks
-from casa_assets.checks.design.robot.placing import worktop_regions
+from casa_assets.checks.design.robot.placing import ABOVE_M, worktop_regions
 from casa_assets.checks.design.robot.task_view import AtomicTask, TaskFinding, TaskView
-from casa_assets.model.kitchen.floor import Fixture, Role
+from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, Role
 
 SHELF_BOTTOM_M = (1.0, 1.5)  # heights between which a wall cabinet's shelf has to lie
 BOARD_M = 0.6  # width and depth of the worktop that a cutting board and what lies around it want
+# What RoboCasa takes for a free piece of a worktop with an appliance on it: its width beside the appliance, or its
+# depth before it, metres.
+FREE_WIDTH_M, FREE_DEPTH_M = 0.40, 0.25
 
 Found = tuple[Fixture, ...]
 Finding = Callable[[TaskView], tuple[Found, str]]
@@ -76,6 +79,39 @@ def _worktops(side: float) -> Finding:
     return find
 
 
+def _microwaves_with_worktop(view: TaskView) -> tuple[Found, str]:
+    """Microwaves; where one stands on a worktop, RoboCasa has to find room for a plate before or beside it."""
+    found, wants = _as_before(tasks.microwaves)(view)
+    tops = [region for _, region in worktop_regions(view.facts)]
+    roomy = tuple(f for f in found if all(_has_room(f, top.footprint) for top in tops if _is_on(f, top)))
+    return (
+        roomy,
+        wants if not found else f"{FREE_WIDTH_M} m of worktop beside a microwave, or {FREE_DEPTH_M} m before it",
+    )
+
+
+def _is_on(fixture: Fixture, top: FixtureRegion) -> bool:
+    across, before = top.footprint.to_local(fixture.footprint.center)
+    width, depth = top.footprint.size
+    return abs(fixture.bottom - top.bottom) < ABOVE_M / 2 and abs(across) < width / 2 and -depth < before < 0
+
+
+def _has_room(fixture: Fixture, top: Footprint) -> bool:
+    corners = [top.to_local(corner) for corner in fixture.footprint.corners]
+    left, right = min(c[0] for c in corners), max(c[0] for c in corners)
+    half = top.size[0] / 2
+    return max(left + half, half - right) >= FREE_WIDTH_M or -max(c[1] for c in corners) >= FREE_DEPTH_M
+
+
+def _toasters_for_bread(view: TaskView) -> tuple[Found, str]:
+    """Toasters whose slots run from front to back, as RoboCasa turns bread that it puts into them."""
+    found, wants = _TOASTER(view)
+    slots = {f.name: [r.footprint.size for r in f.regions if re.fullmatch(_SLOTS, r.name)] for f in found}
+    fitting = tuple(f for f in found if all(width < depth for width, depth in slots[f.name]))
+    return fitting, wants if not found else "a toaster whose slots run from front to back"
+
+
+_SLOTS = "(side[LR]_)?slot[LR]"
 _MICROWAVE = _having([Role.MICROWAVE], "microjoint", "tray", "a microwave with a door and a tray")
 _FRIDGE = _having([Role.FRIDGE], ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door")
 _FRIDGE_DRAWER = _having(
@@ -83,7 +119,7 @@ _FRIDGE_DRAWER = _having(
 )
 _OVEN = _having([Role.OVEN], ".*door_joint", "rack[01]", "an oven beside a hob, with a rack")
 _DISHWASHER = _having([Role.DISHWASHER], "door_joint", "rack1", "a dishwasher with an upper rack")
-_TOASTER = _having([Role.TOASTER], ".*lever.*", "(side[LR]_)?slot[LR]", "a toaster with a lever and slots")
+_TOASTER = _having([Role.TOASTER], ".*lever.*", _SLOTS, "a toaster with a lever and slots")
 _TOASTER_OVEN = _of_category("toaster_oven", ".*door_joint", "a toaster oven")
 _KETTLE = _of_category("electric_kettle", "lid_joint", "an electric kettle with a lid")
 _MIXER = _of_category("stand_mixer", "head_joint", "a stand mixer whose head tilts")
@@ -106,7 +142,7 @@ ATOMIC_TASKS: dict[str, Finding] = {
     **dict.fromkeys(("OpenMicrowave", "CloseMicrowave"), _MICROWAVE),
     "TurnOnMicrowave": _as_before(lambda view: tasks.heated(view, "start_button")),
     "TurnOffMicrowave": _as_before(lambda view: tasks.heated(view, "stop_button")),
-    **dict.fromkeys(("PickPlaceCounterToMicrowave", "PickPlaceMicrowaveToCounter"), _as_before(tasks.microwaves)),
+    **dict.fromkeys(("PickPlaceCounterToMicrowave", "PickPlaceMicrowaveToCounter"), _microwaves_with_worktop),
     **dict.fromkeys(("TurnOnStove", "TurnOffStove", "LowerHeat"), _STOVE),
     **dict.fromkeys(("PickPlaceCounterToStove", "PickPlaceStoveToCounter"), _STOVE_AND_COUNTER),
     **dict.fromkeys(
@@ -116,7 +152,8 @@ ATOMIC_TASKS: dict[str, Finding] = {
     "AdjustWaterTemperature": _as_before(lambda view: tasks.faucet(view, "handle_temp_joint")),
     **dict.fromkeys(("PickPlaceCounterToSink", "PickPlaceSinkToCounter"), _SINK),
     **dict.fromkeys(("StartCoffeeMachine", "CoffeeSetupMug", "CoffeeServeMug"), _COFFEE),
-    **dict.fromkeys(("TurnOnToaster", "PickPlaceToasterToCounter"), _TOASTER),
+    "TurnOnToaster": _TOASTER,
+    "PickPlaceToasterToCounter": _toasters_for_bread,
     **dict.fromkeys(("OpenToasterOvenDoor", "CloseToasterOvenDoor", "SlideToasterOvenRack"), _TOASTER_OVEN),
     **dict.fromkeys(("AdjustToasterOvenTemperature", "TurnOnToasterOven"), _TOASTER_OVEN),
     **dict.fromkeys(("PickPlaceCounterToToasterOven", "PickPlaceToasterOvenToCounter"), _TOASTER_OVEN),

@@ -27,6 +27,8 @@ FIRST_NUMBER, NUMBERS = 1_000_000_000, 1_000_000_000
 # Heights between which RoboCasa looks for shelves of a wall cabinet, metres. Ref: robocasa v1.0, fixture_is_type.
 LEVEL_HEIGHTS = (1.0, 1.5)
 # A thing stands on a worktop where its foot is this close to the surface, metres.
+# Even what is open from its foot up is in the way of what is put beside it.
+MIN_SOLID_M = 0.02
 MAX_GAP_M = 0.02
 PLAIN = "Fixture"
 QUARTER_TURN = np.pi / 2
@@ -185,6 +187,7 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
                 "quaternion": [decimals(float(c), 12) for c in item.pose.quaternion],
                 "is_free": _is_free(item),
                 "is_standing": item in standing,
+                "solid_height": _solid_height(item),
                 "facts": _facts(item, standing),
                 "start": {at.joint: at.value for at in item.placement.joints if _has_joint(item, at.joint)},
             }
@@ -195,6 +198,14 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
 
 def _has_joint(item: Placed, joint: str) -> bool:
     return any(j.name == joint for j in item.centered.joints)
+
+
+def _solid_height(item: Placed) -> float:
+    """How far above its foot nothing is put into it, metres: up to its lowest shelf, tray or slot."""
+    main = centering.main_region(item.centered)
+    foot = main.pose.position[2] - main.size[2] / 2
+    floors = [r.pose.position[2] - r.size[2] / 2 - foot for r in item.centered.regions if r.name != main.name]
+    return decimals(min(max(MIN_SOLID_M, min(floors, default=main.size[2])), main.size[2]), 9)
 
 
 def _is_free(item: Placed) -> bool:

@@ -25,7 +25,7 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
 from casa_assets.core.sampling import rng_for
 from casa_assets.geometry.planar import contains_point, distance, length_inside, outline_of, penetration_depth
-from casa_assets.model.kitchen.floor import KitchenFacts, ParkingSide, Role, RoomWall
+from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, KitchenFacts, ParkingSide, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
 from tests.reference_kitchen import DOOR, WALLS, changed, kitchen, thing, with_more
@@ -269,6 +269,32 @@ class TestAtomicTasks:
         after = {t.task for t in DesignSubject(changed(kitchen(), name, None)).atomic_tasks if t.fixtures}
         assert lost <= before - after
         assert "OpenDrawer" in after
+
+    @pytest.mark.parametrize(
+        ("width", "depth", "is_afforded"), [(0.85, 0.65, False), (0.91, 0.65, True), (0.6, 0.7, True)]
+    )
+    def test_a_plate_needs_room_beside_or_before_a_microwave_on_a_worktop(
+        self, width: float, depth: float, is_afforded: bool
+    ) -> None:
+        """The microwave is 0.5 m wide, its front 0.44 m from the wall; it stands at the left end of the worktop."""
+        top = next(f for f in kitchen().fixtures if f.name == "worktop_0")
+        foot = Footprint(center=(1.1 + width / 2, -depth / 2), size=(width, depth))
+        region = top.regions[0].replace(footprint=foot)
+        facts = changed(kitchen(), top.name, top.replace(footprint=foot, regions=(region,)))
+        found = {t.task: t for t in DesignSubject(facts).atomic_tasks}["PickPlaceCounterToMicrowave"]
+        assert bool(found.fixtures) == is_afforded
+        assert ("worktop beside a microwave" in found.wants) != is_afforded
+
+    @pytest.mark.parametrize(("size", "is_afforded"), [((0.03, 0.14), True), ((0.26, 0.03), False)])
+    def test_bread_goes_into_slots_from_front_to_back(self, size: Vec2, is_afforded: bool) -> None:
+        place = next(f for f in kitchen().fixtures if f.name == "microwave")
+        foot = Footprint(center=place.footprint.center, size=size)
+        slot = FixtureRegion(name="slotL", footprint=foot, bottom=0.95, top=1.1)
+        lever = place.joints[0].replace(name="lever_joint")
+        toaster = place.replace(name="toaster", role=Role.TOASTER, regions=(slot,), joints=(lever,))
+        found = {t.task: t for t in DesignSubject(changed(kitchen(), place.name, toaster)).atomic_tasks}
+        assert found["TurnOnToaster"].fixtures == ("toaster",)
+        assert bool(found["PickPlaceToasterToCounter"].fixtures) == is_afforded
 
 
 def test_picture_shows_the_floor_that_is_reached() -> None:

@@ -153,8 +153,8 @@ class TestImports:
                 if loads and not isinstance(node.args[0], ast.Constant):
                     loading.add(module)
         # The server of workers is given names by those that call it, in whose text they stand; the renderer takes a
-        # module of MuJoCo; the names that the package offers stand in a table of it; what opens our kitchens in RoboCasa
-        # runs there and loads RoboCasa's modules.
+        # module of MuJoCo; the names that the package offers stand in a table of it; what opens our kitchens in
+        # RoboCasa runs there and loads RoboCasa's modules.
         assert loading == {
             "casa_assets",
             "casa_assets.export.robocasa.casa_kitchens",
