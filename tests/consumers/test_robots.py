@@ -83,3 +83,14 @@ def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
     assert done.returncode == 2
     assert "--models" in done.stderr
     assert "robosuite 1.5.2" in " ".join(done.stderr.split())
+
+
+def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
+    (panda,) = PLACE.glob("lib/python3*/site-packages/robosuite/models/assets/robots/panda/robot.xml")
+    picture = tmp_path / "drawer.png"
+    command = [sys.executable, str(ROOT / "examples" / "open_drawer_panda.py"), str(panda), str(picture)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MUJOCO_GL": "egl"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "is open by 0.2" in done.stdout
+    assert picture.stat().st_size > 50_000
