@@ -15,7 +15,7 @@ from casa_assets.export.robocasa.kitchens import description, document
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.cache.cache_folder import cache_dir
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt, run_batch
@@ -51,9 +51,9 @@ def export_kitchens(recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0)
     """
     work = partial(export_one, root=staged, cache=cache_dir())
     numbers: dict[int, str] = {}
-    for number, answer in run_batch(work, recipes, staged, jobs, f"{__name__}:warm", WORKER_BYTES):
+    for number, answer in run_batch(work, recipes, staged, jobs, WARM, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
-            raise BatchFault([recipes[number].scene_id])
+            raise BatchFault([recipes[number].scene_id], answer.text)
         if answer.is_fault:
             raise BatchFault([answer.id], answer.message)
         if answer.message:
@@ -62,11 +62,6 @@ def export_kitchens(recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0)
         if twin != answer.id:
             raise CasaError(f"{answer.id} and {twin} have the same number; export them into two folders")
         yield answer
-
-
-def warm() -> None:
-    """Load what every worker needs, once for all of them."""
-    registry.load()
 
 
 def export_one(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:

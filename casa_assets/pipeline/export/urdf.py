@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from casa_assets import registry
 from casa_assets.checks.check import Problem
 from casa_assets.checks.package.urdf import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
@@ -21,7 +20,7 @@ from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES, recipes_matching
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
@@ -94,17 +93,12 @@ def export_scenes(patterns: Sequence[str], out: Path, jobs: int = 0) -> Generato
 
     def results(staged: Path) -> Iterator[UrdfResult]:
         work = partial(export_scene, root=staged, cache=cache_dir())
-        for number, answer in run_batch(work, recipes, staged, jobs, f"{__name__}:warm", WORKER_BYTES):
+        for number, answer in run_batch(work, recipes, staged, jobs, WARM, WORKER_BYTES):
             if isinstance(answer, WorkerFailure):
                 answer = UrdfResult(recipes[number].scene_id, message=answer.text, is_fault=True)
             yield replace(answer, total=len(recipes))
 
     yield from _exported(out, SCENES, results)
-
-
-def warm() -> None:
-    """Load what every worker needs, once for all of them."""
-    registry.load()
 
 
 def export_scene(recipe: SceneRecipe, root: Path, cache: Path) -> UrdfResult:

@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from casa_assets import registry
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import CasaError, PlanConflict, RegistryError, UnknownId
 from casa_assets.families.family import Params
@@ -32,6 +33,12 @@ from casa_assets.registry.families import families, family
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 MAX_LENGTH_DRAWS = 20
+WARM = f"{__name__}:warm"  # for pools of workers that build scenes
+
+
+def warm() -> None:
+    """Load what every worker that builds scenes needs, once for all of them."""
+    registry.load()
 
 
 @lru_cache(maxsize=1)

@@ -11,13 +11,11 @@ from collections.abc import Callable, Sequence
 from casa_assets.checks.design.robot import tasks
 from casa_assets.checks.design.robot.placing import ABOVE_M, worktop_regions
 from casa_assets.checks.design.robot.task_view import AtomicTask, TaskFinding, TaskView
+from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M, SHELF_HEIGHTS_M
 from casa_assets.model.kitchen.floor import Fixture, FixtureRegion, Footprint, Role
 
-SHELF_BOTTOM_M = (1.0, 1.5)  # heights between which a wall cabinet's shelf has to lie
 BOARD_M = 0.6  # width and depth of the worktop that a cutting board and what lies around it want
-# What RoboCasa takes for a free piece of a worktop with an appliance on it: its width beside the appliance, or its
-# depth before it, metres.
-FREE_WIDTH_M, FREE_DEPTH_M = 0.40, 0.25
+_SLOTS = "(side[LR]_)?slot[LR]"  # regions of a toaster
 
 Found = tuple[Fixture, ...]
 Finding = Callable[[TaskView], tuple[Found, str]]
@@ -61,7 +59,7 @@ def _as_before(finding: Callable[[TaskView], TaskFinding]) -> Finding:
 
 
 def _cabinets(view: TaskView) -> tuple[Found, str]:
-    low, high = SHELF_BOTTOM_M
+    low, high = SHELF_HEIGHTS_M
     return tuple(
         f
         for f in tasks.uppers(view, (1, 2))
@@ -84,10 +82,8 @@ def _microwaves_with_worktop(view: TaskView) -> tuple[Found, str]:
     found, wants = _as_before(tasks.microwaves)(view)
     tops = [region for _, region in worktop_regions(view.facts)]
     roomy = tuple(f for f in found if all(_has_room(f, top.footprint) for top in tops if _is_on(f, top)))
-    return (
-        roomy,
-        wants if not found else f"{FREE_WIDTH_M} m of worktop beside a microwave, or {FREE_DEPTH_M} m before it",
-    )
+    room = f"{MIN_SURFACE_M[0]} m of worktop beside a microwave, or {PLATE_DEPTH_M} m before it"
+    return roomy, room if found else wants
 
 
 def _is_on(fixture: Fixture, top: FixtureRegion) -> bool:
@@ -100,7 +96,7 @@ def _has_room(fixture: Fixture, top: Footprint) -> bool:
     corners = [top.to_local(corner) for corner in fixture.footprint.corners]
     left, right = min(c[0] for c in corners), max(c[0] for c in corners)
     half = top.size[0] / 2
-    return max(left + half, half - right) >= FREE_WIDTH_M or -max(c[1] for c in corners) >= FREE_DEPTH_M
+    return max(left + half, half - right) >= MIN_SURFACE_M[0] or -max(c[1] for c in corners) >= PLATE_DEPTH_M
 
 
 def _toasters_for_bread(view: TaskView) -> tuple[Found, str]:
@@ -108,10 +104,9 @@ def _toasters_for_bread(view: TaskView) -> tuple[Found, str]:
     found, wants = _TOASTER(view)
     slots = {f.name: [r.footprint.size for r in f.regions if re.fullmatch(_SLOTS, r.name)] for f in found}
     fitting = tuple(f for f in found if all(width < depth for width, depth in slots[f.name]))
-    return fitting, wants if not found else "a toaster whose slots run from front to back"
+    return fitting, "a toaster whose slots run from front to back" if found else wants
 
 
-_SLOTS = "(side[LR]_)?slot[LR]"
 _MICROWAVE = _having([Role.MICROWAVE], "microjoint", "tray", "a microwave with a door and a tray")
 _FRIDGE = _having([Role.FRIDGE], ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door")
 _FRIDGE_DRAWER = _having(

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from casa_assets.core.robocasa import SHELF_HEIGHTS_M
 from casa_assets.core.rounding import decimals
 from casa_assets.export.robocasa.kitchens import centering, parts, surfaces
 from casa_assets.export.robocasa.kitchens.parts import Part
@@ -24,12 +25,10 @@ FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
 FORMAT = 1
 # Below this RoboCasa has numbers of its own; numbers of ours fit into 32 bits.
 FIRST_NUMBER, NUMBERS = 1_000_000_000, 1_000_000_000
-# Heights between which RoboCasa looks for shelves of a wall cabinet, metres. Ref: robocasa v1.0, fixture_is_type.
-LEVEL_HEIGHTS = (1.0, 1.5)
 # A thing stands on a worktop where its foot is this close to the surface, metres.
-# Even what is open from its foot up is in the way of what is put beside it.
-MIN_SOLID_M = 0.02
 MAX_GAP_M = 0.02
+# Even what is open from its foot up is in the way of what is put beside it, up to this height, metres.
+MIN_SOLID_M = 0.02
 PLAIN = "Fixture"
 QUARTER_TURN = np.pi / 2
 # RoboCasa looks for counters of an island in the group of this name in the layout.
@@ -153,7 +152,7 @@ def _class_of(asset: Asset, pose: Pose, classes: Mapping[str, str]) -> str:
         return {"floor": "Floor", "wall": "Wall"}.get(category, PLAIN)
     found = classes.get(contract, PLAIN)
     if found == "OpenCabinet" and not any(
-        LEVEL_HEIGHTS[0] <= _bottom(pose, region) <= LEVEL_HEIGHTS[1]
+        SHELF_HEIGHTS_M[0] <= _bottom(pose, region) <= SHELF_HEIGHTS_M[1]
         for region in asset.regions
         if region.name.startswith("level")
     ):

@@ -9,16 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from casa_assets.core.robocasa import MIN_SURFACE_M, PLATE_DEPTH_M
 from casa_assets.core.rounding import decimals
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.record import Vec3
 
 Corner = tuple[float, float]
 Footprint = tuple[Corner, Corner]
-# Room before a thing that is enough, metres: for a plate.
-MIN_DEPTH_M = 0.25
-# Smaller surfaces are none to RoboCasa, metres. Ref: robocasa v1.0, Counter.get_reset_regions.
-MIN_SIZE_M = (0.40, 0.25)
 PREFIX = "top"
 
 
@@ -50,9 +47,9 @@ def _without(region: Region, things: Iterable[Footprint]) -> list[Surface]:
     left, right, front, back = x - width / 2, x + width / 2, y - depth / 2, y + depth / 2
     spans = [(left, right)]
     for low, high in things:
-        if low[1] < back and high[1] > front and low[1] - front < MIN_DEPTH_M:
+        if low[1] < back and high[1] > front and low[1] - front < PLATE_DEPTH_M:
             spans = [part for span in spans for part in _outside(span, low[0], high[0])]
-    kept = [(a, b) for a, b in spans if b - a >= MIN_SIZE_M[0] and depth >= MIN_SIZE_M[1]] or [(left, right)]
+    kept = [(a, b) for a, b in spans if b - a >= MIN_SURFACE_M[0] and depth >= MIN_SURFACE_M[1]] or [(left, right)]
     return [
         Surface((decimals((a + b) / 2, 9), decimals(y, 9), decimals(z, 9)), (decimals(b - a, 9), depth, height))
         for a, b in kept
