@@ -178,26 +178,13 @@ def _write_manifests(run: _Export, library: Path | None) -> None:
         ]
         files[casa_kitchens.INDEX] = entries.json_bytes({"schema_version": 1, "kitchens": numbers})
         files[KITCHEN_SCRIPT.name] = KITCHEN_SCRIPT.read_bytes()
-        credit += ("\n" if credit else "") + _credit_of_fixtures(run)
+        found = (credit for kitchen in run.kitchens.values() for credit in kitchen.credits)
+        credit += ("\n" if credit else "") + attribution.kitchens_text(run.kitchens, found)
     files[MANIFEST] = entries.json_bytes(manifest)
     files[attribution.NAME] = credit.encode()
     files[README] = _readme(run).encode("ascii")
     for path, data in files.items():
         (run.staged / path).write_bytes(data)
-
-
-def _credit_of_fixtures(run: _Export) -> str:
-    """Markdown: what the kitchens consist of, by licence."""
-    rows = {asset: row for kitchen in run.kitchens.values() for asset, row in kitchen.credits.items()}
-    lines = ["# Attribution of the kitchens", "", f"{len(rows)} assets in {len(run.kitchens)} kitchens.", ""]
-    for licence in sorted({row[1] for row in rows.values()}):
-        lines += [f"## {licence}", ""]
-        for asset in sorted(rows):
-            title, stated, generator = rows[asset]
-            if stated == licence:
-                lines.append(f"- `{asset}`: {title}, made with {generator}")
-        lines.append("")
-    return "\n".join(lines)
 
 
 def _splits(instances: Sequence[entries.Instance]) -> Mapping[str, list[str]]:

@@ -18,6 +18,7 @@ from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.reports import attribution
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 
@@ -28,14 +29,14 @@ class KitchenResult:
 
     Attributes:
         id: of the scene. number: by which RoboCasa knows it. fixtures: count by class.
-        credits: asset -> title, licence and generator. message: why it failed; is_fault: the program is to blame.
+        credits: of its assets. message: why it failed; is_fault: the program is to blame.
         total: kitchens of the export.
     """
 
     id: str
     number: int = 0
     fixtures: dict[str, int] = field(default_factory=dict)
-    credits: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    credits: tuple[attribution.Credit, ...] = ()
     message: str = ""
     is_fault: bool = False
     total: int = 0
@@ -88,8 +89,8 @@ def _export_one(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:
     counts: dict[str, int] = {}
     for placed in fixtures:
         counts[placed.type] = counts.get(placed.type, 0) + 1
-    credits_ = {a.id: (a.provenance.title, a.provenance.licence, a.provenance.generator) for a in scene.assets}
-    return KitchenResult(scene.id, description.number_of(scene.id), dict(sorted(counts.items())), credits_)
+    number, sorted_counts = description.number_of(scene.id), dict(sorted(counts.items()))
+    return KitchenResult(scene.id, number, sorted_counts, attribution.credits_of(scene))
 
 
 @lru_cache(maxsize=1)

@@ -41,13 +41,14 @@ class UrdfResult:
 
     Attributes:
         id: of the asset or scene. urdf: path of its URDF below the export, empty where it was refused.
-        facts: what the manifest says of it besides. message: why it was refused. is_fault: the program is to blame;
-            then that is a trace. total: how many there are.
+        facts: what the manifest says of it besides. credits: of the assets of a kitchen. message: why it was refused.
+            is_fault: the program is to blame; then that is a trace. total: how many there are.
     """
 
     id: str
     urdf: str = ""
     facts: dict[str, Any] = field(default_factory=dict)
+    credits: tuple[attribution.Credit, ...] = ()
     message: str = ""
     is_fault: bool = False
     total: int = 0
@@ -74,7 +75,7 @@ def export_assets(source: Path, out: Path) -> Generator[UrdfResult, None, None]:
         for folder in folders:
             yield replace(_export_asset(folder, staged), total=len(folders))
 
-    yield from _exported(out, ASSETS, results, credit)
+    yield from _exported(out, ASSETS, results, lambda _written: credit)
 
 
 def export_scenes(patterns: Sequence[str], out: Path, jobs: int = 0) -> Generator[UrdfResult, None, None]:
@@ -98,7 +99,13 @@ def export_scenes(patterns: Sequence[str], out: Path, jobs: int = 0) -> Generato
                 answer = UrdfResult(recipes[number].scene_id, message=answer.text, is_fault=True)
             yield replace(answer, total=len(recipes))
 
-    yield from _exported(out, SCENES, results)
+    yield from _exported(out, SCENES, results, _credit_of_kitchens)
+
+
+def _credit_of_kitchens(written: Sequence[UrdfResult]) -> str:
+    """Text of ATTRIBUTION.md."""
+    found = (credit for result in written for credit in result.credits)
+    return attribution.kitchens_text([result.id for result in written], found)
 
 
 def export_scene(recipe: SceneRecipe, root: Path, cache: Path) -> UrdfResult:
@@ -115,13 +122,16 @@ def export_scene(recipe: SceneRecipe, root: Path, cache: Path) -> UrdfResult:
 
 
 def _exported(
-    out: Path, part: str, results: Callable[[Path], Iterator[UrdfResult]], credit: str = ""
+    out: Path,
+    part: str,
+    results: Callable[[Path], Iterator[UrdfResult]],
+    credit: Callable[[Sequence[UrdfResult]], str],
 ) -> Iterator[UrdfResult]:
     """Results of an export into a staging folder, which takes the place of `out` after the last.
 
     Args:
         part: name of the folder in it that holds what was exported. results: writes below the staging folder.
-        credit: text of ATTRIBUTION.md, empty where there is none.
+        credit: what was written -> text of ATTRIBUTION.md.
     Raises:
         BatchFault: by a fault of the program; `out` stays as it was.
     """
@@ -140,8 +150,7 @@ def _exported(
         rows = [{"id": r.id, "urdf": r.urdf, **r.facts} for r in sorted(written, key=lambda r: r.id)]
         (staged / MANIFEST).write_bytes(json_text({"schema_version": SCHEMA_VERSION, part: rows}))
         (staged / README).write_text(_READMES[part], encoding="ascii")
-        if credit:
-            (staged / attribution.NAME).write_text(credit, encoding="utf-8")
+        (staged / attribution.NAME).write_text(credit(written), encoding="utf-8")
         replace_target(staged, out)
 
 
@@ -159,7 +168,7 @@ def _export_scene(recipe: SceneRecipe, staged: Path, cache: Path) -> UrdfResult:
     inside = f"{SCENES}/{scene.id}"
     disk.write_files(staged / inside, kitchen.write(scene))
     facts = {"placements": len(scene.placements), "list": f"{inside}/{kitchen.LIST}"}
-    result = UrdfResult(scene.id, f"{inside}/{kitchen.FILE}", facts)
+    result = UrdfResult(scene.id, f"{inside}/{kitchen.FILE}", facts, attribution.credits_of(scene))
     return _judged(staged, result, scene_differences(staged / inside, scene))
 
 

@@ -26,9 +26,8 @@ from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_folders import build_all, is_current
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
-from casa_assets.pipeline.reports.attribution import escaped
+from casa_assets.pipeline.reports import attribution
 
-ATTRIBUTION = "ATTRIBUTION.md"
 LICENCE_FIELD = re.compile(rb'string asset_license = "([^"\n]*)"')
 AUTHOR_FIELD = re.compile(rb'string author = "([^"\n]*)"')
 # What MJCF and usda name: file="..." and @...@.
@@ -117,7 +116,7 @@ def members_of(folder: Path) -> dict[str, bytes]:
             raise OutputError(str(folder), f"names {path}, which is outside of it and of {assets}; build it again")
         found[path] = _read(folder.parent / path)
         waiting += _references(path, found[path])
-    found[ATTRIBUTION] = _attribution(folder.name, found).encode("utf-8")
+    found[attribution.NAME] = attribution.kitchens_text([folder.name], _credits(found)).encode("utf-8")
     return found
 
 
@@ -188,20 +187,15 @@ def _read(path: Path) -> bytes:
         raise OutputError(str(path), "is missing; build the scene again with --force") from None
 
 
-def _attribution(scene_id: str, members: dict[str, bytes]) -> str:
-    """Markdown: who made the assets of a scene, by licence, as their layers say."""
-    rows: dict[str, list[str]] = {}
+def _credits(members: dict[str, bytes]) -> Iterator[attribution.Credit]:
+    """What the layers of the assets of a scene say of their makers."""
     for path in sorted(p for p in members if p.startswith(f"{SHARED}/{usd.LAYERS}/")):
         licence, author = LICENCE_FIELD.search(members[path]), AUTHOR_FIELD.search(members[path])
         if licence is None:
             continue
         name = author[1].decode() if author else ""
-        by = f" by {escaped(name)}" if name not in ("", "unknown") else ""
-        rows.setdefault(licence[1].decode(), []).append(f"- `{PurePosixPath(path).stem}`{by}")
-    lines = ["# Attribution", "", f"Assets of `{scene_id}`, made by casa-assets, by licence.", ""]
-    for licence_name in sorted(rows):
-        lines += [f"## {escaped(licence_name)}", "", *rows[licence_name], ""]
-    return "\n".join(lines)
+        name = "" if name == "unknown" else name
+        yield attribution.Credit(PurePosixPath(path).stem, licence[1].decode(), author=name)
 
 
 def _put(out: Path, data: bytes) -> None:

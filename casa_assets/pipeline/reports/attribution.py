@@ -1,12 +1,14 @@
-"""ATTRIBUTION.md of a library: who made what, under which licence, generated from the entries."""
+"""ATTRIBUTION.md of a library, an export or a pack: who made what, under which licence."""
 
 from __future__ import annotations
 
 import os
 import re
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
 
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry
 
@@ -14,6 +16,23 @@ NAME = "ATTRIBUTION.md"
 # Of one field; what is longer is no name of a thing, a person or a licence.
 MAX_CHARACTERS = 300
 _WEB_ADDRESS = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]+)?(/[A-Za-z0-9._~/%?=+,;:@-]*)?")
+
+
+@dataclass(frozen=True)
+class Credit:
+    """What is said of one asset; what nobody stated is empty.
+
+    Attributes:
+        id: of the asset. title, author, licence, uri, generator: as its provenance states them. sha256: of its source.
+    """
+
+    id: str
+    licence: str
+    title: str = ""
+    author: str = ""
+    uri: str = ""
+    generator: str = ""
+    sha256: str = ""
 
 
 def write(library: disk.Library, found: Iterable[Entry]) -> None:
@@ -26,26 +45,57 @@ def write(library: disk.Library, found: Iterable[Entry]) -> None:
 
 def text(accepted: list[Entry]) -> str:
     """Markdown: one section per licence, one line per asset with title, author, source and digest."""
-    by_licence: dict[str, list[Entry]] = defaultdict(list)
-    for entry in accepted:
-        by_licence[entry.licence].append(entry)
     lines = ["# Attribution", "", f"{len(accepted)} assets. Changes made to all of them: cleaned, oriented, scaled to"]
     lines += ["metres, simplified where large, given collision shapes, mass and labels; written as MJCF and USD.", ""]
+    return "\n".join([*lines, *_by_licence(map(_credit_of_entry, accepted))])
+
+
+def kitchens_text(kitchens: Collection[str], found: Iterable[Credit]) -> str:
+    """Markdown: what kitchens consist of, one section per licence, one line per asset.
+
+    Args:
+        kitchens: ids of scenes. found: credits of their assets; the same asset may come more than once.
+    """
+    once = {credit.id: credit for credit in found}
+    names = ", ".join(f"`{_in_code(name)}`" for name in sorted(kitchens))
+    lines = ["# Attribution of the kitchens", "", f"{len(once)} assets, of which these kitchens consist: {names}.", ""]
+    return "\n".join([*lines, *_by_licence(once.values())])
+
+
+def credits_of(scene: Scene) -> tuple[Credit, ...]:
+    """One credit for each asset of a kitchen, in their order."""
+    return tuple(
+        Credit(asset.id, said.licence, said.title, said.author, said.uri, said.generator)
+        for asset in scene.assets
+        for said in (asset.provenance,)
+    )
+
+
+def _credit_of_entry(entry: Entry) -> Credit:
+    title = entry.title or entry.source_path.rsplit("/", 1)[-1]
+    return Credit(entry.id, entry.licence, title, entry.author, entry.uri, entry.generator, entry.sha256)
+
+
+def _by_licence(found: Iterable[Credit]) -> Iterator[str]:
+    """Lines: a section for each licence, in which assets stand in the order of their ids."""
+    by_licence: dict[str, list[Credit]] = defaultdict(list)
+    for credit in found:
+        by_licence[credit.licence].append(credit)
     for licence in sorted(by_licence):
-        lines += [f"## {escaped(licence)}", ""]
+        yield from (f"## {escaped(licence)}", "")
         if licence == "unknown":
-            lines += ["The source states no licence; do not pass these on before you have asked.", ""]
-        lines += [_line(e) for e in sorted(by_licence[licence], key=lambda e: e.id)]
-        lines.append("")
-    return "\n".join(lines)
+            yield from ("The source states no licence; do not pass these on before you have asked.", "")
+        yield from (_line(c) for c in sorted(by_licence[licence], key=lambda c: c.id))
+        yield ""
 
 
-def _line(entry: Entry) -> str:
-    title = escaped(entry.title or entry.source_path.rsplit("/", 1)[-1])
-    author = f" by {escaped(entry.author)}" if entry.author else ""
-    made = f", made with {escaped(entry.generator)}" if entry.generator else ""
-    uri = f", {_address(entry.uri)}" if entry.uri else ""
-    return f"- `{_in_code(entry.id)}`: {title}{author}{made}{uri} (source sha256 {_in_code(entry.sha256[:12])})"
+def _line(credit: Credit) -> str:
+    title = f": {escaped(credit.title)}" if credit.title else ""
+    author = f" by {escaped(credit.author)}" if credit.author else ""
+    made = f", made with {escaped(credit.generator)}" if credit.generator else ""
+    uri = f", {_address(credit.uri)}" if credit.uri else ""
+    source = f" (source sha256 {_in_code(credit.sha256[:12])})" if credit.sha256 else ""
+    return f"- `{_in_code(credit.id)}`{title}{author}{made}{uri}{source}"
 
 
 def escaped(words: str) -> str:

@@ -108,6 +108,30 @@ def test_a_kitchen_is_written_and_compared(tmp_path: Path, monkeypatch: pytest.M
     assert not result.message
 
 
+def in_this_process(work: Callable[[SceneRecipe], UrdfResult], recipes: list[SceneRecipe], *_: object) -> object:
+    """As run_batch, one after the other."""
+    return list(enumerate(map(work, recipes)))
+
+
+def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(urdf, "build_scene", built)
+    monkeypatch.setattr(urdf, "run_batch", in_this_process)
+    ids = ["l_small__coastal", "l_small__rustic"]
+    assert [one.id for one in export_scenes(ids, tmp_path / "out", 1)] == ids
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        *("scenes", "urdf_export.json", "README.md", "ATTRIBUTION.md")
+    }
+    lines = (tmp_path / "out" / "ATTRIBUTION.md").read_text().splitlines()
+    assert all(f"`{name}`" in lines[2] for name in ids)
+    told = {line.split("`")[1]: line for line in lines if line.startswith("- ")}
+    assert told.keys() == {asset.id for asset in corner().assets}
+    assert sum(line.startswith("- ") for line in lines) == len(told)
+    for asset in corner().assets:
+        assert f"## {asset.provenance.licence}" in lines
+        assert asset.provenance.title in told[asset.id]
+        assert f"by {asset.provenance.author}" in told[asset.id] or not asset.provenance.author
+
+
 @pytest.mark.parametrize(("error", "is_fault"), [(CasaError("does not fit"), False), (KeyError("a bug"), True)])
 def test_a_kitchen_that_fails_is_told(
     error: Exception, is_fault: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
