@@ -22,6 +22,9 @@ SEAT_SPACING_M = 0.6  # metres per person at a worktop; NKBA planning guideline 
 SEAT_FROM_WALL_M = 0.45  # metres between a wall and the first place at a worktop that begins there
 WORKTOP_WIDTHS_M = {
     "toaster": 0.4,
+    "kettle": 0.32,
+    "blender": 0.27,
+    "stand_mixer": 0.3,
     "knife_block": 0.29,
     "utensil_holder": 0.24,
     "fruit_bowl": 0.36,
@@ -51,8 +54,10 @@ def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitS
 
 def worktop_width(models: StyleModels, role: str) -> float:
     """Approximate width that an item takes up on a worktop, metres."""
+    if role in WORKTOP_WIDTHS_M:
+        return WORKTOP_WIDTHS_M[role]
     width = models.for_role(role).params.get("width")
-    return 0.05 + float(width) if width is not None else WORKTOP_WIDTHS_M.get(role, 0.25)
+    return 0.25 if width is None else 0.05 + float(width)
 
 
 def _side_by_side(slot: UnitSlot, shares: Sequence[float], widths: Sequence[float]) -> list[float]:
