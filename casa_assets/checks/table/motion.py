@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.asset import grip
+from casa_assets.checks.asset import finger_room, grip
 from casa_assets.checks.check import Check
 from casa_assets.checks.motion import clearance, hand_force, joint_travel
 from casa_assets.checks.package.package import Package
@@ -47,6 +47,9 @@ ROWS: tuple[Check, ...] = (
           "rad or m",
           "Left alone for 2 s, closed, no joint stands more than {limit:g} rad or m outside its range; stiffen its "
           "limit, or ease the spring that presses it there."),
+    Check("KIN011", "Room for fingers", ERROR, Asset, finger_room.fingers_have_room, "finger_m", "m",
+          "Fingers of {limit:g} m find room on both sides of each handle and knob of what a family built; let it stand "
+          "out, or deepen the recess behind it."),
     Check("HOL001", "Usable interiors", ERROR, Package, hollow_regions.interiors_hold_a_ball, "hollow_m", "m",
           "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within {mm:g} mm "
           "of its floor and sides; clear the region, or correct its box."),

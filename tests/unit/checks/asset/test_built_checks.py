@@ -68,6 +68,13 @@ def pressed_against_a_soft_stop() -> Asset:
     return joint_changed("key_press", limit_impedance=(0.9, 0.95, 0.001, 0.5, 2.0), limit_margin=0.0)
 
 
+def framed_handle(gap: float) -> Asset:
+    """The handle of its drawer lies on a block, with a ledge so much above it, metres."""
+    block = shape("block", (0.3, 0.022, 0.06), (0.0, -0.231, 0.515))
+    ledge = shape("ledge", (0.3, 0.036, 0.02), (0.0, -0.238, 0.532 + gap))
+    return with_shapes("drawer", block, ledge)
+
+
 # Code -> what it is silent on, and what trips it alone.
 EXAMPLES: dict[str, tuple[Build, Build]] = {
     "AST017": (cupboard, lambda: with_mass_within(0.05)),
@@ -83,6 +90,7 @@ EXAMPLES: dict[str, tuple[Build, Build]] = {
     "KIN008": (lambda: tilted(0.0), lambda: tilted(0.001)),
     "KIN009": (microwave, lambda: stiff_oven(200.0)),
     "KIN010": (cupboard, pressed_against_a_soft_stop),
+    "KIN011": (lambda: framed_handle(0.015), lambda: framed_handle(0.009)),
     "HOL001": (cupboard, lambda: filled_to(0.1)),
 }  # fmt: skip
 
