@@ -28,7 +28,8 @@ MIN_STRETCH_M, STRETCH_PER_PROP_M = 0.5, 0.9
 MAX_ON_WORKTOPS, MAX_ON_SHELVES, MAX_PER_SHELF = 5, 5, 2
 MAX_TRIES = 24
 # The worktop beside these appliances stays free, for what is put in and taken out.
-APPLIANCES, FREE_BESIDE_M = ("range", "hob", "microwave", "coffee_machine"), 0.36
+APPLIANCES = ("range", "hob", "microwave", "coffee_machine", "toaster_oven", "blender", "stand_mixer")
+FREE_BESIDE_M = 0.36
 RANDOM_LANE = "scene/props"
 
 

@@ -96,17 +96,17 @@ def _corner_top(
     first, second = (lines[name] for name in corner.runs)
     a, b = stretches[first.id].pop(), stretches[second.id].pop(0)
     if first.run.joins or second.run.joins:
-        # The worktop along the wall goes through to the seating side; that of the peninsula begins at its edge.
-        if second.run.joins:
-            a, b = (
-                a.with_ends(a.left, first.length + _behind(second)),
-                b.with_ends(standard_sizes.WORKTOP_DEPTH, b.right),
-            )
+        bar, at_wall = (second, first) if second.run.joins else (first, second)
+        if (corner.owner or first.id) == bar.id:
+            # A worktop faces as the cabinet below it: that of the peninsula goes through to the wall over its corner
+            # cabinet, and the one along the wall begins at its edge.
+            end, begin = standard_sizes.WORKTOP_DEPTH, 0.0
         else:
-            a, b = (
-                a.with_ends(a.left, first.length - standard_sizes.WORKTOP_DEPTH),
-                b.with_ends(-_behind(first), b.right),
-            )
+            end, begin = -_behind(bar), standard_sizes.WORKTOP_DEPTH
+        if bar is second:
+            a, b = a.with_ends(a.left, at_wall.length - end), b.with_ends(begin, b.right)
+        else:
+            a, b = a.with_ends(a.left, bar.length - begin), b.with_ends(end, b.right)
         stretches[first.id].append(a)
         stretches[second.id].insert(0, b)
         return
@@ -115,8 +115,11 @@ def _corner_top(
         longer, name = (a, first.id) if b.right - b.left < MIN_ARM_M else (b, second.id)
         stretches[name].insert(len(stretches[name]) if longer is a else 0, longer)
         return
-    arm_a = _arm(a.right, a.left, [s.right for s in a.cutout_slots][::-1], first.left.kind is RunEnd.CORNER)
-    arm_b = _arm(0.0, b.right, [s.left for s in b.cutout_slots], second.right.kind is RunEnd.CORNER)
+    # Two corners share what is between them; the one that comes second takes what the first has left.
+    is_shared = first.left.kind is RunEnd.CORNER and a.left <= 0.0
+    arm_a = _arm(a.right, a.left, [s.right for s in a.cutout_slots][::-1], is_shared)
+    is_shared = second.right.kind is RunEnd.CORNER and b.right >= second.length
+    arm_b = _arm(0.0, b.right, [s.left for s in b.cutout_slots], is_shared)
     if a.right - arm_a - a.left > 0.2:
         stretches[first.id].append(a.part(a.left, round(a.right - arm_a, 4)))
     else:

@@ -66,6 +66,13 @@ def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
     holds(family, preset(family, name))
 
 
+@pytest.mark.parametrize("name", BY_NAME["toaster"].presets)
+def test_slots_of_a_toaster_run_from_front_to_back(name: str) -> None:
+    slots = [r.size for r in preset("toaster", name).regions if "slot" in r.name]
+    assert slots
+    assert all(width < depth for width, depth, _ in slots)
+
+
 @pytest.mark.parametrize("family", list(BY_NAME))
 @pytest.mark.parametrize("seed", [1, 2])
 def test_draws_are_built_to_their_contract(family: str, seed: int) -> None:

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from casa_assets.core.robocasa import MIN_SURFACE_M
+from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.furnish import worktop_width
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
@@ -37,8 +39,8 @@ COOKERS = (BaseKind.RANGE, BaseKind.HOB)
 APPLIANCES = (*COOKERS, BaseKind.DISHWASHER, BaseKind.FRIDGE, BaseKind.OVEN, BaseKind.MICROWAVE)
 # Of the ten original plans: width and depth of the room, metres; whether a hob with a wall oven; stools; window.
 TABLE = {
-    "one_wall_small": (5.5, 3.0, False, 0, False),
-    "one_wall_large": (6.3, 5.0, True, 3, False),
+    "one_wall_small": (5.8, 3.0, False, 0, False),
+    "one_wall_large": (6.5, 5.0, True, 3, False),
     "l_small": (5.2, 5.2, False, 0, True),
     "l_large": (5.2, 5.9, True, 3, True),
     "galley": (3.2, 5.6, False, 0, True),
@@ -203,6 +205,22 @@ class TestContent:
             assert max(doors) > standard_sizes.WIDEST_SINGLE_DOOR, message(kitchen)
             assert any(_stands_free(kitchen, s) for s in of_kind(kitchen, BaseKind.DRAWERS)), message(kitchen)
 
+    def test_small_appliances_stand_in_many_plans(self) -> None:
+        kitchens = [made(name) for name in PLANS]
+        for role in ("blender", "kettle", "stand_mixer", "toaster_oven"):
+            found = {k.plan.id for k in kitchens for w in k.items if w.role == role}
+            assert len(found) >= 4, (role, found)
+            assert {"g_large", "l_large", "u_large", "wraparound"} <= found, role
+
+    def test_a_microwave_has_worktop_beside_it(self, kitchens: list[KitchenRequest]) -> None:
+        """RoboCasa puts a plate there: 0.40 m of one worktop, without a seam."""
+        for kitchen in kitchens:
+            for item in (w for w in kitchen.items if w.role == "microwave" and w.name == "microwave"):
+                half = float(StyleModels(kitchen.style, preset_params()).for_role("microwave").params["width"]) / 2
+                left, right = _worktop_under(kitchen, item)
+                room = max(item.spot.u - half - left, right - item.spot.u - half)
+                assert room >= MIN_SURFACE_M[0], message(kitchen, room)
+
     @pytest.mark.parametrize("style", style_names())
     @pytest.mark.parametrize("name", PLANS)
     def test_fits_every_style(self, name: str, style: str) -> None:
@@ -226,6 +244,24 @@ def _tops_beside(kitchen: KitchenRequest, slot: UnitSlot) -> tuple[float, float]
 def _run_of_top(row: list[UnitSlot]) -> float:
     stops = (*WORKTOP_BREAKS, BaseKind.SINK, BaseKind.HOB)
     return sum(s.width for s in itertools.takewhile(lambda s: s.kind not in stops and s.top < 1.0, row))
+
+
+def _worktop_under(kitchen: KitchenRequest, item: OrderItem) -> tuple[float, float]:
+    """Left and right end, along its run, of the worktop under a thing; of one arm where it goes round a corner."""
+    line = kitchen.lines[item.run]
+    for top in (w for w in kitchen.items if w.role == "counter"):
+        params = top.choice.params
+        if "back_arm" not in params:
+            left, right = (top.spot.u + s * params["width"] / 2 for s in (-1, 1))
+            runs = {top.run: (left, right)}
+        else:
+            first, second = next(c.runs for c in kitchen.plan.corners if top.name == "_".join((*c.runs, "top")))
+            length = kitchen.lines[first].length
+            runs = {first: (length - params["back_arm"], length), second: (params["depth"], params["side_arm"])}
+        left, right = runs.get(line.id, (0.0, 0.0))
+        if left <= item.spot.u <= right:
+            return left, right
+    raise AssertionError(message(kitchen, item.name, "stands on no worktop"))
 
 
 def _crowded(kitchen: KitchenRequest) -> Iterator[str]:

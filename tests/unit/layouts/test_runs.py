@@ -171,11 +171,20 @@ class TestPeninsula:
         .replace("- doors: 0.45", "- doors: [0.4, 0.45]")
     )
 
-    def test_tops_butt_and_do_not_overlap(self, tmp_path: Path) -> None:
-        kitchen = kitchen_of(self.TEXT, tmp_path)
-        bar = kitchen.lines["bar"]
+    @pytest.mark.parametrize(("owner", "begin"), [("bar", 0.0), ("side", standard_sizes.WORKTOP_DEPTH)])
+    def test_tops_butt_over_the_cabinet_in_the_corner(self, owner: str, begin: float, tmp_path: Path) -> None:
+        """The worktop over the corner is that of the run whose cabinet fills it; the other begins at its edge."""
+        text = self.TEXT.replace("owner: bar}", f"owner: {owner}}}")
+        if owner == "side":
+            text = text.replace("length: 1.85\n", f"length: {1.85 + standard_sizes.CORNER_DOOR}\n")
+        kitchen = kitchen_of(text, tmp_path)
+        bar, side = kitchen.lines["bar"], kitchen.lines["side"]
         (top,) = [w for w in kitchen.items if w.run == "bar" and w.role == "counter"]
-        assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(standard_sizes.WORKTOP_DEPTH)
+        assert top.spot.u - top.choice.params["width"] / 2 == pytest.approx(begin)
+        along = [w for w in kitchen.items if w.run == "side" and w.name.startswith("side_top")]
+        end = max(w.spot.u + w.choice.params["width"] / 2 for w in along)
+        behind = bar.run.overhang + standard_sizes.END_PANEL
+        assert end == pytest.approx(side.length + (behind if begin else -standard_sizes.WORKTOP_DEPTH))
         assert top.spot.v == pytest.approx(-bar.run.overhang - standard_sizes.END_PANEL)
         assert top.choice.params["depth"] == pytest.approx(standard_sizes.WORKTOP_DEPTH + 0.32)
 
