@@ -18,6 +18,7 @@ from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult, export_kitchens
+from casa_assets.pipeline.export.scenes import raise_faults
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
@@ -76,7 +77,7 @@ def export(
 ) -> Generator[ExportResult | KitchenResult, None, None]:
     """Write every loose object of a library, and scenes as kitchens, to `out`.
 
-    `out` appears by one rename after the last: before that it is as it was.
+    `out` appears by one rename after the last: before that it is as it was. It stays so where nothing was written.
 
     Args:
         library: made by ingest; None: no objects. out: missing, empty, or an earlier export, which is replaced.
@@ -86,7 +87,7 @@ def export(
         One ExportResult per accepted asset, in their order; then one KitchenResult per scene, as they are done.
     Raises:
         OutputError: the library holds no asset or a damaged one, or `out` is something else or cannot be written.
-        CasaError: a scene cannot be built.
+        BatchFault: scenes failed by a fault of the program; `out` stays as it was.
     """
     folders = [] if library is None else list(disk.Library(library).accepted())
     if library is not None and not folders:
@@ -103,9 +104,14 @@ def export(
             yield replace(_export_asset(folder, run), total=len(folders))
         if library is not None and not run.instances:
             raise OutputError(str(library), "holds no loose object: all its assets are fixtures")
+        built: list[KitchenResult] = []
         for result in export_kitchens(recipes, staged, jobs):
-            run.kitchens[result.id] = result
+            built.append(result)
             yield replace(result, total=len(recipes))
+        raise_faults(built)
+        run.kitchens |= {result.id: result for result in built if not result.message}
+        if not run.kitchens and not run.instances:
+            return
         _write_manifests(run, library)
         replace_target(staged, out)
 

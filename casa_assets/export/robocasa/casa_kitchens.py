@@ -45,6 +45,8 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
     **dict.fromkeys(ROOM, _OF_A_ROOM),
 }
 FREE_JOINT = {"type": "free", "damping": "0.0005"}
+# Where on a worktop RoboCasa looks for room for the lid of a blender that is to be put on: round the blender, in front.
+LID_ON_WORKTOP = {"size": (0.7, 0.4), "pos": ("ref", -1.0), "rotation": (0.0, 0.0)}
 
 _kitchens: dict[int, Path] = {}  # number -> folder of the kitchen
 _numbers: dict[str, int] = {}
@@ -125,7 +127,8 @@ def _arena_for(original: Any) -> Any:
         folder = _folder_of(layout_id)
         if folder is None:
             return original(layout_id=layout_id, style_id=style_id, rng=rng, **options)
-        return _class("Arena")(folder, rng)
+        blenders = (options.get("update_fxtr_cfg_dict") or {}).get("blender", {})
+        return _class("Arena")(folder, rng, blenders.get("aux_fixture_config", {}))
 
     return make
 
@@ -134,6 +137,10 @@ def _sampler_for(original: Any) -> Any:
     def make(env: Any, cfg: Any, *args: Any, **kwargs: Any) -> Any:
         if _folder_of(env.layout_id) is None:
             return original(env, cfg, *args, **kwargs)
+        if blender := getattr(cfg["model"] if isinstance(cfg, dict) else None, "blender", None):
+            counter = env.get_fixture(_module("robocasa.models.fixtures").FixtureType.COUNTER, ref=blender)
+            placement = {"fixture": counter, "sample_region_kwargs": {"ref": blender}, **LID_ON_WORKTOP}
+            return original(env, {**cfg, "placement": placement}, *args, **kwargs)
         return _Standing([env.fixtures[c["name"]] for c in (cfg if isinstance(cfg, list) else [cfg])])
 
     return make
@@ -175,11 +182,17 @@ def _foot_of(fixture: Any) -> Any:
 class _ArenaParts:
     """Reads the arena and the fixtures of a kitchen; mixed with robosuite's Arena."""
 
-    def __init__(self, folder: Path, rng: Any) -> None:
+    def __init__(self, folder: Path, rng: Any, lids: dict[str, Any]) -> None:
+        """`lids` is what a task asks of the lids of blenders: none, beside the blender, or else on it."""
         _module("robosuite.models.arenas").Arena.__init__(self, str(folder / "arena.xml"))
         description = json.loads((folder / "kitchen.json").read_text(encoding="ascii"))
         root = folder.parent.parent
-        self.fixtures = {row["name"]: _fixture(row, root, rng) for row in description["fixtures"]}
+        rows = [row for row in description["fixtures"] if not row["lid_of"] or lids.get("enable", True)]
+        self.fixtures = {row["name"]: _fixture(row, root, rng) for row in rows}
+        for lid in (self.fixtures[row["name"]] for row in rows if row["lid_of"]):
+            blender = self.fixtures[lid.casa["lid_of"]]
+            blender.add_auxiliary_fixture(lid)
+            lid.blender = blender if lids.get("placement") == "parent_region" else None
 
     def get_fixture_cfgs(self) -> list[dict[str, Any]]:
         """Rows as RoboCasa's own arena has them."""

@@ -6,21 +6,17 @@ import os
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export.robocasa.kitchens import description, document
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.pipeline.cache.cache_folder import cache_dir
-from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
+from casa_assets.pipeline.export.scenes import export_scenes
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
-from casa_assets.pipeline.workers.batch import attempt, run_batch
-from casa_assets.pipeline.workers.limits import WorkerFailure
 
 
 @dataclass(frozen=True)
@@ -45,40 +41,32 @@ class KitchenResult:
 def export_kitchens(recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0) -> Iterator[KitchenResult]:
     """Write each scene below a staging folder; yields one KitchenResult per scene as they are done.
 
+    A scene that fails, or has the number of an earlier one, has a message and does not stop the others.
+
     Args:
         jobs: processes; 0 for one per core.
-    Raises:
-        CasaError: a scene cannot be built, or two have one number. BatchFault: by a fault of the program.
     """
-    work = partial(export_one, root=staged, cache=cache_dir())
     numbers: dict[int, str] = {}
-    for number, answer in run_batch(work, recipes, staged, jobs, WARM, WORKER_BYTES):
-        if isinstance(answer, WorkerFailure):
-            raise BatchFault([recipes[number].scene_id], answer.text)
-        if answer.is_fault:
-            raise BatchFault([answer.id], answer.message)
-        if answer.message:
-            raise CasaError(f"{answer.id}: {answer.message}")
-        twin = numbers.setdefault(answer.number, answer.id)
-        if twin != answer.id:
-            raise CasaError(f"{answer.id} and {twin} have the same number; export them into two folders")
-        yield answer
+    for result in export_scenes(export_kitchen, failed_kitchen, recipes, staged, jobs):
+        twin = result.id if result.message else numbers.setdefault(result.number, result.id)
+        if twin == result.id:
+            yield result
+        else:
+            shutil.rmtree(staged / document.KITCHENS / result.id)
+            yield KitchenResult(result.id, message=f"has the same number as {twin}; export them into two folders")
 
 
-def export_one(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:
-    """Build one scene and write its files; a fault is told in `message`.
+def failed_kitchen(scene_id: str, message: str, is_fault: bool) -> KitchenResult:
+    """Outcome for a kitchen that was not written."""
+    return KitchenResult(scene_id, message=message, is_fault=is_fault)
+
+
+def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:
+    """Build one scene and write its files.
 
     Args:
         root: folder of the export. cache: keeps built assets.
     """
-    return attempt(
-        partial(_export_one, recipe, root, cache),
-        lambda message, is_fault: KitchenResult(recipe.scene_id, message=message, is_fault=is_fault),
-        root,
-    )
-
-
-def _export_one(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:
     _, scene = build_scene(recipe, cache)
     fixtures = description.fixtures_of(scene, classes())
     for placed in fixtures:

@@ -5,28 +5,25 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from casa_assets.checks.check import Problem
 from casa_assets.checks.package.urdf import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
-from casa_assets.errors import BatchFault, OutputError
+from casa_assets.errors import OutputError
 from casa_assets.export.urdf import document
 from casa_assets.export.urdf.label import json_text
 from casa_assets.export.urdf.scene import kitchen
-from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.export import scenes
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES, recipes_matching
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.scene_folders import recipes_matching
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
 from casa_assets.pipeline.reports.entry import entry_at
-from casa_assets.pipeline.workers.batch import attempt, run_batch
-from casa_assets.pipeline.workers.limits import WorkerFailure
 
 MANIFEST, README = "urdf_export.json", "README.md"
 ASSETS, SCENES = "assets", "scenes"
@@ -93,11 +90,8 @@ def export_scenes(patterns: Sequence[str], out: Path, jobs: int = 0) -> Generato
     recipes = recipes_matching(patterns)
 
     def results(staged: Path) -> Iterator[UrdfResult]:
-        work = partial(export_scene, root=staged, cache=cache_dir())
-        for number, answer in run_batch(work, recipes, staged, jobs, WARM, WORKER_BYTES):
-            if isinstance(answer, WorkerFailure):
-                answer = UrdfResult(recipes[number].scene_id, message=answer.text, is_fault=True)
-            yield replace(answer, total=len(recipes))
+        for result in scenes.export_scenes(export_scene, failed_scene, recipes, staged, jobs):
+            yield replace(result, total=len(recipes))
 
     yield from _exported(out, SCENES, results, _credit_of_kitchens)
 
@@ -108,17 +102,9 @@ def _credit_of_kitchens(written: Sequence[UrdfResult]) -> str:
     return attribution.kitchens_text([result.id for result in written], found)
 
 
-def export_scene(recipe: SceneRecipe, root: Path, cache: Path) -> UrdfResult:
-    """Build one kitchen and write its files; what is wrong with it is told in `message`.
-
-    Args:
-        root: folder of the export. cache: keeps built assets.
-    """
-    return attempt(
-        partial(_export_scene, recipe, root, cache),
-        lambda message, is_fault: UrdfResult(recipe.scene_id, message=message, is_fault=is_fault),
-        root,
-    )
+def failed_scene(scene_id: str, message: str, is_fault: bool) -> UrdfResult:
+    """Outcome for a kitchen that was not written."""
+    return UrdfResult(scene_id, message=message, is_fault=is_fault)
 
 
 def _exported(
@@ -137,14 +123,13 @@ def _exported(
     """
     check_replaceable(out, {MANIFEST, README}, {ASSETS, SCENES, attribution.NAME})
     out = out.absolute()
-    written: list[UrdfResult] = []
-    faults: list[UrdfResult] = []
+    done: list[UrdfResult] = []
     with writing(out.parent), staging(out) as staged:
         for result in results(staged):
-            (faults if result.is_fault else written if result.urdf else []).append(result)
+            done.append(result)
             yield result
-        if faults:
-            raise BatchFault([r.id for r in faults], "\n".join(r.message for r in faults))
+        scenes.raise_faults(done)
+        written = [result for result in done if result.urdf]
         if not written:
             return
         rows = [{"id": r.id, "urdf": r.urdf, **r.facts} for r in sorted(written, key=lambda r: r.id)]
@@ -163,7 +148,12 @@ def _export_asset(folder: Path, staged: Path) -> UrdfResult:
     return _judged(staged, UrdfResult(asset.id, urdf, facts), asset_differences(staged / urdf, asset))
 
 
-def _export_scene(recipe: SceneRecipe, staged: Path, cache: Path) -> UrdfResult:
+def export_scene(recipe: SceneRecipe, staged: Path, cache: Path) -> UrdfResult:
+    """Build one kitchen, write its files and compare them.
+
+    Args:
+        staged: folder of the export. cache: keeps built assets.
+    """
     _, scene = build_scene(recipe, cache)
     inside = f"{SCENES}/{scene.id}"
     disk.write_files(staged / inside, kitchen.write(scene))

@@ -11,9 +11,9 @@ import pytest
 
 from casa_assets.checks.package.urdf import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
-from casa_assets.errors import BatchFault, CasaError, OutputError, UnknownId
+from casa_assets.errors import OutputError, UnknownId
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.export import urdf
+from casa_assets.pipeline.export import scenes, urdf
 from casa_assets.pipeline.export.urdf import UrdfResult, export_assets, export_scenes
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.library import library as disk
@@ -115,7 +115,7 @@ def in_this_process(work: Callable[[SceneRecipe], UrdfResult], recipes: list[Sce
 
 def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(urdf, "build_scene", built)
-    monkeypatch.setattr(urdf, "run_batch", in_this_process)
+    monkeypatch.setattr(scenes, "run_batch", in_this_process)
     ids = ["l_small__coastal", "l_small__rustic"]
     assert [one.id for one in export_scenes(ids, tmp_path / "out", 1)] == ids
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
@@ -130,31 +130,6 @@ def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: py
         assert f"## {asset.provenance.licence}" in lines
         assert asset.provenance.title in told[asset.id]
         assert f"by {asset.provenance.author}" in told[asset.id] or not asset.provenance.author
-
-
-@pytest.mark.parametrize(("error", "is_fault"), [(CasaError("does not fit"), False), (KeyError("a bug"), True)])
-def test_a_kitchen_that_fails_is_told(
-    error: Exception, is_fault: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(recipe: SceneRecipe, cache: Path) -> None:
-        raise error
-
-    monkeypatch.setattr(urdf, "build_scene", fail)
-    result = urdf.export_scene(SceneRecipe("l_small", "coastal"), tmp_path, tmp_path / "cache")
-    assert (result.urdf, result.is_fault) == ("", is_fault)
-    assert str(error.args[0]) in result.message
-
-
-def batch(*results: UrdfResult) -> Callable[..., list[tuple[int, UrdfResult]]]:
-    return lambda *_arguments: list(enumerate(results))
-
-
-def test_a_fault_ends_the_export_and_nothing_is_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    bad = UrdfResult("l_small__coastal", message="Traceback", is_fault=True)
-    monkeypatch.setattr(urdf, "run_batch", batch(bad))
-    with pytest.raises(BatchFault, match="l_small__coastal"):
-        list(export_scenes(["l_small__coastal"], tmp_path / "out"))
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_scene_that_does_not_exist(tmp_path: Path) -> None:

@@ -54,9 +54,10 @@ def robocasa(
         False
     ),
 ) -> None:
-    """Write the loose objects of a library, and kitchens, as RoboCasa reads them; exit 0, or 2 with OUT as it was.
+    """Write loose objects of a library, and kitchens, as RoboCasa reads them; exit 0, 1 where one was refused, 2, 3.
 
-    Objects are for v0.2 and v1.0, kitchens for v1.0.
+    Objects are for v0.2 and v1.0, kitchens for v1.0. One that cannot be built is told, and the others are written;
+    after 2 or 3 OUT is as it was.
     """
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
     from casa_assets.pipeline.export_robocasa import export
@@ -83,17 +84,12 @@ def robocasa(
             progress.update(task, total=result.total, completed=len(done), description=escape(terminal_safe(result.id)))
     if json_:
         _print_json(results, kitchens)
-        return
-    if results:
-        _print_results(results, out)
-    for kitchen in kitchens:
-        count = sum(kitchen.fixtures.values())
-        line = f"kitchen [bold]{kitchen.id}[/] of {count} fixtures, number {kitchen.number}"
-        Console().print(line, highlight=False, soft_wrap=True)
-    if kitchens:
-        place = escape(terminal_safe(str(out)))
-        message = f"{pluralize(len(kitchens), 'kitchen')}; read {place}/README.md for how to open them"
-        Console().print(message, highlight=False, soft_wrap=True)
+    else:
+        if results:
+            _print_results(results, out)
+        _print_kitchens(kitchens, out)
+    if any(kitchen.message for kitchen in kitchens):
+        raise typer.Exit(1)
 
 
 robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
@@ -105,8 +101,27 @@ def _print_json(results: list[ExportResult], kitchens: list[KitchenResult]) -> N
         row = {name: value for name, value in vars(result).items() if name != "total"}
         typer.echo(json.dumps({"status": "exported" if result.model else "left_out", **row}, sort_keys=True))
     for kitchen in kitchens:
-        facts = {"id": kitchen.id, "number": kitchen.number, "fixtures": kitchen.fixtures}
-        typer.echo(json.dumps({"status": "exported_kitchen", **facts}, sort_keys=True))
+        if kitchen.message:
+            facts = {"status": "refused_kitchen", "id": kitchen.id, "message": kitchen.message}
+        else:
+            counts = {"number": kitchen.number, "fixtures": kitchen.fixtures}
+            facts = {"status": "exported_kitchen", "id": kitchen.id, **counts}
+        typer.echo(json.dumps(facts, sort_keys=True))
+
+
+def _print_kitchens(kitchens: list[KitchenResult], out: Path) -> None:
+    console = Console()
+    for kitchen in kitchens:
+        count = sum(kitchen.fixtures.values())
+        if kitchen.message:
+            line = f"[red]refused[/] {kitchen.id}: {escape(terminal_safe(kitchen.message))}"
+        else:
+            line = f"kitchen [bold]{kitchen.id}[/] of {count} fixtures, number {kitchen.number}"
+        console.print(line, highlight=False, soft_wrap=True)
+    if written := [kitchen for kitchen in kitchens if not kitchen.message]:
+        place = escape(terminal_safe(str(out)))
+        message = f"{pluralize(len(written), 'kitchen')}; read {place}/README.md for how to open them"
+        console.print(message, highlight=False, soft_wrap=True)
 
 
 def _print_results(results: list[ExportResult], out: Path, max_rows: int = 40) -> None:

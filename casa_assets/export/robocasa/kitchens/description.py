@@ -6,9 +6,10 @@ Fixtures are called like the placements of the scene; those divided off a placem
 from __future__ import annotations
 
 import hashlib
+import math
 import re
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from casa_assets.export.robocasa.kitchens.parts import Part
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
 
 FILE, LAYOUT_FILE = "kitchen.json", "layout.yaml"
 FORMAT = 1
@@ -29,8 +31,13 @@ FIRST_NUMBER, NUMBERS = 1_000_000_000, 1_000_000_000
 MAX_GAP_M = 0.02
 # Even what is open from its foot up is in the way of what is put beside it, up to this height, metres.
 MIN_SOLID_M = 0.02
-PLAIN = "Fixture"
+PLAIN, COUNTER, OPEN_CABINET = "Fixture", "Counter", "OpenCabinet"
+FRIDGE = "Fridge"  # how the names of its classes begin
+BLENDER, LID, LID_CONTRACT = "Blender", "BlenderLid", "blender_lid"
 QUARTER_TURN = np.pi / 2
+# RoboCasa parks a robot's base this far before the worktop that a fixture is over or under, metres. Its base has no
+# room within 0.20 m of there, which counts as arrived, where another worktop is nearer than this to that place.
+PARKED_M, MIN_ASIDE_M = 0.20, 0.15
 # RoboCasa looks for counters of an island in the group of this name in the layout.
 ISLAND_GROUP = "island_group"
 
@@ -72,16 +79,49 @@ def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
     """
     turned = {place.asset for place in scene.placements if _is_corner_of_side(scene, place)}
     divided = {a.id: parts.divide(_worktop_without_upstand(a), a.id in turned) for a in scene.assets}
-    ready = {(asset, part.name): centering.centered(part.asset) for asset, found in divided.items() for part in found}
+    ready = {
+        (asset, p.name): centering.moved(p.asset, _origin(p.asset)) for asset, found in divided.items() for p in found
+    }
     out: list[Placed] = []
     for place in scene.placements:
         for part in divided[place.asset]:
-            center = Pose(position=centering.main_center(part.asset))
+            center = Pose(position=_origin(part.asset))
             asset = ready[place.asset, part.name]
             pose = place.pose @ part.whole_from_part @ center
             name = _fixture_name(place.name, part.name, asset, {p.name for p in out})
             out.append(Placed(name, place, part, asset, _class_of(asset, pose, classes), pose))
-    return tuple(out)
+    worktops = [item for item in out if item.type == COUNTER]
+    return tuple(replace(item, type=PLAIN) if _is_in_a_corner(item, worktops) else item for item in out)
+
+
+def _origin(asset: Asset) -> Vec3:
+    """Where a fixture gets its frame: in the middle of `main`; that of a lid lies at a site of its blender as it is."""
+    return (0.0, 0.0, 0.0) if asset.contract == LID_CONTRACT else centering.main_center(asset)
+
+
+def _is_in_a_corner(item: Placed, worktops: Collection[Placed]) -> bool:
+    """Whether open shelves hang where a robot that RoboCasa parks for them would stand in another row of units.
+
+    RoboCasa sends robots to the only shelves of a kitchen, wherever they hang.
+    """
+    if item.type != OPEN_CABINET:
+        return False
+    for own in worktops:
+        at = own.pose.inverse() @ item.pose
+        if _outside(own, at) > 0:
+            continue
+        parked = own.pose @ Pose(position=(at.position[0], -_half_size(own)[1] - PARKED_M, 0.0))
+        return any(_outside(other, other.pose.inverse() @ parked) < MIN_ASIDE_M for other in worktops if other != own)
+    return False
+
+
+def _half_size(item: Placed) -> Sequence[float]:
+    return [length / 2 for length in centering.main_region(item.centered).size]
+
+
+def _outside(item: Placed, at: Pose) -> float:
+    """How far a point in the frame of a fixture is outside it along x or y, the greater of both, metres."""
+    return max(abs(place) - half for place, half in zip(at.position[:2], _half_size(item)[:2], strict=True))
 
 
 def _is_corner_of_side(scene: Scene, worktop: Placement) -> bool:
@@ -151,7 +191,7 @@ def _class_of(asset: Asset, pose: Pose, classes: Mapping[str, str]) -> str:
     if contract == "room":
         return {"floor": "Floor", "wall": "Wall"}.get(category, PLAIN)
     found = classes.get(contract, PLAIN)
-    if found == "OpenCabinet" and not any(
+    if found == OPEN_CABINET and not any(
         SHELF_HEIGHTS_M[0] <= _bottom(pose, region) <= SHELF_HEIGHTS_M[1]
         for region in asset.regions
         if region.name.startswith("level")
@@ -167,10 +207,13 @@ def _bottom(pose: Pose, region: Any) -> float:
 def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[str, Any]:
     """The content of kitchen.json. World frame, metres, radians, quaternions (w, x, y, z).
 
+    Refrigerators come first: RoboCasa parks a robot before the first fixture in which it finds the middle of another,
+    and a refrigerator stands out of the housing around it. Lids come last, after what they may lie beside.
+
     Args:
         fixtures: of the scene. folder: leads from the root of the export to the fixtures.
     """
-    counters = [item for item in fixtures if item.type == "Counter"]
+    counters = [item for item in fixtures if item.type == COUNTER]
     standing = [item for item in fixtures if item not in counters and any(_stands_on(item, c) for c in counters)]
     return {
         "format": FORMAT,
@@ -188,11 +231,22 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
                 "is_standing": item in standing,
                 "solid_height": _solid_height(item),
                 "facts": _facts(item, standing),
+                "lid_of": _lid_of(item, fixtures),
                 "start": {at.joint: at.value for at in item.placement.joints if _has_joint(item, at.joint)},
             }
-            for item in fixtures
+            for item in sorted(fixtures, key=lambda item: (item.type == LID, not item.type.startswith(FRIDGE)))
         ],
     }
+
+
+def _lid_of(item: Placed, fixtures: Collection[Placed]) -> str:
+    """The blender that a lid belongs to, the nearest one; empty for what is no lid, and where there is no blender."""
+    if item.type != LID:
+        return ""
+    near = [
+        (math.dist(item.pose.position, other.pose.position), other.name) for other in fixtures if other.type == BLENDER
+    ]
+    return min(near)[1] if near else ""
 
 
 def _has_joint(item: Placed, joint: str) -> bool:
@@ -234,7 +288,7 @@ def _facts(item: Placed, standing: Collection[Placed]) -> dict[str, Any]:
             opens_left = any(joint.range[0] < 0 for joint in item.centered.joints)
             facts["orientation"] = "left" if opens_left else "right"
         return facts
-    if item.type == "Counter":
+    if item.type == COUNTER:
         found = surfaces.free(item.centered, [_footprint(one, item) for one in standing if _stands_on(one, item)])
         rows = [{"position": list(top.position), "size": list(top.size)} for top in found]
         return {"island_only": "island" in item.name, "base_opening": [False, False], "surfaces": rows}
@@ -253,7 +307,7 @@ def _footprint(item: Placed, counter: Placed) -> surfaces.Footprint:
 def layout(fixtures: Collection[Placed]) -> dict[str, Any]:
     """What RoboCasa reads of a layout by its path: which counters make an island, and which way stools face."""
     suffix = f"_{ISLAND_GROUP}"
-    islands = [item.name for item in fixtures if item.type == "Counter" and item.name.endswith(suffix)]
+    islands = [item.name for item in fixtures if item.type == COUNTER and item.name.endswith(suffix)]
     stools = [item for item in fixtures if item.type == "Stool"]
     return {
         ISLAND_GROUP: {"counters": [{"name": name.removesuffix(suffix), "type": "counter"} for name in islands]},

@@ -1,0 +1,67 @@
+"""Export kitchens several at a time: one that fails is told, and the others go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from casa_assets.errors import BatchFault
+from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe
+from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
+from casa_assets.pipeline.workers.batch import attempt, run_batch
+from casa_assets.pipeline.workers.limits import WorkerFailure
+
+
+class Result(Protocol):
+    """Outcome of the export of a kitchen; see its implementations."""
+
+    @property
+    def id(self) -> str:
+        """Of the scene."""
+
+    @property
+    def message(self) -> str:
+        """Why it failed, empty where it did not."""
+
+    @property
+    def is_fault(self) -> bool:
+        """The program is to blame; `message` is a trace then."""
+
+
+R = TypeVar("R", bound=Result)
+# Writes a kitchen below the root of an export, with a folder that keeps built assets.
+Export = Callable[[SceneRecipe, Path, Path], R]
+# Id of a scene, message, whether the program is to blame -> a result that says so.
+Failed = Callable[[str, str, bool], R]
+
+
+def export_scenes(
+    export: Export[R], failed: Failed[R], recipes: Sequence[SceneRecipe], root: Path, jobs: int = 0
+) -> Iterator[R]:
+    """Yield a result for each scene as they are done, each made in a worker; one that fails does not stop the others.
+
+    Args:
+        export, failed: functions of a module. root: folder of the export. jobs: processes; 0 for one per core.
+    Raises:
+        CasaError: the disk, the renderer or the memory of this machine does not suffice.
+    """
+    work = partial(export_one, export=export, failed=failed, root=root, cache=cache_dir())
+    for number, answer in run_batch(work, recipes, root, jobs, WARM, WORKER_BYTES):
+        if isinstance(answer, WorkerFailure):
+            answer = failed(recipes[number].scene_id, answer.text, True)
+        yield answer
+
+
+def export_one(recipe: SceneRecipe, export: Export[R], failed: Failed[R], root: Path, cache: Path) -> R:
+    """Export one scene; what is wrong with it is told in the result."""
+    return attempt(partial(export, recipe, root, cache), partial(failed, recipe.scene_id), root)
+
+
+def raise_faults(results: Iterable[Result]) -> None:
+    """Raise BatchFault with the results of which the program is to blame, if there are any."""
+    faults = [result for result in results if result.is_fault]
+    if faults:
+        raise BatchFault([result.id for result in faults], "\n".join(result.message for result in faults))

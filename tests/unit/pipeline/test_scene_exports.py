@@ -1,0 +1,108 @@
+"""Kitchens that fail while several are exported: each is told, the others are written, and faults end with exit 3."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.errors import BatchFault, CasaError
+from casa_assets.export.robocasa.kitchens.parts import box_region
+from casa_assets.model.kitchen.scene import Placement, Scene
+from casa_assets.model.pose import Pose
+from casa_assets.pipeline import export_robocasa
+from casa_assets.pipeline.export import robocasa_kitchens, scenes, urdf
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.workers.limits import WorkerFailure
+from tests.assets import rigid_mug
+from tests.libraries import casa
+
+GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
+MODULES = {"urdf": urdf, "robocasa": robocasa_kitchens}
+
+
+def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[None, Scene]:
+    if recipe in errors:
+        raise errors[recipe]
+    mug = rigid_mug()
+    main = box_region("main", *mug.bounds)
+    place = Placement(name="mug", asset=mug.id, pose=Pose())
+    return None, Scene(id=recipe.scene_id, assets=(mug.replace(regions=(main,)),), placements=(place,))
+
+
+def in_this_process(work: Any, recipes: list[SceneRecipe], *_: Any) -> Iterator[tuple[int, Any]]:
+    """In place of the worker pool; one job is lost with its worker."""
+    for number, recipe in enumerate(recipes):
+        yield number, WorkerFailure("signal", "ended by signal 11") if recipe == LOST else work(recipe)
+
+
+def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
+    if kind == "urdf":
+        return list(urdf.export_scenes([recipe.scene_id for recipe in recipes], out))
+    return list(export_robocasa.export(None, out, recipes=recipes))
+
+
+@pytest.fixture(params=sorted(MODULES))
+def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setattr(scenes, "run_batch", in_this_process)
+    return str(request.param)
+
+
+def fail_with(kind: str, error: Exception, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(MODULES[kind], "build_scene", partial(built, errors={BAD: error}))
+
+
+def test_one_that_cannot_be_built_does_not_stop_the_others(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fail_with(kind, CasaError("does not fit"), monkeypatch)
+    done = {one.id: one for one in run(kind, [BAD, GOOD], tmp_path / "out")}
+    assert done[BAD.scene_id].message == "does not fit"
+    assert not done[BAD.scene_id].is_fault
+    assert not done[GOOD.scene_id].message
+    assert all(one.total == 2 for one in done.values())
+    assert list((tmp_path / "out").glob(f"*/{GOOD.scene_id}"))
+    assert not list((tmp_path / "out").glob(f"*/{BAD.scene_id}"))
+
+
+def test_where_none_can_be_built_the_folder_stays_as_it_was(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fail_with(kind, CasaError("does not fit"), monkeypatch)
+    assert len(run(kind, [BAD], tmp_path / "out")) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_fault_of_the_program_is_raised_once_all_are_done(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fail_with(kind, KeyError("a bug"), monkeypatch)
+    with pytest.raises(BatchFault) as fault:
+        run(kind, [BAD, LOST, GOOD], tmp_path / "out")
+    assert fault.value.items == (BAD.scene_id, LOST.scene_id)
+    assert "a bug" in fault.value.traces
+    assert "signal 11" in fault.value.traces
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_two_kitchens_of_one_number_are_not_written_into_one_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(scenes, "run_batch", in_this_process)
+    monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
+    monkeypatch.setattr(robocasa_kitchens.description, "number_of", lambda scene_id: 1_000_000_007)
+    first, second = run("robocasa", [GOOD, BAD], tmp_path / "out")
+    assert not first.message
+    assert f"same number as {GOOD.scene_id}" in second.message
+    kept = json.loads((tmp_path / "out" / "kitchens.json").read_text())["kitchens"]
+    assert kept == {GOOD.scene_id: 1_000_000_007}
+
+
+def test_a_kitchen_of_an_unknown_id_is_told_by_the_command(tmp_path: Path) -> None:
+    done = casa("export", "robocasa", "--scenes", "no_such__kitchen", "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "no_such__kitchen" in done.stderr
