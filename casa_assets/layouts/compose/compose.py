@@ -20,6 +20,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 MAIN_REGION = "main"
+LID_SITE, LID_GAP_M = "lid_site", 0.0005
 
 
 def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str) -> Scene:
@@ -28,11 +29,14 @@ def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str)
     Args:
         assets: by name of the ordered item; several names may have the same asset.
     """
+    spots = {item.name: item.spot for item in kitchen.items}
     placements = tuple(
         Placement(
             name=item.name,
             asset=assets[item.name].id,
-            pose=pose_at_spot(assets[item.name], item.spot),
+            pose=_pose_of_lid(spots[item.lid_of], assets[item.lid_of])
+            if item.lid_of
+            else pose_at_spot(assets[item.name], item.spot),
             layer=Layer(item.layer),
         )
         for item in kitchen.items
@@ -48,6 +52,14 @@ def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str)
         sky=Sky(),
     )
     return ready_to_simulate(scene)
+
+
+def _pose_of_lid(spot: Spot, asset: Asset) -> Pose:
+    """room_from_asset of the lid of an asset that stands at a spot, a little above where it closes."""
+    site = next(site for site in asset.sites if site.name == LID_SITE)
+    closed = pose_at_spot(asset, spot) @ asset.asset_from_link(site.link) @ site.pose
+    x, y, z = (decimals(float(c), 6) for c in closed.position)
+    return Pose(position=(x, y, decimals(z + LID_GAP_M, 6)), quaternion=closed.quaternion)
 
 
 def box_of(asset: Asset) -> tuple[Vec3, Vec3]:

@@ -55,6 +55,7 @@ class OrderItem:
         choice: family, preset and what differs from it.
         spot: place. unit, run: ids in the plan that it belongs to, empty for parts of the room.
         layer: value of the scene's Layer.
+        lid_of: name of the thing that it lies on, with its frame at that thing's site `lid_site`; empty: at its spot.
     """
 
     name: str
@@ -64,6 +65,7 @@ class OrderItem:
     unit: str = ""
     run: str = ""
     layer: str = "things"
+    lid_of: str = ""
 
 
 def preset_with(preset: str, params: Mapping[str, Any] | None = None) -> PresetChoice:

@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.beams import BeamGrid
-from casa_assets.layouts.order.build_order import BuildOrder, DepthReference, HeightReference, OrderItem, Spot
+from casa_assets.layouts.order.build_order import (
+    BuildOrder,
+    DepthReference,
+    HeightReference,
+    OrderItem,
+    Spot,
+    preset_with,
+)
 from casa_assets.layouts.order.room_shell import position_on_wall
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import Room, resolve_length, wall_of
@@ -34,6 +42,7 @@ ON_BACKSPLASH_M = 0.0105  # of what hangs on a backsplash from the wall
 LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
 MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run
 LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
+BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
 SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
 
@@ -50,6 +59,16 @@ def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitS
         for item, u in zip(row, _side_by_side(slot, [s.at for s in row], widths), strict=True):
             spot = Spot(slot.line.frame, u, item.back, standard_sizes.WORKTOP_HEIGHT + SET_DOWN_GAP_M, item.turn_deg)
             order.add(OrderItem(item.id, item.id, models.for_role(item.id).choice, spot, slot.name, slot.line.id))
+            if models.for_role(item.id).choice.family == BLENDER:
+                _order_lid(order, order.items[-1], models)
+
+
+def _order_lid(order: BuildOrder, blender: OrderItem, models: StyleModels) -> None:
+    """Order the lid of a blender: the preset of the same name, as wide as the mouth of its jar."""
+    params = models.resolve(blender.choice).params
+    fitting = {name: params[name] for name in LID_PARAMS if name in params}
+    choice = preset_with(f"{LID}/{blender.choice.name}", fitting)
+    order.add(replace(blender, name=f"{blender.name}_lid", role=LID, choice=choice, lid_of=blender.name))
 
 
 def worktop_width(models: StyleModels, role: str) -> float:

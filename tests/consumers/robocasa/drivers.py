@@ -18,6 +18,9 @@ Attempts = Iterator[None]
 AWAY = (10.0, 10.0, 0.0)  # outside the room, where RoboCasa itself keeps the robot while it makes the scene
 GRID = (0.5, 0.3, 0.7, 0.15, 0.85)  # shares of a region's width and depth at which an object is tried
 DROP_M = 0.004
+# As it usually lies, and a quarter turn about x and about y, (w, x, y, z).
+HALF = float(np.sqrt(0.5))
+LYING, STOOD_X, STOOD_Y = (1.0, 0.0, 0.0, 0.0), (HALF, HALF, 0.0, 0.0), (HALF, 0.0, HALF, 0.0)
 FINGER = "gripper0_right_finger1_pad_collision"
 BASE = ("mobilebase0_joint_mobile_forward", "mobilebase0_joint_mobile_side", "mobilebase0_joint_torso_height")
 
@@ -131,15 +134,16 @@ def arrived(env: Any) -> Attempts:
 # Objects -------------------------------------------------------------------------------------------------------------
 
 
-def put(env: Any, thing: Any, foot: Any) -> list[str]:
-    """Stand an object on a point of the world.
+def put(env: Any, thing: Any, foot: Any, quaternion: Any = LYING) -> list[str]:
+    """Stand an object on a point of the world, turned by a quaternion (w, x, y, z).
 
     Returns:
         Names of the geoms that it touches or lies in.
     """
     joint = thing.joints[0]
-    quaternion = np.array([1.0, 0.0, 0.0, 0.0])
-    place = np.array(foot) - np.array([0.0, 0.0, thing.bottom_offset[2] - DROP_M])
+    w, x, y, z = quaternion
+    lowest = min(float(corner[2]) for corner in thing.get_bbox_points(trans=np.zeros(3), rot=np.array([x, y, z, w])))
+    place = np.array(foot) + np.array([0.0, 0.0, DROP_M - lowest])
     env.sim.data.set_joint_qpos(joint, np.concatenate([place, quaternion]))
     env.sim.data.set_joint_qvel(joint, np.zeros(6))
     env.sim.forward()
@@ -154,13 +158,17 @@ def put(env: Any, thing: Any, foot: Any) -> list[str]:
 
 
 def in_boxes(env: Any, thing: Any, boxes: Any) -> Attempts:
-    """An object on the floor of boxes, each (p0, px, py, pz) in the world, where it touches nothing else."""
+    """An object on the floor of boxes, each (p0, px, py, pz) in the world, where it touches nothing else.
+
+    Where it does not fit as it usually lies it is stood up: a banana in the jar of a blender.
+    """
     retreat(env)
-    for p0, px, py, _ in boxes:
-        for v in GRID:
-            for u in GRID:
-                if not put(env, thing, p0 + u * (px - p0) + v * (py - p0)):
-                    yield
+    for quaternion in (LYING, STOOD_X, STOOD_Y):
+        for p0, px, py, _ in boxes:
+            for v in GRID:
+                for u in GRID:
+                    if not put(env, thing, p0 + u * (px - p0) + v * (py - p0), quaternion):
+                        yield
 
 
 def inside(env: Any, name: str, fixture: Any, *regions: str) -> Attempts:

@@ -145,6 +145,58 @@ def test_what_is_told_of_a_kitchen() -> None:
     assert json.loads(document.write_kitchen(kitchen(), fixtures()).entries[description.FILE])["id"] == "test_room"
 
 
+def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
+    """RoboCasa compares the frame of the lid with a site of the blender."""
+    blender, lid = preset("blender", "steel_dial"), preset("blender_lid", "steel_dial")
+    site = next(site for site in blender.sites if site.name == "lid_site")
+    places = (
+        Placement(name="blender_lid", asset=lid.id, pose=site.pose),
+        Placement(name="blender", asset=blender.id, pose=Pose()),
+    )
+    scene = Scene(id="test_room", assets=(lid, blender), placements=places)
+    items = description.fixtures_of(scene, classes())
+    rows = description.describe(scene, items, document.FIXTURES)["fixtures"]
+    assert [(row["name"], row["class"], row["lid_of"]) for row in rows] == [
+        ("the_blender", "Blender", ""),
+        ("the_blender_lid", "BlenderLid", "the_blender"),
+    ]
+    below = next(item for item in items if item.type == "Blender")
+    anchor = next(site for site in below.centered.sites if site.name == "lid_site")
+    assert rows[1]["position"] == pytest.approx((below.pose @ anchor.pose).position, abs=1e-9)
+    assert "int" in {region.name for region in below.centered.regions}
+
+
+def test_refrigerators_come_before_their_housings() -> None:
+    """RoboCasa takes the first fixture around a point for the one before which a robot stands."""
+    housing, fridge = preset("housing_fridge", "shaker_white"), preset("fridge_french_door", "steel")
+    places = (
+        Placement(name="housing", asset=housing.id, pose=Pose()),
+        Placement(name="fridge", asset=fridge.id, pose=Pose()),
+    )
+    scene = Scene(id="test_room", assets=(housing, fridge), placements=places)
+    rows = description.describe(scene, description.fixtures_of(scene, classes()), document.FIXTURES)["fixtures"]
+    assert [row["class"] for row in rows][:2] == ["FridgeFrenchDoor", "HousingCabinet"]
+
+
+@pytest.mark.parametrize(("aside", "kind"), [(0.9, "OpenCabinet"), (0.05, "Fixture")])
+def test_shelves_that_no_robot_gets_to_are_no_goal(aside: float, kind: str) -> None:
+    """Another worktop stands out beside the shelves, as in the inner corner of an L."""
+    shelf, counter = preset("open_shelf", "white_wall"), preset(*COUNTER)
+    (x, y, _), (width, depth, _) = centering.main_center(counter), centering.main_region(counter).size
+    turned = Pose(position=(x + aside + depth / 2, y - depth / 2 - width / 2, 0.9), quaternion=QUARTER)
+    scene = Scene(
+        id="test_room",
+        assets=(shelf, counter),
+        placements=(
+            Placement(name="open", asset=shelf.id, pose=Pose(position=(x, y, 1.4))),
+            Placement(name="own", asset=counter.id, pose=Pose(position=(0.0, 0.0, 0.9))),
+            Placement(name="other", asset=counter.id, pose=turned),
+        ),
+    )
+    found = {item.name: item.type for item in description.fixtures_of(scene, classes())}
+    assert found == {"open": kind, "own": "Counter", "other": "Counter"}
+
+
 def test_the_same_scene_is_the_same_bytes() -> None:
     first, second = (dict(document.write_kitchen(kitchen(), fixtures()).entries) for _ in range(2))
     assert first == second

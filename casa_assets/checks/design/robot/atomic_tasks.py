@@ -107,6 +107,12 @@ def _toasters_for_bread(view: TaskView) -> tuple[Found, str]:
     return fitting, "a toaster whose slots run from front to back" if found else wants
 
 
+def _lidded_blenders(view: TaskView) -> tuple[Found, str]:
+    """Blenders, where their lid is there: without it they are not turned on."""
+    found, wants = _BLENDER(view)
+    return (found if any(f.category == "blender_lid" for f in view.facts.fixtures) else ()), wants
+
+
 _MICROWAVE = _having([Role.MICROWAVE], "microjoint", "tray", "a microwave with a door and a tray")
 _FRIDGE = _having([Role.FRIDGE], ".*fridge.*door.*|.*door.*fridge.*", "", "a refrigerator with a door")
 _FRIDGE_DRAWER = _having(
@@ -154,7 +160,8 @@ ATOMIC_TASKS: dict[str, Finding] = {
     **dict.fromkeys(("PickPlaceCounterToToasterOven", "PickPlaceToasterOvenToCounter"), _TOASTER_OVEN),
     **dict.fromkeys(("TurnOnElectricKettle", "OpenElectricKettleLid", "CloseElectricKettleLid"), _KETTLE),
     **dict.fromkeys(("OpenStandMixerHead", "CloseStandMixerHead", "PickPlaceCounterToStandMixer"), _MIXER),
-    **dict.fromkeys(("OpenBlenderLid", "CloseBlenderLid", "TurnOnBlender", "PickPlaceCounterToBlender"), _BLENDER),
+    **dict.fromkeys(("OpenBlenderLid", "CloseBlenderLid", "TurnOnBlender"), _lidded_blenders),
+    "PickPlaceCounterToBlender": _BLENDER,
     **dict.fromkeys(("PickPlaceCounterToCabinet", "PickPlaceCabinetToCounter", "MakeIcedCoffee"), _cabinets),
     "CheesyBread": _worktops(BOARD_M),
     "PackDessert": _worktops(0.3),
