@@ -11,9 +11,7 @@ from typing import Any
 
 import pytest
 
-from casa_assets.pipeline.cache.cache_folder import cache_dir
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_json import describe
+from casa_assets.checks.design.robot.atomic_tasks import ATOMIC_TASKS
 from tests.built_libraries import keep
 from tests.consumers.robocasa.page import page
 from tests.libraries import casa
@@ -53,14 +51,12 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def afforded() -> dict[str, dict[str, bool]]:
-    """Kitchen -> task -> what its scene.json says."""
+def afforded(exported: Path) -> dict[str, dict[str, bool]]:
+    """Kitchen -> task -> what the export says, which is what scene.json does."""
     found = {}
     for name in KITCHENS:
-        recipe = SceneRecipe(*name.split("__"))
-        kitchen, scene = build_scene(recipe, cache_dir())
-        tasks = describe(recipe, kitchen, scene)["robocasa_v1"]
-        found[name] = {task: told["afforded"] for task, told in tasks.items()}
+        tasks = json.loads((exported / "kitchens" / name / "kitchen.json").read_text())["tasks"]
+        found[name] = {task: task in tasks for task in ATOMIC_TASKS}
     return found
 
 
@@ -82,9 +78,12 @@ def run(export: Path, jobs: list[dict[str, Any]], folder: Path) -> list[dict[str
     python = ROOT / os.environ.get("CASA_ROBOCASA", ".venv-robocasa/bin/python")
     assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ROBOCASA"
     running = []
+    jobs = sorted(jobs, key=lambda job: job["kitchen"])
     for number in range(PROCESSES):
         wanted, out, err = (folder / f"{number}.{end}" for end in ("json", "out", "err"))
-        wanted.write_text(json.dumps(sorted(jobs, key=lambda job: job["kitchen"])[number::PROCESSES]))
+        # Whole kitchens, as far as may be: the first job in a kitchen reads all its meshes.
+        share = slice(len(jobs) * number // PROCESSES, len(jobs) * (number + 1) // PROCESSES)
+        wanted.write_text(json.dumps(jobs[share]))
         command = [str(python), str(SCRIPT), str(export), str(wanted)]
         running.append((subprocess.Popen(command, stdout=out.open("w"), stderr=err.open("w")), out, err))
     answers = []
@@ -102,14 +101,15 @@ def faults(answers: list[dict[str, Any]]) -> list[str]:
     return [f"{row['task']} {row['kitchen']} {row['seed']}: {row['error']}" for row in answers if row["error"]]
 
 
+@pytest.fixture(scope="module")
+def answers(
+    exported: Path, afforded: dict[str, dict[str, bool]], tmp_path_factory: pytest.TempPathFactory
+) -> list[dict[str, Any]]:
+    return run(exported, chosen(afforded), tmp_path_factory.mktemp("jobs"))
+
+
 @pytest.mark.consumers
 class TestTasks:
-    @pytest.fixture(scope="class")
-    def answers(
-        self, exported: Path, afforded: dict[str, dict[str, bool]], tmp_path_factory: pytest.TempPathFactory
-    ) -> list[dict[str, Any]]:
-        return run(exported, chosen(afforded), tmp_path_factory.mktemp("jobs"))
-
     def test_each_afforded_task_is_reset_and_comes_to_its_goal(self, answers: list[dict[str, Any]]) -> None:
         assert faults(answers) == []
 

@@ -101,6 +101,16 @@ def layout_and_style_ids(*names: str) -> list[list[int]]:
     return [[_numbers[name], _numbers[name]] for name in names or _numbers]
 
 
+def tasks_of(name: str) -> tuple[str, ...]:
+    """The atomic tasks of RoboCasa that a kitchen has all fixtures for, as `scene.json` says, by their names.
+
+    Raises:
+        KeyError: the kitchen is not registered.
+    """
+    [[number, _]] = layout_and_style_ids(name)
+    return tuple(json.loads((_kitchens[number] / "kitchen.json").read_text(encoding="ascii"))["tasks"])
+
+
 def kitchen_of(env: Any) -> str:
     """Id of the kitchen in which an environment is. Raises KeyError where it is none of these."""
     return _kitchens[int(env.layout_id)].name

@@ -10,8 +10,12 @@ from functools import lru_cache
 from pathlib import Path
 
 from casa_assets import registry
+from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.export.robocasa.kitchens import description, document
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.scenes import export_scenes
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
@@ -67,18 +71,24 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResul
     Args:
         root: folder of the export. cache: keeps built assets.
     """
-    _, scene = build_scene(recipe, cache)
+    kitchen, scene = build_scene(recipe, cache)
     fixtures = description.fixtures_of(scene, classes())
     for placed in fixtures:
         _write_fixture(root / document.FIXTURES / placed.folder, placed.centered)
     folder = root / document.KITCHENS / scene.id
     folder.mkdir(parents=True)
-    disk.write_files(folder, document.write_kitchen(scene, fixtures))
+    disk.write_files(folder, document.write_kitchen(scene, fixtures, afforded_tasks(kitchen, scene)))
     counts: dict[str, int] = {}
     for placed in fixtures:
         counts[placed.type] = counts.get(placed.type, 0) + 1
     number, sorted_counts = description.number_of(scene.id), dict(sorted(counts.items()))
     return KitchenResult(scene.id, number, sorted_counts, attribution.credits_of(scene))
+
+
+def afforded_tasks(kitchen: KitchenRequest, scene: Scene) -> tuple[str, ...]:
+    """The atomic tasks of RoboCasa v1.0 for which a kitchen has what they want, as its `scene.json` says."""
+    subject = DesignSubject(facts_of(kitchen, scene))
+    return tuple(task.task for task in subject.atomic_tasks if not task.wants)
 
 
 @lru_cache(maxsize=1)

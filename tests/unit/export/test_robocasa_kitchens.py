@@ -275,6 +275,9 @@ def test_register_touches_only_its_own_kitchens(tmp_path: Path, robocasa: tuple[
         assert casa_kitchens.register(tmp_path) == casa_kitchens.ids() == ("a__b", "a__c")
         assert casa_kitchens.layout_and_style_ids("a__c") == [[1000000008, 1000000008]]
         assert len(casa_kitchens.layout_and_style_ids()) == 2
+        (tmp_path / "kitchens" / "a__c").mkdir(parents=True)
+        (tmp_path / "kitchens" / "a__c" / "kitchen.json").write_text('{"tasks": ["OpenDrawer"]}')
+        assert casa_kitchens.tasks_of("a__c") == ("OpenDrawer",)
         with pytest.raises(KeyError, match="no kitchen 'z' is registered; there are a__b, a__c"):
             casa_kitchens.layout_and_style_ids("z")
         assert casa_kitchens.kitchen_of(SimpleNamespace(layout_id=1000000007)) == "a__b"

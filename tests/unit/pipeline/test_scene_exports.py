@@ -49,6 +49,7 @@ def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
 @pytest.fixture(params=sorted(MODULES))
 def kind(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr(scenes, "run_batch", in_this_process)
+    monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
     return str(request.param)
 
 
@@ -94,6 +95,7 @@ def test_two_kitchens_of_one_number_are_not_written_into_one_folder(
 ) -> None:
     monkeypatch.setattr(scenes, "run_batch", in_this_process)
     monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
+    monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
     monkeypatch.setattr(robocasa_kitchens.description, "number_of", lambda scene_id: 1_000_000_007)
     first, second = run("robocasa", [GOOD, BAD], tmp_path / "out")
     assert not first.message

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from casa_assets.export import mjcf
@@ -19,9 +19,13 @@ MODEL = "model.xml"
 CEILING = "ceiling"
 
 
-def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...]) -> Files:
-    """`kitchen.json`, `arena.xml` and `layout.yaml` of a scene; `fixtures` are those of `fixtures_of`."""
-    facts = description.describe(scene, fixtures, FIXTURES)
+def write_kitchen(scene: Scene, fixtures: tuple[Placed, ...], tasks: Sequence[str] = ()) -> Files:
+    """`kitchen.json`, `arena.xml` and `layout.yaml` of a scene.
+
+    Args:
+        fixtures: those of `fixtures_of`. tasks: atomic tasks of RoboCasa v1.0 that the kitchen affords.
+    """
+    facts = {**description.describe(scene, fixtures, FIXTURES), "tasks": list(tasks)}
     return Files.of(
         {
             description.FILE: entries.json_bytes(facts),
