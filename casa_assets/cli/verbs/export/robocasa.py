@@ -101,6 +101,7 @@ def _print_json(results: list[ExportResult], kitchens: list[KitchenResult]) -> N
         row = {name: value for name, value in vars(result).items() if name != "total"}
         typer.echo(json.dumps({"status": "exported" if result.model else "left_out", **row}, sort_keys=True))
     for kitchen in kitchens:
+        facts: dict[str, object]
         if kitchen.message:
             facts = {"status": "refused_kitchen", "id": kitchen.id, "message": kitchen.message}
         else:

@@ -38,12 +38,11 @@ def main_center(asset: Asset) -> Vec3:
 
 def centered(asset: Asset) -> Asset:
     """The asset with its origin in the middle of `main`; bodies that are not turned have their frames there too."""
-    return moved(asset, main_center(asset))
+    return moved(asset, np.array(main_center(asset)))
 
 
-def moved(asset: Asset, point: Vec3) -> Asset:
+def moved(asset: Asset, center: Offset) -> Asset:
     """The asset with its origin, and the frames of bodies that are not turned, at a point of it, metres."""
-    center = np.array(point)
     frames: dict[str, Pose] = {}  # link -> its new frame in the centred asset
     links, offsets = [], {}
     for link in asset.links:

@@ -80,7 +80,9 @@ def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
     turned = {place.asset for place in scene.placements if _is_corner_of_side(scene, place)}
     divided = {a.id: parts.divide(_worktop_without_upstand(a), a.id in turned) for a in scene.assets}
     ready = {
-        (asset, p.name): centering.moved(p.asset, _origin(p.asset)) for asset, found in divided.items() for p in found
+        (asset, p.name): centering.moved(p.asset, np.array(_origin(p.asset)))
+        for asset, found in divided.items()
+        for p in found
     }
     out: list[Placed] = []
     for place in scene.placements:
