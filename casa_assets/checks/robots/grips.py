@@ -18,6 +18,9 @@ TILTS_DEG = (0.0, 25.0, -25.0)  # at which a hand comes to a knob or key, out of
 EDGE_TILTS_DEG = (0.0, 25.0, -25.0, 45.0, -45.0)  # at which a hand comes to the edge of a plate
 SHIFTED_FROM_M = 0.06  # half length from which a bar is also held off its middle
 EDGE_DEPTH_M = 0.015  # to which fingers take a plate at its edge
+# How far the point between the fingers goes into what is held, at most to its middle: tips reach 1 cm beyond it, and
+# what is behind a handle may be near.
+TAKEN_M = 0.004
 UP = np.array((0.0, 0.0, 1.0))
 
 
@@ -99,7 +102,8 @@ def _across(grip: Grip, bar: Floats, half: float) -> Iterator[Grasp]:
             come = _turned(base, bar, angle)
             for sign in (1.0, -1.0):
                 close = sign * np.cross(bar, come)
-                yield Grasp(grip.centre + shift * bar, _frame(come, close), 2 * _reach(grip, close), pivots=True)
+                at = _taken(grip, come) + shift * bar
+                yield Grasp(at, _frame(come, close), 2 * _reach(grip, close), pivots=True)
 
 
 def _at_edge(grip: Grip, thin: Floats) -> Iterator[Grasp]:
@@ -130,7 +134,13 @@ def _around(grip: Grip, opening: float, turning: Floats | None) -> Iterator[Gras
                 close = _turned(first, come, angle)
                 width = 2 * float(np.sort(grip.half)[1])
                 if width < opening:
-                    yield Grasp(grip.centre, _frame(come, close), width)
+                    yield Grasp(_taken(grip, come), _frame(come, close), width)
+
+
+def _taken(grip: Grip, come: Floats) -> Floats:
+    """Where the point between the fingers of a hand is that comes to a grip, shape (3,)."""
+    at: Floats = grip.centre - come * max(0.0, _reach(grip, come) - TAKEN_M)
+    return at
 
 
 def _reach(grip: Grip, direction: Floats) -> float:

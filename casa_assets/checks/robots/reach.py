@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 import mujoco
@@ -26,12 +26,14 @@ from casa_assets.model.record import Vec2, Vec3
 BESIDE = ((-0.40, 0.10), (-0.15, 0.15), (-0.35, 0.35))
 DRIVEN = ((-1.2, 1.2), (-1.2, 1.2), (-math.pi, math.pi))  # how far it may go along with a door
 KEY_TRAVEL_M, KEY_TURN_RAD = 0.012, 0.3  # what moves less is a key
+SHEET_M = 0.008  # thickness below which a grip is a part of something hollow, a cup or a ring, that is also held whole
 BACK_M = (0.02, 0.04, 0.06)  # from the handle, back along the way that the hand came: there must be room
+BEFORE_M, ADVANCE_M = (0.0, 0.2), 0.05  # from a handle, where a hand is brought first, and the steps from there to it
 STEP_M, STEP_RAD = 0.025, 0.07  # between two places of what is being opened
 KEPT_MARGIN = 0.01  # share of half its range that a hinge keeps from each end
 FINGER_GAP_M = 0.006  # between a finger and what it comes to
 DISTANT, NEXT = 60, 15  # iterations to a handle, and to the next place of one that is held
-TRIES = 40  # ways of reaching one joint from one place
+TRIES = 60  # ways of reaching one joint from one place
 FOLLOWED_TRIES = 5  # ways of holding, with which opening is tried
 
 
@@ -73,39 +75,60 @@ class Bench:
         return best
 
     def _reached(self, task: Task) -> Iterator[_Held]:
-        """Postures in which a hand is at the handle and can get away from it again."""
+        """Postures in which a hand is at the handle and can get away from it again.
+
+        Where none is found right there, the hand is first brought before the handle, where there is more room.
+        """
+        for before in BEFORE_M:
+            some = False
+            for place in task.places:
+                for held in self._reached_from(task, place, before):
+                    some = True
+                    yield held
+            if some:
+                return
+
+    def _reached_from(self, task: Task, place: Vec3, before: float) -> Iterator[_Held]:
+        """As `_reached`, from one parking place; the hand first comes to a place so far before the handle, m."""
         workspace = self._workspace
-        for place in task.places:
-            self._begin(task, place, self.robot.arms[0])
-            room = _bounds(workspace, BESIDE)
-            for seed in self._seeds_for(task, place, room)[:TRIES]:
-                arm = self.robot.arms[seed.arm]
-                self._begin(task, place, arm)
-                bounds = self._fingers_at(room, seed.arm, seed.grasp)
-                q = self._solver.solve(seed.tip, seed.grasp, seed.posture, bounds, DISTANT)
-                if q is None:
-                    continue
-                grasp = _as_held(workspace, seed.tip, seed.grasp, q)
-                if self._gets_away(seed.tip, grasp, q, bounds):
-                    yield _Held(arm, seed.tip, place, grasp, q, bounds)
+        self._begin(task, place, self.robot.arms[0])
+        room = _bounds(workspace, BESIDE)
+        for seed in self._seeds_for(task, place, room, before)[:TRIES]:
+            arm = self.robot.arms[seed.arm]
+            self._begin(task, place, arm)
+            bounds = self._fingers_at(room, seed.arm, seed.grasp)
+            q = self._solver.solve(seed.tip, seed.grasp, seed.posture, bounds, DISTANT)
+            for back in np.arange(before - ADVANCE_M, -1e-9, -ADVANCE_M):
+                q = (
+                    None
+                    if q is None
+                    else self._solver.solve(seed.tip, _back(seed.grasp, back - before), q, bounds, NEXT)
+                )
+            if q is None:
+                continue
+            grasp = _as_held(workspace, seed.tip, _back(seed.grasp, -before), q)
+            if self._gets_away(seed.tip, grasp, q, bounds):
+                yield _Held(arm, seed.tip, place, grasp, q, bounds)
 
     def _begin(self, task: Task, place: Vec3, arm: Arm) -> None:
         """The robot on its place, the kitchen as it is before the joint moves."""
         self._workspace.place(*place)
         self._workspace.open(_opened_to(self._workspace, task.behind))
-        self._workspace.hold(arm.name, [task.grip])
+        self._workspace.hold(arm.name, self._workspace.handle_of(task.grip))
 
-    def _seeds_for(self, task: Task, place: Vec3, bounds: Bounds) -> list[Seed]:
-        """Grasps with arms, each with a posture to begin with, the most promising first."""
+    def _seeds_for(self, task: Task, place: Vec3, bounds: Bounds, before: float) -> list[Seed]:
+        """Grasps with arms, so far before the handle (m), each with a posture to begin with, the best first."""
         workspace = self._workspace
         grip, motion = _grip(workspace, task), _motion(workspace, task)
         press, turning = _is_key(workspace.model, task.joint), _knob_axis(workspace, task, grip)
         found = []
         for number, arm in enumerate(self.robot.arms):
             grasps = presses(grip, motion) if press else pinches(grip, arm.opening, turning)
+            if not press and 2 * float(grip.half.min()) < SHEET_M:
+                grasps += pinches(_whole(workspace, task, grip), arm.opening, turning)
             found += [(order, number, grasp) for order, grasp in enumerate(grasps)]
         found.sort(key=lambda one: one[:2])
-        ordered = [(number, grasp) for _, number, grasp in found]
+        ordered = [(number, _back(grasp, before)) for _, number, grasp in found]
         return self._seeds.toward(ordered, press, place, bounds)
 
     def _fingers_at(self, bounds: Bounds, number: int, grasp: Grasp) -> Bounds:
@@ -123,8 +146,7 @@ class Bench:
         """True if there is room for the hand on the last bit of its way."""
         bounds, at = _standing(bounds, q), q
         for back in BACK_M:
-            there = replace(grasp, position=grasp.position - back * grasp.rotation[:, 2])
-            found = self._solver.solve(tip, there, at, bounds, NEXT)
+            found = self._solver.solve(tip, _back(grasp, back), at, bounds, NEXT)
             if found is None:
                 return False
             at = found
@@ -197,6 +219,19 @@ def _grip(workspace: Workspace, task: Task) -> Grip:
     return Grip(data.geom_xpos[geom] + turn @ box[:3], turn.copy(), box[3:].copy(), np.array(task.front))
 
 
+def _whole(workspace: Workspace, task: Task, grip: Grip) -> Grip:
+    """The box around all of a handle, along the axes of the geom that is named as its grip."""
+    model, data = workspace.model, workspace.data
+    signs = np.array(list(product((-1.0, 1.0), repeat=3)))
+    corners = []
+    for name in workspace.handle_of(task.grip):
+        geom = model.geom(name).id
+        box, turn = model.geom_aabb[geom], data.geom_xmat[geom].reshape(3, 3)
+        corners.append((data.geom_xpos[geom] + (box[:3] + signs * box[3:]) @ turn.T) @ grip.axes)
+    low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
+    return replace(grip, centre=grip.axes @ ((low + high) / 2), half=(high - low) / 2)
+
+
 def _motion(workspace: Workspace, task: Task) -> Floats:
     """Unit vector along which the thing that is held begins to move; into the front where it turns in place."""
     model, data = workspace.model, workspace.data
@@ -265,6 +300,11 @@ def _as_held(workspace: Workspace, tip: str, grasp: Grasp, q: Floats) -> Grasp:
     data.qpos[:] = q
     mujoco.mj_kinematics(workspace.alone, data)
     return replace(grasp, rotation=data.site_xmat[workspace.alone.site(tip).id].reshape(3, 3).copy())
+
+
+def _back(grasp: Grasp, distance: float) -> Grasp:
+    """A grasp so much before another, along the way that the hand comes; m."""
+    return replace(grasp, position=grasp.position - distance * grasp.rotation[:, 2])
 
 
 def _pose(data: Any, body: int) -> tuple[Floats, Floats]:

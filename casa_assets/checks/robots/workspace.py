@@ -21,6 +21,8 @@ DRIVEN_OVER_M = 0.03  # what is lower, such as a rug, does not stop a base
 KITCHEN, GROUND, ITSELF = 2, 4, 8  # bits that say what a geom of the robot can touch
 SAMPLES = 200  # random postures that tell which links of a robot overlap by the way they are drawn
 OFTEN = 0.5  # share of them in which such links overlap
+HANDLE_LABEL = "__label__handle"  # ends the names of texts that list the geoms of handles
+TOUCHING_M = 0.002  # gap up to which two geoms of a handle are taken together
 FAR_M = 50.0  # from the kitchen, where the robot touches nothing but itself
 
 
@@ -61,6 +63,8 @@ class Workspace:
         except ValueError as error:
             raise CasaError(f"{kitchen}: MuJoCo does not read it: {error}") from error
         spec.compiler.discardvisual = True
+        labelled = [text.data.split() for text in spec.texts if text.name.endswith(HANDLE_LABEL)]
+        self._handles = frozenset(name for names in labelled for name in names)
         alone = assemble(robot, models)
         alone.compiler.discardvisual = True
         self.alone: Any = alone.compile()
@@ -104,6 +108,10 @@ class Workspace:
         """Let the fingers of an arm touch geoms of the kitchen."""
         held = [self.model.geom(name).id for name in geoms]
         self._held = frozenset((f, g) for f in self._fingers[arm] for g in held)
+
+    def handle_of(self, grip: str) -> list[str]:
+        """A geom that is gripped, and those of the same handle that touch it."""
+        return handle_of(self.model, self._handles, grip)
 
     def near(self, q: Floats) -> list[Nearness]:
         """All pairs of geoms that are nearer than `NEAR_M`, the robot in a posture of shape (nq,) of `alone`."""
@@ -183,3 +191,33 @@ class Workspace:
             for pair in pairs:
                 counts[pair] = counts.get(pair, 0) + (SAMPLES if k == 0 else 1)
         return frozenset(pair for pair, n in counts.items() if n > OFTEN * SAMPLES)
+
+
+def handle_of(model: Any, handles: frozenset[str], grip: str) -> list[str]:
+    """A geom that is gripped, and those of the same handle that touch it: the posts of a bar, the dome of a cup.
+
+    Args:
+        handles: names of all geoms of handles.
+    """
+    first = model.geom(grip)
+    found = [grip]
+    if grip not in handles:
+        return found
+    low, high = _corners(model, first.id)
+    for i in range(model.ngeom):
+        name = model.geom(i).name
+        if name == grip or name not in handles or model.geom_bodyid[i] != first.bodyid[0]:
+            continue
+        other_low, other_high = _corners(model, i)
+        if (other_low < high + TOUCHING_M).all() and (other_high > low - TOUCHING_M).all():
+            found.append(name)
+    return found
+
+
+def _corners(model: Any, geom: int) -> tuple[Floats, Floats]:
+    """Least and largest corner of a geom in the frame of its body, shape (3,) each."""
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+    box, turn = model.geom_aabb[geom], turn.reshape(3, 3)
+    centre, half = model.geom_pos[geom] + turn @ box[:3], np.abs(turn) @ box[3:]
+    return centre - half, centre + half

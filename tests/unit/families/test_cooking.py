@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from casa_assets.checks.asset.finger_room import fingers_have_room
 from casa_assets.export import mjcf
 from casa_assets.families.fixtures.cooking.microwave import (
     Microwave,
@@ -24,6 +25,7 @@ from casa_assets.families.parts.cooktop.grates import burner_cells
 from casa_assets.families.parts.hardware import knobs
 from casa_assets.families.parts.hardware.knobs import KnobStyle
 from casa_assets.families.parts.hardware.readout import SEGMENTS, KeySign, key_symbol, seven_segment_text
+from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.model.asset.asset import Asset
 from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
@@ -40,6 +42,7 @@ def holds(family: str, asset: Asset) -> None:
         grip = next(c for c in asset.link(joint.child).colliders if c.name == joint.grip)
         assert grip.label in ("handle", "knob", "button", "rack", "tray")
         assert min(abs(v) for v in joint.range) == 0
+    assert fingers_have_room(asset, known().limits["finger_m"]).problems == ()
     assert not asset.exclusions
     assert all(len(k.colliders) <= 32 for k in asset.links)
     assert sum(len(v.mesh.faces) for k in asset.links for v in k.visuals) < 24000
@@ -218,6 +221,19 @@ def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> N
     region = next(r for r in asset.regions if r.name == inside)
     assert region.link == inside
     assert region.size[2] > 0.04
+
+
+@pytest.mark.parametrize("name", BY_NAME["range"].presets)
+def test_the_handle_of_a_drawer_under_an_oven_is_at_its_upper_edge_and_stands_out(name: str) -> None:
+    asset = preset("range", name)
+    drawers = [link for link in asset.links if link.name == "drawer"]
+    for drawer in drawers:
+        handle = next(c for c in drawer.colliders if c.name == "drawer_handle_main")
+        front = next(c for c in drawer.colliders if c.name == "drawer_front")
+        low, high = shape_bounds(handle.shape, asset.asset_from_link("drawer") @ handle.pose)
+        face = shape_bounds(front.shape, asset.asset_from_link("drawer") @ front.pose)[0, 1]
+        assert 0.22 <= low[2] < high[2] <= 0.3
+        assert face - low[1] >= 0.03
 
 
 def test_a_wide_range_has_two_ovens() -> None:

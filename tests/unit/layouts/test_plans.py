@@ -221,6 +221,17 @@ class TestContent:
                 room = max(item.spot.u - half - left, right - item.spot.u - half)
                 assert room >= MIN_SURFACE_M[0], message(kitchen, room)
 
+    @pytest.mark.parametrize("name", PLANS)
+    def test_a_hand_gets_to_the_keys_of_a_microwave_beside_a_tall_unit(self, name: str) -> None:
+        for style in style_names():
+            kitchen = made(name, style=style)
+            width = StyleModels(kitchen.style, preset_params()).for_role("microwave").length("width")
+            for item in (i for i in kitchen.items if i.role == "microwave" and kitchen.slot(i.unit).top < 1.0):
+                row = floor_row(kitchen, kitchen.slot(item.unit).line)
+                right = item.spot.u + width / 2
+                tall = [s.left - right for s in row if s.top > 1.0 and s.left >= right]
+                assert min(tall, default=1.0) >= 0.12, message(kitchen, style, tall)
+
     @pytest.mark.parametrize("style", style_names())
     @pytest.mark.parametrize("name", PLANS)
     def test_fits_every_style(self, name: str, style: str) -> None:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 
 from casa_assets import registry
-from casa_assets.checks.robots.grips import Grip, pinches, presses
+from casa_assets.checks.robots.grips import TAKEN_M, Grip, pinches, presses
 from casa_assets.checks.robots.tasks import tasks_of
+from casa_assets.checks.robots.workspace import handle_of
 from casa_assets.checks.run import run
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Status
@@ -97,6 +99,26 @@ def test_a_bar_is_held_across_its_length_and_a_hand_comes_from_the_front_first()
     assert all(abs(g.rotation[0, 0]) < 1e-9 and g.width == pytest.approx(0.012) for g in grasps)
     assert all(g.pivots for g in grasps)
     assert all(np.linalg.det(g.rotation) == pytest.approx(1.0) for g in grasps)
+
+
+@pytest.mark.parametrize("depth", [0.003, 0.006, 0.017])
+def test_fingers_take_a_bar_near_its_front_so_that_their_tips_keep_clear_of_what_is_behind(depth: float) -> None:
+    grasp = pinches(box(0.08, depth, 0.006), 0.075, None)[0]
+    assert grasp.position[1] == pytest.approx(min(0.0, TAKEN_M - depth))
+
+
+def test_a_handle_is_its_grip_and_what_touches_it_on_the_same_body() -> None:
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><body name="drawer">
+        <geom name="front" type="box" size="0.3 0.01 0.1"/>
+        <geom name="lip" type="box" size="0.03 0.003 0.01" pos="0 -0.04 0"/>
+        <geom name="dome" type="box" size="0.03 0.015 0.007" pos="0 -0.025 0.017"/>
+        <geom name="second" type="box" size="0.03 0.003 0.01" pos="0.2 -0.04 0"/>
+        </body></worldbody></mujoco>"""
+    )
+    handles = frozenset({"lip", "dome", "second"})
+    assert handle_of(model, handles, "lip") == ["lip", "dome"]
+    assert handle_of(model, handles, "front") == ["front"]
 
 
 def test_what_is_wider_than_the_hand_is_held_by_its_edge_or_not_at_all() -> None:
