@@ -216,8 +216,8 @@ def handle_of(model: Any, handles: frozenset[str], grip: str) -> list[str]:
 
 def _corners(model: Any, geom: int) -> tuple[Floats, Floats]:
     """Least and largest corner of a geom in the frame of its body, shape (3,) each."""
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-    box, turn = model.geom_aabb[geom], turn.reshape(3, 3)
+    matrix = np.zeros(9)
+    mujoco.mju_quat2Mat(matrix, model.geom_quat[geom])
+    box, turn = model.geom_aabb[geom], matrix.reshape(3, 3)
     centre, half = model.geom_pos[geom] + turn @ box[:3], np.abs(turn) @ box[3:]
     return centre - half, centre + half
