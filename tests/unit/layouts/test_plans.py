@@ -42,7 +42,7 @@ TABLE = {
     "one_wall_small": (5.8, 3.0, False, 0, False),
     "one_wall_large": (6.5, 5.0, True, 3, False),
     "l_small": (5.2, 5.2, False, 0, True),
-    "l_large": (5.2, 5.9, True, 3, True),
+    "l_large": (5.5, 5.9, True, 3, True),
     "galley": (3.2, 5.6, False, 0, True),
     "u_small": (4.4, 4.5, False, 0, True),
     "u_large": (6.4, 5.0, True, 3, True),
