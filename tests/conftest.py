@@ -1,8 +1,33 @@
-"""Settings of all tests: no example of hypothesis is judged by the clock, and every run tries the same ones."""
+"""What all tests share: settings of hypothesis, and one cache of built things for all processes of a run.
+
+No example of hypothesis is judged by the clock, and every run tries the same ones.
+"""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
 
 settings.register_profile("same_examples", deadline=None, derandomize=True)
 settings.load_profile("same_examples")
+
+
+@pytest.fixture(scope="session")
+def common(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder that all processes of this run of the tests have in common."""
+    own = tmp_path_factory.getbasetemp()
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache(common: Path) -> Iterator[Path]:
+    """A cache of the tests' own, so that they neither use nor fill the user's; what one process built, all have."""
+    folder = common / "cache"
+    folder.mkdir(exist_ok=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CASA_ASSETS_CACHE", str(folder))
+        yield folder

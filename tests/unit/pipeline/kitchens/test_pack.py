@@ -144,7 +144,7 @@ class TestPack:
         assert list(tmp_path.iterdir()) == []
 
     def test_what_is_missing_is_told(self, checked_kitchen: Checked, tmp_path: Path) -> None:
-        shutil.copytree(checked_kitchen[0], tmp_path / "scenes")
+        shutil.copytree(checked_kitchen[0], tmp_path / "scenes", ignore=shutil.ignore_patterns(".casa"))
         picture = next((tmp_path / "scenes/assets/textures").glob("*_color_*.png"))
         picture.unlink()
         with pytest.raises(OutputError, match=f"{picture.name}.*--force"):
