@@ -96,12 +96,13 @@ def print_robots(results: list[SceneResult], console: Console) -> None:
     from casa_assets.pipeline.kitchens.robots import read_certificate
 
     table = Table(box=None, padding=(0, 1), header_style="bold")
-    for heading in ("scene", "robot", "reached", "followed", "of joints", "margin, median"):
+    for heading in ("scene", "robot", "reached", "followed", "of joints", "margin, median", "without a parking place"):
         table.add_column(heading, overflow="fold")
     for result in results:
         found = read_certificate(Path(result.folder)) if result.folder else None
         for robot in found.robots if found else ():
-            numbers = (robot.reached, robot.followed, len(robot.joints), robot.margin)
+            without = len(found.without_parking) if found else 0
+            numbers = (robot.reached, robot.followed, len(robot.joints), robot.margin, without)
             table.add_row(result.recipe.scene_id, robot.robot, *map(str, numbers))
     console.print(table, highlight=False)
 

@@ -11,11 +11,23 @@ from typing import Any
 
 import pytest
 
+from tests.consumers.robots.page import page
+
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / os.environ.get("CASA_ROBOTS", ".venv-robots")
 SCENE = "l_small__coastal"
-
-pytestmark = pytest.mark.consumers
+KITCHENS = (SCENE, "galley__industrial", "u_small__traditional_1")
+OTHERS = ("GR1", "SpotWithArm", "Tiago")
+# A drawer low down, one under the worktop, doors below and above it, a knob, a key.
+FEW = (
+    "main_drawers__drawer0_*",
+    "main_drawers__drawer2_*",
+    "main_doors__leftdoorhinge",
+    "main_upper_doors__doorhinge",
+    "main_range__knob_front_left_*",
+    "right_dishwasher__start_button_*",
+)
+PAGE = ROOT / "docs" / "robots_table.md"
 
 
 def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
@@ -45,6 +57,7 @@ def certificate(out: Path) -> dict[str, Any]:
     return data
 
 
+@pytest.mark.consumers
 def test_panda_omron_reaches_nearly_all_and_follows_most(out: Path) -> None:
     found = certificate(out)
     (result,) = found["results"]
@@ -55,6 +68,7 @@ def test_panda_omron_reaches_nearly_all_and_follows_most(out: Path) -> None:
     assert counts["followed"] >= 0.6 * counts["joints"]
 
 
+@pytest.mark.consumers
 def test_each_joint_says_how_it_was_reached(out: Path) -> None:
     facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
     ranges = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
@@ -65,6 +79,7 @@ def test_each_joint_says_how_it_was_reached(out: Path) -> None:
         assert (joint["share"] == 1.0) == (joint["followed"] != "no")
 
 
+@pytest.mark.consumers
 def test_what_is_unchanged_is_kept_and_stands_in_the_report(out: Path) -> None:
     before = (out / SCENE / "robots.json").read_bytes()
     done = casa("scenes", "robots", SCENE, "--robot", "PandaOmron", "--out", out, "--jobs", 1)
@@ -78,6 +93,7 @@ def test_what_is_unchanged_is_kept_and_stands_in_the_report(out: Path) -> None:
     assert "PandaOmron" in (out / SCENE / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.consumers
 def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
     done = casa("scenes", "robots", SCENE, "--out", tmp_path, "--models", tmp_path)
     assert done.returncode == 2
@@ -85,6 +101,7 @@ def test_without_its_models_it_says_what_is_missing(tmp_path: Path) -> None:
     assert "robosuite 1.5.2" in " ".join(done.stderr.split())
 
 
+@pytest.mark.consumers
 def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
     (panda,) = PLACE.glob("lib/python3*/site-packages/robosuite/models/assets/robots/panda/robot.xml")
     picture = tmp_path / "drawer.png"
@@ -94,3 +111,35 @@ def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert "is open by 0.2" in done.stdout
     assert picture.stat().st_size > 50_000
+
+
+@pytest.mark.consumers
+def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(tmp_path: Path) -> None:
+    robots = [part for name in OTHERS for part in ("--robot", name)]
+    joints = [part for glob in FEW for part in ("--joint", glob)]
+    done = casa("scenes", "robots", SCENE, *robots, *joints, "--out", tmp_path, "--jobs", 1)
+    assert done.returncode == 0, done.stdout + done.stderr
+    found = certificate(tmp_path)
+    assert set(found["counts"]) == set(OTHERS)
+    for robot, counts in found["counts"].items():
+        assert counts["joints"] == counts["reached"] == len(FEW), robot
+        assert counts["followed"] >= len(FEW) - 1, robot
+    (result,) = found["results"]
+    assert (result["status"], result["reason"].split(":")[0]) == (
+        "not_run",
+        "PandaOmron is not among the robots that were tried",
+    )
+
+
+@pytest.mark.certify
+def test_the_page_says_what_all_robots_reach_in_three_kitchens(tmp_path: Path) -> None:
+    done = casa("scenes", "robots", *KITCHENS, "--out", tmp_path)
+    assert done.returncode in (0, 1), done.stdout + done.stderr
+    rows = [
+        [json.loads((tmp_path / name / file).read_text(encoding="utf-8")) for name in KITCHENS]
+        for file in ("robots.json", "scene.json")
+    ]
+    printed = ROOT / "out" / "certify" / PAGE.name
+    printed.parent.mkdir(parents=True, exist_ok=True)
+    printed.write_text(page(*rows), encoding="ascii")
+    assert PAGE.read_text(encoding="ascii") == printed.read_text(encoding="ascii"), f"copy {printed} to {PAGE}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,12 @@ from lxml import etree
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.robot import Arm, Hand, Robot
+from casa_assets.model.kitchen.robot import Arm, Hand, Legs, Robot
 
 ROOT = "robot"  # body that stands on the parking place, and turns and slides there
 BASE_JOINTS = ("base_forward", "base_side", "base_yaw")
 AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+TRUNK = "trunk"  # body and joint that legs lift, where they bend
 GROUND_GAP_M = 0.002  # between the floor and the lowest point of the robot
 
 
@@ -27,8 +29,8 @@ def tip_name(arm: Arm, press: bool) -> str:
 def assemble(robot: Robot, models: Path) -> Any:
     """One MjSpec of a robot that stands on the floor of its world, at the origin, looking along x.
 
-    Only the three joints of its base, those of its home and those of its fingers are left in it; the others are set to
-    where they stay. What is only seen is there until the spec is compiled with `discardvisual`.
+    Only the three joints of its base, those of its home, legs and fingers are left in it; the others are set to where
+    they stay. What is only seen is there until the spec is compiled with `discardvisual`.
 
     Args:
         models: folder that holds the robot's files.
@@ -52,12 +54,42 @@ def finger_joints(robot: Robot) -> dict[str, float]:
     return {name: value for arm in robot.arms for name, value in arm.grasp.fingers.items()}
 
 
+def leg_joints(robot: Robot) -> tuple[str, ...]:
+    """Joints of legs that bend with the height of the trunk, and with nothing else."""
+    return tuple(robot.legs.angles) if robot.legs else ()
+
+
+def leg_angles(legs: Legs, heights: Floats) -> tuple[Floats, Floats]:
+    """Angles of all joints of legs at heights of the trunk, and by how much they turn for each metre.
+
+    Args:
+        heights: of the joint `TRUNK`, any shape.
+    Returns:
+        Both with one axis more than the heights, along the joints.
+    """
+    cosine = np.clip(math.cos(legs.lean[0]) + heights / legs.length, -1.0, math.cos(legs.lean[0]))
+    lean = np.arccos(cosine)[..., None]
+    zero, turn = np.array(tuple(legs.angles.values())).T
+    return zero + lean * turn, -turn / (legs.length * np.sin(lean))
+
+
 def home_posture(robot: Robot, model: Any) -> Floats:
     """Positions of all joints of a model of `assemble` at rest, shape (nq,)."""
     q = np.zeros(model.nq)
-    for name, value in {**robot.home, **finger_joints(robot)}.items():
+    for name, value in _joints_at_rest(robot).items():
         q[model.joint(name).qposadr[0]] = value
     return q
+
+
+def _joints_at_rest(robot: Robot) -> dict[str, float]:
+    """All joints that move, and where they are at rest; those of the base, at zero, are left out."""
+    legs = {}
+    if robot.legs:
+        if TRUNK not in robot.home:
+            raise CasaError(f"robot {robot.id}: it has legs that bend, and its home does not name '{TRUNK}'")
+        angles, _ = leg_angles(robot.legs, np.array(robot.home[TRUNK]))
+        legs = dict(zip(robot.legs.angles, angles.tolist(), strict=True))
+    return {**robot.home, **legs, **finger_joints(robot)}
 
 
 def _stand(robot: Robot, models: Path) -> Any:
@@ -68,14 +100,25 @@ def _stand(robot: Robot, models: Path) -> Any:
     for name, axis in zip(BASE_JOINTS, AXES, strict=True):
         kind = mujoco.mjtJoint.mjJNT_HINGE if name == BASE_JOINTS[2] else mujoco.mjtJoint.mjJNT_SLIDE
         root.add_joint(name=name, type=kind, axis=axis, range=(-1.0, 1.0), limited=True)
+    lifted = _lifted(root, robot.legs) if robot.legs else root
     for part in robot.parts:
         child = _read(robot, models / part.file)
-        carrier = spec.body(part.onto) if part.onto else root
+        carrier = spec.body(part.onto) if part.onto else lifted
         if carrier is None:
             raise CasaError(f"robot {robot.id}: part '{part.name}' goes onto '{part.onto}', which no earlier part has")
         at = (0.0, 0.0, 0.0) if part.onto else (-robot.centre[0], -robot.centre[1], 0.0)
         spec.attach(child, prefix=f"{part.name}_", frame=carrier.add_frame(pos=at))
     return spec
+
+
+def _lifted(root: Any, legs: Legs) -> Any:
+    """A body that rises and sinks with the trunk of a robot whose legs bend; zero is where they lean least."""
+    trunk = root.add_body(name=TRUNK, mass=1.0, inertia=(1.0, 1.0, 1.0), explicitinertial=True)
+    lowest = legs.length * (math.cos(legs.lean[1]) - math.cos(legs.lean[0]))
+    trunk.add_joint(
+        name=TRUNK, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=(0.0, 0.0, 1.0), range=(lowest, 0.0), limited=True
+    )
+    return trunk
 
 
 def _read(robot: Robot, path: Path) -> Any:
@@ -140,7 +183,7 @@ def _fix_joints(robot: Robot, spec: Any) -> None:
     spec.compiler.discardvisual = False
     data = mujoco.MjData(model)
     names = {model.joint(i).name for i in range(model.njnt)}
-    moving = {**robot.home, **finger_joints(robot)}
+    moving = _joints_at_rest(robot)
     for name in [*moving, *robot.fixed]:
         if name not in names:
             raise CasaError(f"robot {robot.id}: it has no joint '{name}'; it has {', '.join(sorted(names))}")

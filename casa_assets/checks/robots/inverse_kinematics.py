@@ -56,6 +56,22 @@ class _KeepClear(mink.Limit):
         return mink.Constraint(rows[moved], bound[moved])
 
 
+class _LegsFollow(mink.Task):
+    """Legs bend with the height of the trunk; after each step they are set to where they have to be."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        super().__init__(cost=np.ones(len(workspace.legs)), gain=1.0)
+        self.workspace = workspace
+
+    def compute_error(self, configuration: mink.Configuration) -> Floats:
+        """Zero for each joint of the legs."""
+        return np.zeros(len(self.workspace.legs))
+
+    def compute_jacobian(self, configuration: mink.Configuration) -> Floats:
+        """One row for each joint of the legs."""
+        return self.workspace.legs_follow(configuration.q)
+
+
 class Solver:
     """Inverse kinematics of one robot in one kitchen."""
 
@@ -67,13 +83,19 @@ class Solver:
         self._clear = _KeepClear(workspace)
         cost = np.full(model.nv, HOME_COST)
         cost[:base_dofs] = BASE_COST
+        cost[workspace.legs] = 0.0
+        self._legs = [_LegsFollow(workspace)] if workspace.legs else None
+        self._led = np.delete(np.arange(model.nv), workspace.legs)
         self._rest = mink.PostureTask(model, cost=cost)
 
-    def solve(self, tip: str, grasp: Grasp, start: Floats, bounds: Bounds, iterations: int) -> Floats | None:
+    def solve(
+        self, tip: str, grasp: Grasp, start: Floats, bounds: Bounds, iterations: int, clear: bool = True
+    ) -> Floats | None:
         """A posture of shape (nq,) that has the hand where it shall be and touches nothing; None where none was found.
 
         Args:
-            tip: site between the fingers. start: posture to begin with.
+            tip: site between the fingers. start: posture to begin with. clear: false where the robot may touch and
+                pass through everything.
         """
         costs = (1.0, PIVOT_COST if grasp.pivots else 1.0, 1.0)
         task = mink.FrameTask(tip, "site", position_cost=4.0, orientation_cost=costs, lm_damping=1e-3)
@@ -82,29 +104,36 @@ class Solver:
         self._rest.set_target(start)
         self._ranges.lower[:], self._ranges.upper[:] = bounds.low, bounds.high
         configuration = self._configuration
-        configuration.update(np.clip(start, bounds.low, bounds.high))
+        configuration.update(self.workspace.with_legs(np.clip(start, bounds.low, bounds.high)))
         weights = np.array((1.0, 1.0, 1.0, 0.3, 0.0 if grasp.pivots else 0.3, 0.3))
         best, waited = np.inf, 0
         for _ in range(iterations):
             error = task.compute_error(configuration) * (weights > 0.0)
             there = np.linalg.norm(error[:3]) < POSITION_M and np.linalg.norm(error[3:]) < ANGLE_RAD
-            if there and self.workspace.is_free(configuration.q):
+            if there and (not clear or self.workspace.is_free(configuration.q)):
                 found: Floats = configuration.q.copy()
                 return found
             size = float(np.linalg.norm(error * weights))
             best, waited = (size, 0) if size < 0.98 * best else (best, waited + 1)
             if waited > STALLED:
                 return None
-            step = self._step(task)
-            configuration.integrate_inplace(step * min(1.0, STEP / max(1e-9, float(np.abs(step).max()))), 1.0)
+            step = self._step(task, clear)
+            step *= min(1.0, STEP / max(1e-9, float(np.abs(step[self._led]).max())))
+            configuration.update(self.workspace.with_legs(configuration.integrate(step, 1.0)))
         return None
 
-    def _step(self, task: mink.FrameTask) -> Floats:
+    def _step(self, task: mink.FrameTask, clear: bool) -> Floats:
         """Change of all joints; where the robot cannot get clear of what it overlaps, as if that were not there."""
-        for limits in ([self._ranges, self._clear], [self._ranges]):
+        for limits in ([self._ranges, self._clear], [self._ranges])[0 if clear else 1 :]:
             try:
                 step: Floats = mink.solve_ik(
-                    self._configuration, [task, self._rest], 1.0, SOLVER, damping=1e-5, limits=limits
+                    self._configuration,
+                    [task, self._rest],
+                    1.0,
+                    SOLVER,
+                    damping=1e-5,
+                    limits=limits,
+                    constraints=self._legs,
                 )
             except mink.NoSolutionFound:
                 continue

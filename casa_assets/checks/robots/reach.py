@@ -18,7 +18,7 @@ from casa_assets.checks.robots.seeds import Seed, Seeds
 from casa_assets.checks.robots.tasks import Task
 from casa_assets.checks.robots.workspace import Workspace
 from casa_assets.core.typing import Floats
-from casa_assets.model.kitchen.robot import Arm, Following, JointReach, Robot
+from casa_assets.model.kitchen.robot import Arm, Following, JointReach, Miss, Robot
 from casa_assets.model.record import Vec2, Vec3
 
 # How far a base may stand from a parking place: back and ahead, to the right and left (m), turned (rad). RoboCasa draws
@@ -34,6 +34,7 @@ KEPT_MARGIN = 0.01  # share of half its range that a hinge keeps from each end
 FINGER_GAP_M = 0.006  # between a finger and what it comes to
 DISTANT, NEXT = 60, 15  # iterations to a handle, and to the next place of one that is held
 TRIES = 60  # ways of reaching one joint from one place
+WHY_TRIES = 8  # ways of reaching, in which a joint that is not reached is tried as if nothing were in the way
 FOLLOWED_TRIES = 5  # ways of holding, with which opening is tried
 
 
@@ -72,7 +73,20 @@ class Bench:
                 best = max(best, found, key=_rank)
                 if found.followed is not Following.NO:
                     return found
-        return best
+        return best if best.reached else best.model_copy(update={"missed": self._why(task)})
+
+    def _why(self, task: Task) -> Miss:
+        """Why no hand gets to a handle."""
+        why = Miss.THICK
+        for place in task.places:
+            self._begin(task, place, self.robot.arms[0])
+            room = _bounds(self._workspace, BESIDE)
+            for seed in self._seeds_for(task, place, room, 0.0)[:WHY_TRIES]:
+                why = Miss.FAR
+                bounds = self._fingers_at(room, seed.arm, seed.grasp)
+                if self._solver.solve(seed.tip, seed.grasp, seed.posture, bounds, DISTANT, clear=False) is not None:
+                    return Miss.BLOCKED
+        return why
 
     def _reached(self, task: Task) -> Iterator[_Held]:
         """Postures in which a hand is at the handle and can get away from it again.

@@ -12,7 +12,7 @@ import numpy as np
 from casa_assets.checks.robots.assemble import BASE_JOINTS, tip_name
 from casa_assets.checks.robots.grips import Grasp
 from casa_assets.checks.robots.inverse_kinematics import Bounds
-from casa_assets.checks.robots.workspace import FAR_M, Workspace
+from casa_assets.checks.robots.workspace import Workspace
 from casa_assets.core.typing import Floats
 from casa_assets.model.kitchen.robot import Robot
 from casa_assets.model.record import Vec3
@@ -72,7 +72,6 @@ class Seeds:
             mujoco.mj_kinematics(model, data)
             positions[k] = data.site_xpos[sites]
             rotations[k] = data.site_xmat[sites].reshape(-1, 3, 3)
-        workspace.place(FAR_M, FAR_M, 0.0)
         self._drawn = {}
         for k, (arm, press, _) in enumerate(self._tips):
             if not press:
@@ -133,11 +132,11 @@ def _draw(workspace: Workspace) -> Floats:
             drawn[:, k] = np.clip(rng.uniform(low[k] - more, high[k] + more, DRAWN), low[k], high[k])
     drawn[0] = home
     drawn[:, : len(BASE_JOINTS)] = 0.0
-    return drawn
+    return workspace.with_legs(drawn)
 
 
 def _spread_over_heights(workspace: Workspace, drawn: Floats, heights: Floats) -> list[int]:
-    """Numbers of postures in which the robot touches nothing, at most `IN_LAYER` for each layer of heights."""
+    """Numbers of postures in which the robot does not touch itself, at most `IN_LAYER` for each layer of heights."""
     kept: list[int] = []
     layers = np.floor(heights / LAYER_M).astype(int)
     for layer in np.unique(layers[layers >= 0]):
@@ -145,7 +144,7 @@ def _spread_over_heights(workspace: Workspace, drawn: Floats, heights: Floats) -
         for k in np.nonzero(layers == layer)[0]:
             if found == IN_LAYER:
                 break
-            if workspace.is_free(drawn[k]):
+            if workspace.is_clear_of_itself(drawn[k]):
                 kept.append(int(k))
                 found += 1
     return kept

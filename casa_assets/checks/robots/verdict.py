@@ -13,9 +13,14 @@ def joints_are_reached(subject: SceneRobots, least: float) -> Measurement:
     found = next((r for r in subject.robots if r.robot == FLOOR_ROBOT), None)
     if found is None:
         return not_run(f"{FLOOR_ROBOT} is not among the robots that were tried")
+    if subject.only:
+        return not_run(f"only some joints were tried: {', '.join(subject.only)}")
     if not found.joints:
         return not_applicable("nothing with a parking place has a handle, knob, key or lever")
     share = found.reached / len(found.joints)
     missed = [joint for joint in found.joints if not joint.reached]
-    problems = [(f"{j.fixture}/{j.joint}", f"{FLOOR_ROBOT} does not get its hand there") for j in missed]
+    problems = [
+        (f"{j.fixture}/{j.joint}", f"{FLOOR_ROBOT} does not get its hand there: {j.missed or 'unknown'}")
+        for j in missed
+    ]
     return Measurement(share, tuple(problems) if share < least else ())

@@ -10,7 +10,16 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from casa_assets.checks.robots.assemble import BASE_JOINTS, ROOT, assemble, finger_joints, home_posture
+from casa_assets.checks.robots.assemble import (
+    BASE_JOINTS,
+    ROOT,
+    TRUNK,
+    assemble,
+    finger_joints,
+    home_posture,
+    leg_angles,
+    leg_joints,
+)
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.robot import Robot
@@ -23,7 +32,6 @@ SAMPLES = 200  # random postures that tell which links of a robot overlap by the
 OFTEN = 0.5  # share of them in which such links overlap
 HANDLE_LABEL = "__label__handle"  # ends the names of texts that list the geoms of handles
 TOUCHING_M = 0.002  # gap up to which two geoms of a handle are taken together
-FAR_M = 50.0  # from the kitchen, where the robot touches nothing but itself
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,8 @@ class Workspace:
 
     Attributes:
         alone: MjModel of the robot without the kitchen; its joints are those of `assemble`.
-        home: posture of the robot at rest, shape (nq,) of `alone`. hinges: numbers of its hinges, but for fingers.
+        home: posture of the robot at rest, shape (nq,) of `alone`. hinges: numbers of its hinges, but for fingers
+            and legs. legs: numbers of the joints of legs, which follow the height of its trunk.
         model, data: of both.
     """
 
@@ -72,24 +81,46 @@ class Workspace:
         self.model: Any = spec.compile()
         self.data: Any = mujoco.MjData(self.model)
         self.home = home_posture(robot, self.alone)
-        fingers = finger_joints(robot)
+        self.legs = [self.alone.joint(name).id for name in leg_joints(robot)]
+        self._legs = robot.legs
+        others = {*finger_joints(robot), *BASE_JOINTS, *leg_joints(robot)}
         turning = [i for i in range(self.alone.njnt) if self.alone.jnt_type[i] == mujoco.mjtJoint.mjJNT_HINGE]
-        self.hinges = [i for i in turning if self.alone.joint(i).name not in {*fingers, *BASE_JOINTS}]
+        self.hinges = [i for i in turning if self.alone.joint(i).name not in others]
         self._root = self.model.body(PREFIX + ROOT).id
         self._height = float(self.model.body_pos[self._root][2])
         names = [self.alone.joint(i).name for i in range(self.alone.njnt)]
         self._address = np.array([int(self.model.joint(PREFIX + n).qposadr[0]) for n in names])
         # Some bodies of hands have no name; all are in the same order in both models.
+        # The same holds of geoms: `_first` is the first of the robot.
         self._body = {self._root + i - self.alone.body(ROOT).id: i for i in range(1, self.alone.nbody)}
+        self._first = next(i for i in range(self.model.ngeom) if int(self.model.geom_bodyid[i]) in self._body)
         self._held: frozenset[tuple[int, int]] = frozenset()
         self._fingers = {arm.name: self._geoms_of(robot, arm.touching) for arm in robot.arms}
         self._set_bits()
+        self._alone_data: Any = mujoco.MjData(self.alone)
         self._drawn_over = self._overlaps_as_drawn()
         mujoco.mj_resetData(self.model, self.data)
 
     def number(self, joint: str) -> int:
         """Number of a joint of the robot in its postures."""
         return int(self.alone.joint(joint).qposadr[0])
+
+    def with_legs(self, q: Floats) -> Floats:
+        """Postures of shape (..., nq) with their legs bent as the height of the trunk asks."""
+        if self._legs is None:
+            return q
+        bent = q.copy()
+        bent[..., self.legs], _ = leg_angles(self._legs, q[..., self.number(TRUNK)])
+        return bent
+
+    def legs_follow(self, q: Floats) -> Floats:
+        """Rows of A dq = 0, shape (n, nq), that hold while legs bend with the trunk; none without such legs."""
+        rows = np.zeros((len(self.legs), len(q)))
+        if self._legs is not None:
+            rows[np.arange(len(rows)), self.legs] = 1.0
+            trunk = self.number(TRUNK)
+            rows[:, trunk] = -leg_angles(self._legs, q[trunk])[1]
+        return rows
 
     def place(self, x: float, y: float, yaw: float) -> None:
         """Put the zero of the base's joints somewhere, m and radians."""
@@ -134,9 +165,25 @@ class Workspace:
         """True if the robot touches nothing but what its fingers hold."""
         return all(near.distance > 0.0 for near in self.near(q))
 
+    def is_clear_of_itself(self, q: Floats) -> bool:
+        """True if no part of the robot touches another; the kitchen is left out."""
+        return not any(
+            (a + self._first, b + self._first) not in self._drawn_over
+            for a, b, depth in self._on_itself(q)
+            if depth < 0.0
+        )
+
     def overlap(self, q: Floats) -> float:
         """How deep the robot is in anything, summed over what it touches, m."""
         return sum(max(0.0, -near.distance) for near in self.near(q))
+
+    def _on_itself(self, q: Floats) -> list[tuple[int, int, float]]:
+        """Pairs of geoms of `alone` that are near each other, and their distance, m."""
+        self._alone_data.qpos[:] = q
+        mujoco.mj_kinematics(self.alone, self._alone_data)
+        mujoco.mj_collision(self.alone, self._alone_data)
+        contact = self._alone_data.contact
+        return [(int(a), int(b), float(d)) for (a, b), d in zip(contact.geom, contact.dist, strict=True)]
 
     def _geoms_of(self, robot: Robot, names: tuple[str, ...]) -> tuple[int, ...]:
         """Geoms of bodies of these names, and geoms that show meshes of these names."""
@@ -155,12 +202,13 @@ class Workspace:
         """Let the robot touch the kitchen and itself, its base not the ground, and the kitchen not itself."""
         model = self.model
         mujoco.mj_kinematics(model, self.data)
+        standing = self._standing()
         for i in range(model.ngeom):
             touches, body = model.geom_contype[i] or model.geom_conaffinity[i], model.geom_bodyid[i]
             if not touches:
                 continue
             if int(body) in self._body:
-                ground = 0 if int(model.body_weldid[body]) == self._root else GROUND
+                ground = 0 if int(body) in standing else GROUND
                 model.geom_contype[i], model.geom_conaffinity[i] = KITCHEN | ground | ITSELF, ITSELF
                 model.geom_margin[i] = NEAR_M
             else:
@@ -170,25 +218,30 @@ class Workspace:
                 low = model.geom_type[i] == mujoco.mjtGeom.mjGEOM_PLANE or top < DRIVEN_OVER_M
                 model.geom_contype[i], model.geom_conaffinity[i] = 0, GROUND if low else KITCHEN
                 model.geom_margin[i] = 0.0
+        robots = slice(self._first, self._first + self.alone.ngeom)
+        self.alone.geom_contype[:] = model.geom_contype[robots]
+        self.alone.geom_conaffinity[:] = model.geom_conaffinity[robots]
+        self.alone.geom_margin[:] = model.geom_margin[robots]
+
+    def _standing(self) -> set[int]:
+        """Bodies that stand on the ground: the base, and what hangs on the first joints of legs."""
+        model = self.model
+        standing = {b for b in self._body if int(model.body_weldid[b]) == self._root}
+        standing |= {int(model.joint(PREFIX + self.alone.joint(i).name).bodyid[0]) for i in self.legs}
+        for body in sorted(self._body):  # a body comes after the one that carries it
+            if int(model.body_parentid[body]) in standing and not model.body_jntnum[body]:
+                standing.add(body)
+        return standing
 
     def _overlaps_as_drawn(self) -> frozenset[tuple[int, int]]:
         """Pairs of the robot's own geoms that overlap at rest or mostly: hulls of links reach into their neighbours."""
         rng = np.random.default_rng(0)
         low, high = self.alone.jnt_range[:, 0], self.alone.jnt_range[:, 1]
-        self.place(FAR_M, FAR_M, 0.0)
         counts: dict[tuple[int, int], int] = {}
         for k in range(SAMPLES):
-            q = self.home if k == 0 else rng.uniform(low, high)
-            self.data.qpos[self._address] = q
-            mujoco.mj_kinematics(self.model, self.data)
-            mujoco.mj_collision(self.model, self.data)
+            q = self.home if k == 0 else self.with_legs(rng.uniform(low, high))
             depth = NEAR_M / 2 if k == 0 else 0.0
-            pairs = {
-                (int(a), int(b))
-                for (a, b), d in zip(self.data.contact.geom, self.data.contact.dist, strict=True)
-                if d < depth
-            }
-            for pair in pairs:
+            for pair in {(a + self._first, b + self._first) for a, b, d in self._on_itself(q) if d < depth}:
                 counts[pair] = counts.get(pair, 0) + (SAMPLES if k == 0 else 1)
         return frozenset(pair for pair, n in counts.items() if n > OFTEN * SAMPLES)
 

@@ -196,6 +196,9 @@ def robots(
     scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
     all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
     robot: Annotated[list[str] | None, typer.Option(help="Robots; all of registry/robots where none is named.")] = None,
+    joint: Annotated[
+        list[str] | None, typer.Option(help="Globs of joints to try, such as '*drawer*'; else all.")
+    ] = None,
     models: Annotated[
         Path | None, typer.Option(help="robosuite/models/assets; that of the installed robosuite otherwise.")
     ] = None,
@@ -219,7 +222,7 @@ def robots(
         raise typer.BadParameter("name scenes, or give --all")
     recipes = all_recipes() if all_ else recipes_matching(scenes or [])
     console = Console(stderr=json_)
-    done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force)
+    done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())
     results = scene_output.print_progress(done, len(recipes), "reaching", console, json_)
     if not json_:
         scene_output.print_robots(results, console)

@@ -60,6 +60,21 @@ class Arm(Record):
     closed: dict[str, float] = Field(default_factory=dict)
 
 
+class Legs(Record):
+    """Legs that bend and stretch together: the trunk stays level and rises or sinks over feet that stay where they are.
+
+    A thigh leans as far one way as the shank below it leans the other; both count as equally long.
+
+    Attributes:
+        angles: joint -> its angle where nothing leans, and by how much it turns for each radian of lean.
+        length: of a thigh and a shank together, m. lean: least and most, rad.
+    """
+
+    angles: dict[str, Vec2]
+    length: float
+    lean: Vec2
+
+
 class Robot(Record):
     """A robot that stands on the floor.
 
@@ -69,7 +84,8 @@ class Robot(Record):
         centre: of its base in the frame of the first part, which is put on a parking place; x ahead, y to the left.
         drives: whether the base can go along with a door that is being opened.
         home: joint -> where it is at rest; these are the joints that move. fixed: joint -> where it stays; the others
-            stay at zero.
+            stay at zero. legs: how they bend; its home then names `trunk`, the height of the trunk, m, below that
+            over legs with least lean. None where nothing bends.
     """
 
     id: str
@@ -80,6 +96,7 @@ class Robot(Record):
     drives: bool
     home: dict[str, float]
     fixed: dict[str, float] = Field(default_factory=dict)
+    legs: Legs | None = None
 
 
 class Following(StrEnum):
@@ -88,6 +105,14 @@ class Following(StrEnum):
     STANDING = "standing"
     DRIVING = "driving"
     NO = "no"
+
+
+class Miss(StrEnum):
+    """Why a hand does not get to something."""
+
+    FAR = "out of reach"
+    BLOCKED = "in the way"
+    THICK = "too thick"
 
 
 class JointReach(Record):
@@ -102,6 +127,8 @@ class JointReach(Record):
             followed, as a share of half the range: 0 at an end, 1 where all are in their middle.
         arm: that did it; empty where none reached. base: where the base stood when the hand got there: x, y of its
             centre and its direction, m and radians.
+        missed: why it is not reached; None where it is. Out of reach: no posture was found even where the robot may pass
+            through all else. In the way: one was found then. Too thick: it does not go between the fingers.
     """
 
     fixture: str
@@ -112,6 +139,7 @@ class JointReach(Record):
     margin: float | None = None
     arm: str = ""
     base: Vec3 | None = None
+    missed: Miss | None = None
 
 
 class RobotCertificate(Record):
@@ -146,6 +174,7 @@ class SceneRobots(Record):
         key: of all that it was made from. scene_key: of the files of the scene that it was found on.
         without_parking: joints of fixtures that a scene has no parking place for, such as switches and windows; no
             robot is tried on them.
+        only: globs of the joints that were tried; empty where all were.
     """
 
     format: Literal[1] = 1
@@ -154,3 +183,4 @@ class SceneRobots(Record):
     scene_key: str
     robots: tuple[RobotCertificate, ...]
     without_parking: tuple[str, ...] = ()
+    only: tuple[str, ...] = ()

@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -56,13 +57,20 @@ def find_robot_models() -> Path:
 
 
 def certify_all(
-    recipes: Sequence[SceneRecipe], out: Path, robots: Sequence[str], models: Path, jobs: int = 0, force: bool = False
+    recipes: Sequence[SceneRecipe],
+    out: Path,
+    robots: Sequence[str],
+    models: Path,
+    jobs: int = 0,
+    force: bool = False,
+    only: Sequence[str] = (),
 ) -> Iterator[SceneResult]:
     """Certificates of scenes in the order in which they are done, worked on by several processes.
 
     Args:
         out: folder of the scenes; those that are missing are built. robots: ids. models: folder of robosuite's robot
             models. jobs: processes; 0 for one per core. force: even where nothing has changed.
+            only: globs of joints; all where there is none.
     Raises:
         CasaError: mink is not installed, a robot's files are not there. OutputError: the folder cannot be written.
         UnknownId: there is no such robot.
@@ -76,12 +84,17 @@ def certify_all(
                     f"{models / part.file}: robot {name} needs this file of robosuite {TESTED_ROBOSUITE}, and it is "
                     "not there; name the folder robosuite/models/assets of that version with --models"
                 )
-    work = partial(certify_one, out=out, robots=tuple(robots), models=models, force=force)
+    work = partial(certify_one, out=out, robots=tuple(robots), models=models, force=force, only=tuple(only))
     return run_recipes(work, recipes, out, jobs)
 
 
 def certify_one(
-    recipe: SceneRecipe, out: Path, robots: tuple[str, ...], models: Path, force: bool = False
+    recipe: SceneRecipe,
+    out: Path,
+    robots: tuple[str, ...],
+    models: Path,
+    force: bool = False,
+    only: tuple[str, ...] = (),
 ) -> SceneResult:
     """Certificate of one scene, which is built where it is missing; the report is that of robots alone."""
     built = build_with_options(recipe, out, BuildOptions(drawn=False))
@@ -91,9 +104,9 @@ def certify_one(
 
     def make() -> SceneResult:
         begin = time.perf_counter()
-        key = certificate_key(recipe, robots)
+        key = certificate_key(recipe, robots, only)
         kept = None if force else read_certificate(folder, key)
-        found = kept or certify_scene(folder, robots, models, key, scene_key(recipe))
+        found = kept or certify_scene(folder, robots, models, key, scene_key(recipe), only)
         report = verdict(found)
         _write(folder, found, report)
         join_robots(folder)
@@ -102,29 +115,37 @@ def certify_one(
     return attempt(make, partial(failed_scene, recipe), out)
 
 
-def certificate_key(recipe: SceneRecipe, robots: tuple[str, ...]) -> str:
-    """Key of a certificate: the scene's files, the robots, and all that decides what is found."""
+def certificate_key(recipe: SceneRecipe, robots: tuple[str, ...], only: tuple[str, ...] = ()) -> str:
+    """Key of a certificate: the scene's files, the robots, the joints, and all that decides what is found."""
     try:
         found = version("robosuite")
     except PackageNotFoundError:
         found = ""
-    return digest_of("robots", scene_key(recipe), robots, found, key_of(certify_scene, verdict))
+    return digest_of("robots", scene_key(recipe), robots, only, found, key_of(certify_scene, verdict))
 
 
-def certify_scene(folder: Path, robots: tuple[str, ...], models: Path, key: str, of_scene: str) -> SceneRobots:
+def certify_scene(
+    folder: Path, robots: tuple[str, ...], models: Path, key: str, of_scene: str, only: tuple[str, ...] = ()
+) -> SceneRobots:
     """Try robots on every joint of a scene, one after the other.
 
     Args:
         folder: of the scene. robots: ids. models: folder of robot models.
-        key: of the certificate. of_scene: of the files of the scene.
+        key: of the certificate. of_scene: of the files of the scene. only: globs of joints; all where there is none.
     Raises:
-        CasaError: a robot's file is missing, or does not hold what its description names.
+        CasaError: a robot's file is missing, or does not hold what its description names; no joint is called so.
     """
     from casa_assets.checks.robots.reach import Bench
     from casa_assets.checks.robots.workspace import Workspace
 
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
     tasks, without = tasks_of(facts)
+    if only:
+        tasks = [task for task in tasks if any(fnmatchcase(task.joint, glob) for glob in only)]
+        if not tasks:
+            raise CasaError(
+                f"{folder.name}: no joint with a parking place is called {' or '.join(only)}; see robots.json"
+            )
     found = []
     with native_warnings():
         for name in robots:
@@ -133,7 +154,7 @@ def certify_scene(folder: Path, robots: tuple[str, ...], models: Path, key: str,
             joints = tuple(bench.work(task) for task in tasks)
             found.append(RobotCertificate(robot=name, shape=robot.shape, drives=robot.drives, joints=joints))
     return SceneRobots(
-        scene=facts["id"], key=key, scene_key=of_scene, robots=tuple(found), without_parking=tuple(without)
+        scene=facts["id"], key=key, scene_key=of_scene, robots=tuple(found), without_parking=tuple(without), only=only
     )
 
 
@@ -156,7 +177,13 @@ def read_certificate(folder: Path, key: str = "") -> SceneRobots | None:
 def _write(folder: Path, found: SceneRobots, report: Report) -> None:
     """Write robots.json: the certificate, counts for each robot, and the verdict."""
     counts = {
-        r.robot: {"joints": len(r.joints), "reached": r.reached, "followed": r.followed, "margin": r.margin}
+        r.robot: {
+            "joints": len(r.joints),
+            "reached": r.reached,
+            "followed": r.followed,
+            "margin": r.margin,
+            "without_parking": len(found.without_parking),
+        }
         for r in found.robots
     }
     data = {**found.model_dump(mode="json"), "counts": counts, **report.model_dump(mode="json", exclude={"subject"})}

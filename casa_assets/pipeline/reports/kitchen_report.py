@@ -55,9 +55,10 @@ def _budget(report: Mapping[str, Any]) -> list[Cells]:
 
 
 def _robot(name: str, counts: Mapping[str, Any]) -> Cells:
-    """A robot with the number of joints that it reaches and opens, and the median of its margins."""
+    """A robot with the number of joints that it reaches and opens, the median of its margins, and joints not tried."""
     margin = "" if counts["margin"] is None else f"{counts['margin']:.0%}"
-    return name, f"{counts['reached']} of {counts['joints']}", f"{counts['followed']} of {counts['joints']}", margin
+    reached, followed = (f"{counts[what]} of {counts['joints']}" for what in ("reached", "followed"))
+    return name, reached, followed, margin, str(counts["without_parking"])
 
 
 def _severity(word: str) -> Marked:
