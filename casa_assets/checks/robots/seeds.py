@@ -109,10 +109,10 @@ class Seeds:
             base = np.clip((goal - there)[:, :2], low[:2], high[:2])
             missing = goal - there
             missing[:, :2] -= base
-            apart = np.linalg.norm(missing, axis=1) + M_PER_RAD * _angles(
-                _level(turn) @ drawn.rotations, wanted, grasp.pivots
-            )
-            for k in np.argsort(apart, kind="stable")[:LOOKED_AT]:
+            angles = _angles(drawn.rotations, _level(-turn) @ wanted, grasp.pivots)
+            apart = np.sqrt(np.einsum("ni,ni->n", missing, missing)) + M_PER_RAD * angles
+            least = np.argpartition(apart, min(LOOKED_AT, len(apart) - 1))[:LOOKED_AT]
+            for k in least[np.lexsort((least, apart[least]))]:
                 q = np.clip(drawn.postures[k], bounds.low, bounds.high)
                 q[:n] = (*base[k], turn)
                 found.append((float(apart[k]), q))

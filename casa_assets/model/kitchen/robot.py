@@ -127,8 +127,8 @@ class JointReach(Record):
             followed, as a share of half the range: 0 at an end, 1 where all are in their middle.
         arm: that did it; empty where none reached. base: where the base stood when the hand got there: x, y of its
             centre and its direction, m and radians.
-        missed: why it is not reached; None where it is. Out of reach: no posture was found even where the robot may pass
-            through all else. In the way: one was found then. Too thick: it does not go between the fingers.
+        missed: why it is not reached; None where it is. Out of reach: no posture was found even where the robot may
+            pass through all else. In the way: one was found then. Too thick: it does not go between the fingers.
     """
 
     fixture: str

@@ -1,4 +1,4 @@
-"""Prints docs/robots_table.md: how many joints of kitchens each robot reaches and follows, and which it does not reach."""
+"""Prints docs/robots_table.md: how many joints of kitchens robots reach and follow, and what they do not reach."""
 
 from __future__ import annotations
 
@@ -8,11 +8,16 @@ from typing import Any
 
 HEAD = """# What robots reach in three kitchens
 
-Printed by `./dev certify` with `casa-assets scenes robots` (see [robots](robots.md)): the joints with a handle, knob, key or
-lever and a parking place; how many a robot gets its hand to, how many it follows to their end, and the median of the margins.
+Printed by `./dev certify`, which runs `casa-assets scenes robots` (see [robots](robots.md)): joints that have a handle,
+knob, key or lever and a parking place, how many of them a robot gets its hand to, how many it follows to their end, the
+median of its margins, and how many joints more have no parking place and were not tried.
 
 """
-COLUMNS = "| kitchen | robot | joints | reached | followed | margin | without a parking place |\n|---|---|---|---|---|---|---|\n"
+COLUMNS = "| kitchen | robot | joints | reached | followed | margin | no place |\n" + "|---" * 7 + "|\n"
+MISSED = """
+What is not reached, in all three together. *Out of reach*: no posture was found even where the robot may pass through
+all else. *In the way*: one was found then. *Too thick*: it does not go between the fingers.
+"""
 KINDS = ("door", "drawer", "knob", "button", "rack", "lever", "spout", "handle")
 
 
@@ -33,10 +38,7 @@ def page(certificates: Sequence[Mapping[str, Any]], scenes: Sequence[Mapping[str
             )
             cells = (found["scene"], robot, *map(str, numbers), str(counts["without_parking"]))
             lines.append(f"| {' | '.join(cells)} |\n")
-    lines.append(
-        "\nWhat is not reached in any of them. *Out of reach*: no posture was found even where the robot may pass through all "
-        "else; *in the way*:\none was found then; *too thick*: it does not go between the fingers.\n"
-    )
+    lines.append(MISSED)
     for robot in sorted({name for found in certificates for name in found["counts"]}):
         lines.append(f"\n**{robot}**: {_missed(robot, certificates, scenes)}.\n")
     return "".join(lines)

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 from casa_assets import registry
+from casa_assets.checks.robots.assemble import leg_angles
 from casa_assets.checks.robots.grips import TAKEN_M, Grip, pinches, presses
 from casa_assets.checks.robots.tasks import tasks_of
 from casa_assets.checks.robots.workspace import handle_of
 from casa_assets.checks.run import run
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.issue import Status
-from casa_assets.model.kitchen.robot import JointReach, RobotCertificate, SceneRobots
+from casa_assets.model.kitchen.robot import JointReach, Legs, Miss, RobotCertificate, SceneRobots
 from casa_assets.pipeline.kitchens import robots as certifying
 from casa_assets.registry.robots import load_robot, robot_names
 
@@ -58,6 +59,32 @@ def test_status_where_there_is_nothing_to_reach_or_another_robot_was_tried() -> 
     assert status(certificate(0, 0)) == (Status.NOT_APPLICABLE, None)
     assert status(certificate(2, 2, "Tiago")) == (Status.NOT_RUN, None)
     assert status(certificate(2, 2)) == (Status.PASSED, 1.0)
+
+
+def test_a_certificate_of_some_joints_passes_no_judgement_on_the_kitchen() -> None:
+    found = certificate(1, 5).model_copy(update={"only": ("*drawer*",)})
+    assert status(found) == (Status.NOT_RUN, None)
+
+
+def test_the_reason_why_a_joint_is_not_reached_is_told() -> None:
+    found = certificate(1, 2)
+    (robot,) = found.robots
+    missed = robot.joints[1].model_copy(update={"missed": Miss.BLOCKED})
+    robot = robot.model_copy(update={"joints": (robot.joints[0], missed)})
+    (issue,) = run(found.model_copy(update={"robots": (robot,)}), found.scene, LIMITS).issues
+    assert "in the way" in issue.message
+
+
+def test_legs_bend_so_that_feet_stay_where_they_are() -> None:
+    legs = Legs(angles={"hip": (0.0, -1.0), "knee": (0.0, 2.0), "ankle": (0.0, -1.0)}, length=0.7, lean=(0.2, 0.95))
+    heights = np.array((0.0, -0.1, -0.25))
+    angles, slopes = leg_angles(legs, heights)
+    leans = -angles[:, 0]
+    assert 0.7 * np.cos(leans) == pytest.approx(0.7 * np.cos(0.2) + heights)
+    assert angles.sum(axis=1) == pytest.approx(0.0)  # soles stay level
+    assert leans[0] == pytest.approx(0.2)
+    ahead, _ = leg_angles(legs, heights - 1e-6)
+    assert (angles - ahead) / 1e-6 == pytest.approx(slopes, rel=1e-3)
 
 
 def facts() -> dict[str, Any]:
