@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -114,12 +115,13 @@ def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
 
 
 @pytest.mark.consumers
-def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(tmp_path: Path) -> None:
+def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(out: Path, tmp_path: Path) -> None:
+    scenes = shutil.copytree(out, tmp_path / "scenes")
     robots = [part for name in OTHERS for part in ("--robot", name)]
     joints = [part for glob in FEW for part in ("--joint", glob)]
-    done = casa("scenes", "robots", SCENE, *robots, *joints, "--out", tmp_path, "--jobs", 1)
+    done = casa("scenes", "robots", SCENE, *robots, *joints, "--out", scenes, "--jobs", 1)
     assert done.returncode == 0, done.stdout + done.stderr
-    found = certificate(tmp_path)
+    found = certificate(scenes)
     assert set(found["counts"]) == set(OTHERS)
     for robot, counts in found["counts"].items():
         assert counts["joints"] == counts["reached"] == len(FEW), robot
