@@ -79,8 +79,11 @@ def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str
     elif groove is None:
         kind = HandleKind.BAR if kind is HandleKind.TEE and w > 0.5 else kind
         length = handles.handle_length(kind, min(max(look.length, 0.22 * w), 0.6 * w))
-        # Pulls sit in the middle of a front, but no lower than a hand likes to reach on a deep one.
-        z = h / 2 if h < 0.3 else 0.68 * h
+        # Pulls sit in the middle of a front, but high on a deep one, where a hand need not reach far down.
+        z = h / 2
+        if h >= 0.3:
+            rail = fronts.frame_widths(look.front, w, h, drawer=True)[1]
+            z = h - rail / 2 if fronts.has_frame(look.front) and kind is not HandleKind.RING else 0.8 * h
         half = max(0.0, length / 2 - 0.03)
         y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
         lift = 0.02 if kind is HandleKind.RING else 0.0
