@@ -1,8 +1,11 @@
-"""Code blocks of the documents, and what may be said about those that no test runs."""
+"""Code blocks of the documents, how a reader runs them, and what may be said about those that no test runs."""
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -68,3 +71,14 @@ def indented(page: str) -> list[str]:
     """Lines that are commands and stand in no fence, where no test would see them."""
     outside = _FENCE.sub("", (ROOT / page).read_text(encoding="utf-8"))
     return re.findall(r"^    (?:\w+=\S+ )?(?:\./dev|casa-assets|python|pip|import|from) .*", outside, re.MULTILINE)
+
+
+def program() -> dict[str, str]:
+    """The environment in which `casa-assets` and `python` are those of this checkout."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
+
+
+def shell(line: str, place: Path) -> subprocess.CompletedProcess[str]:
+    """Run a line of a document in a folder."""
+    return subprocess.run(["bash", "-c", line], cwd=place, env=program(), capture_output=True, text=True, check=False)
