@@ -25,7 +25,7 @@ from casa_assets.model.asset.asset import Asset, JointKind
 from casa_assets.model.asset.joint import Joint
 from casa_assets.model.asset.shape import Box, Capsule
 from casa_assets.registry.families import family_groups
-from tests.family_members import MANY, available, known, preset, supplies
+from tests.family_members import MANY, available, known, made, preset, supplies
 
 BY_NAME = {f.name: f for f in family_groups()["cabinets"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
@@ -122,6 +122,15 @@ def test_sizes_are_those_asked_for() -> None:
     low, high = found.build(params, supplies(found, params)).bounds
     np.testing.assert_allclose(high - low, (0.43, 0.58, 0.87), atol=1e-5)
     np.testing.assert_allclose(low[2], 0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("handle", [HandleKind.BAR, HandleKind.CUP, HandleKind.RING, HandleKind.KNOB])
+@pytest.mark.parametrize("front", [FrontKind.SLAB, FrontKind.SHAKER])
+def test_pulls_of_deep_drawer_fronts_are_high(front: FrontKind, handle: HandleKind) -> None:
+    """A hand that comes from a wheeled base does not get much lower than 0.3 m above the floor."""
+    asset = made("drawer_stack", DrawerStack(look=CabinetLook(front=front, handle=handle)))
+    grip = next(c for c in asset.link("drawer0").colliders if c.name == "drawer0_handle")
+    assert (asset.asset_from_link("drawer0") @ grip.pose).position[2] > 0.32
 
 
 @pytest.mark.parametrize(
