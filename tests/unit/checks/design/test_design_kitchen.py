@@ -21,8 +21,7 @@ from tests.reference_kitchen import LIMITS
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> tuple[KitchenRequest, Scene]:
-    cache: Path = tmp_path_factory.mktemp("cache")
+def built(cache: Path) -> tuple[KitchenRequest, Scene]:
     return build_scene(SceneRecipe("l_small", "coastal"), cache)
 
 

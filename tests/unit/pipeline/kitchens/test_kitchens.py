@@ -21,15 +21,16 @@ from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.reports import kitchens as book
 from casa_assets.preview import kitchen
 from casa_assets.registry.kitchens import load_plan, plan_names, read_plan, style_names
+from tests.libraries import with_cache
 
 PLAN, STYLE = "one_wall_small", "scandinavian"
 SCENE = f"{PLAN}__{STYLE}"
 
 
 @pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def out(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one built scene."""
-    folder = tmp_path_factory.mktemp("scenes")
+    folder = with_cache(tmp_path_factory.mktemp("scenes") / "out", cache)
     made = scene_folders.build_one(SceneRecipe(PLAN, STYLE), folder, drawn=False)
     assert made.passed, made.message
     return folder
