@@ -134,7 +134,7 @@ def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(out: P
 
 
 @pytest.mark.certify
-def test_the_page_says_what_all_robots_reach_in_three_kitchens(tmp_path: Path) -> None:
+def test_the_page_says_what_all_robots_reach_in_whole_kitchens(tmp_path: Path) -> None:
     done = casa("scenes", "robots", *KITCHENS, "--out", tmp_path)
     assert done.returncode in (0, 1), done.stdout + done.stderr
     rows = [

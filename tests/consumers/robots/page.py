@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-HEAD = """# What robots reach in three kitchens
+HEAD = """# What robots reach in whole kitchens
 
 Printed by `./dev certify`, which runs `casa-assets scenes robots` (see [robots](robots.md)): joints that have a handle,
 knob, key or lever and a parking place, how many of them a robot gets its hand to, how many it follows to their end, the
@@ -15,7 +15,7 @@ median of its margins, and how many joints more have no parking place and were n
 """
 COLUMNS = "| kitchen | robot | joints | reached | followed | margin | no place |\n" + "|---" * 7 + "|\n"
 MISSED = """
-What is not reached, in all three together. *Out of reach*: no posture was found even where the robot may pass through
+What is not reached, in all of them together. *Out of reach*: no posture was found even where the robot may pass through
 all else. *In the way*: one was found then. *Too thick*: it does not go between the fingers.
 """
 KINDS = ("door", "drawer", "knob", "button", "rack", "lever", "spout", "handle")
