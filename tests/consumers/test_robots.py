@@ -128,7 +128,7 @@ def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(out: P
         assert counts["followed"] >= len(FEW) - 1, robot
     (result,) = found["results"]
     assert (result["status"], result["reason"].split(":")[0]) == (
-        "not_run",
+        "not_applicable",
         "PandaOmron is not among the robots that were tried",
     )
 
