@@ -17,7 +17,7 @@ from tests.consumers.robots.page import page
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / os.environ.get("CASA_ROBOTS", ".venv-robots")
 SCENE = "l_small__coastal"
-KITCHENS = (SCENE, "galley__industrial")
+KITCHENS = (SCENE, "galley__industrial", "u_small__traditional_1")
 OTHERS = ("GR1", "SpotWithArm", "Tiago")
 # A drawer low down, one under the worktop, doors below and above it, a knob, a key.
 FEW = (
