@@ -166,6 +166,14 @@ def test_a_lid_keeps_its_frame_and_is_told_of_its_blender() -> None:
     assert "int" in {region.name for region in below.centered.regions}
 
 
+def test_what_is_called_by_its_kind_gets_another_name() -> None:
+    """LowerHeat calls an object of its own `kettle`."""
+    kettle = preset("kettle", "gooseneck_steel")
+    places = tuple(Placement(name=name, asset=kettle.id, pose=Pose()) for name in ("kettle", "kettle_2"))
+    scene = Scene(id="test_room", assets=(kettle,), placements=places)
+    assert [item.name for item in description.fixtures_of(scene, classes())] == ["the_kettle", "kettle_2"]
+
+
 def test_refrigerators_come_before_their_housings() -> None:
     """RoboCasa takes the first fixture around a point for the one before which a robot stands."""
     housing, fridge = preset("housing_fridge", "shaker_white"), preset("fridge_french_door", "steel")

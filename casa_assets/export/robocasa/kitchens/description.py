@@ -165,14 +165,15 @@ def _fixture_name(placement: str, part: str, asset: Asset, taken: Collection[str
     """A name that RoboCasa can take off the names of a fixture's regions again, and that says nothing untrue to it.
 
     It splits names at `<fixture>_`, adds no prefix to names that begin so, leaves out counters with `corner` and
-    cabinets with `stack` in their names, and pairs a `blender` or a `jar` with a lid of that name.
+    cabinets with `stack` in their names, and pairs a `blender` or a `jar` with a lid of that name. Its tasks call
+    their objects by the kind, such as `kettle`, and no object may be called like a fixture.
     """
     name = f"{placement}_{part}" if part else placement
     if asset.contract == parts.COUNTER:
         name = name.replace("corner", "angle")
     name = name.replace("stack", "unit")
     is_paired = re.match(r"(blender|jar|oil_bottle|salt_shaker)", name)
-    if is_paired or any(f"{name}_" in other for other in _names_in(asset)):
+    if is_paired or name == asset.labels.category or any(f"{name}_" in other for other in _names_in(asset)):
         name = f"the_{name}"
     while name in taken:
         name = f"{name}_again"
