@@ -124,7 +124,8 @@ def _at_edge(grip: Grip, thin: Floats) -> Iterator[Grasp]:
 
 def _around(grip: Grip, opening: float, turning: Floats | None) -> Iterator[Grasp]:
     """Fingers around a knob, or around what is short."""
-    axis = -grip.front if turning is None else turning * (-1.0 if turning @ grip.front > 0.0 else 1.0)
+    # What turns about an upright axis, as on a hob, is taken from above.
+    axis = -grip.front if turning is None else turning * (-1.0 if turning @ (grip.front + UP) > 0.0 else 1.0)
     side = _perpendicular(axis, UP)
     for tilt in TILTS_DEG:
         for about in (side, np.cross(axis, side))[: 1 if tilt == 0.0 else 2]:

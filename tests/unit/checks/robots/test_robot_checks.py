@@ -156,6 +156,14 @@ def test_what_is_wider_than_the_hand_is_held_by_its_edge_or_not_at_all() -> None
     assert pinches(box(0.1, 0.1, 0.1), 0.075, None) == []
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_hand_comes_to_a_knob_on_a_hob_from_above(sign: float) -> None:
+    """Whichever way its axis points, and however little it leans."""
+    grasps = pinches(box(0.019, 0.019, 0.008), 0.075, sign * np.array((0.0, 1e-9, 1.0)))
+    assert grasps
+    assert all(grasp.rotation[2, 2] < -0.8 for grasp in grasps)
+
+
 def test_a_key_is_pressed_along_its_motion_first() -> None:
     grasps = presses(box(0.02, 0.003, 0.01), np.array((0.0, 1.0, 0.0)))
     assert grasps[0].rotation[:, 2] == pytest.approx((0.0, 1.0, 0.0))
