@@ -20,7 +20,7 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 MAIN_REGION = "main"
-LID_SITE, LID_GAP_M = "lid_site", 0.0005
+LID_SITE, LID_GAP_M = "lid_site", 0.0001
 
 
 def compose(kitchen: KitchenRequest, assets: Mapping[str, Asset], scene_id: str) -> Scene:
