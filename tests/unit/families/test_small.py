@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
@@ -64,6 +65,14 @@ def holds(family: str, asset: Asset) -> None:
 @pytest.mark.parametrize(("family", "name"), PRESETS)
 def test_every_preset_is_built_to_its_contract(family: str, name: str) -> None:
     holds(family, preset(family, name))
+
+
+@pytest.mark.parametrize(("family", "name"), [(f, p) for f, p in PRESETS if f != "blender_lid"])
+def test_what_is_touched_begins_where_it_stands(family: str, name: str) -> None:
+    """What stands on shapes that begin higher than its foot falls when a kitchen starts."""
+    bounds = link_bounds(preset(family, name).root)
+    assert bounds is not None
+    assert bounds[0, 2] == pytest.approx(0.0, abs=1e-4)
 
 
 @pytest.mark.parametrize("name", BY_NAME["toaster"].presets)
