@@ -27,7 +27,8 @@ SET_DOWN_GAP_M = 0.0008  # over the surface
 MIN_STRETCH_M, STRETCH_PER_PROP_M = 0.5, 0.9
 MAX_ON_WORKTOPS, MAX_ON_SHELVES, MAX_PER_SHELF = 5, 5, 2
 MAX_TRIES = 24
-# The worktop beside these appliances stays free, for what is put in and taken out.
+# The worktop beside these appliances stays free, for what is put in and taken out, and beside all that stands on it and
+# has something to be moved, for the hand that does it.
 APPLIANCES = ("range", "hob", "microwave", "coffee_machine", "toaster_oven", "blender", "stand_mixer")
 FREE_BESIDE_M = 0.36
 RANDOM_LANE = "scene/props"
@@ -63,7 +64,7 @@ def scatter_props(
     appliances = [
         _bounds(assets[item.name], pose_at_spot(assets[item.name], item.spot))
         for item in kitchen.items
-        if item.role in APPLIANCES
+        if item.role in APPLIANCES or (item.layer == "things" and assets[item.name].joints)
     ]
     kept_free = [
         np.array([box[0] - (FREE_BESIDE_M, FREE_BESIDE_M, 9.0), box[1] + (FREE_BESIDE_M, FREE_BESIDE_M, 9.0)])

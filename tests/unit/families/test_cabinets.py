@@ -15,6 +15,7 @@ from casa_assets.families.family import Params
 from casa_assets.families.fixtures.cabinets.base_cabinet import BaseCabinet
 from casa_assets.families.fixtures.cabinets.drawer_stack import DrawerStack
 from casa_assets.families.fixtures.cabinets.island_base import IslandBase, stiles
+from casa_assets.families.fixtures.cabinets.wall_cabinet import WallCabinet
 from casa_assets.families.parts.fronts import fronts
 from casa_assets.families.parts.fronts.doors import DOOR_TRAVEL
 from casa_assets.families.parts.fronts.fronts import FrontEdge, FrontKind
@@ -128,9 +129,23 @@ def test_sizes_are_those_asked_for() -> None:
 @pytest.mark.parametrize("front", [FrontKind.SLAB, FrontKind.SHAKER])
 def test_pulls_of_deep_drawer_fronts_are_high(front: FrontKind, handle: HandleKind) -> None:
     """A hand that comes from a wheeled base does not get much lower than 0.3 m above the floor."""
-    asset = made("drawer_stack", DrawerStack(look=CabinetLook(front=front, handle=handle)))
-    grip = next(c for c in asset.link("drawer0").colliders if c.name == "drawer0_handle")
-    assert (asset.asset_from_link("drawer0") @ grip.pose).position[2] > 0.32
+    look = CabinetLook(front=front, handle=handle)
+    for asset, link in ((made("drawer_stack", DrawerStack(look=look)), "drawer0"), (_island(look), "c0_drawer0")):
+        grip = next(c for c in asset.link(link).colliders if c.name == f"{link}_handle")
+        assert (asset.asset_from_link(link) @ grip.pose).position[2] > 0.33
+
+
+def _island(look: CabinetLook) -> Asset:
+    return made("island_base", IslandBase(look=look))
+
+
+def test_rings_of_upper_doors_hang_clear_of_what_stands_before_their_lower_edge() -> None:
+    """The hand at a ring is 0.1 m high; a refrigerator may stand out below the doors over it."""
+    params = WallCabinet(look=CabinetLook(front=FrontKind.RAISED, handle=HandleKind.RING))
+    asset = made("wall_cabinet", params)
+    (link,) = (k for k in asset.links if k.name == "door")
+    lowest = min(float(c.pose.position[2]) for c in link.colliders if "handle" in c.name)
+    assert lowest >= 0.05
 
 
 @pytest.mark.parametrize(

@@ -164,7 +164,8 @@ def _handle(
     if not upright:  # neighbours' handles keep clear of each other
         inset = max(inset, length / 2 + 0.005)
     offset = (length / 2 if upright else 0.02) + max(0.045, 0.5 * rail)
-    z = {HandleHeight.HIGH: h - offset, HandleHeight.LOW: offset}.get(
+    low = offset + (length - 0.02 if kind is HandleKind.RING else 0.0)  # a ring hangs down from its foot
+    z = {HandleHeight.HIGH: h - offset, HandleHeight.LOW: low}.get(
         door.handle_height, min(max(HAND_HEIGHT - door.z, offset), h - offset)
     )
     x = w - inset if door.hinge is HingeSide.LEFT else inset

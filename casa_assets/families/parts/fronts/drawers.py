@@ -17,6 +17,8 @@ SIDE_THICKNESS, BASE_THICKNESS = 0.014, 0.008  # thickness of a drawer's sides a
 RUNNER_THICKNESS = 0.008  # of the runner, which fills most of the room beside the box
 SIDE_CLEARANCE = 0.013  # room beside the box, as side-mounted runners need it
 MAX_TRAVEL = 0.65  # metres; runners of full extension are hardly made longer
+DEEP_FRONT = 0.28  # height from which a pull is high on a front, metres
+RING_FOOT = 0.024  # of a ring's foot from the upper edge of a deep front, which it hangs down from, metres
 BASE_RAISE = 0.006  # the bottom sits in a groove so far above the lower edge of the sides
 
 
@@ -81,12 +83,13 @@ def _front(builder: AssetBuilder, look: CabinetLook, d: CabinetDrawer, grip: str
         length = handles.handle_length(kind, min(max(look.length, 0.22 * w), 0.6 * w))
         # Pulls sit in the middle of a front, but high on a deep one, where a hand need not reach far down.
         z = h / 2
-        if h >= 0.3:
+        if h >= DEEP_FRONT:
             rail = fronts.frame_widths(look.front, w, h, drawer=True)[1]
-            z = h - rail / 2 if fronts.has_frame(look.front) and kind is not HandleKind.RING else 0.8 * h
+            z = h - rail / 2 if fronts.has_frame(look.front) else 0.8 * h
+            z = max(z, h - RING_FOOT) if kind is HandleKind.RING else z
         half = max(0.0, length / 2 - 0.03)
         y = fronts.face_depth(parts, [(w / 2 - half, z), (w / 2, z), (w / 2 + half, z)])
-        lift = 0.02 if kind is HandleKind.RING else 0.0
+        lift = 0.02 if kind is HandleKind.RING and h < DEEP_FRONT else 0.0
         pull = handles.placed_handle(handles.handle(kind, length), "x", 0.0, (w / 2, y, z + lift))
         handles.add_handle(builder, d.link, pull, look.metal, grip)
 

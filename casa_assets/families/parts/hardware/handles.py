@@ -189,7 +189,9 @@ def _ring(length: float) -> Handle:
     shapes = (
         box_shape((-0.55 * r, -reach - wire, z - wire), (0.55 * r, -reach + wire, z + wire + 0.003)),
         *(box_shape((x - 0.004, -reach - wire, z + 0.5 * r), (x + 0.004, -reach + wire, -0.5 * r)) for x in (-r, r)),
-        box_shape((-0.012, -reach - 0.006, -0.012), (0.012, 0.0, 0.007)),
+        # A finger that lies in the ring comes close to its foot, so post and rosette are touched as they are.
+        box_shape((-0.0055, -reach - 0.006, -0.0055), (0.0055, 0.0, 0.0055)),
+        box_shape((-0.0125, -0.006, -0.0125), (0.0125, 0.0, 0.0125)),
     )
     return Handle((loop, rosette, post), shapes)
 
