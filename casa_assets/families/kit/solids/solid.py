@@ -17,6 +17,7 @@ from casa_assets.model.record import Vec3
 
 Placed = tuple[Shape, Pose]
 
+FOOT = 0.008  # height of the box under a hull, m
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -90,6 +91,18 @@ class Solid:
         """Return a copy whose collision shape is its convex hull, of at most 64 vertices."""
         points, faces = small_hull(self.points.round(9))
         return self.with_shapes((Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()))
+
+    def with_hull_on_foot(self, half_x: float, front: float, back: float) -> Solid:
+        """Return a copy whose collision shapes are its convex hull and under it a box, its foot.
+
+        The foot stands on z = 0, FOOT high, from -half_x to half_x and from y = `front` to `back`, metres; the hull
+        begins within it. A box stands on its four corners in every version of MuJoCo; 3.3 now and then finds a single
+        corner of a hull, and what stands on it rocks and wanders.
+        """
+        raised = self.points.copy()
+        raised[:, 2] = raised[:, 2].clip(FOOT / 2)
+        hull = replace(self, points=raised).with_hull_collider()
+        return self.with_shapes(*hull.shapes, box_shape((-half_x, front, 0.0), (half_x, back, FOOT)))
 
     def with_colliders_of(self, *solids: Solid) -> Solid:
         """Return a copy with the collision shapes of other solids."""
