@@ -100,9 +100,10 @@ def print_robots(results: list[SceneResult], console: Console) -> None:
         table.add_column(heading, overflow="fold")
     for result in results:
         found = read_certificate(Path(result.folder)) if result.folder else None
-        for robot in found.robots if found else ():
-            without = len(found.without_parking) if found else 0
-            numbers = (robot.reached, robot.followed, len(robot.joints), robot.margin, without)
+        if found is None:
+            continue
+        for robot in found.robots:
+            numbers = (robot.reached, robot.followed, len(robot.joints), robot.margin, len(found.without_parking))
             table.add_row(result.recipe.scene_id, robot.robot, *map(str, numbers))
     console.print(table, highlight=False)
 

@@ -61,24 +61,16 @@ def _room(asset: Asset, joint: Joint, link: str, grip: Collider) -> float:
 def _others(asset: Asset, joint: Joint, grip: Collider, bounds: Floats) -> list[Floats]:
     """Vertices of the shapes near a grip, joints at zero; without the door that has to be open before it is taken."""
     lower, upper = bounds[0] - FINGER_M, bounds[1] + FINGER_M
-    door = next((j.child for j in asset.joints if j.name == joint.behind), None)
+    door = asset.carried_by([j.child for j in asset.joints if j.name == joint.behind])
     found = []
     for _, owner, collider in colliders_of(asset):
-        if collider is grip or isinstance(collider.shape, MeshShape) or (door and _carries(asset, door, owner.name)):
+        if collider is grip or isinstance(collider.shape, MeshShape) or owner.name in door:
             continue
         pose = asset.asset_from_link(owner.name) @ collider.pose
         low, high = shape_bounds(collider.shape, pose)
         if (low < upper).all() and (high > lower).all():
             found.append(tessellate(collider.shape, pose)[0])
     return found
-
-
-def _carries(asset: Asset, door: str, link: str) -> bool:
-    """True if a link is a door or moves with it."""
-    at: str | None = link
-    while at is not None and at != door:
-        at = asset.link(at).parent
-    return at == door
 
 
 def _grasps(centre: Floats, half: Floats) -> Iterator[Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.check import Measurement, not_applicable
+from casa_assets.checks.check import Measurement, not_applicable, not_run
 from casa_assets.model.kitchen.robot import SceneRobots
 
 FLOOR_ROBOT = "PandaOmron"  # RoboCasa's own robot; for the others numbers are told and nothing is asked
@@ -12,9 +12,9 @@ def joints_are_reached(subject: SceneRobots, least: float) -> Measurement:
     """Share of the joints with a handle, knob, key or lever that PandaOmron reaches."""
     found = next((r for r in subject.robots if r.robot == FLOOR_ROBOT), None)
     if found is None:
-        return not_applicable(f"{FLOOR_ROBOT} is not among the robots that were tried")
+        return not_run(f"{FLOOR_ROBOT} is not among the robots that were tried")
     if subject.only:
-        return not_applicable(f"only some joints were tried: {', '.join(subject.only)}")
+        return not_run(f"only some joints were tried: {', '.join(subject.only)}")
     if not found.joints:
         return not_applicable("nothing with a parking place has a handle, knob, key or lever")
     share = found.reached / len(found.joints)

@@ -210,8 +210,8 @@ def robots(
     """Find which handles, knobs, keys and levers robots reach from their parking places, and what they open.
 
     Inverse kinematics with mink; robots come from the installed robosuite. Writes robots.json beside each scene, built
-    first where it is missing, and a line of its report. Exit 1 when PandaOmron reaches too little; that is not asked
-    of some joints alone (--joint).
+    first where it is missing, and a line of its report. Exit 1 when PandaOmron reaches too little, or when it
+    was not tried on all joints (--robot, --joint), so that nothing is said of the kitchen.
 
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """

@@ -6,7 +6,7 @@ Frame of an asset: z up, x right, y back (a fixture faces -y), origin at the cen
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from enum import StrEnum
 from typing import Annotated, Self
 
@@ -128,6 +128,14 @@ class Asset(Record):
     def link(self, name: str) -> Link:
         """The link of that name. Raises KeyError."""
         return {k.name: k for k in self.links}[name]
+
+    def carried_by(self, roots: Collection[str]) -> frozenset[str]:
+        """Names of links and of all that they carry."""
+        found = set(roots)
+        for link in self.links:  # parents come before what they carry
+            if link.parent in found:
+                found.add(link.name)
+        return frozenset(found)
 
     def joint_of(self, link: str) -> Joint | None:
         """The joint that moves a link, or None where it is the root or rigidly attached."""

@@ -85,7 +85,7 @@ def _divide_cabinet(asset: Asset) -> tuple[Part, ...]:
     rest_doors = [g for g in groups if g not in split_off]
     if not split_off:
         return (Part("", asset, {link.name: link.name for link in asset.links}),)
-    moved = {name: _subtree(asset, _children(asset, group.joints)) for group in split_off for name in [group.prefix]}
+    moved = {name: asset.carried_by(_children(asset, group.joints)) for group in split_off for name in [group.prefix]}
     regions = {group.prefix: _regions_of(asset, group, moved[group.prefix]) for group in split_off}
     taken = {link for links in moved.values() for link in links}
     behind = {region.name for found in regions.values() for region, _ in found}
@@ -125,15 +125,6 @@ def _groups(asset: Asset) -> list[_Group]:
 
 def _children(asset: Asset, joints: Collection[str]) -> list[str]:
     return [joint.child for joint in asset.joints if joint.name in joints]
-
-
-def _subtree(asset: Asset, roots: Collection[str]) -> set[str]:
-    """Names of links and of all that they carry."""
-    found = set(roots)
-    for link in asset.links:  # parents come before what they carry
-        if link.parent in found:
-            found.add(link.name)
-    return found
 
 
 def _regions_of(asset: Asset, group: _Group, links: Collection[str]) -> list[tuple[Region, str]]:
