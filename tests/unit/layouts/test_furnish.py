@@ -1,14 +1,20 @@
-"""Things on worktops: a blender comes with the lid that fits it."""
+"""Things on worktops: a blender comes with the lid that fits it, props keep clear of what is operated."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
+import numpy as np
 import pytest
 
-from casa_assets.layouts.compose.compose import compose
+from casa_assets.core.typing import Floats
+from casa_assets.layouts.compose.compose import compose, pose_at_spot
+from casa_assets.layouts.compose.scatter_props import scatter_props
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.furnishing import WorktopItem
+from casa_assets.model.pose import Pose
 from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
 from casa_assets.registry.kitchens import load_plan, load_style, style_names
 from tests.family_members import made
@@ -41,3 +47,28 @@ def test_the_lid_lies_on_the_jar() -> None:
     # Its cover lies over the mouth, its plug reaches into the jar.
     top = lid.pose.position[2] + assets["blender_lid"].bounds[0][2]
     assert top < blender.pose.position[2] + assets["blender"].bounds[1][2]
+
+
+def test_props_keep_away_from_what_is_operated_on_a_worktop() -> None:
+    plan, _ = load_plan("l_large")
+    toaster = next(item for item in plan.worktop_items if item.id == "toaster")
+    style = load_style("mediterranean")[0]
+    wanted = request_kitchen(plan.replace(worktop_items=(toaster,)), style, preset_params())
+    kept = tuple(item for item in wanted.items if item.role == "counter" or item.name == "toaster")
+    assets = {item.name: made(item.choice.family, params_of(item.choice)) for item in kept}
+    (item,) = (i for i in kept if i.name == "toaster")
+    props = [(choice, made(choice.family, params_of(choice))) for choice in style.props[:3]]
+    box = _bounds(assets["toaster"], pose_at_spot(assets["toaster"], item.spot))[:, :2]
+    found = 0
+    for seed in range(12):
+        for prop, asset in scatter_props(replace(wanted, items=kept), assets, props, seed):
+            found += 1
+            other = _bounds(asset, pose_at_spot(asset, prop.spot))[:, :2]
+            assert np.maximum(other[0] - box[1], box[0] - other[1]).max() >= 0.36
+    assert found > 12
+
+
+def _bounds(asset: Asset, pose: Pose) -> Floats:
+    low, high = asset.bounds
+    points = pose.apply(np.array(list(product(*zip(low, high, strict=True)))))
+    return np.array([points.min(axis=0), points.max(axis=0)])
