@@ -20,6 +20,7 @@ LAMP_COLOR = (1.0, 0.96, 0.88, 1.0)
 # on it is open.
 CLOSED_SHARE, OPEN_SHARE = 0.005, 0.9
 LINER_PLUG = 0.012  # metres by which the liner of a door stands out behind it
+LOWEST_LIP = 0.35  # height of the lip of the lowest of stacked crispers, above the floor; lower no wheeled arm reaches
 CRISPER_SETBACK = 0.018  # metres from the front plane to the lip of a crisper, behind the liner of the door
 
 
@@ -54,12 +55,14 @@ def furnish_compartment(
 
     Args:
         doors: in front of it, one or two from left to right.
-        shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. height: height of each.
+        shelves: panes over the lowest level. drawers: crispers, beside each other or stacked. height: height of each;
+            the lowest of a stack comes up to `LOWEST_LIP` at least.
     """
     floor, top = r.lower[2] + LINER_THICKNESS + 0.004, r.upper[2] - 0.014
     level, first = r.lower[2] + LINER_THICKNESS, BIN_DEPTH + 0.012
     if drawers:
-        level = _crispers(builder, r, look, doors, drawers, height, stacked, floor)
+        lowest = max(height, LOWEST_LIP - floor) if stacked else height
+        level = _crispers(builder, r, look, doors, (lowest, *(drawers - 1) * [height]), stacked, floor)
         add_shelf(builder, f"{r.name}_shelf0", r, level, 0.022, look)
     count = max(0, min(shelves, int((top - level) / SHELF_PITCH) - 1))
     levels = [level + (top - level) * k / (count + 1) for k in range(count + 1)]
@@ -77,12 +80,11 @@ def _crispers(
     r: Compartment,
     look: ApplianceLook,
     doors: Sequence[FridgeDoor],
-    drawers: int,
-    height: float,
+    heights: Sequence[float],
     stacked: bool,
     floor: float,
 ) -> float:
-    """Crispers; returns the z of the pane that covers them, metres."""
+    """Crispers of these heights; returns the z of the pane that covers them, metres."""
     x0, x1 = r.lower[0] + LINER_THICKNESS + SIDE_CLEARANCE, r.upper[0] - LINER_THICKNESS - SIDE_CLEARANCE
     # An open door stands before the wall of its hinge; what slides out must pass beside it.
     back = r.upper[1] - 0.02
@@ -90,27 +92,27 @@ def _crispers(
     for door in doors:
         x0 = max(x0, door.lower[0] + room) if not door.right else x0
         x1 = min(x1, door.upper[0] - room) if door.right else x1
-    for k in range(drawers):
+    drawers, z = len(heights), floor
+    for k, height in enumerate(heights):
         name = f"{r.name}_drawer{k}"
         if stacked:
-            z = floor + k * (height + 0.012)
             add_crisper(
                 builder, name, doors[0].joint, (x0, CRISPER_SETBACK, z), (x1, back, z + height), look, "plastic_white"
             )
+            z += height + 0.012
         else:
             pitch = (x1 - x0) / drawers
             a = x0 + k * pitch + (0.0 if k == 0 else 0.004)
             b = x0 + (k + 1) * pitch - (0.0 if k == drawers - 1 else 0.004)
             behind = doors[min(k * len(doors) // drawers, len(doors) - 1)].joint
             add_crisper(builder, name, behind, (a, CRISPER_SETBACK, floor), (b, back, floor + height), look)
-    rows = drawers if stacked else 1
-    return floor + rows * (height + 0.012) + 0.02
+    return (z if stacked else floor + heights[0] + 0.012) + 0.02
 
 
 def fill_with_baskets(builder: AssetBuilder, r: Compartment, look: ApplianceLook, door: FridgeDoor, count: int) -> None:
     """A room that is nothing but baskets above each other."""
     floor, ceiling = r.lower[2] + LINER_THICKNESS + 0.004, r.upper[2] - 0.014
-    _crispers(builder, r, look, (door,), count, (ceiling - floor) / count - 0.012, True, floor)
+    _crispers(builder, r, look, (door,), count * [(ceiling - floor) / count - 0.012], True, floor)
 
 
 def finish_refrigerator(builder: AssetBuilder, doors: Sequence[str], fridge: Sequence[str]) -> None:
