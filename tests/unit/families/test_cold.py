@@ -108,3 +108,11 @@ def test_racks_of_a_dishwasher_wait_for_its_door() -> None:
         lower, upper = (next(r for r in asset.regions if r.name == f"rack{k}") for k in range(2))
         heights = [float((asset.asset_from_link(r.link) @ r.pose).position[2]) for r in (lower, upper)]
         assert abs(heights[1] - heights[0]) > 0.2
+
+
+@pytest.mark.parametrize("name", BY_NAME["fridge_side_by_side"].presets)
+def test_an_arm_on_wheels_gets_to_the_lowest_crispers(name: str) -> None:
+    asset = preset("fridge_side_by_side", name)
+    for link in ("freezer_drawer0", "fridge_drawer0"):
+        grip = next(c for c in asset.link(link).colliders if c.name == f"{link}_handle_main")
+        assert (asset.asset_from_link(link) @ grip.pose).position[2] > 0.33
