@@ -56,7 +56,8 @@ def orient(draft: Draft, category: Category, generated: bool = False, override: 
     front = _front(cloud.samples @ rotation.T, category, draft, name, override)
     rotation = _about_z(front.angle) @ rotation
     out = draft.replace(parts=tuple(_rotated(p, rotation) for p in draft.parts), up="z")
-    out = out.replace(guesses=out.guessed("up_axis", name, confidence, reason))
+    value = name if name in UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
+    out = out.replace(guesses=out.guessed("up_axis", value, confidence, reason))
     return out.replace(guesses=out.guessed("front", front.value, front.confidence, front.reason))
 
 

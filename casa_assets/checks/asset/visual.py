@@ -7,7 +7,7 @@ import numpy as np
 from casa_assets.checks.asset.applicability import NO_VISUALS, merged_mesh, visuals_of
 from casa_assets.checks.check import Measurement, all_at_least, all_at_most, at_most, count, largest, not_applicable
 from casa_assets.core.typing import Floats, Ints, Mask
-from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.measure import backward_share, face_normals
 from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Texture
@@ -37,9 +37,7 @@ def normals_face_outwards(asset: Asset, limit: float) -> Measurement:
             continue
         if np.abs(np.linalg.norm(normals, axis=1) - 1).max(initial=0.0) > NORMAL_LENGTH_TOLERANCE:
             problems.append((pointer, "normals are not of length one; normalise them"))
-        fronts, areas = _normals_and_areas(visual)
-        behind = np.einsum("fkj,fj->fk", normals[visual.mesh.faces], fronts) < 0
-        share = float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))
+        share = backward_share(visual.mesh.vertices, visual.mesh.faces, normals)
         shares.append(share)
         if share > limit:
             message = f"{share:.1%} of it has normals that look inwards; compute them from the triangles"

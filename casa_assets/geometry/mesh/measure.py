@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 
 from casa_assets.core.typing import Floats, Ints
 
@@ -52,6 +55,17 @@ def solid_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
     covariance = second / 120 - volume * np.outer(center, center)
     inertia = np.trace(covariance) * np.eye(3) - covariance
     return volume, center + apex, inertia
+
+
+def backward_share(vertices: Floats, faces: npt.NDArray[np.integer[Any]], normals: Floats) -> float:
+    """Share of the area whose normals, one per vertex, look against the fronts of its faces.
+
+    Args:
+        vertices: (V, 3). faces: (F, 3). normals: (V, 3).
+    """
+    fronts, areas = face_normals(vertices, faces.astype(np.int64))
+    behind = np.einsum("fkj,fj->fk", normals[faces], fronts) < 0
+    return float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))
 
 
 def shell_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:

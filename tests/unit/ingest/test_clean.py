@@ -42,6 +42,19 @@ class TestSoundMeshes:
         assert again.notes == ()
 
 
+class TestNormals:
+    def test_that_contradict_the_faces_are_left_out_and_others_stay(self) -> None:
+        away = BOX.vertices - BOX.vertices.mean(axis=0)
+        outward = away / np.linalg.norm(away, axis=1, keepdims=True)
+        good, bad = BOX.with_vertices(BOX.vertices, outward), BOX.with_vertices(BOX.vertices + 0.1, -outward)
+        draft = clean(raw(good, bad))
+        first, second = (part.mesh for part in draft.parts)
+        assert first == good
+        assert second == bad.with_vertices(bad.vertices)
+        assert "MSH025" in codes(draft.notes)
+        assert "MSH025" not in codes(clean(raw(good)).notes)
+
+
 class TestFacesDropped:
     def test_doubled(self) -> None:
         draft = clean(raw(Mesh(vertices=BOX.vertices, faces=np.concatenate([BOX.faces, BOX.faces[:5, [1, 2, 0]]]))))
