@@ -7,7 +7,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import write
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report

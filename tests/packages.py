@@ -10,7 +10,7 @@ from PIL import Image
 
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import document as mjcf
 from casa_assets.export.usd import document as usd
 from casa_assets.model.asset.asset import Asset

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 
 from casa_assets.checks.check import Check, Measurement, not_run
-from casa_assets.checks.readers.mujoco_load import native_warnings
-from casa_assets.checks.table import TABLE
 from casa_assets.core.rounding import significant
 from casa_assets.model.issue import CheckResult, Issue, Report, Status
 
@@ -19,7 +19,7 @@ def run(
     name: str,
     limits: Mapping[str, float],
     waived: Mapping[str, str] = NO_WAIVERS,
-    table: Iterable[Check] = TABLE,
+    table: Iterable[Check] | None = None,
 ) -> Report:
     """Report of every check whose subject type is that of `subject`.
 
@@ -28,21 +28,21 @@ def run(
         name: id that the report carries.
         limits: key to number, as registry/limits.yaml has it.
         waived: code -> reason of the checks that are not run on this subject; they stand in the report as not run.
-        table: rows to run.
+        table: rows to run; None: all. The rows of libraries alone need neither MuJoCo nor USD, which take a second
+            to import.
     Raises:
         KeyError: a row names a limit that the registry does not have.
     """
     results: list[CheckResult] = []
     issues: list[Issue] = []
-    for check in table:
+    for check in _rows(table):
         if not isinstance(subject, check.subject):
             continue
         limit = None if check.limit is None else limits[check.limit]
         if check.code in waived:
             results.append(_result(check, not_run(waived[check.code]), limit, waived=True))
             continue
-        # MuJoCo's warnings while it simulates or reads a file again would else be written to a log.
-        with native_warnings():
+        with _mujoco_warnings():
             measured = check.run(subject, limits)
         results.append(_result(check, measured, limit))
         issues += [Issue(code=check.code, severity=check.severity, pointer=p, message=s) for p, s in measured.problems]
@@ -55,14 +55,14 @@ def report_not_run(
     limits: Mapping[str, float],
     reason: str,
     waived: Mapping[str, str] = NO_WAIVERS,
-    table: Iterable[Check] = TABLE,
+    table: Iterable[Check] | None = None,
 ) -> Report:
     """Report of checks that could not be run, all for one reason.
 
     Args:
         kinds: types of subjects. reason: a part of a sentence. The others are as for `run`.
     """
-    rows = [check for check in table if check.subject in kinds]
+    rows = [check for check in _rows(table) if check.subject in kinds]
     results = tuple(
         _result(
             check,
@@ -73,6 +73,26 @@ def report_not_run(
         for check in rows
     )
     return Report(subject=name, results=results)
+
+
+def _rows(table: Iterable[Check] | None) -> Iterable[Check]:
+    if table is not None:
+        return table
+    from casa_assets.checks.table.table import TABLE
+
+    return TABLE
+
+
+def _mujoco_warnings() -> AbstractContextManager[object]:
+    """Listens to MuJoCo, whose warnings while it simulates or reads a file again would else be written to a log.
+
+    Where no row has imported MuJoCo, none will be warned by it.
+    """
+    if "mujoco" not in sys.modules:
+        return nullcontext()
+    from casa_assets.checks.readers.mujoco_load import native_warnings
+
+    return native_warnings()
 
 
 def _result(check: Check, measured: Measurement, limit: float | None, waived: bool = False) -> CheckResult:

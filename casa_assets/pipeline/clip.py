@@ -16,12 +16,9 @@ from PIL import Image
 
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
-from casa_assets.export import mjcf
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.optional_packages import require
-from casa_assets.preview.camera import View
-from casa_assets.preview.still import render
 
 # Pictures (PNG) and names -> a share for each name; they add up to 1.
 Scorer = Callable[[Sequence[bytes], Sequence[str]], tuple[float, ...]]
@@ -218,6 +215,8 @@ def render_asset_views(asset: Asset) -> list[bytes]:
     Raises:
         NoRenderer: there is no OpenGL.
     """
+    from casa_assets.export import mjcf
+
     with tempfile.TemporaryDirectory() as folder:
         disk.write_files(Path(folder), mjcf.write(asset))
         return render_model_views(Path(folder) / "model.xml")
@@ -225,4 +224,7 @@ def render_asset_views(asset: Asset) -> list[bytes]:
 
 def render_model_views(model: Path) -> list[bytes]:
     """PNGs of an asset that stands on disk as a model.xml, from the sides of VIEWS."""
+    from casa_assets.preview.camera import View
+    from casa_assets.preview.still import render
+
     return [render(model, View(azimuth_deg=a, elevation_deg=e, size_px=PICTURE_PX, passes=4)) for a, e in VIEWS]

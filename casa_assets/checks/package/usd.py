@@ -9,10 +9,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import simready.validate
 from PIL import Image
 from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
-from simready.validate.api import features_summary_passed
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package import coincident_meshes
@@ -70,6 +68,9 @@ def validate_simready(path: Path) -> tuple[bool, dict[str, str]] | None:
         Whether it passes, and code -> message of each requirement that is not met, those of optional features among
         them; None where the validator gives no verdict.
     """
+    import simready.validate
+    from simready.validate.api import features_summary_passed
+
     load_rules()
     config = simready.validate.AssetValidationConfig(
         asset_path=str(path), profile_id=PROFILE, profile_version=PROFILE_VERSION
@@ -134,7 +135,9 @@ def usd_pictures_are_png(package: Package) -> Measurement:
 
 @cache
 def load_rules() -> None:
-    """Register the rules of SimReady, once per process (0.2 s)."""
+    """Register the rules of SimReady, once per process (half a second with their import)."""
+    import simready.validate
+
     with quiet():
         simready.validate.initialize([], [], [])
         coincident_meshes.make_swift()

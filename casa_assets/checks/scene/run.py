@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from casa_assets.checks.run import NO_WAIVERS, report_not_run, run
 from casa_assets.checks.scene.subject import SceneSubject
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.model.issue import Report
 
 LOADS = "SCN001"

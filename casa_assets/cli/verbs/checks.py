@@ -14,7 +14,7 @@ def checks(
 ) -> None:
     """List every check: its code, what it tests, and what to do where it fails."""
     from casa_assets import registry
-    from casa_assets.checks.table import TABLE
+    from casa_assets.checks.table.table import TABLE
     from casa_assets.pipeline.reports.checks_page import checks_markdown
 
     if as_markdown:

@@ -146,7 +146,6 @@ def _print_event(event: Event, console: Console, as_json: bool) -> None:
 
 def _print_summary(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets import registry
-    from casa_assets.checks.table import explained
     from casa_assets.pipeline.ingest.run import tally
     from casa_assets.pipeline.library.entry_table import EntryTable
     from casa_assets.pipeline.library.library import Library
@@ -165,7 +164,11 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
         table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
         for name in ("code", "reason", "inputs", "what to do"):
             table.add_column(name, no_wrap=name == "code")
-        why = explained(records.limits)
+        why: dict[str, str] = {}
+        if not codes.keys() <= rejections.keys():
+            from casa_assets.checks.table.table import explained
+
+            why = explained(records.limits)
         for code, count in codes.most_common():
             row = rejections.get(code)
             meaning, advice = (

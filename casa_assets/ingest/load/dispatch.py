@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_xaml
 from casa_assets.ingest.load.collada.reader import read_dae
 from casa_assets.ingest.load.formats import SUFFIX_OF, Format, sniff, suffix_of
 from casa_assets.ingest.load.gltf.scene import read_gltf
@@ -27,9 +26,6 @@ _READERS: Mapping[Format, Reader] = {
     Format.PLY: read_ply,
     Format.STL: read_stl,
     Format.DAE: read_dae,
-    Format.OFF: read_off,
-    Format.THREE_MF: read_3mf,
-    Format.XAML: read_xaml,
 }
 
 
@@ -59,5 +55,14 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
         )
     # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
     with np.errstate(all="ignore"):
-        model = _READERS[file_format](bundle, limits, notes)
+        model = _reader_of(file_format)(bundle, limits, notes)
     return model.replace(notes=bundle.notes + notes.issues)
+
+
+def _reader_of(file_format: Format) -> Reader:
+    """The reader of a format; trimesh, which three rare ones need, takes half a second to import."""
+    if file_format in _READERS:
+        return _READERS[file_format]
+    from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_xaml
+
+    return {Format.OFF: read_off, Format.THREE_MF: read_3mf, Format.XAML: read_xaml}[file_format]

@@ -14,7 +14,7 @@ from casa_assets import registry
 from casa_assets.checks.library.duplicates import CategoryRank, LibraryView
 from casa_assets.checks.library.size_outliers import LibrarySizes
 from casa_assets.checks.run import run
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table import libraries
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.store import Store
@@ -82,7 +82,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     looks = tuple(pair for pair in looks if {pair[0], pair[1]} <= ids)
     view = LibraryView(view.count, view.alike, looks, seen, unseen)
     name, limits = "library", registry.load().limits
-    report = run(view, name, limits, table=TABLE) + run(_sizes(rows), name, limits, table=TABLE)
+    report = run(view, name, limits, table=libraries.ROWS) + run(_sizes(rows), name, limits, table=libraries.ROWS)
     digests = {row.id: row.digest for row in rows}
     content = LibraryReport(
         report=report,

@@ -6,20 +6,19 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
-from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
-from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh, raw_from_trimesh
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Source, SourceKind, Up
 from casa_assets.model.issue import Report
-from casa_assets.pipeline.ingest.stages import build_asset
 from casa_assets.pipeline.ingest.survey import Survey, find_category
-from casa_assets.pipeline.library.asset_package import check_package, write_package
+
+if TYPE_CHECKING:
+    from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 
 # Axis of a mesh that points up; empty: what its metadata say, else it is guessed.
 UpAxis = Literal["", "x", "y", "z"]
@@ -48,6 +47,10 @@ def stage_meshes(meshes: Sequence[MeshInput], staging: Path) -> Iterator[Found |
     Args:
         staging: folder that the run sweeps at its end.
     """
+    if not meshes:
+        return
+    from casa_assets.ingest.load.by_trimesh.from_trimesh import raw_from_trimesh  # imports trimesh: half a second
+
     folder = staging / MESHES
     for number, one in enumerate(meshes):
         name = utf8_escaped(one.name)
@@ -75,6 +78,10 @@ def ingest_mesh(mesh: MeshOrScene, name: str, category: str = "", up: Up | None 
         Rejected: a stage cannot accept it. UnknownId: no such category.
         CannotDraw, NoRenderer: this machine draws no pictures.
     """
+    from casa_assets.ingest.load.by_trimesh.from_trimesh import bundle_from_trimesh
+    from casa_assets.pipeline.ingest.stages import build_asset
+    from casa_assets.pipeline.library.asset_package import check_package, write_package
+
     source = _source(name)
     kind, confidence, reason = find_category(Found(Path(), name, source), category)
     bundle = bundle_from_trimesh(mesh, name=name, up=up)

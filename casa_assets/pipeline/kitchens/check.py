@@ -25,7 +25,7 @@ from casa_assets.checks.scene.motion.stopwatch import in_a_fresh_process
 from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pixels, PreviewImages
-from casa_assets.checks.table import explained
+from casa_assets.checks.table.table import explained
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest

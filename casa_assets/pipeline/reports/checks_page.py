@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from casa_assets import registry
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.textures import check as texture_check
 from casa_assets.textures.packs.rejections import REMEDIES
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.checks.library.duplicates import in_words
-from casa_assets.checks.table import explained
+from casa_assets.checks.table.table import explained
 from casa_assets.model.registry.rows import Rejection
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing

@@ -13,7 +13,7 @@ from casa_assets.checks.filters.kind import misfit
 from casa_assets.checks.library.size_outliers import LibrarySizes
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import write
 from casa_assets.model.asset.asset import Asset, Inertial
 from casa_assets.model.asset.material import Material

@@ -12,7 +12,7 @@ from casa_assets.checks.check import Check, Measurement, no_fault, not_applicabl
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import report_not_run, run
 from casa_assets.checks.scene.views import PreviewImages
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.model.issue import CheckResult, Report, Severity, Status, tally
 from tests.assets import ball, microwave, rigid_mug
 from tests.packages import written

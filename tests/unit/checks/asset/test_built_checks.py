@@ -12,7 +12,7 @@ import pytest
 
 from casa_assets.checks.motion import hand_force, motion_model
 from casa_assets.checks.run import run
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, Drive, JointKind
 from casa_assets.model.asset.shape import Box
 from casa_assets.model.issue import Status

@@ -13,8 +13,8 @@ from casa_assets.checks.package import fact_differences
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import asset_facts, mjcf_facts, mujoco_load
 from casa_assets.checks.run import run
-from casa_assets.checks.table import TABLE
 from casa_assets.checks.table.formats import DROP
+from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import write
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.shape import Box

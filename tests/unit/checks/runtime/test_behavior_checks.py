@@ -13,7 +13,7 @@ from casa_assets.checks.motion import operate
 from casa_assets.checks.run import run
 from casa_assets.checks.runtime.behavior import position
 from casa_assets.checks.runtime.reachable_values import unreached
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus, start, step
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.behavior import Behavior, Condition, Effect, EffectKind, Rule, Variable

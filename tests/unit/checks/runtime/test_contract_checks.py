@@ -12,7 +12,7 @@ from casa_assets import registry
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.run import run
 from casa_assets.checks.runtime import contract_names, loader_places
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Asset, JointKind, Keyframe, Region
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.contract import (

@@ -16,7 +16,7 @@ from casa_assets.checks.scene.formats.usd_layer import OF_SINGLE_PROPS
 from casa_assets.checks.scene.motion import stopwatch
 from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.views import PreviewImages
-from casa_assets.checks.table import TABLE
+from casa_assets.checks.table.table import TABLE
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status

@@ -1,0 +1,23 @@
+"""All checks: one literal row each, by subject; docs/checks.md is printed from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from casa_assets.checks.check import Check
+from casa_assets.checks.table import assets, filters, formats, kitchens, libraries, motion, scenes
+
+TABLE: tuple[Check, ...] = (
+    *assets.ROWS,
+    *motion.ROWS,
+    *formats.ROWS,
+    *filters.ROWS,
+    *libraries.ROWS,
+    *scenes.ROWS,
+    *kitchens.ROWS,
+)
+
+
+def explained(limits: Mapping[str, float]) -> dict[str, str]:
+    """Code -> title and description of every check, such as `Overall size: The longest side ...`."""
+    return {row.code: f"{row.title}: {row.describe(limits)}" for row in TABLE}
