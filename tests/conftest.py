@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.libraries import made_once, make_boxes
+
 settings.register_profile("same_examples", deadline=None, derandomize=True)
 settings.load_profile("same_examples")
 
@@ -31,3 +33,9 @@ def cache(common: Path) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CASA_ASSETS_CACHE", str(folder))
         yield folder
+
+
+@pytest.fixture(scope="session")
+def boxes(common: Path, cache: Path) -> Path:
+    """A folder with cheap inputs in `in`, the library of them in `library`, and the lines of its run; only to read."""
+    return made_once(common, "boxes", make_boxes)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import shutil
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from casa_assets.model.record import Vec3
@@ -38,6 +40,30 @@ def make_inputs(folder: Path) -> Path:
     rows = '{"id": "a", "file": "gone_a.glb"}\n{"id": "b", "file": "gone_b.glb"}\n'
     (folder / "manifest.jsonl").write_text(rows, encoding="ascii")
     return folder
+
+
+def made_once(common: Path, name: str, make: Callable[[Path], None]) -> Path:
+    """A folder that all processes of a run of the tests read and none changes; the first that asks makes it.
+
+    Args:
+        common: what these processes have in common. make: is given a folder that is not there yet.
+    """
+    place, draft = common / name, common / f"{name}_draft"
+    with (common / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not place.exists():
+            shutil.rmtree(draft, ignore_errors=True)
+            make(draft)
+            draft.rename(place)
+    return place
+
+
+def make_boxes(folder: Path) -> None:
+    """`in`: inputs of `make_inputs`; `library`: of them, by one worker, hash seed 0; `lines.jsonl`: what it printed."""
+    make_inputs(folder / "in")
+    done = casa("ingest", folder / "in", "--library", folder / "library", "--jobs", 1, "--json", PYTHONHASHSEED="0")
+    assert done.returncode == 1, done.stdout + done.stderr
+    (folder / "lines.jsonl").write_text(done.stdout, encoding="utf-8")
 
 
 def with_cache(out: Path, cache: Path) -> Path:

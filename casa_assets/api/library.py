@@ -9,18 +9,12 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from casa_assets.articulate.decisions import Decisions, parse_direction
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
-from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Issue, Report
-from casa_assets.pipeline.articulate.build import ArticulateRequest
-from casa_assets.pipeline.articulate.run import ArticulateOutcome
-from casa_assets.pipeline.articulate.run import articulate as run_articulate
-from casa_assets.pipeline.articulate.sidecar import read as read_decisions
 from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
 from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, ingest_mesh
 from casa_assets.pipeline.ingest.job import Event, first_error
@@ -29,8 +23,13 @@ from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry, entries
 
+# These two are heavy; ingest of files does without them.
+if TYPE_CHECKING:
+    from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
+    from casa_assets.pipeline.articulate.run import ArticulateOutcome
+
 # What `Library.ingest` takes.
-Input = str | Path | MeshOrScene | MeshInput
+Input: TypeAlias = "str | Path | MeshOrScene | MeshInput"
 
 
 @dataclass(frozen=True)
@@ -315,6 +314,11 @@ def articulate(
     Raises:
         CasaError: there is no such file, what is asked for does not go together, or this machine cannot make assets.
     """
+    from casa_assets.articulate.decisions import Decisions, parse_direction
+    from casa_assets.pipeline.articulate.build import ArticulateRequest
+    from casa_assets.pipeline.articulate.run import articulate as run_articulate
+    from casa_assets.pipeline.articulate.sidecar import read as read_decisions
+
     (path,) = _existing([mesh])
     if not path.is_file():
         raise CasaError(f"{path}: is not a file; give one mesh of one thing")

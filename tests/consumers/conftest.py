@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
-import fcntl
 import shutil
 from pathlib import Path
 
 import pytest
 
 from tests.documents import ROOT, blocks, shell
+from tests.libraries import made_once
 
 # The first command of README.md, whose library all pages after it take for granted.
 MAKE = next(line for block in blocks("README.md") for line in block.commands if line.startswith("casa-assets ingest"))
 
 
+# The pages take longest, on one core: begun late, they would be left over. The tasks of RoboCasa use two cores by
+# themselves, so that at the end none is idle.
+FIRST, LAST = "test_documents.py", "test_robocasa_tasks.py"
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest file first, and the one that needs no company last."""
+    items.sort(key=lambda item: (item.path.name == LAST) - (item.path.name == FIRST))
+
+
 @pytest.fixture(scope="session")
 def samples(common: Path) -> Path:
     """A folder with the examples, and the library of them in `out/library`; the first process that asks makes it."""
-    place, draft = common / "samples", common / "samples_draft"
-    with (common / "samples.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not place.exists():
-            shutil.rmtree(draft, ignore_errors=True)
-            shutil.copytree(ROOT / "examples", draft / "examples")
-            done = shell(MAKE, draft)
-            assert done.returncode == 1, done.stdout + done.stderr  # one sample is broken on purpose
-            draft.rename(place)
-    return place
+    return made_once(common, "samples", _make_samples)
+
+
+def _make_samples(folder: Path) -> None:
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    done = shell(MAKE, folder)
+    assert done.returncode == 1, done.stdout + done.stderr  # one sample is broken on purpose

@@ -13,6 +13,7 @@ import pytest
 
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from tests.libraries import with_cache
 
 ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent
@@ -41,9 +42,10 @@ def told(name: str, *arguments: str | Path, script: str | None = None) -> Any:
 
 
 @pytest.fixture(scope="module")
-def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def kitchen(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a scene."""
-    made = scene_folders.build_one(SceneRecipe("l_small", "coastal"), tmp_path_factory.mktemp("scenes"), drawn=False)
+    out = with_cache(tmp_path_factory.mktemp("scenes"), cache)
+    made = scene_folders.build_one(SceneRecipe("l_small", "coastal"), out, drawn=False)
     assert made.folder, made.message
     return Path(made.folder)
 

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from tests.consumers.robots.page import ASKED, KITCHENS, PLANS, page
+from tests.libraries import with_cache
 
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / os.environ.get("CASA_ROBOTS", ".venv-robots")
@@ -44,9 +45,9 @@ def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def out(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of scenes with one that was certified."""
-    folder = tmp_path_factory.mktemp("scenes")
+    folder = with_cache(tmp_path_factory.mktemp("scenes"), cache)
     done = casa("scenes", "robots", SCENE, "--robot", "PandaOmron", "--out", folder, "--jobs", 1)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
@@ -115,7 +116,7 @@ def test_a_panda_opens_a_drawer_in_plain_mujoco(tmp_path: Path) -> None:
 
 @pytest.mark.consumers
 def test_a_humanoid_a_quadruped_and_another_mobile_arm_reach_a_few_joints(out: Path, tmp_path: Path) -> None:
-    scenes = shutil.copytree(out, tmp_path / "scenes")
+    scenes = shutil.copytree(out, tmp_path / "scenes", symlinks=True)
     robots = [part for name in OTHERS for part in ("--robot", name)]
     joints = [part for glob in FEW for part in ("--joint", glob)]
     done = casa("scenes", "robots", SCENE, *robots, *joints, "--out", scenes, "--jobs", 1)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import ROOT, casa, command, differences, entries_of, make_inputs
+from tests.libraries import ROOT, casa, command, differences, entries_of
 
 pytestmark = pytest.mark.slow
 
@@ -20,15 +20,13 @@ Moment = Callable[[Path], bool]
 
 
 @pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_inputs(tmp_path_factory.mktemp("sources") / "in")
+def inputs(boxes: Path) -> Path:
+    return boxes / "in"
 
 
 @pytest.fixture(scope="module")
-def undisturbed(inputs: Path) -> Path:
-    made = inputs.parent / "library"
-    casa("ingest", inputs, "--library", made, "--jobs", 2)
-    return made
+def undisturbed(boxes: Path) -> Path:
+    return boxes / "library"
 
 
 def children(pid: int) -> list[int]:

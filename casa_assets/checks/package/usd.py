@@ -13,7 +13,6 @@ from PIL import Image
 from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
-from casa_assets.checks.package import coincident_meshes
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.readers.usd_facts import imported
@@ -137,6 +136,8 @@ def usd_pictures_are_png(package: Package) -> Measurement:
 def load_rules() -> None:
     """Register the rules of SimReady, once per process (half a second with their import)."""
     import simready.validate
+
+    from casa_assets.checks.package import coincident_meshes
 
     with quiet():
         simready.validate.initialize([], [], [])

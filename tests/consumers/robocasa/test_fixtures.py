@@ -44,12 +44,12 @@ def class_of(family_name: str) -> str:
 FAMILIES = tuple(name for name in MODELS if class_of(name) in OPERATED)
 
 
-def written(name: str, root: Path) -> list[dict[str, str]]:
+def written(name: str, root: Path, cache: Path) -> list[dict[str, str]]:
     """Writes every preset of a family; returns what operate_fixtures.py is told of them."""
     rows = []
     for preset, params in family(name).presets.items():
         folder = f"{name}__{preset}"
-        write_to(mjcf.write(build_asset(family(name), params, root / "cache")), root / folder)
+        write_to(mjcf.write(build_asset(family(name), params, cache)), root / folder)
         rows.append({"name": folder, "class": class_of(name), "folder": folder})
         if class_of(name) == "Blender":
             rows[-1]["lid"] = f"{LID}__{preset}"
@@ -72,11 +72,11 @@ def operated(rows: Sequence[dict[str, str]], root: Path) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
+def told(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     """What two processes of RoboCasa say, each of half of the fixtures."""
     root = tmp_path_factory.mktemp("robocasa_fixtures")
     with ProcessPoolExecutor(2) as workers:
-        families = list(workers.map(partial(written, root=root), (*FAMILIES, LID)))
+        families = list(workers.map(partial(written, root=root, cache=cache), (*FAMILIES, LID)))
     rows = [row for name, found in zip(FAMILIES, families, strict=False) for row in found]
     with ThreadPoolExecutor(2) as threads:
         return list(threads.map(partial(operated, root=root), (rows[::2], rows[1::2])))

@@ -1,4 +1,4 @@
-"""The package from scripts without a guard, in a fresh folder with a fresh cache: nothing appears beside them."""
+"""The package from scripts without a guard, in a fresh folder: nothing appears beside them, nor without a cache."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ MUG = ROOT / "examples" / "meshes" / "mug.obj"
 OVEN = ROOT / "examples" / "appliances" / "oven.glb"
 
 
-def run(code: str, place: Path, *, notebook: bool = False) -> str:
-    """Standard output of a script that runs in `place/work`, which has to stay empty, with its cache in `place/cache`.
+def run(code: str, place: Path, *, cache: Path | None = None, notebook: bool = False) -> str:
+    """Standard output of a script that runs in `place/work`, which has to stay empty.
 
     Args:
+        cache: of built things; None: the one that all tests share.
         notebook: run it by `exec` in a module `__main__` without a file, as a notebook runs its cells.
     """
     work = place / "work"
@@ -29,7 +30,7 @@ def run(code: str, place: Path, *, notebook: bool = False) -> str:
     done = subprocess.run(
         [sys.executable, "-c", start] if notebook else [sys.executable, str(script)],
         cwd=work,
-        env={**os.environ, "PYTHONPATH": str(ROOT), "CASA_ASSETS_CACHE": str(place / "cache")},
+        env={**os.environ, "PYTHONPATH": str(ROOT), **({"CASA_ASSETS_CACHE": str(cache)} if cache else {})},
         capture_output=True,
         text=True,
         check=False,
@@ -53,11 +54,12 @@ def test_kitchen(tmp_path: Path, notebook: bool) -> None:
         import multiprocessing
         print(multiprocessing.active_children())
     """
-    told = run(code, tmp_path, notebook=notebook).splitlines()
+    fresh = None if notebook else tmp_path / "cache"
+    told = run(code, tmp_path, cache=fresh, notebook=notebook).splitlines()
     assert told[0].startswith("one_wall_small__scandinavian__s3__t")
     assert told[0].endswith(" 3 True True")
     assert told[1] == "[]"
-    assert (tmp_path / "cache").is_dir()
+    assert fresh is None or fresh.is_dir()
 
 
 def test_load_scene(tmp_path: Path) -> None:

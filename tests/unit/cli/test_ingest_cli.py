@@ -15,22 +15,16 @@ import pytest
 
 from casa_assets.cli.text import terminal_safe
 from tests.determinism.test_kill import children
-from tests.libraries import ROOT, casa, command, entries_of, make_inputs
+from tests.libraries import ROOT, casa, command, entries_of
 
 
 @pytest.fixture(scope="module")
-def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_inputs(tmp_path_factory.mktemp("sources") / "in")
+def inputs(boxes: Path) -> Path:
+    return boxes / "in"
 
 
-@pytest.fixture(scope="module")
-def ran(inputs: Path) -> subprocess.CompletedProcess[str]:
-    return casa("ingest", inputs, "--library", inputs.parent / "library", "--json")
-
-
-def test_json_lines(ran: subprocess.CompletedProcess[str]) -> None:
-    rows = [json.loads(line) for line in ran.stdout.splitlines()]
-    assert ran.returncode == 1
+def test_json_lines(boxes: Path) -> None:
+    rows = [json.loads(line) for line in (boxes / "lines.jsonl").read_text(encoding="utf-8").splitlines()]
     assert sorted((row["path"], row["status"], row["code"]) for row in rows) == [
         ("broken.glb", "rejected", "SRC002"),
         ("cereal_box.obj", "accepted", ""),
@@ -45,8 +39,9 @@ def test_json_lines(ran: subprocess.CompletedProcess[str]) -> None:
     assert all(row["message"] for row in rows if row["status"] == "rejected")
 
 
-def test_tables_and_reasons(ran: subprocess.CompletedProcess[str], inputs: Path) -> None:
-    done = casa("ingest", inputs, "--library", inputs.parent / "library", "--explain")
+def test_tables_and_reasons(boxes: Path, tmp_path: Path) -> None:
+    shutil.copytree(boxes / "library", tmp_path / "library")
+    done = casa("ingest", boxes / "in", "--library", tmp_path / "library", "--explain")
     assert done.returncode == 1
     for words in ("7 inputs: 3 accepted, 4 rejected (7 were there already)", "RUN006", "category: milk (", "mass: "):
         assert words in done.stdout
@@ -123,7 +118,7 @@ def test_a_bug_is_exit_3(inputs: Path, tmp_path: Path) -> None:
     assert "please report it" in done.stderr
 
 
-def test_a_full_disk_is_exit_2_and_leaves_nothing_behind(ran: object, inputs: Path, tmp_path: Path) -> None:
+def test_a_full_disk_is_exit_2_and_leaves_nothing_behind(boxes: Path, inputs: Path, tmp_path: Path) -> None:
     """The system's limit on the size of a file stands for a disk that is full."""
     library = tmp_path / "library"
     line = 'ulimit -f 8; exec "$@"'
@@ -134,7 +129,7 @@ def test_a_full_disk_is_exit_2_and_leaves_nothing_behind(ran: object, inputs: Pa
     assert all(path.startswith("rejected/") for path in entries_of(library))
     assert list((library / ".casa" / "staging").iterdir()) == []
     assert casa("ingest", inputs, "--library", library).returncode == 1
-    assert entries_of(library) == entries_of(inputs.parent / "library")
+    assert entries_of(library) == entries_of(boxes / "library")
 
 
 def test_hostile_names_do_not_reach_the_terminal(tmp_path: Path) -> None:

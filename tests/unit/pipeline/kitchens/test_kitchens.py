@@ -277,8 +277,8 @@ class TestDiff:
         assert diff.made_by_same_code(out / SCENE, out / SCENE)
         assert not diff.made_by_same_code(out / SCENE, tmp_path / SCENE)
 
-    def test_difference_is_named(self, out: Path, tmp_path: Path) -> None:
-        made = scene_folders.build_one(SceneRecipe(PLAN, "industrial"), tmp_path, drawn=False)
+    def test_difference_is_named(self, out: Path, cache: Path, tmp_path: Path) -> None:
+        made = scene_folders.build_one(SceneRecipe(PLAN, "industrial"), with_cache(tmp_path, cache), drawn=False)
         lines = diff.compare(out / SCENE, Path(made.folder))
         assert any(line.startswith("style: ") for line in lines)
         assert any(line.startswith("surfaces.floor: ") for line in lines)
