@@ -9,9 +9,10 @@ from contextlib import closing
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
+from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Issue, Report
@@ -23,13 +24,11 @@ from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry, entries
 
-# These two are heavy; ingest of files does without them.
 if TYPE_CHECKING:
-    from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
 
 # What `Library.ingest` takes.
-Input: TypeAlias = "str | Path | MeshOrScene | MeshInput"
+Input = str | Path | MeshOrScene | MeshInput
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,9 @@ from casa_assets.pipeline.library.identity import Producer
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
 
+# With less room no renderer can be loaded, whatever it then says is missing; a choice.
+RENDERER_BYTES = 64_000_000
+
 
 def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
@@ -34,6 +37,7 @@ def check_renderer(_: None) -> RunAborted | None:
     try:
         backend()
     except NoRenderer as error:
+        bytearray(RENDERER_BYTES)  # raises MemoryError where the limit of memory keeps the renderer from being loaded
         return RunAborted(str(error))
     return None
 
