@@ -12,11 +12,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-KITCHENS = ("l_small__coastal", "galley__industrial", "u_small__traditional_1")  # of all robots
+KITCHENS = ("l_small__coastal", "u_small__traditional_1")  # of all robots
 # One of each other plan, of PandaOmron.
 PLANS = (
     "g_large__modern_1",
     "g_small__farmhouse",
+    "galley__industrial",
     "l_large__mediterranean",
     "one_wall_large__industrial",
     "one_wall_small__modern_2",
