@@ -91,6 +91,17 @@ def casa(*arguments: object, **environment: str) -> subprocess.CompletedProcess[
     )
 
 
+def limited(kilobytes: int, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """Run the program where no file may become larger, which stands for a disk that is full.
+
+    It keeps no compiled modules: Python 3.11 would put one that was cut off at that size into the package, and whoever
+    imports it next would fail.
+    """
+    words = ["bash", "-c", f'ulimit -f {kilobytes}; exec "$@"', "bash", *command(*arguments)]
+    environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+
+
 def tree(root: Path) -> dict[str, bytes | None]:
     """Relative path -> bytes of every file below a folder; None for a folder.
 

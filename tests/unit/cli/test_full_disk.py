@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.libraries import BOXES, ROOT, box_obj, casa, command
+from tests.libraries import BOXES, box_obj, casa, limited
 from tests.unit.articulate.blocks import microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -40,13 +39,6 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     mesh.write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
     assert casa("ingest", mesh, "--library", folder / "made").returncode == 0
     return folder / "made"
-
-
-def limited(kilobytes: int, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """The program where no file may become larger."""
-    line = f'ulimit -f {kilobytes}; exec "$@"'
-    words = ["bash", "-c", line, "bash", *command(*arguments)]
-    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -15,7 +15,7 @@ import pytest
 
 from casa_assets.cli.text import terminal_safe
 from tests.determinism.test_kill import children
-from tests.libraries import ROOT, casa, command, entries_of
+from tests.libraries import ROOT, casa, command, entries_of, limited
 
 
 @pytest.fixture(scope="module")
@@ -119,11 +119,8 @@ def test_a_bug_is_exit_3(inputs: Path, tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_exit_2_and_leaves_nothing_behind(boxes: Path, inputs: Path, tmp_path: Path) -> None:
-    """The system's limit on the size of a file stands for a disk that is full."""
     library = tmp_path / "library"
-    line = 'ulimit -f 8; exec "$@"'
-    arguments = ["bash", "-c", line, "bash", *command("ingest", inputs, "--library", library)]
-    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = limited(8, "ingest", inputs, "--library", library)
     assert done.returncode == 2, done.stdout + done.stderr
     assert f"{library}: cannot be written to: File too large" in done.stderr.replace("\n", " ")
     assert all(path.startswith("rejected/") for path in entries_of(library))
