@@ -7,6 +7,7 @@ Runs in RoboCasa's own environment.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -16,6 +17,7 @@ from robocasa.utils.env_utils import detect_robot_collision, set_robot_to_positi
 
 Attempts = Iterator[None]
 AWAY = (10.0, 10.0, 0.0)  # outside the room, where RoboCasa itself keeps the robot while it makes the scene
+RISES_M = (0.0, 0.02, 0.04)
 GRID = (0.5, 0.3, 0.7, 0.15, 0.85)  # shares of a region's width and depth at which an object is tried
 DROP_M = 0.004
 # As it usually lies, and a quarter turn about x and about y, (w, x, y, z).
@@ -160,15 +162,14 @@ def put(env: Any, thing: Any, foot: Any, quaternion: Any = LYING) -> list[str]:
 def in_boxes(env: Any, thing: Any, boxes: Any) -> Attempts:
     """An object on the floor of boxes, each (p0, px, py, pz) in the world, where it touches nothing else.
 
-    Where it does not fit as it usually lies it is stood up: a banana in the jar of a blender.
+    Where it does not fit as it usually lies it is stood up, such as a banana in the jar of a blender, and then let fall
+    from higher up, such as an apple into a jar that is narrow at its foot.
     """
     retreat(env)
-    for quaternion in (LYING, STOOD_X, STOOD_Y):
-        for p0, px, py, _ in boxes:
-            for v in GRID:
-                for u in GRID:
-                    if not put(env, thing, p0 + u * (px - p0) + v * (py - p0), quaternion):
-                        yield
+    for rise, quaternion, (p0, px, py, _) in itertools.product(RISES_M, (LYING, STOOD_X, STOOD_Y), boxes):
+        for v, u in itertools.product(GRID, GRID):
+            if not put(env, thing, p0 + u * (px - p0) + v * (py - p0) + (0.0, 0.0, rise), quaternion):
+                yield
 
 
 def inside(env: Any, name: str, fixture: Any, *regions: str) -> Attempts:
