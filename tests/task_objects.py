@@ -32,9 +32,11 @@ CLOSED = ("kettle_non_electric", "cutting_board")
 WALL_M = 0.004
 # Those for which tasks leave little room: a plate between a microwave and the edge of the worktop, a tray on half of
 # an oven's rack, a box that PackDessert makes 2.5 times as wide, bread and cake in the bowl of a stand mixer, flat
-# bread that CheesyBread lays on a board, 1.5 times as wide, and cheese on it.
+# bread that CheesyBread lays on a board, 1.5 times as wide, and cheese on it. The pan is the square in its round
+# bowl, without the handle: a box around both would stand in the backguard behind a burner.
 OWN_SIZES: dict[str, Vec3] = {
     "plate": (0.16, 0.16, 0.02),
+    "pan": (0.19, 0.19, 0.06),
     "oven_tray": (0.32, 0.24, 0.02),
     "tupperware": (0.12, 0.1, 0.05),
     **dict.fromkeys(("bread", "cake"), (0.06, 0.05, 0.03)),
