@@ -26,7 +26,6 @@ from casa_assets import registry
 from casa_assets.ingest.pose.ups import UP_ROTATIONS
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library import review
 from casa_assets.pipeline.reports.entry import Entry, entries
 
 OUT = Path("out/bench")
@@ -119,9 +118,8 @@ def judge(truth: Truth, entry: Entry | None) -> Row:
         if span:
             right[subject] = span[0] <= value <= span[1]
             true[subject] = f"{span[0]:g} to {span[1]:g} {unit}"
-    outcome = "review" if any(issue.code == review.CODE for issue in entry.warnings) else "accepted"
     sure = {subject: guesses[subject].confidence for subject in right if subject in guesses}
-    return Row(truth.file, truth.good, outcome, "", "", said, true, sure, right)
+    return Row(truth.file, truth.good, entry.decision.value, "", "", said, true, sure, right)
 
 
 def _same(said: str, axis: str) -> bool:

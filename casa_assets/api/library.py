@@ -15,13 +15,14 @@ from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
-from casa_assets.model.issue import Issue, Report
+from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
 from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, ingest_mesh
 from casa_assets.pipeline.ingest.job import Event, first_error
 from casa_assets.pipeline.ingest.run import FAILURE_CODES, Options
 from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.reports.entry import Entry, entries
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class IngestResult:
     """
 
     source: str
-    status: Literal["accepted", "skipped", "rejected", "failed"]
+    status: Literal["accepted", "review", "skipped", "rejected", "failed"]
     asset_id: str | None = None
     folder: Path | None = None
     reasons: tuple[Rejection, ...] = ()
@@ -70,7 +71,7 @@ class Ingested:
     """Outcome of ingesting one mesh.
 
     Attributes:
-        source: path of the input. asset: None where it was rejected.
+        source: path of the input. asset: accepted or in review; None where it was rejected.
         rejection: None where it was accepted. warnings: faults that do not keep it out.
         report: every check, with its number or why it has none; None where it was rejected before the checks.
         folder: of the entry in the library; None where no library was named.
@@ -84,9 +85,14 @@ class Ingested:
     folder: Path | None = None
 
     @property
+    def to_decide(self) -> tuple[str, ...]:
+        """What was told on thin evidence and a person has to decide, such as `scale` and `mass`."""
+        return subjects_to_decide(self.warnings)
+
+    @property
     def accepted(self) -> bool:
-        """True if there is an asset."""
-        return self.asset is not None
+        """True if there is an asset and nothing about it is for a person to decide."""
+        return self.asset is not None and not self.to_decide
 
 
 @dataclass(frozen=True)
@@ -121,7 +127,7 @@ class Library:
     """A folder of assets, as `casa-assets ingest` writes it; it need not exist before something is ingested.
 
     Iterating gives the records of its accepted assets, sorted by category and id: id, category, size and mass, guesses,
-    results of checks, source. `len` counts them.
+    results of checks, source. `len` counts them. What a person has to decide about first is told by `in_review`.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -134,14 +140,18 @@ class Library:
 
     def __iter__(self) -> Iterator[Entry]:
         """Records of the accepted assets. Raises OutputError where one is damaged."""
-        return (entry for entry in entries(self._disk) if entry.accepted)
+        return (entry for entry in entries(self._disk) if entry.decision is Decision.ACCEPTED)
 
     def __len__(self) -> int:
         """Number of accepted assets."""
-        return sum(1 for _ in self._disk.accepted())
+        return sum(entry.decision is Decision.ACCEPTED for entry in EntryTable(self._disk).entries)
+
+    def in_review(self) -> Iterator[Entry]:
+        """Records of assets about which a person has to decide something, in review.csv; `to_decide` says what."""
+        return (entry for entry in entries(self._disk) if entry.decision is Decision.REVIEW)
 
     def __contains__(self, asset_id: object) -> bool:
-        """True if there is an accepted asset of this id."""
+        """True if there is an asset of this id, accepted or in review."""
         return any(folder.name == asset_id for folder in self._disk.accepted())
 
     def rejected(self) -> Iterator[Entry]:
@@ -149,14 +159,14 @@ class Library:
         return (entry for entry in entries(self._disk) if not entry.accepted)
 
     def folder(self, asset_id: str) -> Path:
-        """Folder of an accepted asset. Raises UnknownId with the nearest ids."""
+        """Folder of an asset, accepted or in review. Raises UnknownId with the nearest ids."""
         found = {folder.name: folder for folder in self._disk.accepted()}
         if asset_id not in found:
             raise UnknownId(f"asset of {self.path}", asset_id, found)
         return found[asset_id]
 
     def get(self, asset_id: str) -> Asset:
-        """An accepted asset, meshes and textures included. Raises UnknownId, or OutputError where it is damaged."""
+        """An asset, accepted or in review, with meshes and textures. Raises UnknownId, or OutputError where damaged."""
         return disk.read_asset(self.folder(asset_id))
 
     def search(self, words: str, limit: int = 20) -> list[SearchHit]:
@@ -194,9 +204,13 @@ class Library:
 def _result(event: Event) -> IngestResult:
     """The public record of an event of the pipeline."""
     if not event.was_rejected:
-        is_new = event.kind == "accepted"
+        status: Literal["accepted", "review"] = "review" if event.is_in_review else "accepted"
         return IngestResult(
-            event.path, "accepted" if is_new else "skipped", event.asset_id, event.folder, warnings=event.warnings
+            event.path,
+            "skipped" if event.kind == "kept" else status,
+            event.asset_id,
+            event.folder,
+            warnings=event.warnings,
         )
     reasons: tuple[Rejection, ...] = (Rejection(event.code, event.message),)
     if report := _refusal_report(event.folder):

@@ -11,6 +11,9 @@ from pydantic import StringConstraints, model_validator
 
 from casa_assets.model.record import Record
 
+# Of the warning that a person has to decide something; its pointer says what.
+REVIEW_CODE = "REV001"
+
 Code = Annotated[str, StringConstraints(pattern=r"^[A-Z]{3}[0-9]{3}$")]
 
 
@@ -19,6 +22,17 @@ class Severity(StrEnum):
 
     ERROR = "error"
     WARNING = "warning"
+
+
+class Decision(StrEnum):
+    """What became of an input.
+
+    REVIEW: an asset was made, and a person has to decide something about it that was told on thin evidence.
+    """
+
+    ACCEPTED = "accepted"
+    REVIEW = "review"
+    REJECTED = "rejected"
 
 
 class Issue(Record):
@@ -128,6 +142,11 @@ def tally(results: Iterable[CheckResult]) -> Tally:
     )
 
 
+def subjects_to_decide(issues: Iterable[Issue]) -> tuple[str, ...]:
+    """What a person has to decide according to warnings, such as `scale`."""
+    return tuple(issue.pointer for issue in issues if issue.code == REVIEW_CODE)
+
+
 class Report(Record):
     """All that was checked on one subject, and all that was found.
 
@@ -169,6 +188,11 @@ class Report(Record):
     def passed(self) -> bool:
         """Every check of severity error that applies was run, or is waived, and found nothing; warnings may have."""
         return not self.errors
+
+    @property
+    def to_decide(self) -> tuple[str, ...]:
+        """What a person has to decide, such as `scale`."""
+        return subjects_to_decide(self.issues)
 
     @property
     def tally(self) -> Tally:

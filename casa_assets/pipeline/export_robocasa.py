@@ -16,7 +16,7 @@ from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.provenance import TEST_SHARE, Split, split_of
 from casa_assets.model.registry.category import Category, RestingPose
 from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.pipeline.export.certified import certified_asset
+from casa_assets.pipeline.export.certified import certified_asset, why_left_out
 from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult, export_kitchens
 from casa_assets.pipeline.export.scenes import raise_faults
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
@@ -67,13 +67,19 @@ class _Export:
     staged: Path
     registry: str
     categories: Mapping[str, Category]
+    with_review: bool = False
     instances: list[entries.Instance] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)
     kitchens: dict[str, KitchenResult] = field(default_factory=dict)
 
 
 def export(
-    library: Path | None, out: Path, name: str = REGISTRY, recipes: Sequence[SceneRecipe] = (), jobs: int = 0
+    library: Path | None,
+    out: Path,
+    name: str = REGISTRY,
+    recipes: Sequence[SceneRecipe] = (),
+    jobs: int = 0,
+    with_review: bool = False,
 ) -> Generator[ExportResult | KitchenResult, None, None]:
     """Write every loose object of a library, and scenes as kitchens, to `out`.
 
@@ -83,6 +89,7 @@ def export(
         library: made by ingest; None: no objects. out: missing, empty, or an earlier export, which is replaced.
         name: of the object registry, and of the folder below `objects`. recipes: of the scenes.
         jobs: processes that build scenes; 0 for one per core.
+        with_review: write what a person has to decide about too.
     Yields:
         One ExportResult per accepted asset, in their order; then one KitchenResult per scene, as they are done.
     Raises:
@@ -99,11 +106,11 @@ def export(
     _check_replaceable(out)
     out = out.absolute()
     with writing(out.parent), staging(out) as staged:
-        run = _Export(staged, name, registry.load().categories)
+        run = _Export(staged, name, registry.load().categories, with_review)
         for folder in folders:
             yield replace(_export_asset(folder, run), total=len(folders))
         if library is not None and not run.instances:
-            raise OutputError(str(library), "holds no loose object: all its assets are fixtures")
+            raise OutputError(str(library), "holds no loose object that is accepted: all are fixtures or in review")
         built: list[KitchenResult] = []
         for result in export_kitchens(recipes, staged, jobs):
             built.append(result)
@@ -126,6 +133,8 @@ def _check_replaceable(out: Path) -> None:
 def _export_asset(folder: Path, run: _Export) -> ExportResult:
     asset = certified_asset(folder)
     category_id = asset.labels.category
+    if reason := why_left_out(folder, run.with_review):
+        return ExportResult(asset.id, category_id, message=reason)
     if asset.base is Base.FIXED or asset.contract is not None:
         return ExportResult(asset.id, category_id, message="is a fixture, which stands where a kitchen has it")
     if category_id not in run.categories:

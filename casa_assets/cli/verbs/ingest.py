@@ -72,7 +72,11 @@ def ingest(
         bool, typer.Option("--explain", help="Print every guess, with its confidence and reason.")
     ] = False,
 ) -> None:
-    """Turn meshes into simulation-ready assets; exit 0 when all were accepted, 1 when some were not, 2 on misuse."""
+    """Turn meshes into simulation-ready assets.
+
+    Exit 0 when all were accepted, 1 when some were rejected, 4 when none was but a person has to decide something about
+    some (review.csv in the library), 2 on misuse.
+    """
     from casa_assets.pipeline.ingest.run import CRASH_CODE, Options
     from casa_assets.pipeline.ingest.run import ingest as run
 
@@ -91,6 +95,8 @@ def ingest(
         raise BatchFault(map(terminal_safe, faults))
     if any(event.was_rejected for event in events):
         raise typer.Exit(1)
+    if any(event.is_in_review for event in events):
+        raise typer.Exit(4)
 
 
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
@@ -110,14 +116,15 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
 def _print_events(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
     """Print a line for each input as it is done; returns all of them."""
     events: list[Event] = []
-    done = bad = 0
+    done = bad = unsure = 0
     with bar(console) as progress:
         task = progress.add_task("looking", total=None)
         for event in running:
             events.append(event)
             done += event.count
             bad += event.count * event.was_rejected
-            words = f"[green]{done - bad} accepted[/], [red]{bad} rejected[/]"
+            unsure += event.is_in_review
+            words = f"[green]{done - bad - unsure} accepted[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
             progress.update(task, total=event.total, completed=done, description=words)
             _print_event(event, progress.console, as_json)
     return events
@@ -126,7 +133,8 @@ def _print_events(running: Iterable[Event], console: Console, as_json: bool) -> 
 def _print_event(event: Event, console: Console, as_json: bool) -> None:
     if as_json:
         row = {
-            "status": "rejected" if event.was_rejected else "accepted",
+            "status": event.decision.value,
+            "to_decide": event.to_decide,
             "kept": event.kind == "kept",
             "path": event.path,
             "id": event.asset_id,
@@ -146,6 +154,7 @@ def _print_event(event: Event, console: Console, as_json: bool) -> None:
 
 def _print_summary(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets import registry
+    from casa_assets.model.issue import Decision
     from casa_assets.pipeline.ingest.run import tally
     from casa_assets.pipeline.library.entry_table import EntryTable
     from casa_assets.pipeline.library.library import Library
@@ -155,7 +164,9 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
     rejections = records.rejections
     touched = {e.asset_id for e in events}
     rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
-    console.print(_accepted_table([e for e in rows.values() if e.accepted]))
+    console.print(_accepted_table([e for e in rows.values() if e.decision is Decision.ACCEPTED]))
+    if in_review := [e for e in rows.values() if e.decision is Decision.REVIEW]:
+        console.print(_review_table(in_review))
     codes: Counter[str] = Counter()
     for event in events:
         if event.code:
@@ -180,13 +191,15 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
         for entry in rows.values():
             _print_guesses(entry, console)
     _print_library_checks(library, console)
-    good = counts["all"] - counts["refused"]
     was = "was" if counts["kept"] == 1 else "were"
     kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
-    message = f"[green]{good} accepted[/], [red]{counts['refused']} rejected[/]{kept}"
+    accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
+    message = f"[green]{accepted} accepted[/], [yellow]{unsure} in review[/], [red]{rejected} rejected[/]{kept}"
     console.print(f"{pluralize(counts['all'], 'input')}: {message}", highlight=False)
     place = _safe(str(library))
-    lines = f"Library: {place}/", f"Index:   {place}/index.sqlite", f"Next:    casa-assets report --library {place}"
+    lines = [f"Library: {place}/", f"Index:   {place}/index.sqlite"]
+    lines += [f"Review:  {place}/review.csv; accept or correct there, then run again"] if unsure else []
+    lines += [f"Next:    casa-assets report --library {place}"]
     console.print("\n".join(lines), highlight=False, soft_wrap=True)
 
 
@@ -223,6 +236,18 @@ def _accepted_table(accepted: list[Entry], max_rows: int = 40) -> Table:
         table.add_row(*row)
     if len(accepted) > max_rows:
         table.add_row(f"... and {len(accepted) - max_rows} more", "", "", "", "", "", "")
+    return table
+
+
+def _review_table(in_review: list[Entry], max_rows: int = 40) -> Table:
+    table = Table(title="In review", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    for name in ("asset", "size (cm)", "mass", "for you to decide", "source"):
+        table.add_column(name, no_wrap=name in ("asset", "mass"), overflow="fold")
+    for entry in in_review[:max_rows]:
+        name, size, mass, *_, source = _cells(entry)
+        table.add_row(name, size, mass, ", ".join(entry.to_decide), source)
+    if len(in_review) > max_rows:
+        table.add_row(f"... and {len(in_review) - max_rows} more", "", "", "", "")
     return table
 
 

@@ -21,6 +21,13 @@ class UpAxis(StrEnum):
     MINUS_Z = "minus_z"
 
 
+class Word(StrEnum):
+    """What a person decides about an asset in review as it stands."""
+
+    ACCEPT = "accept"
+    REJECT = "reject"
+
+
 class UserOverride(Record):
     """Values that a person sets for one input; a field that is left empty is guessed.
 
@@ -28,12 +35,14 @@ class UserOverride(Record):
         category: id, or empty.
         up: axis of the file that points up.
         turn_deg: turn about z, counter-clockwise from above, in place of the search for the front; degrees.
+        decision: accept it as it is guessed, or reject it; None: neither.
         size_m: longest side, metres; 0: guessed. mass_kg: 0: guessed.
     """
 
     category: str = ""
     up: UpAxis | None = None
     turn_deg: float | None = None
+    decision: Word | None = None
     size_m: Annotated[float, Field(ge=0, le=100)] = 0.0
     mass_kg: Annotated[float, Field(ge=0, le=10000)] = 0.0
 

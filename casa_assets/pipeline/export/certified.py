@@ -8,6 +8,15 @@ from casa_assets.errors import OutputError
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.library import library as disk
 
+# What a person does with an asset that an export leaves out.
+DECIDE = "accept or correct it in review.csv of the library and run ingest again, or give --with-review"
+
+
+def why_left_out(folder: Path, with_review: bool) -> str:
+    """Why an export leaves out the asset of a folder: what a person has to decide about it; empty where it goes out."""
+    subjects = () if with_review else disk.read_certificate(folder).report.to_decide
+    return f"is in review for {', '.join(subjects)}; {DECIDE}" if subjects else ""
+
 
 def certified_asset(folder: Path) -> Asset:
     """The asset of a folder, every file as it was certified. Raises OutputError."""

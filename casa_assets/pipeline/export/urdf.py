@@ -16,7 +16,7 @@ from casa_assets.export.urdf import document
 from casa_assets.export.urdf.label import json_text
 from casa_assets.export.urdf.scene import kitchen
 from casa_assets.pipeline.export import scenes
-from casa_assets.pipeline.export.certified import certified_asset
+from casa_assets.pipeline.export.certified import certified_asset, why_left_out
 from casa_assets.pipeline.export.target import check_apart, check_replaceable, replace_target, staging
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
@@ -38,7 +38,8 @@ class UrdfResult:
 
     Attributes:
         id: of the asset or scene. urdf: path of its URDF below the export, empty where it was refused.
-        facts: what the manifest says of it besides. credits: of the assets of a kitchen. message: why it was refused.
+        facts: what the manifest says of it besides. credits: of the assets of a kitchen. message: why it was refused,
+            or left out (is_left_out) because a person has to decide something about it.
             is_fault: the program is to blame; then that is a trace. total: how many there are.
     """
 
@@ -48,29 +49,36 @@ class UrdfResult:
     credits: tuple[attribution.Credit, ...] = ()
     message: str = ""
     is_fault: bool = False
+    is_left_out: bool = False
     total: int = 0
 
 
-def export_assets(source: Path, out: Path) -> Generator[UrdfResult, None, None]:
-    """Write every accepted asset of a library, or one asset, as URDF; yields one UrdfResult for each, in their order.
+def export_assets(source: Path, out: Path, with_review: bool = False) -> Generator[UrdfResult, None, None]:
+    """Write every accepted asset of a library, or any one asset, as URDF; yields a UrdfResult for each, in their order.
 
     `out` appears by one rename after the last: before that it is as it was. It stays so where nothing was written.
 
     Args:
-        source: library, or the folder of an asset in it. out: missing, empty, or an earlier export, which is replaced.
+        source: library, or the folder of an asset in it. with_review: of a library, write what a person has to decide
+            about too. out: missing, empty, or an earlier export, which is replaced.
     Raises:
         OutputError: `source` holds no asset or a damaged one, or `out` is something else or cannot be written.
     """
-    folders = [source] if (source / disk.CERTIFICATE).is_file() else list(disk.Library(source).accepted())
+    is_one = (source / disk.CERTIFICATE).is_file()
+    folders = [source] if is_one else list(disk.Library(source).accepted())
     if not folders:
         raise OutputError(str(source), "holds no accepted asset; give a library or the folder of an asset in it")
     check_apart(out, source)
     folders = [folder.absolute() for folder in folders]
-    credit = attribution.text([entry_at(folder, folder.parents[1]) for folder in folders])
+    left_out = {} if is_one else {f.name: reason for f in folders if (reason := why_left_out(f, with_review))}
+    credit = attribution.text([entry_at(f, f.parents[1]) for f in folders if f.name not in left_out])
 
     def results(staged: Path) -> Iterator[UrdfResult]:
         for folder in folders:
-            yield replace(_export_asset(folder, staged), total=len(folders))
+            if reason := left_out.get(folder.name):
+                yield UrdfResult(folder.name, message=reason, is_left_out=True, total=len(folders))
+            else:
+                yield replace(_export_asset(folder, staged), total=len(folders))
 
     yield from _exported(out, ASSETS, results, lambda _written: credit)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from casa_assets.errors import OutputError, Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
-from casa_assets.model.issue import Issue, Report
+from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
@@ -55,6 +55,13 @@ class Outcome:
     staged: Path | None = None
     trace: str = ""
 
+    @property
+    def decision(self) -> Decision:
+        """Accepted, in review, or rejected."""
+        if not self.accepted:
+            return Decision.REJECTED
+        return Decision.REVIEW if subjects_to_decide(self.warnings) else Decision.ACCEPTED
+
 
 @dataclass(frozen=True)
 class RunAborted:
@@ -68,7 +75,8 @@ class Event:
     """One input is done with.
 
     Attributes:
-        kind: accepted, rejected, or kept (was there already). total: inputs of the run.
+        kind: accepted, review (accepted, and a person has something to decide), rejected, or kept (was there already).
+        decision: the first three of these, of what was kept too. total: inputs of the run.
         path: of the input. asset_id: its name in the library.
         code, message: of a rejection. warnings: of an accepted one.
         count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
@@ -81,10 +89,25 @@ class Event:
     asset_id: str = ""
     code: str = ""
     message: str = ""
-    was_rejected: bool = False
+    decision: Decision = Decision.ACCEPTED
     warnings: tuple[Issue, ...] = ()
     count: int = 1
     folder: Path | None = None
+
+    @property
+    def was_rejected(self) -> bool:
+        """True if no asset was made, now or by an earlier run."""
+        return self.decision is Decision.REJECTED
+
+    @property
+    def is_in_review(self) -> bool:
+        """True if an asset was made and a person has to decide something about it."""
+        return self.decision is Decision.REVIEW
+
+    @property
+    def to_decide(self) -> tuple[str, ...]:
+        """What a person has to decide, such as `scale`."""
+        return subjects_to_decide(self.warnings)
 
 
 @dataclass(frozen=True)

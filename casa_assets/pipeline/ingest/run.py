@@ -13,7 +13,7 @@ from casa_assets import registry
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
-from casa_assets.model.issue import Report
+from casa_assets.model.issue import Decision, Report
 from casa_assets.pipeline import clip
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
@@ -38,6 +38,7 @@ from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Pool
 
 # What the pool's own verdicts are called in registry/rejections.yaml.
+REJECTED = Decision.REJECTED
 CRASH_CODE = "RUN004"  # of the program, not of the input
 FAILURE_CODES = {
     "timeout": "RUN001",
@@ -107,7 +108,7 @@ class _Run:
         is_new = unreadable_inputs.write_if_changed(self.library, refusal)
         kind = "rejected" if is_new else "kept"
         folder = self.library.refusal_folder(refusal.id)
-        return Event(kind, self.total, refusal.source.path, refusal.id, code, message, True, folder=folder)
+        return Event(kind, self.total, refusal.source.path, refusal.id, code, message, REJECTED, folder=folder)
 
 
 def ingest(roots: Sequence[Path], options: Options, meshes: Sequence[MeshInput] = ()) -> Generator[Event, None, None]:
@@ -182,11 +183,11 @@ def _inputs_with_mesh(
             found.append(one)
         elif name := refused.add(one):
             kind = "kept" if refused.was_known(one) else "rejected"
-            events.append((Event(kind, 0, one.path, name, one.code, one.message, was_rejected=True), one))
+            events.append((Event(kind, 0, one.path, name, one.code, one.message, REJECTED), one))
     for path, code, count in refused.rest():
         message = remainder_message(count)
         kind = "kept" if refused.was_counted(path, code, count) else "rejected"
-        event = Event(kind, 0, path, row_id(path, code), code, message, was_rejected=True, count=count)
+        event = Event(kind, 0, path, row_id(path, code), code, message, REJECTED, count=count)
         events.append((event, Refused(path, code, message)))
     return found, events
 
@@ -304,19 +305,21 @@ def _stage_refusal(library: disk.Library, result: Result) -> Path:
 
 def _event(run: _Run, result: Result) -> Event:
     job, outcome = result.job, result.outcome
-    kind = "kept" if result.is_kept else "accepted" if outcome.accepted else "rejected"
+    kind = "kept" if result.is_kept else outcome.decision.value
     path, refused = job.found.source.path, not outcome.accepted
     message = f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message
     library = run.library
     folder = library.refusal_folder(job.asset_id) if refused else library.folder(job.survey.category, job.asset_id)
-    return Event(kind, run.total, path, job.asset_id, outcome.code, message, refused, outcome.warnings, folder=folder)
+    return Event(
+        kind, run.total, path, job.asset_id, outcome.code, message, outcome.decision, outcome.warnings, folder=folder
+    )
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:
-    """Count accepted, rejected and kept inputs; `refused` counts rejections new and old, `all` everything."""
+    """Count inputs by decision, new and old; `kept` counts what was there already, `all` everything."""
     counts: Counter[str] = Counter()
     for event in events:
-        counts[event.kind] += event.count
-        counts["refused"] += event.count * event.was_rejected
+        counts[event.decision.value] += event.count
+        counts["kept"] += event.count * (event.kind == "kept")
         counts["all"] += event.count
     return counts

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.errors import Rejected
 from casa_assets.ingest.add_back_faces import add_back_faces
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.clean import clean
@@ -24,14 +25,14 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Bundle, RawModel, Source, SourceKind
-from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
+from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride, Word
 from casa_assets.model.issue import Issue
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.survey import Survey
-from casa_assets.pipeline.library.review import doubtful_guesses
+from casa_assets.pipeline.library.review import NAME, REJECTED_CODE, doubtful_guesses
 
 
 class BuildContext(Record):
@@ -208,6 +209,8 @@ def build_asset(
     Raises:
         Rejected: a stage cannot accept its input.
     """
+    if override.decision is Word.REJECT:
+        raise Rejected(REJECTED_CODE, f"a person rejected it, in {NAME} of the library")
     known = registry.load()
     category = known.category(survey.category)
     context = BuildContext(
@@ -225,7 +228,8 @@ def build_asset(
     guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), reason=survey.reason)
     guesses = (guess, *asset.provenance.guesses)
     asset = asset.replace(provenance=asset.provenance.replace(guesses=guesses))
-    return asset, (*notes, *doubtful_guesses(guesses))
+    doubts = () if override.decision is Word.ACCEPT else doubtful_guesses(guesses)
+    return asset, (*notes, *doubts)
 
 
 def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:

@@ -20,18 +20,19 @@ from casa_assets import registry
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.user_override import UserOverride
-from casa_assets.model.issue import Issue, Severity
+from casa_assets.model.issue import REVIEW_CODE, Issue, Severity
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry
 
 NAME = "review.csv"
-CODE = "REV001"
+# Of an input that a person rejects.
+REJECTED_CODE = "REV002"
 # A guess less sure than this is for a person to look at.
 DOUBTFUL = 0.5
 # What a person can decide. The front is left out: a wrong one spoils nothing, and most things have none.
 SUBJECTS = ("category", "up_axis", "scale", "mass")
 INFO_COLUMNS = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "reason")
-OVERRIDE_COLUMNS = ("set_category", "set_up", "set_turn_deg", "set_size_m", "set_mass_kg")
+OVERRIDE_COLUMNS = ("set_decision", "set_category", "set_up", "set_turn_deg", "set_size_m", "set_mass_kg")
 # An input that was turned away for one of these may be a good one of a wrong size or kind.
 REVIEWABLE_CODES = frozenset({"AST001", "AST002", "AST003", "AST013", "MSH003"})
 
@@ -48,7 +49,7 @@ def doubtful_guesses(guesses: Sequence[Guess]) -> tuple[Issue, ...]:
     """A warning for each guess that a person should look at."""
     return tuple(
         Issue(
-            code=CODE,
+            code=REVIEW_CODE,
             severity=Severity.WARNING,
             pointer=guess.subject,
             message=f"{guess.value} is {guess.confidence:.0%} sure: {guess.reason}; say it in {NAME}",
@@ -96,7 +97,7 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
 def _subjects_to_review(entry: Entry) -> list[str]:
     if not entry.accepted:
         return [entry.code] if entry.code in REVIEWABLE_CODES else []
-    return [issue.pointer for issue in doubtful_guesses(entry.guesses)]
+    return list(entry.to_decide)
 
 
 def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Guess, Provenance
-from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
+from casa_assets.model.issue import CheckResult, Decision, Issue, Severity, Tally, subjects_to_decide
 from casa_assets.pipeline.ingest import refused_rows
 from casa_assets.pipeline.library import library as disk
 
@@ -24,7 +24,7 @@ class Entry:
 
     Attributes:
         id, category: of the asset. path: its folder, relative to the library.
-        accepted: and if not, code and says.
+        accepted: there is an asset, be it in review; and if not, code and says.
         summary, warnings, results, guesses: of an accepted one (what is known of a rejected one).
         checks: how many there are by status; the results are left out where only their number is of use.
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
@@ -56,6 +56,18 @@ class Entry:
     producer: str
     cache_key: str
     checks: Tally = NO_CHECKS
+
+    @property
+    def to_decide(self) -> tuple[str, ...]:
+        """What a person has to decide about an asset, such as `scale`; see review.csv."""
+        return subjects_to_decide(self.warnings)
+
+    @property
+    def decision(self) -> Decision:
+        """Accepted, in review, or rejected."""
+        if not self.accepted:
+            return Decision.REJECTED
+        return Decision.REVIEW if self.to_decide else Decision.ACCEPTED
 
 
 def entries(library: disk.Library) -> Iterator[Entry]:

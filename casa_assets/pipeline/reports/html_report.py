@@ -100,16 +100,24 @@ def _tiles(accepted: Sequence[Entry], rejected: Sequence[Entry]) -> list[dict[st
     warned = sum(1 for e in accepted if e.warnings)
     checks = tally(result for e in accepted for result in e.results)
     read = len(accepted) + len(rejected)
-    share = f"{100.0 * len(accepted) / read:.3g} % of {read:,} inputs" if read else "nothing was read"
+    unsure = sum(1 for e in accepted if e.to_decide)
+    good = len(accepted) - unsure
+    share = f"{100.0 * good / read:.3g} % of {read:,} inputs" if read else "nothing was read"
     reasons = len({e.code for e in rejected})
     mass_kg = sum(e.summary.mass for e in accepted if e.summary)
     tiles = [
-        ("accepted", "Accepted", f"{len(accepted):,}", share),
+        ("accepted", "Accepted", f"{good:,}", share),
+        (
+            "review",
+            "In review",
+            f"{unsure:,}",
+            "for you to decide, in review.csv" if unsure else "nothing to decide",
+        ),
         ("rejected", "Rejected", f"{len(rejected):,}", f"for {_count(reasons, 'reason')}"),
         ("warned", "With warnings", f"{warned:,}", _count(sum(len(e.warnings) for e in accepted), "warning")),
         ("checks", "Checks passed", f"{checks.passed:,}", _applying(checks)),
         ("categories", "Categories", f"{len({e.category for e in accepted}):,}", _largest(accepted)),
-        ("mass", "Total mass", f"{mass_kg:.4g} kg", "of all accepted"),
+        ("mass", "Total mass", f"{mass_kg:.4g} kg", "of all assets"),
     ]
     return [dict(zip(("key", "label", "value", "note"), tile, strict=True)) for tile in tiles]
 
@@ -155,6 +163,7 @@ def _asset(row: AssetRow, number: Mapping[tuple[str, str], int]) -> dict[str, An
         "author": entry.author,
         "title": entry.title,
         "uri": entry.uri,
+        "decide": list(entry.to_decide),
         "warnings": [[i.code, i.pointer, i.message] for i in entry.warnings],
         "results": [
             [number[r.code, r.unit], STATUS_NUMBERS[r.status], _short(r.number), _short(r.limit), r.reason]

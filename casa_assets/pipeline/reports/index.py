@@ -116,7 +116,7 @@ def _row(entry: Entry) -> tuple[str | float | int | None, ...]:
     size = entry.summary.extents if entry.summary else (None, None, None)
     return (
         entry.id,
-        "accepted" if entry.accepted else "rejected",
+        entry.decision.value,
         entry.category,
         entry.code,
         entry.message,

@@ -50,6 +50,9 @@ def robocasa(
         "casa"
     ),
     jobs: Annotated[int, typer.Option(min=0, help="Processes that build kitchens; 0: one per core.")] = 0,
+    with_review: Annotated[
+        bool, typer.Option("--with-review", help="Write what a person has to decide about, see review.csv, too.")
+    ] = False,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset and kitchen on standard output.")] = (
         False
     ),
@@ -70,7 +73,7 @@ def robocasa(
     recipes = recipes_matching(scenes or [])
     results: list[ExportResult] = []
     kitchens: list[KitchenResult] = []
-    running = export(library or objects, out, registry, recipes, jobs)
+    running = export(library or objects, out, registry, recipes, jobs, with_review)
     with bar(Console(stderr=True)) as progress, closing(running):
         task = progress.add_task("reading", total=None)
         for result in running:

@@ -38,6 +38,9 @@ def urdf(
     ] = None,
     scenes: Annotated[list[str] | None, typer.Option(help="Ids or globs of kitchens, such as 'l_small__*'.")] = None,
     jobs: Annotated[int, typer.Option(min=0, help="Processes that build kitchens; 0: one per core.")] = 0,
+    with_review: Annotated[
+        bool, typer.Option("--with-review", help="Write what a person has to decide about, see review.csv, too.")
+    ] = False,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset or kitchen on standard output.")] = (
         False
     ),
@@ -47,7 +50,7 @@ def urdf(
 
     if (source is None) == (not scenes):
         raise typer.BadParameter("give either a library or an asset's folder, or --scenes")
-    rows = export_assets(source, out) if source is not None else export_scenes(scenes or [], out, jobs)
+    rows = export_assets(source, out, with_review) if source is not None else export_scenes(scenes or [], out, jobs)
     results: list[UrdfResult] = []
     with bar(Console(stderr=True)) as progress, closing(rows) as running:
         task = progress.add_task("reading", total=None)
@@ -59,10 +62,11 @@ def urdf(
     if json_:
         for result in results:
             row = {"id": result.id, "urdf": result.urdf, "message": result.message}
-            typer.echo(json.dumps({"status": "exported" if result.urdf else "refused", **row}, sort_keys=True))
+            status = "exported" if result.urdf else "left_out" if result.is_left_out else "refused"
+            typer.echo(json.dumps({"status": status, **row}, sort_keys=True))
     else:
         _print_results(results, out, "asset" if source is not None else "kitchen")
-    if not all(result.urdf for result in results):
+    if not all(result.urdf or result.is_left_out for result in results):
         raise typer.Exit(1)
 
 
@@ -73,7 +77,8 @@ def _print_results(results: list[UrdfResult], out: Path, what: str) -> None:
     console = Console()
     for result in results:
         if not result.urdf:
-            line = f"[red]refused[/] {escape(terminal_safe(result.id))}: {escape(terminal_safe(result.message))}"
+            word = "[yellow]left out[/]" if result.is_left_out else "[red]refused[/]"
+            line = f"{word} {escape(terminal_safe(result.id))}: {escape(terminal_safe(result.message))}"
             console.print(line, highlight=False, soft_wrap=True)
     written = [result for result in results if result.urdf]
     if not written:

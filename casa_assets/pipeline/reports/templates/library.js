@@ -95,6 +95,7 @@ function assetRow(a) {
   const good = passed(a);
   const name = make("td", {}, make("div", { "class": "id", text: a.id }));
   if (a.title) { name.append(make("div", { "class": "small", text: a.title })); }
+  if (a.decide.length) { name.append(make("span", { "class": "badge warn", text: "in review: " + a.decide.join(", ") })); }
   const source = make("td", {}, make("div", { text: a.source }), make("div", { "class": "small path", text: a.path.split("/").pop(), title: a.path }));
   const warnings = make("td", { "class": "number" });
   warnings.append(a.warnings.length ? make("span", { "class": "badge warn", text: String(a.warnings.length) }) : "0");
