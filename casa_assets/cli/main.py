@@ -26,6 +26,7 @@ from casa_assets.cli.verbs.find import find
 from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.preview import preview
 from casa_assets.cli.verbs.report import index, report
+from casa_assets.cli.verbs.review import review
 from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.scenes import scene_app as scene
 from casa_assets.cli.verbs.textures import app as textures
@@ -46,7 +47,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (ingest, articulate, fetch, find, preview, report, index, checks, doctor):
+for verb in (ingest, articulate, fetch, find, preview, report, review, index, checks, doctor):
     app.command()(verb)
 app.add_typer(families)
 app.add_typer(textures)

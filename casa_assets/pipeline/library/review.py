@@ -32,7 +32,9 @@ DOUBTFUL = 0.5
 # What a person can decide. The front is left out: a wrong one spoils nothing, and most things have none.
 SUBJECTS = ("category", "up_axis", "scale", "mass")
 INFO_COLUMNS = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "reason")
-OVERRIDE_COLUMNS = ("set_decision", "set_category", "set_up", "set_turn_deg", "set_size_m", "set_mass_kg")
+# Fields of UserOverride.
+OVERRIDE_NAMES = ("decision", "category", "up", "turn_deg", "size_m", "mass_kg")
+OVERRIDE_COLUMNS = tuple(f"set_{name}" for name in OVERRIDE_NAMES)
 # An input that was turned away for one of these may be a good one of a wrong size or kind.
 REVIEWABLE_CODES = frozenset({"AST001", "AST002", "AST003", "AST013", "MSH003"})
 
@@ -73,11 +75,33 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
     overridden = {digest: row for digest, row in _read(library).items() if not row.override.is_empty}
     rows: dict[str, Mapping[str, str]] = {digest: row.cells for digest, row in overridden.items()}
     for entry in found:
-        subjects = _subjects_to_review(entry)
+        subjects = subjects_to_review(entry)
         if entry.sha256 in overridden:
             rows[entry.sha256] = {**overridden[entry.sha256].cells, **_info_cells(entry, subjects)}
         elif subjects:
             rows[entry.sha256] = _info_cells(entry, subjects)
+    return _write_rows(library, rows)
+
+
+def cells(library: disk.Library) -> dict[str, Mapping[str, str]]:
+    """Cells of the rows by column, by the sha256 of their input. Raises OutputError where one cannot be understood."""
+    return {digest: row.cells for digest, row in _read(library).items()}
+
+
+def decide(library: disk.Library, entry: Entry, words: Mapping[str, str]) -> None:
+    """Write a person's words about an input, such as {"category": "mug"}, into its row; all other rows stay.
+
+    Raises:
+        OutputError: a word cannot be understood; nothing is written then.
+    """
+    stated = {f"set_{name}": words.get(name, "") for name in OVERRIDE_NAMES}
+    _override_of(stated, f"{library.root / NAME}, {entry.id}", registry.load())
+    rows = cells(library)
+    before = rows.get(entry.sha256) or _info_cells(entry, subjects_to_review(entry))
+    _write_rows(library, {**rows, entry.sha256: {**before, **stated}})
+
+
+def _write_rows(library: disk.Library, rows: Mapping[str, Mapping[str, str]]) -> int:
     target = library.root / NAME
     if not rows:
         target.unlink(missing_ok=True)
@@ -94,7 +118,8 @@ def write(library: disk.Library, found: Iterable[Entry]) -> int:
     return len(rows)
 
 
-def _subjects_to_review(entry: Entry) -> list[str]:
+def subjects_to_review(entry: Entry) -> list[str]:
+    """What a person should look at; of a rejected input its code, where kind or size may be to blame."""
     if not entry.accepted:
         return [entry.code] if entry.code in REVIEWABLE_CODES else []
     return list(entry.to_decide)

@@ -49,7 +49,7 @@ def unknown(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("unknown")
     (folder / "in").mkdir()
     (folder / "in" / "qwxz.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
-    assert [e.kind for e in run(folder)] == ["accepted"]
+    assert [e.kind for e in run(folder)] == ["review"]
     return folder
 
 
