@@ -7,13 +7,16 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.blender.reader import read_blend
 from casa_assets.ingest.load.collada.reader import read_dae
-from casa_assets.ingest.load.formats import SUFFIX_OF, Format, sniff, suffix_of
+from casa_assets.ingest.load.formats import ALIASES, SUFFIX_OF, Format, sniff, suffix_of
 from casa_assets.ingest.load.gltf.scene import read_gltf
+from casa_assets.ingest.load.max3ds.reader import read_3ds
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.ply.reader import read_ply
 from casa_assets.ingest.load.raw_parts import check_face_count
 from casa_assets.ingest.load.stl import read_stl
+from casa_assets.ingest.load.vrml.reader import read_vrml
 from casa_assets.ingest.load.wavefront.reader import read_obj
 from casa_assets.model.ingest.source import Bundle, RawModel
 
@@ -26,6 +29,10 @@ _READERS: Mapping[Format, Reader] = {
     Format.PLY: read_ply,
     Format.STL: read_stl,
     Format.DAE: read_dae,
+    Format.VRML: read_vrml,
+    Format.X3D: read_vrml,
+    Format.MAX_3DS: read_3ds,
+    Format.BLEND: read_blend,
 }
 
 
@@ -47,7 +54,8 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     data = bundle.files[bundle.main]
     file_format = sniff(data, name)
     notes = Notes()
-    if suffix_of(bundle.main) != SUFFIX_OF[file_format]:
+    suffix = suffix_of(bundle.main)
+    if suffix != SUFFIX_OF[file_format] and ALIASES.get(suffix) is not file_format:
         notes.add(
             codes.TYPE_BY_CONTENT,
             name,
@@ -60,9 +68,17 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
 
 
 def _reader_of(file_format: Format) -> Reader:
-    """The reader of a format; trimesh, which three rare ones need, takes half a second to import."""
+    """The reader of a format; what needs libraries that take long to import is imported where it is used."""
     if file_format in _READERS:
         return _READERS[file_format]
+    if file_format is Format.USD:
+        from casa_assets.ingest.load.usd.reader import read_usd
+
+        return read_usd
+    if file_format is Format.FBX:
+        from casa_assets.ingest.load.fbx.reader import read_fbx
+
+        return read_fbx
     from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_xaml
 
     return {Format.OFF: read_off, Format.THREE_MF: read_3mf, Format.XAML: read_xaml}[file_format]

@@ -26,6 +26,12 @@ class Format(StrEnum):
     OFF = "off"
     THREE_MF = "threemf"
     XAML = "xaml"
+    FBX = "fbx"
+    USD = "usd"
+    X3D = "x3d"
+    VRML = "vrml"
+    MAX_3DS = "max3ds"
+    BLEND = "blend"
     TRIMESH = "trimesh"
 
 
@@ -40,27 +46,34 @@ SUFFIX_OF: Mapping[Format, str] = {
     Format.OFF: ".off",
     Format.THREE_MF: ".3mf",
     Format.XAML: ".xaml",
+    Format.FBX: ".fbx",
+    Format.USD: ".usd",
+    Format.X3D: ".x3d",
+    Format.VRML: ".wrl",
+    Format.MAX_3DS: ".3ds",
+    Format.BLEND: ".blend",
 }
-SUFFIXES = frozenset(SUFFIX_OF.values())
+# Other suffixes of the same formats.
+ALIASES: Mapping[str, Format] = {
+    ".usda": Format.USD,
+    ".usdc": Format.USD,
+    ".usdz": Format.USD,
+    ".vrml": Format.VRML,
+}
+SUFFIXES = frozenset(SUFFIX_OF.values()) | ALIASES.keys()
+# Formats whose files are often the source, or another export, of a mesh of the same name beside them.
+SECOND_CHOICE = frozenset(
+    {".fbx", ".blend", ".usd", ".usda", ".usdc", ".usdz", ".x3d", ".wrl", ".vrml", ".3ds", ".off", ".xaml"}
+)
+NAMES = "GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML, FBX, USD, X3D, VRML, 3DS, blend"
 # Files that hold meshes, or archives of them, in formats that are not read: suffix -> what it is and what to do.
 UNREAD_SUFFIXES: Mapping[str, str] = {
-    ".fbx": "an FBX file; convert it to GLB",
-    ".blend": "a Blender file; export it as GLB",
-    ".usd": "a USD file; export it as GLB",
-    ".usda": "a USD text file; export it as GLB",
-    ".usdc": "a USD crate file; export it as GLB",
-    ".usdz": "a USDZ package; export it as GLB",
-    ".3ds": "a 3D Studio file; convert it to GLB",
     ".max": "a 3ds Max file; export it as GLB",
     ".ma": "a Maya file; export it as GLB",
     ".mb": "a Maya file; export it as GLB",
     ".c4d": "a Cinema 4D file; export it as GLB",
     ".lwo": "a LightWave file; convert it to GLB",
-    ".wrl": "a VRML file; convert it to GLB",
-    ".vrml": "a VRML file; convert it to GLB",
-    ".x3d": "an X3D file; convert it to GLB",
     ".3dxml": "a 3DXML file; convert it to GLB",
-    ".zae": "a zipped COLLADA file; unpack it",
     ".amf": "an AMF file; convert it to 3MF",
     ".3dm": "a Rhino file; export it as GLB",
     ".skp": "a SketchUp file; export it as GLB",
@@ -70,9 +83,6 @@ UNREAD_SUFFIXES: Mapping[str, str] = {
     ".igs": "an IGES file; export a mesh of it as GLB",
     ".abc": "an Alembic file; export it as GLB",
     ".splat": "a cloud of Gaussians, not a surface; export a mesh",
-    ".zip": "a zip archive; unpack it",
-    ".tar": "a tar archive; unpack it",
-    ".tgz": "a tar archive; unpack it",
     ".gz": "a gzip archive; unpack it",
     ".bz2": "a bzip2 archive; unpack it",
     ".7z": "a 7z archive; unpack it",
@@ -88,13 +98,17 @@ _FOREIGN: tuple[tuple[bytes, str], ...] = (
     (b"PK\x05\x06", "an empty zip archive"),
     (b"7z\xbc\xaf'\x1c", "a 7z archive; unpack it"),
     (b"version https://git-lfs", "a git-LFS pointer; run `git lfs pull` to fetch the file itself"),
-    (b"Kaydara FBX", "an FBX file; convert it to GLB"),
-    (b"BLENDER", "a Blender file; export it as GLB"),
-    (b"PXR-USDC", "a USD crate file; export it as GLB"),
-    (b"#usda", "a USD text file; export it as GLB"),
     (b"%PDF", "a PDF document"),
-    (b"#VRML", "a VRML file; convert it to GLB"),
     (b"Rar!", "a RAR archive; unpack it"),
+)
+# Magic numbers of what is read.
+_MAGIC: tuple[tuple[bytes, Format], ...] = (
+    (b"glTF", Format.GLB),
+    (b"Kaydara FBX Binary", Format.FBX),
+    (b"PXR-USDC", Format.USD),
+    (b"#usda", Format.USD),
+    (b"#VRML", Format.VRML),
+    (b"BLENDER", Format.BLEND),
 )
 _OBJ_LINE = re.compile(rb"^[ \t]*(v|vn|vt|f|o|g|l|p|mtllib|usemtl|s)[ \t]+\S", re.MULTILINE)
 _FACET = re.compile(rb"^[ \t]*(facet|endsolid)\b", re.MULTILINE)
@@ -113,12 +127,17 @@ def sniff(data: bytes, name: str) -> Format:
     """
     if not data.strip(b" \t\r\n\0"):
         raise Rejected(codes.EMPTY_FILE, f"{name}: the file is empty ({len(data)} bytes); fetch it again")
-    if data.startswith(b"glTF"):
-        return Format.GLB
+    for magic, known in _MAGIC:
+        if data.startswith(magic):
+            return known
     if is_binary_stl(data):
         return Format.STL
     if data.startswith(b"PK\x03\x04"):
         return _zip(data, name)
+    if suffix_of(name) == ".blend" and data.startswith((b"\x1f\x8b", b"\x28\xb5\x2f\xfd")):
+        return Format.BLEND  # packed by gzip (until Blender 2.9) or Zstandard (since 3.0)
+    if suffix_of(name) == ".3ds" and data.startswith(b"MM"):
+        return Format.MAX_3DS
     for magic, what in _FOREIGN:
         if data.startswith(magic):
             raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh")
@@ -138,7 +157,7 @@ def _zip(data: bytes, name: str) -> Format:
     if any(m.lower().endswith("3d/3dmodel.model") for m in members):
         return Format.THREE_MF
     if members and suffix_of(members[0]) in (".usd", ".usda", ".usdc"):
-        raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.usdz']}, not a mesh")
+        return Format.USD
     raise Rejected(codes.WRONG_TYPE, f"{name}: this is a zip archive; unpack it, not a mesh")
 
 
@@ -155,11 +174,13 @@ def _sniff_text(data: bytes, name: str) -> Format:
         if b"schemas.microsoft.com/winfx/2006/xaml" in head:
             return Format.XAML
         if b"<X3D" in head:
-            raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES['.x3d']}, not a mesh")
+            return Format.X3D
         what = "an HTML page (a failed download?)" if b"html" in lower else "XML, but not COLLADA"
         raise Rejected(codes.WRONG_TYPE, f"{name}: this is {what}, not a mesh; fetch it again")
     if start.startswith(b"{"):
         return Format.GLTF
+    if suffix_of(name) == ".fbx" and re.search(rb"FBXHeaderExtension|; FBX \d", head):
+        return Format.FBX
     if re.match(rb"C?OFF\s", start) and suffix_of(name) != ".obj":
         return Format.OFF
     if lower.startswith(b"solid") and _FACET.search(data):
@@ -184,7 +205,7 @@ def _by_name(data: bytes, head: bytes, name: str) -> Format:
         raise Rejected(codes.BAD_MAGIC, message)
     if suffix in UNREAD_SUFFIXES:
         raise Rejected(codes.WRONG_TYPE, f"{name}: this is {UNREAD_SUFFIXES[suffix]}, not a mesh")
-    message = f"{name}: the content is none of GLB, glTF, OBJ, PLY, STL, DAE, OFF, 3MF, XAML"
+    message = f"{name}: the content is none of {NAMES}"
     raise Rejected(codes.WRONG_TYPE, message)
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import opengl_basisu
 from PIL import Image, UnidentifiedImageError
 
 from casa_assets.core import color
@@ -21,6 +22,8 @@ from casa_assets.model.asset.material import ColorSpace, Texture
 
 # Longer sides are scaled down: no simulator gains from more, and files grow with the square.
 LARGEST_PX = 4096
+# Ref: KTX 2.0, 2: the identifier, then (from byte 20 on) width and height as 32-bit numbers.
+KTX2 = b"\xabKTX 20\xbb\r\n\x1a\n"
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "TGA", "TIFF", "GIF")
 _DECODE_FAULTS = (
     OSError,
@@ -90,11 +93,13 @@ class Images:
 
     def _decode(self, key: str, data: bytes) -> Pixels | None:
         where = "embedded image" if key.startswith("data:") else printable(key)
+        if data.startswith(KTX2):
+            return self._decode_ktx2(where, data)
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 image = Image.open(io.BytesIO(data), formats=FORMATS)
-                if not self._is_small_enough(image, where):
+                if not self._is_small_enough(image.size, where):
                     return None
                 return _eight_bit(self._shrunk(image, where))
         except Image.DecompressionBombError:
@@ -107,13 +112,24 @@ class Images:
             self._notes.add(codes.IMAGE_UNREADABLE, where, message)
         return None
 
-    def _is_small_enough(self, image: Image.Image, where: str) -> bool:
+    def _decode_ktx2(self, where: str, data: bytes) -> Pixels | None:
+        """Pixels of the largest level; only what is packed by Basis Universal can be unpacked."""
+        try:
+            if not self._is_small_enough(struct.unpack_from("<II", data, 20), where):
+                return None
+            unpacked = opengl_basisu.open(data).transcode("rgba8").data
+            return _eight_bit(self._shrunk(Image.fromarray(unpacked), where))
+        except (ValueError, IndexError, RuntimeError, struct.error) as error:
+            message = f"the KTX2 image cannot be decoded ({printable(str(error), 80)}); texture left out"
+            self._notes.add(codes.IMAGE_UNREADABLE, where, message)
+        return None
+
+    def _is_small_enough(self, size: tuple[int, ...], where: str) -> bool:
+        width, height = size
         max_side, max_pixels = self._limits["input_texture_px"], self._limits["input_texture_pixels"]
-        if max(image.size) <= max_side and image.width * image.height <= max_pixels:
+        if max(size) <= max_side and width * height <= max_pixels:
             return True
-        message = (
-            f"{image.width} x {image.height} pixels, over {max_side:.0f} a side or {max_pixels:.0f} in all; left out"
-        )
+        message = f"{width} x {height} pixels, over {max_side:.0f} a side or {max_pixels:.0f} in all; left out"
         self._notes.add(codes.IMAGE_REFUSED, where, message)
         return False
 

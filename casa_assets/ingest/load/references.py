@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
 
 from casa_assets.ingest.load.collada.guarded_xml import children, open_dae
 from casa_assets.ingest.load.collada.materials import image_file
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.container import open_document
+from casa_assets.ingest.load.max3ds import reader as max3ds
 from casa_assets.ingest.load.ply.table import read_header
 from casa_assets.ingest.load.text import decode, normalize_text
+from casa_assets.ingest.load.vrml import reader as vrml
 from casa_assets.ingest.load.wavefront.materials import MAPS, map_file, statements
 
 # A hostile file may name thousands of files.
@@ -24,6 +28,7 @@ class Role(StrEnum):
     BUFFER = "buffer"
     MATERIAL = "material"
     IMAGE = "image"
+    LAYER = "layer"
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,14 @@ def references(file_format: Format, data: bytes, name: str) -> list[Reference]:
     elif file_format is Format.PLY:
         header = read_header(data.lstrip(b" \t\r\n"), name)
         found = [Reference(t, Role.IMAGE) for t in header.textures]
+    elif file_format is Format.FBX:
+        from casa_assets.ingest.load.fbx import reader as fbx
+
+        found = [Reference(n, Role.IMAGE) for n in fbx.picture_names(data, name)]
+    elif file_format in (Format.VRML, Format.X3D):
+        found = [Reference(n, Role.IMAGE) for n in vrml.picture_names(data, name)]
+    elif file_format is Format.MAX_3DS:
+        found = [Reference(n, Role.IMAGE) for n in max3ds.picture_names(data, name)]
     else:
         found = []
     return list(dict.fromkeys(r for r in found if r.name and not r.name.startswith("data:")))[:MAX_REFERENCES]
@@ -60,6 +73,20 @@ def mtl_references(data: bytes, name: str) -> list[Reference]:
     """Pictures of an MTL file that a reader here can use, each once."""
     files = [map_file(rest) for key, rest in statements(data, name) if key in MAPS]
     return [Reference(f, Role.IMAGE) for f in dict.fromkeys(files) if f][:MAX_REFERENCES]
+
+
+def layer_references(data: bytes, name: str) -> list[Reference]:
+    """Layers and pictures that a USD layer names.
+
+    Raises:
+        Rejected: SCENE_UNREADABLE.
+    """
+    from casa_assets.ingest.load.usd.layers import asset_paths
+
+    with tempfile.TemporaryDirectory(prefix="casa_usd_") as folder:
+        layers, files = asset_paths(data, name, Path(folder))
+    pictures = [Reference(f, Role.IMAGE) for f in files if not f.lower().endswith((".usd", ".usda", ".usdc", ".usdz"))]
+    return [Reference(layer, Role.LAYER) for layer in layers] + pictures
 
 
 def _of_gltf(data: bytes, name: str) -> list[Reference]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import posixpath
 import re
 from collections.abc import Mapping
@@ -10,15 +9,25 @@ from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.blender.reader import blender_program
 from casa_assets.ingest.load.formats import Format, sniff
 from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.references import Reference, Role, mtl_references, references
-from casa_assets.ingest.sources.bounded_reads import is_inside, read_file
+from casa_assets.ingest.load.references import (
+    MAX_REFERENCES,
+    Reference,
+    Role,
+    layer_references,
+    mtl_references,
+    references,
+)
 from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.places import Place, place_of
 from casa_assets.model.ingest.source import Bundle, RawModel
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
 _DRIVE = re.compile(r"[A-Za-z]:[\\/]")
+# What the mesh cannot do without.
+_REQUIRED = (Role.BUFFER, Role.LAYER)
 # Where exporters put pictures, relative to the mesh. The last is the Gazebo layout.
 _PICTURE_FOLDERS = ("", "textures", "texture", "images", "../textures", "../materials/textures")
 
@@ -32,25 +41,31 @@ def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
     Raises:
         Rejected: the main file or a glTF buffer is missing, refused, too large or of the wrong type.
     """
-    main_path = found.root / found.main
     main = posixpath.basename(found.main)
     if found.is_model:
         name = f"{found.source.path}.trimesh"
-        return Bundle(main=name, files={}, notes=found.notes, model=RawModel.from_json(main_path.read_bytes()))
-    data = read_file(str(main_path), found.root, limits["input_bytes"])
+        return Bundle(
+            main=name, files={}, notes=found.notes, model=RawModel.from_json((found.root / found.main).read_bytes())
+        )
+    place = place_of(found)
+    data = place.read(found.main, limits["input_bytes"])
     kind = sniff(data, printable(main))
-    collector = _Collector(found, limits["input_bytes"] - len(data), main, data)
+    collector = _Collector(found, place, limits["input_bytes"] - len(data), main, data)
     collector.add_all(references(kind, data, printable(main)), found.main)
+    if kind is Format.BLEND:
+        blender_program(printable(main))
     if kind is Format.OBJ:
         collector.add_materials()
+    if kind is Format.USD and not data.startswith(b"PK"):
+        collector.add_layers(main)
     return Bundle(main=main, files=collector.files, notes=(*found.notes, *collector.notes.issues))
 
 
 class _Collector:
     """Gathers the files of one input, within its root and its budget of bytes."""
 
-    def __init__(self, found: Found, budget: float, main: str, data: bytes) -> None:
-        self._found, self._budget = found, budget
+    def __init__(self, found: Found, place: Place, budget: float, main: str, data: bytes) -> None:
+        self._found, self._files, self._budget = found, place, budget
         self.files: dict[str, bytes] = {main: data}
         self.notes = Notes()
         self._libraries: list[tuple[str, str]] = []
@@ -80,6 +95,24 @@ class _Collector:
                 continue
             self.add_all(wanted, place)
 
+    def add_layers(self, main: str) -> None:
+        """Layers that USD layers name, and their pictures; all are called by their path from the main file's folder."""
+        folder = posixpath.dirname(self._found.main)
+        waiting = [main]
+        for owner in waiting:
+            for reference in layer_references(self.files[owner], printable(owner)):
+                key = posixpath.normpath(posixpath.join(posixpath.dirname(owner), reference.name))
+                if key in self.files:
+                    continue
+                if len(self.files) > MAX_REFERENCES:
+                    message = f"{printable(main)}: names more than {MAX_REFERENCES} files; flatten the stage"
+                    raise Rejected(codes.TOO_LARGE, message)
+                place = self._place(reference, posixpath.join(folder, owner))
+                if place is not None:
+                    self._add(Reference(key, reference.role), place)
+                if reference.role is Role.LAYER and key in self.files:
+                    waiting.append(key)
+
     def _guess_library(self) -> None:
         folder, main = posixpath.split(self._found.main)
         stem = main.rpartition(".")[0].lower()
@@ -94,9 +127,9 @@ class _Collector:
 
     def _add(self, reference: Reference, place: str) -> None:
         try:
-            data = read_file(str(self._found.root / place), self._found.root, self._budget)
+            data = self._files.read(place, self._budget)
         except Rejected as error:
-            if reference.role is Role.BUFFER or error.code == codes.TOO_LARGE:
+            if reference.role in _REQUIRED or error.code == codes.TOO_LARGE:
                 raise
             code = codes.LINK_IGNORED if error.code == codes.LINK_OUTSIDE else codes.REFERENCE_MISSING
             self.notes.add(code, reference.name, f"{reference.role.value} left out: {error.message}")
@@ -119,17 +152,17 @@ class _Collector:
             place = self._existing(path, reference)
             if place is not None:
                 return place
-        if reference.role is Role.BUFFER:
+        if reference.role in _REQUIRED:
             raise self._bad_buffer(reference, refusal)
         return self._by_base_name(reference, folder, refusal)
 
     def _bad_buffer(self, reference: Reference, refusal: str | None) -> Rejected:
-        name = printable(reference.name, 80)
+        name, what = printable(reference.name, 80), reference.role.value
         if refusal == codes.NETWORK_URI:
-            return Rejected(refusal, f"buffer {name!r} lies on the network, which is not read; pack it into the file")
+            return Rejected(refusal, f"{what} {name!r} lies on the network, which is not read; pack it into the file")
         if refusal:
-            return Rejected(refusal, f"buffer {name!r} leaves the package; pack it into the file")
-        return Rejected(codes.MISSING_FILE, f"buffer {name!r} is missing; put it beside the glTF")
+            return Rejected(refusal, f"{what} {name!r} leaves the package; pack it into the file")
+        return Rejected(codes.MISSING_FILE, f"{what} {name!r} is missing; put it beside the mesh")
 
     def _by_base_name(self, reference: Reference, folder: str, refusal: str | None) -> str | None:
         """A file of the same base name where pictures usually lie; else a note."""
@@ -152,12 +185,11 @@ class _Collector:
 
     def _existing(self, path: str, reference: Reference) -> str | None:
         """The path, or its spelling in another case, where something stands there."""
-        root = self._found.root
         try:
-            if os.path.lexists(root / path):
+            if self._files.has(path):
                 return path
             folder, base = posixpath.split(path)
-            if not is_inside(str(root / folder), root):
+            if not self._files.is_inside(folder):
                 return None
         except (ValueError, OSError):
             return None
@@ -171,10 +203,7 @@ class _Collector:
     def _listing(self, folder: str) -> list[str]:
         """Names in a folder of the package, sorted; none where it cannot be read."""
         if folder not in self._names:
-            try:
-                self._names[folder] = sorted(p.name for p in (self._found.root / folder).iterdir())
-            except OSError:
-                self._names[folder] = []
+            self._names[folder] = self._files.listing(folder)
         return self._names[folder]
 
 

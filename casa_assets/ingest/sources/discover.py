@@ -5,15 +5,20 @@ from __future__ import annotations
 import hashlib
 import os
 import posixpath
-from collections.abc import Iterator, Sequence, Set
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.formats import PACKED_SUFFIXES, SUFFIXES, UNREAD_SUFFIXES, suffix_of
+from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
+from casa_assets.ingest.sources.archive import archive_suffix
+from casa_assets.ingest.sources.archived import archived
 from casa_assets.ingest.sources.bounded_reads import check_file, utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
 from casa_assets.ingest.sources.package import Package
 from casa_assets.ingest.sources.untrusted_fields import unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
@@ -23,11 +28,12 @@ DEEPEST_FOLDER = 64
 _MESH_FOLDERS = frozenset({"mesh", "meshes"})
 
 
-def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
+def discover(roots: Sequence[Path], others: Counter[str] | None = None) -> Iterator[Found | Refused]:
     """All inputs under the roots; an input that several roots reach is yielded once.
 
     Args:
         roots: folders or files, as the user named them.
+        others: counts the files that are no inputs, by what they are: pictures, materials, texts ...
     Yields:
         Found or Refused, sorted by path within a root; packages before the loose files of the same folder.
     """
@@ -35,7 +41,7 @@ def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
     refused_digests: set[bytes] = set()
     for root in roots:
         folder = root if root.is_dir() else root.parent
-        for one in _discover(root):
+        for one in _discover(root, Counter() if others is None else others):
             if isinstance(one, Refused):
                 # A digest of the place and the reason, which names the line: there may be very many.
                 place = f"{os.path.realpath(folder / one.path)}\0{one.code}\0{one.message}"
@@ -44,18 +50,18 @@ def discover(roots: Sequence[Path]) -> Iterator[Found | Refused]:
                     continue
                 refused_digests.add(digest)
             if isinstance(one, Found):
-                key = (os.path.realpath(one.root / one.main), one.source.uid)
+                key = (os.path.realpath(one.root / one.archive / one.main), one.source.uid)
                 if key in found_keys:
                     continue
                 found_keys.add(key)
             yield one
 
 
-def _discover(root: Path) -> Iterator[Found | Refused]:
+def _discover(root: Path, others: Counter[str]) -> Iterator[Found | Refused]:
     place = root.absolute()
     if place.is_dir():
         inputs = 0
-        for one in _folder(Package(place, ""), set(), 0):
+        for one in _folder(Package(place, ""), set(), 0, others):
             inputs += 1
             yield one
         if not inputs and suffix_of(place.name) in SUFFIXES:
@@ -63,6 +69,8 @@ def _discover(root: Path) -> Iterator[Found | Refused]:
             yield Refused(utf8_escaped(place.name), codes.NOT_A_FILE, message)
     elif place.suffix.lower() in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
+    elif archive_suffix(place.name):
+        yield from archived(Package(place.parent, ""), place.name, others)
     else:
         is_in_layout = place.parent.name.lower() in _MESH_FOLDERS
         package = Package(place.parent.parent if is_in_layout else place.parent, "")
@@ -81,7 +89,7 @@ def _named_manifest(package: Package, name: str) -> Iterator[Found | Refused]:
     yield from listed if listed is not None else manifest.read_list(package, name, is_named=True)
 
 
-def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
+def _folder(package: Package, claimed: set[str], depth: int, others: Counter[str]) -> Iterator[Found | Refused]:
     """Packages here, then loose meshes, then folders; `claimed` holds the real paths of packaged files."""
     try:
         entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
@@ -90,6 +98,7 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
         message = f"{folder or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
         yield Refused(folder.rstrip("/"), codes.UNREADABLE, message)
         return
+    others[HIDDEN] += sum(e.name.startswith(".") and e.is_file(follow_symlinks=False) for e in entries)
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
     names = frozenset(e.name.lower() for e in entries)
     for one in _packaged(package, [e.name for e in entries]):
@@ -99,45 +108,36 @@ def _folder(package: Package, claimed: set[str], depth: int) -> Iterator[Found |
     is_objaverse = objaverse.is_package([e.name for e in entries])
     folders = []
     for entry in entries:
-        is_folder = entry.is_dir(follow_symlinks=False)
-        if suffix_of(entry.name) in SUFFIXES:
-            if os.path.realpath(entry.path) not in claimed:
-                yield _loose(package, entry.name)
-        elif not is_folder and _is_unread(entry.name, names) and os.path.realpath(entry.path) not in claimed:
-            yield _unread(package, entry.name)
-        elif is_folder and not (is_objaverse and entry.name in ("glbs", "metadata")):
-            folders.append(entry.name)
+        if entry.is_dir(follow_symlinks=False) and suffix_of(entry.name) not in SUFFIXES:
+            if not (is_objaverse and entry.name in ("glbs", "metadata")):
+                folders.append(entry.name)
+        elif os.path.realpath(entry.path) in claimed:
+            continue
+        elif kind := kind_of_other(entry.name, names):
+            others[kind] += 1
+        elif archive_suffix(entry.name):
+            yield from archived(package, entry.name, others)
+        elif suffix_of(entry.name) in SUFFIXES:
+            yield _loose(package, entry.name)
+        else:
+            yield unread(package.prefix + entry.name)
     for name in folders:
         if depth >= DEEPEST_FOLDER:
             message = f"{utf8_escaped(name)}: folders nested too deep; move it"
             yield Refused(utf8_escaped(package.prefix + name), codes.UNREADABLE, message)
         else:
-            yield from _inner(package, name, claimed, depth)
+            yield from _inner(package, name, claimed, depth, others)
 
 
-def _is_unread(name: str, names: Set[str]) -> bool:
-    """True where a file holds a mesh in a format that is not read, and no twin in one that is lies beside it.
-
-    Args:
-        name: of the file. names: of all files of the folder, in lower case.
-    """
-    stem, suffix = posixpath.splitext(name.lower())
-    if suffix in PACKED_SUFFIXES and suffix_of(stem) not in SUFFIXES | UNREAD_SUFFIXES.keys():
-        return False  # a single file that is packed, such as an index or a table
-    return suffix in UNREAD_SUFFIXES and not any(stem + readable in names for readable in SUFFIXES)
-
-
-def _unread(package: Package, name: str) -> Refused:
-    message = f"{utf8_escaped(name)}: this is {UNREAD_SUFFIXES[suffix_of(name)]}, not a mesh that is read"
-    return Refused(utf8_escaped(package.prefix + name), codes.WRONG_TYPE, message)
-
-
-def _inner(package: Package, name: str, claimed: set[str], depth: int) -> Iterator[Found | Refused]:
+def _inner(
+    package: Package, name: str, claimed: set[str], depth: int, others: Counter[str]
+) -> Iterator[Found | Refused]:
     """A folder inside; its loose files keep the outer root, so that ../textures is still theirs."""
     inner = Package(package.root / name, f"{package.prefix}{name}/")
-    for one in _folder(inner, claimed, depth + 1):
+    for one in _folder(inner, claimed, depth + 1, others):
         if isinstance(one, Found) and one.source.kind is SourceKind.FOLDER:
-            one = Found(package.root, f"{name}/{one.main}", one.source)
+            place = "archive" if one.archive else "main"
+            one = replace(one, root=package.root, **{place: f"{name}/{getattr(one, place)}"})
         yield one
 
 

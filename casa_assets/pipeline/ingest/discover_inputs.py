@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 from pathlib import Path
@@ -14,17 +15,24 @@ from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.ingest.source import Source
 
 
-def discover_inputs(roots: Sequence[Path], library: Path) -> Iterator[Found | Refused]:
+def discover_inputs(
+    roots: Sequence[Path], library: Path, others: Counter[str] | None = None
+) -> Iterator[Found | Refused]:
     """Inputs under the roots, in an order that no machine changes.
 
     Args:
+        others: counts what is no mesh, by what it is.
         library: what lies in it is output, not input; so is what lies in another library below a root.
     """
     own_library = Path(os.path.realpath(library))
     real_roots = {Path(os.path.realpath(root)) for root in roots}
     is_library_folder: dict[Path, bool] = {}
-    for found in discover(roots):
-        places = [found.root / found.main] if isinstance(found, Found) else [root / found.path for root in roots]
+    for found in discover(roots, others):
+        places = (
+            [found.root / (found.archive or found.main)]
+            if isinstance(found, Found)
+            else [root / found.path for root in roots]
+        )
         if not any(_is_output(place, real_roots, own_library, is_library_folder) for place in places):
             yield replace(found, source=_as_text(found.source)) if isinstance(found, Found) else found
 

@@ -60,6 +60,28 @@ class Accessors:
             raise Rejected(codes.BAD_SCHEMA, message)
         return values
 
+    def is_stored(self, index: int) -> bool:
+        """True where the bytes of an accessor lie in a buffer view, or were handed over."""
+        return index in self._arrays or self._document.pick(index, "accessors").has("bufferView")
+
+    def check_count(self, index: int) -> None:
+        """Raises Rejected TOO_LARGE where an accessor claims more elements than any input may have."""
+        accessor = self._document.pick(index, "accessors")
+        self._check_element_count(accessor.count("count"), accessor)
+
+    def supply(self, index: int, array: Raw) -> None:
+        """Hand over the (count, width) elements of an accessor that is compressed by means of its own.
+
+        Raises:
+            Rejected: LENGTH_MISMATCH where the accessor claims another shape.
+        """
+        accessor = self._document.pick(index, "accessors")
+        shape = (accessor.count("count"), self._layout(accessor)[1])
+        if array.shape != shape:
+            message = f"glTF {accessor.place}: claims {shape} numbers, {array.shape} are packed; export the file again"
+            raise Rejected(codes.LENGTH_MISMATCH, message)
+        self._arrays[index] = array
+
     def view_bytes(self, index: int) -> bytes:
         """Bytes of a buffer view (an embedded image)."""
         view = self._document.pick(index, "bufferViews")

@@ -15,13 +15,16 @@ from casa_assets.ingest.load.gltf.tree import JsonObject, parse
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 # What may be required and still be read rightly, or ignored without harm to shape and colour.
 READABLE = frozenset(
-    {"KHR_texture_transform", "KHR_mesh_quantization", "EXT_texture_webp", "KHR_lights_punctual", *EXTENSIONS}
+    {
+        "KHR_texture_transform",
+        "KHR_mesh_quantization",
+        "KHR_draco_mesh_compression",
+        "KHR_texture_basisu",
+        "EXT_texture_webp",
+        "KHR_lights_punctual",
+        *EXTENSIONS,
+    }
 )
-# What to do about extensions that are met often; the others are only named.
-ADVICE = {
-    "KHR_draco_mesh_compression": "it is compressed by Draco; decompress it with `gltf-transform copy`",
-    "KHR_texture_basisu": "its pictures are KTX2; export them as PNG",
-}
 
 
 def open_document(data: bytes, name: str) -> tuple[JsonObject, bytes | None]:
@@ -46,8 +49,7 @@ def _check_extensions(document: JsonObject, name: str) -> None:
     for wanted in document.array("extensionsRequired"):
         readable = isinstance(wanted, str) and (wanted in READABLE or wanted.startswith("KHR_materials_"))
         if not readable:
-            advice = ADVICE.get(str(wanted), "export without it")
-            message = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, not supported; {advice}"
+            message = f"{name}: requires the glTF extension {str(wanted)[:60]!r}, not supported; export without it"
             raise Rejected(codes.UNSUPPORTED_EXTENSION, message)
 
 

@@ -14,6 +14,7 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import open_document
+from casa_assets.ingest.load.gltf.draco import unpack
 from casa_assets.ingest.load.gltf.graph import MeshInstance, SceneGraph, read_graph
 from casa_assets.ingest.load.gltf.skin import rest_vertices
 from casa_assets.ingest.load.gltf.surface import Surfaces
@@ -56,7 +57,7 @@ class _Reader:
         if not attributes.has("POSITION"):
             self.notes.add(codes.FEATURE_IGNORED, primitive.place, "a primitive without POSITION; left out")
             return None
-        self._refuse_draco(primitive, attributes)
+        unpack(primitive, self.accessors)
         self._remark(primitive)
         count = self.accessors.count(attributes.count("POSITION"))
         faces = self._triangles(primitive, count)
@@ -145,16 +146,6 @@ class _Reader:
     def _claimed_faces(self, primitive: JsonObject, count: int, mode: int) -> int:
         indices = self.accessors.count(primitive.count("indices")) if primitive.has("indices") else count
         return indices // 3 if mode == _TRIANGLES else indices
-
-    def _refuse_draco(self, primitive: JsonObject, attributes: JsonObject) -> None:
-        if not primitive.child("extensions").has("KHR_draco_mesh_compression"):
-            return
-        accessor = self.document.pick(attributes.count("POSITION"), "accessors")
-        if not accessor.has("bufferView"):
-            message = (
-                f"{self.name}: compressed by Draco (KHR_draco_mesh_compression); decompress it with gltf-transform"
-            )
-            raise Rejected(codes.UNSUPPORTED_EXTENSION, message)
 
     def _remark(self, primitive: JsonObject) -> None:
         if primitive.array("targets"):

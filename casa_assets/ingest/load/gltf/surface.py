@@ -136,23 +136,22 @@ class Surfaces:
         if not node.has("index"):
             return None
         texture = self.document.pick(node.count("index"), "textures")
-        source = self._source(texture)
-        if source is None:
+        sources = self._sources(texture)
+        if not sources:
             self.notes.add(codes.IMAGE_UNREADABLE, texture.place, "a texture without a readable image; left out")
-            return None
-        image = self.document.pick(source, "images")
-        data = self._image_bytes(image)
-        if data is None:
-            return None
-        made = self.images.texture(f"image {source}", data, image.text("name") or name, look)
-        return None if made is None else (made, _mapping(node))
-
-    def _source(self, texture: JsonObject) -> int | None:
-        webp = texture.child("extensions").child("EXT_texture_webp")
-        for node in (webp, texture):
-            if node.has("source"):
-                return node.count("source")
+        for source in sources:
+            image = self.document.pick(source, "images")
+            data = self._image_bytes(image)
+            made = data and self.images.texture(f"image {source}", data, image.text("name") or name, look)
+            if made:
+                return made, _mapping(node)
         return None
+
+    def _sources(self, texture: JsonObject) -> list[int]:
+        """Images of a texture, best first: those of an extension, then the one for programs that do not know it."""
+        extensions = texture.child("extensions")
+        nodes = (extensions.child("EXT_texture_webp"), extensions.child("KHR_texture_basisu"), texture)
+        return [node.count("source") for node in nodes if node.has("source")]
 
     def _image_bytes(self, image: JsonObject) -> bytes | None:
         if image.has("bufferView"):

@@ -1,0 +1,1 @@
+"""Blender files -> RawModel, by Blender in a process of its own."""

@@ -1,0 +1,86 @@
+"""A .blend -> RawModel: Blender, where it is installed, turns it into a GLB, which our own reader reads."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.formats import Format
+from casa_assets.ingest.load.gltf.scene import read_gltf
+from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.model.ingest.source import Bundle, RawModel, Up
+
+# Names the program `blender`, or a Python that has the module bpy.
+VARIABLE = "CASA_BLENDER"
+_CHECKOUT = Path(__file__).parents[4] / ".venv-blender" / "bin" / "python"
+_SCRIPT = Path(__file__).with_name("convert.py")
+INSTALL = (
+    "python3.11 -m venv blender-env && blender-env/bin/pip install bpy && "
+    f"export {VARIABLE}=$PWD/blender-env/bin/python"
+)
+
+
+def blender_program(name: str) -> str:
+    """Path of a Blender, or of a Python with bpy: as CASA_BLENDER says, of the checkout, or `blender` on the PATH.
+
+    Raises:
+        Rejected: NEEDS_BLENDER where there is none.
+    """
+    named = os.environ.get(VARIABLE, "")
+    for path in (named, str(_CHECKOUT), shutil.which("blender") or ""):
+        if path and os.access(path, os.X_OK):
+            return path
+    raise Rejected(codes.NEEDS_BLENDER, f"{name}: a Blender file, which Blender reads; install it: {INSTALL}")
+
+
+def read_blend(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
+    """RawModel of a Blender file: its scene as it is shown, modifiers carried out, z up, in its unit of length.
+
+    Blender starts with factory settings, runs no script of the file, and stays within the limits of this process.
+
+    Raises:
+        Rejected: NEEDS_BLENDER, BLENDER_FAILED, and what a GLB is refused for.
+    """
+    name = printable(bundle.main)
+    program = blender_program(name)
+    with tempfile.TemporaryDirectory(prefix="casa_blender_") as place:
+        folder = Path(place)
+        (folder / "in.blend").write_bytes(bundle.files[bundle.main])
+        _run(program, folder, name)
+        glb, told = folder / "out.glb", folder / "out.json"
+        if not told.is_file() or not glb.is_file():
+            raise _failed(name, "it wrote nothing")
+        if glb.stat().st_size > limits["input_bytes"]:
+            raise Rejected(codes.TOO_LARGE, f"{name}: becomes a GLB of {glb.stat().st_size} bytes; simplify it first")
+        data, said = glb.read_bytes(), json.loads(told.read_text(encoding="utf-8"))
+    for pointer, message in said["notes"]:
+        notes.add(codes.FEATURE_IGNORED, pointer, message)
+    model = read_gltf(Bundle(main=bundle.main, files={bundle.main: data}), limits, notes)
+    return model.replace(metres_per_unit=said["metres"], up=Up.Z, format=Format.BLEND.value)
+
+
+def _run(program: str, folder: Path, name: str) -> None:
+    """Convert `in.blend` of a folder into `out.glb` and `out.json`. Raises Rejected BLENDER_FAILED."""
+    is_blender = Path(program).name.lower().startswith("blender")
+    options = ["--background", "--factory-startup", "--disable-autoexec", "--python-exit-code", "1", "--python"]
+    command = [program, *options, str(_SCRIPT), "--", str(folder)]
+    if not is_blender:
+        command = [program, "-I", str(_SCRIPT), str(folder)]
+    kept = {key: os.environ[key] for key in ("PATH", "LANG", "LD_LIBRARY_PATH") if key in os.environ}
+    places = {"HOME": str(folder), "TMPDIR": str(folder), "BLENDER_USER_RESOURCES": str(folder / "user")}
+    # No limit by the clock: a busy machine would change the outcome. The worker pool ends what hangs.
+    done = subprocess.run(command, cwd=folder, env={**kept, **places}, capture_output=True, check=False)
+    if done.returncode:
+        words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+        raise _failed(name, printable(words[0], 120) if words else f"it ended with {done.returncode}")
+
+
+def _failed(name: str, why: str) -> Rejected:
+    return Rejected(codes.BLENDER_FAILED, f"{name}: Blender cannot read it ({why}); open it there, export it as GLB")

@@ -1,0 +1,1 @@
+"""FBX -> RawModel, by ufbx."""

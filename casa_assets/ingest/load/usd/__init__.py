@@ -1,0 +1,1 @@
+"""USD, USDA, USDC and USDZ -> RawModel, by usd-core."""
