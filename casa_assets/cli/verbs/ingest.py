@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.reports.entry import Entry
 
-KINDS = ".glb, .gltf, .obj, .ply, .stl, .dae, a manifest .jsonl or an Objaverse folder"
+KINDS = (
+    ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
+    "a manifest .jsonl or an Objaverse folder"
+)
 EXAMPLES = """
 Examples:
 
@@ -83,8 +86,10 @@ def ingest(
     guards = _guards(max_size, max_faces, max_texture, max_pixels)
     options = Options(library, category, jobs, timeout, int(memory * 1e9), guards, clip_weights, keep_duplicates)
     console = Console(stderr=json_)
-    with closing(run(sources, options)) as running:
+    others: Counter[str] = Counter()
+    with closing(run(sources, options, others=others)) as running:
         events = _print_events(running, console, json_)
+    _print_others(+others, console, json_)
     if not events:
         places = ", ".join(_safe(str(source)) for source in sources)
         Console(stderr=True).print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
@@ -150,6 +155,20 @@ def _print_event(event: Event, console: Console, as_json: bool) -> None:
             highlight=False,
             soft_wrap=True,
         )
+
+
+def _print_others(others: Counter[str], console: Console, as_json: bool) -> None:
+    """Say how many files were no meshes, by what they are; nothing where all were."""
+    if not others:
+        return
+    counts = dict(sorted(others.items()))
+    words = ", ".join(f"{count} {kind}" for kind, count in counts.items())
+    if as_json:
+        blank = {"to_decide": [], "kept": False, "path": "", "id": "", "code": "", "warnings": []}
+        row = {**blank, "status": "no_mesh", "message": words, "count": others.total(), "kinds": counts}
+        typer.echo(json.dumps(row, sort_keys=True))
+    else:
+        console.print(f"No meshes: {pluralize(others.total(), 'file')} ({words})", highlight=False, soft_wrap=True)
 
 
 def _print_summary(events: list[Event], library: Path, console: Console, explain: bool) -> None:

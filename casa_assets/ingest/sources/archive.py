@@ -164,7 +164,7 @@ class Archive:
             for one in packed_tar:
                 if one.isfile() and not one.issparse():
                     yield one.name, one.size, whole
-                packed_tar.members = []  # the library keeps all that it has seen
+                packed_tar.members = []  # type: ignore[attr-defined]  # the library keeps all that it has seen
 
     def _content(self, path: str, most: int) -> bytes | None:
         """Bytes of a member, at most so many; None where there is none."""

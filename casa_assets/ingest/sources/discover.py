@@ -119,8 +119,8 @@ def _folder(package: Package, claimed: set[str], depth: int, others: Counter[str
             yield from archived(package, entry.name, others)
         elif suffix_of(entry.name) in SUFFIXES:
             yield _loose(package, entry.name)
-        else:
-            yield unread(package.prefix + entry.name)
+        elif (refused := unread(utf8_escaped(package.prefix + entry.name))) is not None:
+            yield refused
     for name in folders:
         if depth >= DEEPEST_FOLDER:
             message = f"{utf8_escaped(name)}: folders nested too deep; move it"
@@ -136,8 +136,10 @@ def _inner(
     inner = Package(package.root / name, f"{package.prefix}{name}/")
     for one in _folder(inner, claimed, depth + 1, others):
         if isinstance(one, Found) and one.source.kind is SourceKind.FOLDER:
-            place = "archive" if one.archive else "main"
-            one = replace(one, root=package.root, **{place: f"{name}/{getattr(one, place)}"})
+            if one.archive:
+                one = replace(one, root=package.root, archive=f"{name}/{one.archive}")
+            else:
+                one = replace(one, root=package.root, main=f"{name}/{one.main}")
         yield one
 
 

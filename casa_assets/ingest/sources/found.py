@@ -18,8 +18,8 @@ class Found:
         main: main file, POSIX, relative to `root`.
         source: what its source says about it; `source.path` is relative to the folder that the user named.
         notes: warnings about what was said of it.
-        archive: the archive that holds `main` and all that it refers to, POSIX, relative to `root`; empty: the disk. Paths
-            of its members are relative to it then.
+        archive: the archive that holds `main` and all that it refers to, POSIX, relative to `root`; empty: the disk.
+            `main` is a path within it then.
         is_model: `main` is no file of a stranger but the RawModel of a mesh that the caller has in memory, as JSON.
     """
 

@@ -18,70 +18,17 @@ from casa_assets.ingest.sources.found import Refused
 
 HIDDEN = "hidden files"
 # What a file is by its suffix; all others are called other files.
-_KINDS: Mapping[str, tuple[str, ...]] = {
-    "pictures": (
-        [
-            ".png",
-            ".jpg",
-            ".jpeg",
-            ".webp",
-            ".bmp",
-            ".tga",
-            ".tif",
-            ".tiff",
-            ".gif",
-            ".exr",
-            ".hdr",
-            ".dds",
-            ".ktx",
-            ".ktx2",
-            ".basis",
-            ".psd",
-            ".xcf",
-            ".svg",
-            ".ico",
-        ]
-    ),
-    "materials": [".mtl", ".material", ".mat", ".mdl", ".mtlx", ".sdf", ".urdf", ".xacro", ".srdf"],
-    "buffers": [".bin", ".buf", ".npy", ".npz"],
-    "texts": [".txt", ".md", ".rst", ".html", ".htm", ".pdf", ".doc", ".docx", ".rtf", ".license", ".licence"],
-    "tables and settings": [
-        ".json",
-        ".jsonl",
-        ".csv",
-        ".tsv",
-        ".xml",
-        ".yaml",
-        ".yml",
-        ".toml",
-        ".ini",
-        ".cfg",
-        ".sqlite",
-        ".parquet",
-        ".meta",
-        ".import",
-    ],
-    "programs": [
-        ".py",
-        ".js",
-        ".ts",
-        ".cpp",
-        ".c",
-        ".h",
-        ".hpp",
-        ".cs",
-        ".java",
-        ".sh",
-        ".bat",
-        ".lua",
-        ".glsl",
-        ".frag",
-        ".vert",
-        ".shader",
-    ],
-    "sounds and films": [".wav", ".mp3", ".ogg", ".flac", ".mp4", ".mov", ".avi", ".webm", ".mkv"],
-}  # type: ignore[dict-item]
-_KIND_OF = {suffix: kind for kind, suffixes in _KINDS.items() for suffix in suffixes}
+_KINDS: Mapping[str, str] = {
+    "pictures": ".png .jpg .jpeg .webp .bmp .tga .tif .tiff .gif .exr .hdr .dds .ktx .ktx2 .basis .psd .xcf .svg .ico",
+    "materials": ".mtl .material .mat .mdl .mtlx",
+    "buffers": ".bin .buf .npy .npz",
+    "texts": ".txt .md .rst .html .htm .pdf .doc .docx .rtf .license .licence",
+    "tables and settings": ".json .jsonl .csv .tsv .xml .yaml .yml .toml .ini .cfg .sqlite .parquet .meta .import",
+    "robots and worlds": ".urdf .xacro .sdf .srdf .world",
+    "programs": ".py .js .ts .cpp .c .h .hpp .cs .java .sh .bat .lua .glsl .frag .vert .shader",
+    "sounds and films": ".wav .mp3 .ogg .flac .mp4 .mov .avi .webm .mkv",
+}
+_KIND_OF = {suffix: kind for kind, suffixes in _KINDS.items() for suffix in suffixes.split()}
 TWINS = "other forms of a mesh beside it"
 
 

@@ -28,11 +28,10 @@ def discover_inputs(
     real_roots = {Path(os.path.realpath(root)) for root in roots}
     is_library_folder: dict[Path, bool] = {}
     for found in discover(roots, others):
-        places = (
-            [found.root / (found.archive or found.main)]
-            if isinstance(found, Found)
-            else [root / found.path for root in roots]
-        )
+        if isinstance(found, Found):
+            places = [found.root / (found.archive or found.main)]
+        else:
+            places = [root / found.path for root in roots]
         if not any(_is_output(place, real_roots, own_library, is_library_folder) for place in places):
             yield replace(found, source=_as_text(found.source)) if isinstance(found, Found) else found
 

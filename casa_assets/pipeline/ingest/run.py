@@ -111,11 +111,16 @@ class _Run:
         return Event(kind, self.total, refusal.source.path, refusal.id, code, message, REJECTED, folder=folder)
 
 
-def ingest(roots: Sequence[Path], options: Options, meshes: Sequence[MeshInput] = ()) -> Generator[Event, None, None]:
+def ingest(
+    roots: Sequence[Path],
+    options: Options,
+    meshes: Sequence[MeshInput] = (),
+    others: Counter[str] | None = None,
+) -> Generator[Event, None, None]:
     """Bring every mesh under `roots`, and meshes that the caller has in memory, into the library, or record why not.
 
     Yields an Event for each input, as it is done with. Killed at any moment and run again, it does what is missing.
-    Where there is no input, nothing is written.
+    Where there is no input, nothing is written. `others` counts the files that are no meshes, by what they are.
 
     Raises:
         UnknownId: the ordered category does not exist.
@@ -127,7 +132,7 @@ def ingest(roots: Sequence[Path], options: Options, meshes: Sequence[MeshInput] 
         clip.require_weights(options.weights)
     for category in {options.category, *(mesh.category for mesh in meshes)} - {""}:
         known.category(category)
-    inputs = discover_inputs(roots, options.library)
+    inputs = discover_inputs(roots, options.library, others)
     first = next(inputs, None)
     if first is None and not meshes:
         return

@@ -86,7 +86,7 @@ def asset_paths(data: bytes, name: str, folder: Path) -> tuple[list[str], list[s
     for spec in _specs(layer, name):
         if isinstance(spec, Sdf.AttributeSpec) and isinstance(spec.default, Sdf.AssetPath):
             pictures[spec.default.path] = None
-    return list(layer.GetCompositionAssetDependencies()), [path for path in pictures if path]
+    return [path for path in layer.GetCompositionAssetDependencies() if path], [path for path in pictures if path]
 
 
 def open_layer(data: bytes, name: str, folder: Path) -> Sdf.Layer:
@@ -116,7 +116,7 @@ def checked(layer: Sdf.Layer, path: str, members: Mapping[str, bytes], name: str
     for spec in _specs(layer, name):
         if isinstance(spec, Sdf.PrimSpec) and spec.HasInfo("clips"):
             spec.ClearInfo("clips")  # animation in other files; what is read is the shape at rest
-    for wanted in layer.GetCompositionAssetDependencies():
+    for wanted in filter(None, layer.GetCompositionAssetDependencies()):  # one within the layer has no name
         inside(wanted, name)
         place = inside(posixpath.join(posixpath.dirname(path), wanted), name)
         if place not in members:

@@ -172,15 +172,8 @@ def test_nothing_is_fetched(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "a.fbx",
-        "a.blend",
-        "a.usd",
-        "a.usda",
-        "a.usdz",
-        "a.3ds",
-        "a.wrl",
-        "a.x3d",
-        "a.zip",
+        "a.max",
+        "a.lwo",
         "a.7z",
         "a.rar",
         "a.obj.gz",
