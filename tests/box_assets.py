@@ -10,11 +10,11 @@ from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.model.asset.asset import Asset, Collider, Inertial, Link, Visual
 from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.shape import Box, Hull
+from casa_assets.model.asset.shape import Box, Cylinder, Hull
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 from tests.asset_parts import CARDBOARD, PROVENANCE, box_inertial, labels
-from tests.assets import ball, microwave
+from tests.assets import ball, microwave, rigid_mug
 from tests.meshes import box_mesh, lathe, texture
 
 SIZE: Vec3 = (0.2, 0.06, 0.12)
@@ -117,6 +117,20 @@ def gapped(gap: float) -> Asset:
             for name, sign in (("left", -1), ("right", 1))
         )
     )
+
+
+def plugged(height: float) -> Asset:
+    """A mug without a handle that came as a mesh; a cylinder of that height stands in it as a collision shape."""
+    mug = rigid_mug()
+    plug = Collider(
+        name="plug",
+        shape=Cylinder(radius=0.036, height=height),
+        substance="ceramic",
+        pose=Pose(position=(0.0, 0.0, 0.005 + height / 2)),
+    )
+    shapes = (*(c for c in mug.root.colliders if c.name != "handle"), plug)
+    body = mug.root.replace(visuals=mug.root.visuals[:1], colliders=shapes)
+    return mug.replace(links=(body,), provenance=PROVENANCE.replace(source="folder"))
 
 
 def short_by(gap: float, size: Vec3 = SIZE) -> Asset:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from casa_assets.geometry.grid.fillable_volume import fillable_volume
+from casa_assets.geometry.grid.open_room import OpenRooms, closed_shares, open_rooms
 from casa_assets.geometry.grid.voxel import Grid, voxelise
 from casa_assets.geometry.solid.hull import convex_hull, hull_volume
 from casa_assets.geometry.solid.manifold import closed_solid, union
@@ -37,6 +38,7 @@ class Truth:
         mesh: welded, metres, z up. seen: (N, 3) points of its outer surface, walls of open cavities among them.
         solid: where it is closed. fillable_volume: cubes that hold water, None where it is no container.
         grid, box: the cubes, and the (2, 3) corners that they were laid between.
+        rooms: open rooms. kept_rooms: indices without those of something full that only backs of faces look into.
     """
 
     mesh: distance.Surface
@@ -47,6 +49,8 @@ class Truth:
     grid: Grid
     box: Floats
     longest: float
+    rooms: OpenRooms
+    kept_rooms: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -58,6 +62,7 @@ class Fit:
         bare_p95_mm, bare_max_mm: distance of the outer surface of the mesh to that of the shapes.
         phantom_p95_mm, phantom_max_mm: distance of the outer surface of the shapes to the mesh.
         kept: share of the room that would hold water where no shape is. held: share that the shapes hold water in.
+        closed: largest share of an open room that the shapes fill or close off.
     """
 
     volume_ratio: float | None
@@ -68,6 +73,7 @@ class Fit:
     phantom_max_mm: float
     kept: float | None
     held: float | None
+    closed: float | None
 
 
 def truth(mesh: distance.Surface, full: bool) -> Truth:
@@ -86,6 +92,7 @@ def truth(mesh: distance.Surface, full: bool) -> Truth:
     outer = voxelise(points, faces, SEEN_CELLS, bridge=full)
     held = None if full else fillable_volume(grid.solid)
     holds = held is not None and float(held.sum()) * grid.cell**3 >= CONTAINER * hull_volume(points)
+    rooms = open_rooms(points, faces)
     return Truth(
         mesh,
         distance.ruler(mesh),
@@ -95,6 +102,8 @@ def truth(mesh: distance.Surface, full: bool) -> Truth:
         grid,
         box,
         float(np.ptp(points, axis=0).max()),
+        rooms,
+        rooms.kept(with_gaps=not full),
     )
 
 
@@ -113,6 +122,7 @@ def fit(clouds: Sequence[Floats], of: Truth) -> Fit | None:
     phantom = 1000 * distance.distances(skin, of.ruler)
     ratio, iou = _overlap(whole, of.solid) if of.solid is not None else (None, None)
     kept, held = _room(list(clouds), whole, of, of.fillable_volume) if of.fillable_volume is not None else (None, None)
+    closed = closed_shares(of.rooms, *whole) if of.kept_rooms else []
     return Fit(
         ratio,
         iou,
@@ -122,6 +132,7 @@ def fit(clouds: Sequence[Floats], of: Truth) -> Fit | None:
         float(phantom.max()),
         kept,
         held,
+        max(closed[k] for k in of.kept_rooms) if of.kept_rooms else None,
     )
 
 

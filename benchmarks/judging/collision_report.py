@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 OURS, COACD, VHACD = "casa_assets", "CoACD as in obj2mjcf 0.0.25", "V-HACD, 32 hulls"
+OBJ2MJCF = "obj2mjcf 0.0.25"
 # What the project promises: surface within max(2 mm, 1.5 % of the longest side) for 95 % and 5 % at worst.
 P95_MM, P95_RATIO, WORST_RATIO, MOST_SHAPES = 2.0, 0.015, 0.05, 32
 
@@ -38,6 +39,8 @@ class Row:
     phantom_max_mm: float | None = None
     kept: float | None = None
     held: float | None = None
+    closed: float | None = None
+    folder: str = ""
 
     @property
     def is_close(self) -> bool:
@@ -102,13 +105,16 @@ COLUMNS: tuple[tuple[str, str, int], ...] = (
     ("phantom_max_mm", "shapes max mm", 1),
     ("kept", "open", 2),
     ("held", "holds", 2),
+    ("closed", "room closed", 2),
 )
 LEGEND = """
 volume: union of the shapes over the closed mesh. IoU: of the two. mesh: distance of the outer surface of the mesh to
 that of the shapes. shapes: distance of the outer surface of the shapes to the mesh. What is outer is told on cubes of
 1/66 of the longest side: a gap narrower than the promised 1.5 % is closed, for the mesh and the shapes of every tool.
 open: share of the room that would hold water which no shape fills. holds: share of it that holds water in the shapes,
-too. vertices: of the largest hull. close: within the promised distances, with 32 shapes at most.
+too. room closed: largest share of an open room (what a ball gets into from above or beside, water or not) that shapes
+fill or close off, as AST018 measures it. vertices: of the largest hull. close: within the promised distances, with 32
+shapes at most.
 """
 
 

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from casa_assets.checks.asset import coincident_faces, collider_coverage, grip, plausibility, texture_scale, visual
+from casa_assets.checks.asset import (
+    coincident_faces,
+    collider_coverage,
+    grip,
+    open_room,
+    plausibility,
+    texture_scale,
+    visual,
+)
 from casa_assets.checks.check import Check
 from casa_assets.checks.package.package import Package
 from casa_assets.model.asset.asset import Asset
@@ -64,6 +72,9 @@ ROWS: tuple[Check, ...] = (
     Check("AST017", "Inertia of the shapes", ERROR, Asset, grip.inertia_matches_colliders, "gyration_share", "",
           "The radius of gyration of a link is at most {limit:g} of half the diagonal of its shapes, and at least 15 "
           "% of that, with the centre of mass inside them; compute the inertia from the shapes."),
+    Check("AST018", "Open rooms", ERROR, Asset, open_room.open_rooms_stay_open, "room_closed", "",
+          "Collision shapes fill or close off at most {limit:.0%} of each open room of a mesh (the inside of a vessel, "
+          "a compartment: what a ball gets into from above or beside); fit the shapes again."),
     Check("VIS001", "Degenerate triangles", ERROR, Asset, visual.triangles_have_area, None, "",
           "No visible triangle has zero area, since it has no normal; remove such triangles."),
     Check("VIS002", "Normals face outwards", ERROR, Asset, visual.normals_face_outwards, "flipped_normals", "",

@@ -54,14 +54,28 @@ def voxelise(points: Floats, faces: Ints, cells: int = 64, bridge: bool = False)
     cell = float(extent.max()) / cells
     origin = low - 2 * cell
     shape = np.ceil(extent / cell).astype(int) + 5
-    skin = np.zeros(shape, dtype=bool)
-    for samples in _samples(points, faces, cell * 0.5):
-        at = np.round((samples - origin) / cell).astype(int)
-        skin[at[:, 0], at[:, 1], at[:, 2]] = True
+    skin = _skin(points, faces, origin, cell, tuple(shape))
     solid = ndimage.binary_fill_holes(skin)
     if bridge:
         solid = ndimage.binary_fill_holes(solid | _between(skin))
     return Grid(origin, cell, solid, skin)
+
+
+def skin_cells(points: Floats, faces: Ints, grid: Grid) -> npt.NDArray[np.bool_]:
+    """(X, Y, Z) cubes of a grid that another surface, (P, 3) points and (F, 3) faces, passes through.
+
+    What lies outside of the grid is drawn onto its border.
+    """
+    return _skin(points, faces, grid.origin, grid.cell, grid.solid.shape)
+
+
+def _skin(points: Floats, faces: Ints, origin: Floats, cell: float, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+    """Cubes of a grid that a surface passes through."""
+    skin = np.zeros(shape, dtype=bool)
+    for samples in _samples(points, faces, cell * 0.5):
+        at = np.clip(np.round((samples - origin) / cell).astype(int), 0, np.array(shape) - 1)
+        skin[at[:, 0], at[:, 1], at[:, 2]] = True
+    return skin
 
 
 def _between(skin: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -19,6 +19,8 @@ Solid: TypeAlias = manifold3d.Manifold
 # Where a hull has too many vertices still, so many coarser tolerances are tried, each so many times the one before.
 TOLERANCE_STEPS = 4
 TOLERANCE_GROWTH = 1.5
+# Largest factor by which a hull grows to make up for the vertices that it lacks.
+MAX_GROWTH = 1.05
 
 
 def solid_of(points: Floats, faces: Ints) -> Solid | None:
@@ -123,3 +125,23 @@ def hull_within_tolerance(cloud: Floats, limit: int, tolerance: float) -> Floats
         if len(points) <= limit:
             break
     return small_hull(points, limit)[0]
+
+
+def hull_with_volume(cloud: Floats, volume_m3: float, box: Floats) -> Floats:
+    """(N, 3) vertices of a hull that has few of them, grown about its middle to a volume, but not out of a box.
+
+    A hull of few vertices lies within what it stands for, and a round thing loses up to a tenth of its volume. Growing
+    puts its sides as far without as they were within.
+
+    Args:
+        cloud: vertices. volume_m3: that of the matter that it stands for; a larger hull stays as it is.
+        box: (2, 3) lower and upper corner, metres, so that what stands on a floor stays on it.
+    """
+    whole = manifold3d.Manifold.hull_points(np.ascontiguousarray(cloud, dtype=np.float64))
+    volume = float(whole.volume())
+    if not 0 < volume < volume_m3:
+        return cloud
+    middle = (cloud.min(axis=0) + cloud.max(axis=0)) / 2
+    growth = min((volume_m3 / volume) ** (1 / 3), MAX_GROWTH)
+    grown: Floats = np.clip(middle + growth * (cloud - middle), *box)
+    return grown

@@ -4,15 +4,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape, Rejected
+from casa_assets.geometry.grid.open_room import (
+    FACING_SHARE,
+    MIN_ROOM_SHARE,
+    NO_ROOMS,
+    OpenRooms,
+    open_rooms,
+)
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.ingest.collision.components import measure_part
 from casa_assets.ingest.collision.convex_decomposition import DecompositionFailed, decompose
 from casa_assets.ingest.collision.fit import SAMPLES, FitErrors, describe_fit, fit_reference, measure_fit
+from casa_assets.ingest.collision.foot import on_flat_foot
+from casa_assets.ingest.collision.params import CollideParams
 from casa_assets.ingest.collision.solid_proxy import solid_proxy
 from casa_assets.ingest.collision.strategies import (
     STRATEGIES,
-    CollideParams,
     CollisionTask,
     Decomposer,
     clouds_of,
@@ -36,6 +47,11 @@ class Candidate:
     name: str
     errors: FitErrors
 
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Smaller is better: first what the checks accept, then the least error."""
+        return not self.errors.is_sound, self.errors.normalized_error
+
 
 def collide(draft: Draft, category: Category, params: CollideParams, decomposer: Decomposer = decompose) -> Draft:
     """Choose collision shapes: the first strategy whose error is within the bound, else the one with the least error.
@@ -48,25 +64,30 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
         Rejected: no shape with a volume can be made (MSH004).
     """
     points, faces = draft.surface.points, draft.surface.welded_faces
-    is_full, is_packed = category.build in (MatterFill.SOLID, MatterFill.FILLED), category.build is MatterFill.FILLED
+    rooms = _open_rooms(points, faces)
+    is_full, is_packed = _is_full(category, rooms), category.build is MatterFill.FILLED
+    rests_any_way = _is_known(category) and category.upright is RestingPose.ANY
+    kept_rooms = rooms.kept(with_gaps=not is_full)
     whole = measure_part(points, faces, close_gaps=is_full)
     if whole is None:
         raise Rejected("MSH004", "no collision shape with a volume fits; the mesh is a sheet or a line")
     notes: list[Issue] = []
     reason = f"the mesh fills {whole.hull_fill:.0%} of its hull"
-    is_one_shape = is_full and whole.hull_fill >= params.hull_ratio
+    is_one_shape = is_full and whole.hull_fill >= params.hull_ratio and not kept_rooms
     proxy = None if is_one_shape else solid_proxy(points, faces, is_full)
     task = None
     if proxy is not None:
-        reference = fit_reference(points, faces, proxy.solid, not is_full)
-        rests_any_way, fill = category.upright is RestingPose.ANY, whole.hull_fill
+        reference = fit_reference(points, faces, proxy.solid, not is_full, rooms, kept_rooms)
+        fill = whole.hull_fill
         task = CollisionTask(
             points, faces, is_full, fill, rests_any_way, is_packed, proxy, reference, params, decomposer
         )
     best = None if task is None else _best(task, notes)
     shapes: tuple[PlacedShape, ...]
     if is_one_shape:
-        shapes = (whole_shape(whole.points, is_packed, params, surface_samples(points, faces, SAMPLES)),)
+        shapes = (
+            whole_shape(whole.points, whole.hull_fill, is_packed, params, surface_samples(points, faces, SAMPLES)),
+        )
         name, confidence = "one shape: the mesh fills its hull", 1.0
     elif task is not None and best is not None:
         shapes, name, confidence = best.shapes, best.name, 1 / (1 + max(0.0, best.errors.normalized_error - 1))
@@ -85,20 +106,49 @@ def _best(task: CollisionTask, notes: list[Issue]) -> Candidate | None:
     """The result of the strategy to be taken; None where no result covers the surface."""
     best: Candidate | None = None
     for strategy, good_enough in STRATEGIES:
-        if best is not None and best.errors.normalized_error <= good_enough:
+        if best is not None and best.errors.is_sound and best.errors.normalized_error <= good_enough:
             break
         try:
             shapes, name = strategy(task)
             if not 0 < len(shapes) <= task.params.hull_count:
                 continue
-            errors = measure_fit(clouds_of(tuple(shapes)), task.reference, task.params.error_m)
+            if len(shapes) <= task.part_count and not task.rests_any_way:
+                shapes = list(on_flat_foot(shapes, task.proxy.solid))
+            errors = measure_fit(clouds_of(tuple(shapes)), task.reference, task.params)
         except DecompositionFailed as error:
             notes.append(warning("MSH019", "collision", str(error)))
             continue
         except DegenerateShape:
             continue
-        if errors.bare_share <= MAX_BARE_SHARE and (
-            best is None or errors.normalized_error < best.errors.normalized_error
-        ):
-            best = Candidate(tuple(shapes), name, errors)
+        found = Candidate(tuple(shapes), name, errors)
+        if errors.bare_share <= MAX_BARE_SHARE and (best is None or found.rank < best.rank):
+            best = found
     return best
+
+
+def _open_rooms(points: Floats, faces: Ints) -> OpenRooms:
+    """The open rooms of a surface; none where it spans no volume."""
+    used, compact = np.unique(faces, return_inverse=True)
+    try:
+        return open_rooms(points[used], compact.reshape(-1, 3))
+    except DegenerateShape:
+        return NO_ROOMS
+
+
+def _is_full(category: Category, rooms: OpenRooms) -> bool:
+    """True if holes in the surface are damage: something solid or filled, and no room that closing them would fill.
+
+    Where only the backs of faces look into a room it is a gap in the surface of something that is known to be full. Of
+    what is of no known kind that cannot be said.
+    """
+    if category.build not in (MatterFill.SOLID, MatterFill.FILLED):
+        return False
+    return not any(
+        share >= MIN_ROOM_SHARE and (facing >= FACING_SHARE or not _is_known(category))
+        for share, facing in zip(rooms.enclosed, rooms.facing, strict=True)
+    )
+
+
+def _is_known(category: Category) -> bool:
+    """True unless it is the class above all others, which says nothing of how a thing is filled or rests."""
+    return category.id != category.parent

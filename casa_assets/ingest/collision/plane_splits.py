@@ -38,6 +38,10 @@ MIN_PART_SHARE = 1e-5
 MAX_LOOSE_PARTS = 8
 # Pairs of parts for which one common hull is tried, the cheapest first.
 MAX_MERGE_TRIES = 60
+# Largest share of the volume that a hull holds beyond its part which may be left once that part was cut in two.
+MAX_LEFT_EXCESS = 0.9
+# Share of the whole volume that a merger may always add.
+FREE_MERGE_COST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,36 @@ def split_to_bound(
             continue
         parts[worst : worst + 1] = [_part(p, reference, bound) for p in pieces]
     return [part.solid for part in parts]
+
+
+def split_to_volume(solids: Sequence[Solid], excess_m3: float, max_parts: int, min_slice_m: float) -> list[Solid]:
+    """Split solids until their hulls together hold no more than `excess_m3` beyond them, or there are `max_parts`.
+
+    The part whose hull holds most beyond it is cut next.
+
+    Args:
+        min_slice_m: no part is thinner across the plane that it is cut by, metres.
+    """
+    min_volume_m3 = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
+    parts = list(solids)
+    excess = [_hull_excess(s) for s in solids]
+    tried: list[Solid] = []
+    while len(parts) + len(tried) < max_parts and parts and sum(excess) > excess_m3:
+        worst = max(range(len(parts)), key=lambda i: (round(excess[i], 15), -i))
+        pieces = _cut(parts[worst], min_volume_m3, max_parts - len(parts) - len(tried) + 1, min_slice_m)
+        found = [_hull_excess(p) for p in pieces]
+        if len(pieces) < 2 or sum(found) > MAX_LEFT_EXCESS * excess[worst]:
+            tried.append(parts.pop(worst))  # cutting does not help
+            excess.pop(worst)
+            continue
+        parts[worst : worst + 1] = pieces
+        excess[worst : worst + 1] = found
+    return [*parts, *tried]
+
+
+def _hull_excess(solid: Solid) -> float:
+    """Volume of the hull of a solid beyond it, m^3."""
+    return max(volume_of_hull([solid]) - float(solid.volume()), 0.0)
 
 
 def _part(solid: Solid, reference: ReferenceSurface, bound: ErrorBound) -> Part:
@@ -174,17 +208,24 @@ def _axis_planes(points: Floats) -> list[tuple[Plane, float]]:
 
 
 def merge_within_bound(
-    solids: Sequence[Solid], reference: ReferenceSurface, bound: ErrorBound, opening_points: Floats
+    solids: Sequence[Solid],
+    reference: ReferenceSurface,
+    bound: ErrorBound,
+    opening_points: Floats,
+    excess_m3: float = np.inf,
 ) -> list[list[Solid]]:
     """Group solids that get one hull each: neighbours go together where their hull stays within the bound.
 
     Args:
+        excess_m3: volume that all hulls together may hold beyond the solids; what they hold before is always granted.
         opening_points: (N, 3) points in the opening of a vessel, which a common hull may not fill.
     """
     groups = {k: [solid] for k, solid in enumerate(solids)}
     sizes = {k: volume_of_hull(group) for k, group in groups.items()}
     boxes = {k: _box(group) for k, group in groups.items()}
     whole_volume = sum(sizes.values())
+    # What merging may still add, as a share of the whole volume.
+    allowance = max(excess_m3 - whole_volume + sum(float(s.volume()) for s in solids), 0.0) / whole_volume
     costs: dict[tuple[int, int], float] = {}
     tried = 0
     new_groups = list(groups)
@@ -195,10 +236,13 @@ def merge_within_bound(
         new_groups = []
         while costs and tried < MAX_MERGE_TRIES:
             i, j = min(costs, key=lambda pair: (costs[pair], pair))
-            del costs[i, j]
+            cost = costs.pop((i, j))
+            if cost > max(allowance, FREE_MERGE_COST):
+                continue
             tried += 1
             cloud = hull_points(groups[i] + groups[j])
             if normalized_error(cloud, reference, bound) <= 1 and not _fills_opening(cloud, opening_points):
+                allowance -= max(cost, 0.0)
                 merged = max(groups) + 1
                 groups[merged] = groups.pop(i) + groups.pop(j)
                 sizes[merged], boxes[merged] = volume_of_hull(groups[merged]), _box(groups[merged])

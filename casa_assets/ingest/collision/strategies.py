@@ -11,22 +11,36 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.mesh.measure import solid_moments
 from casa_assets.geometry.mesh.topology import face_components
-from casa_assets.geometry.solid.cutting import Solid, hull_points, hull_within_tolerance, simplify_solid, surface_of
+from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.geometry.solid.cutting import (
+    Solid,
+    hull_points,
+    hull_with_volume,
+    hull_within_tolerance,
+    simplify_solid,
+    surface_of,
+)
 from casa_assets.geometry.solid.deviation import protrusion
-from casa_assets.geometry.solid.hull import convex_hull, small_hull
+from casa_assets.geometry.solid.hull import convex_hull, hull_volume, small_hull
 from casa_assets.geometry.solid.manifold import simplified_solid
 from casa_assets.geometry.solid.primitive import best_primitive
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.collision.components import any_nested, connected_parts, thickness
 from casa_assets.ingest.collision.convex_decomposition import Budget
-from casa_assets.ingest.collision.fit import FitReference, measure_fit
-from casa_assets.ingest.collision.plane_splits import ErrorBound, merge_within_bound, normalized_error, split_to_bound
+from casa_assets.ingest.collision.fit import SOUND_SHARE, FitReference, box_gap, measure_fit
+from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.collision.plane_splits import (
+    ErrorBound,
+    merge_within_bound,
+    normalized_error,
+    split_to_bound,
+    split_to_volume,
+)
 from casa_assets.ingest.collision.ring_sectors import cut_vessel
 from casa_assets.ingest.collision.solid_proxy import SolidProxy
 from casa_assets.ingest.draft import PlacedShape
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Cylinder, Hull
-from casa_assets.model.record import Record
 
 Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 
@@ -46,6 +60,10 @@ ONE_HULL_FILL = 0.8
 # something without a resting pose if it fills so much of its hull.
 STALK_ERROR = 2.0
 ROLLING_FILL = 0.88
+# Volume that hulls may hold beyond a solid, as a share of its volume, before it is cut further than the error bound
+# asks for; and the number of parts at which that ends.
+EXCESS_SHARE = 0.05
+MAX_FINE_PARTS = 24
 # Smallest share of a primitive that the hull has to fill: of one primitive for everything that is within the bound, of
 # one for packed goods (a can with its rims is a cylinder, a carton a box), and of one for a part.
 PRIMITIVE_FILL = 0.85
@@ -64,23 +82,6 @@ FOOT_SHARE = 0.04
 MAX_SHIFT_ERROR = 1.6
 # Hulls thinner than this, metres, are dropped.
 SPLINTER_M = 1e-5
-
-
-class CollideParams(Record):
-    """Limits of the stage.
-
-    Attributes:
-        hull_count: most shapes. hull_vertices: most vertices of a hull.
-        primitive_ratio: smallest share of a primitive that the hull has to fill.
-        hull_ratio: smallest share of the hull that the mesh has to fill for one shape.
-        error_m: distance from the shapes up to which the mesh counts as covered.
-    """
-
-    hull_count: int = 32
-    hull_vertices: int = 64
-    primitive_ratio: float = 0.95
-    hull_ratio: float = 0.95
-    error_m: float = 0.004
 
 
 @dataclass(frozen=True)
@@ -107,9 +108,14 @@ class CollisionTask:
     decomposer: Decomposer
 
     @property
+    def part_count(self) -> int:
+        """Most shapes of a strategy: one is left for a box under them."""
+        return self.params.hull_count - 1
+
+    @property
     def budget(self) -> Budget:
         """Limits of a convex decomposition."""
-        return Budget(hulls=self.params.hull_count, hull_vertices=self.params.hull_vertices)
+        return Budget(hulls=self.part_count, hull_vertices=self.params.hull_vertices)
 
     @property
     def aim(self) -> ErrorBound:
@@ -130,15 +136,14 @@ def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     primitive = best_primitive(hull)
     if primitive is not None and primitive.ratio >= PRIMITIVE_FILL:
         placed = PlacedShape(shape=primitive.shape, pose=primitive.pose)
-        if measure_fit(clouds_of((placed,)), task.reference, task.params.error_m).normalized_error <= 1:
+        if measure_fit(clouds_of((placed,)), task.reference, task.params).normalized_error <= 1:
             return [placed], f"one {primitive.shape.kind}"
         # A can is one cylinder and a carton one box, whatever rims and lids they have.
         if task.is_packed and primitive.ratio >= PACKED_PRIMITIVE_FILL and isinstance(primitive.shape, Box | Cylinder):
-            return [
-                whole_shape(hull, True, task.params, task.reference.samples)
-            ], f"one {primitive.shape.kind}, rims and lids aside"
-    points, faces = small_hull(hull, task.params.hull_vertices)
-    errors = measure_fit([points], task.reference, task.params.error_m)
+            whole = whole_shape(hull, task.hull_fill, True, task.params, task.reference.samples)
+            return [whole], f"one {whole.shape.kind}, rims and lids aside"
+    points, faces = _hull_of(hull, task.hull_fill, task.params)
+    errors = measure_fit([points], task.reference, task.params)
     if errors.normalized_error <= 1:
         return [PlacedShape(shape=Hull(mesh=Mesh(vertices=points, faces=faces)))], "one hull"
     deviation, bound = errors.deviation, task.reference.bound
@@ -147,7 +152,7 @@ def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     has_stalk = deviation.added_p95 <= bound.p95 and deviation.added_worst <= STALK_ERROR * bound.worst
     is_near_enough = task.is_full and (can_roll or has_stalk)
     return (
-        ([whole_shape(hull, task.is_packed, task.params, task.reference.samples)], "one shape")
+        ([whole_shape(hull, task.hull_fill, task.is_packed, task.params, task.reference.samples)], "one shape")
         if is_near_enough
         else ([], "")
     )
@@ -171,10 +176,10 @@ def _by_rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
         MAX_SHIFT_ERROR * task.reference.bound.p95,
         FOOT_SHARE * task.reference.surface.longest,
     )
-    vessel = cut_vessel(solid, min_error_m, hollow_error_m, foot_height_m, task.params.hull_count)
+    vessel = cut_vessel(solid, min_error_m, hollow_error_m, foot_height_m, task.part_count)
     if vessel is None:
         return [], ""
-    max_wall_parts = task.params.hull_count - len(vessel.floors)
+    max_wall_parts = task.part_count - len(vessel.floors)
     pieces = [
         *vessel.floors,
         *split_to_bound(
@@ -212,8 +217,10 @@ def _shifted_wall_hull(piece: Solid, task: CollisionTask) -> Floats:
 def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """Cut by planes where hulls would stick out most."""
     solid = simplify_solid(task.proxy.solid, task.slack / 2, CUT_FACES, 2 * task.slack)
-    pieces = split_to_bound([solid], task.reference.surface, task.aim, task.params.hull_count)
-    groups = merge_within_bound(pieces, task.reference.surface, task.aim, task.reference.opening_points)
+    pieces = split_to_bound([solid], task.reference.surface, task.aim, task.part_count)
+    excess_m3 = EXCESS_SHARE * float(solid.volume())
+    pieces = split_to_volume(pieces, excess_m3, max(MAX_FINE_PARTS, len(pieces)), task.aim.p95)
+    groups = merge_within_bound(pieces, task.reference.surface, task.aim, task.reference.opening_points, excess_m3)
     return _hulls(groups, task), "cut by planes where hulls would stick out"
 
 
@@ -247,7 +254,14 @@ STRATEGIES: tuple[tuple[Callable[[CollisionTask], tuple[list[PlacedShape], str]]
 
 def _hulls(groups: list[list[Solid]], task: CollisionTask) -> list[PlacedShape]:
     """A hull of few vertices, or the primitive that it is, around each group of solids."""
-    clouds = [hull_within_tolerance(hull_points(group), task.params.hull_vertices, task.slack) for group in groups]
+    clouds = [
+        hull_with_volume(
+            hull_within_tolerance(hull_points(group), task.params.hull_vertices, task.slack),
+            sum(float(solid.volume()) for solid in group),
+            task.reference.box,
+        )
+        for group in groups
+    ]
     return _primitives_or_hulls(clouds, task)
 
 
@@ -277,17 +291,32 @@ def _shape_or_none(cloud: Floats, task: CollisionTask) -> PlacedShape | None:
     return one_shape(cloud, task.params.replace(primitive_ratio=NO_PRIMITIVE))
 
 
-def whole_shape(cloud: Floats, is_packed: bool, params: CollideParams, samples: Floats) -> PlacedShape:
+def whole_shape(cloud: Floats, fill: float, is_packed: bool, params: CollideParams, samples: Floats) -> PlacedShape:
     """The one shape around everything; packed goods get a box whose sides lie between its bulges and its edges.
 
     Args:
+        fill: share of the hull of the cloud that is matter, 0..1.
         samples: (N, 3) points spread over the surface, metres.
     """
     min_ratio = min(params.primitive_ratio, PACKED_PRIMITIVE_FILL) if is_packed else params.primitive_ratio
     placed = one_shape(cloud, params.replace(primitive_ratio=min_ratio))
-    return (
-        _with_sides_moved_in(placed, placed.shape, samples) if is_packed and isinstance(placed.shape, Box) else placed
-    )
+    if is_packed and isinstance(placed.shape, Box):
+        placed = _with_sides_moved_in(placed, placed.shape, samples)
+    # The corners of a box reach beyond rounded ones, and moved sides stay short of bulges: then a hull fits better.
+    box = np.array([cloud.min(axis=0), cloud.max(axis=0)])
+    bound = SOUND_SHARE * params.box_bound(float(np.ptp(box, axis=0).max()))
+    corners = shape_bounds(placed.shape, placed.pose)
+    if not isinstance(placed.shape, Hull) and box_gap(corners, box) <= bound:
+        return placed
+    points, faces = _hull_of(cloud, fill, params)
+    return PlacedShape(shape=Hull(mesh=Mesh(vertices=points, faces=faces)))
+
+
+def _hull_of(cloud: Floats, fill: float, params: CollideParams) -> tuple[Floats, Ints]:
+    """The hull of few vertices around a cloud, with as much volume as there is matter in the whole hull."""
+    points = small_hull(cloud, params.hull_vertices)[0]
+    box = np.array([cloud.min(axis=0), cloud.max(axis=0)])
+    return convex_hull(hull_with_volume(points, fill * hull_volume(cloud), box))
 
 
 def _with_sides_moved_in(placed: PlacedShape, box: Box, samples: Floats) -> PlacedShape:

@@ -12,7 +12,7 @@ from casa_assets.ingest.add_back_faces import add_back_faces
 from casa_assets.ingest.assemble import assemble
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.collide import collide
-from casa_assets.ingest.collision.strategies import CollideParams
+from casa_assets.ingest.collision.params import CollideParams
 from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.grasp import grasp
 from casa_assets.ingest.load import load
@@ -112,6 +112,9 @@ def _collide(draft: Draft, context: BuildContext) -> Draft:
         primitive_ratio=context.limits["primitive_volume_ratio"],
         hull_ratio=context.limits["hull_volume_ratio"],
         error_m=context.limits["collider_error_m"],
+        box_m=context.limits["collider_bounds_m"],
+        box_ratio=context.limits["collider_bounds_ratio"],
+        closed_share=context.limits["room_closed"],
     )
     return collide(draft, context.category, params)
 

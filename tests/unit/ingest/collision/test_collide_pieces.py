@@ -8,8 +8,9 @@ import pytest
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.grid.voxel import Grid, voxelise
 from casa_assets.geometry.mesh.topology import weld
-from casa_assets.ingest.collision.collide import CollideParams, collide
+from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.component_solids import SHEET_RATIO, assemble_solid, covers_surface
+from casa_assets.ingest.collision.params import CollideParams
 from casa_assets.ingest.collision.solid_proxy import CELLS, solid_proxy
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Hull

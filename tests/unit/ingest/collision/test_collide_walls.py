@@ -8,8 +8,9 @@ import pytest
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.solid.revolution import RAYS, WallProfile
 from casa_assets.geometry.solid.tessellate import tessellate
-from casa_assets.ingest.collision.collide import CollideParams, collide
+from casa_assets.ingest.collision.collide import collide
 from casa_assets.ingest.collision.convex_decomposition import Budget
+from casa_assets.ingest.collision.params import CollideParams
 from casa_assets.ingest.collision.ring_slabs import slab_costs
 from casa_assets.ingest.draft import Draft
 from casa_assets.model.asset.mesh import Mesh

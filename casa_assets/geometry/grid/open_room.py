@@ -1,0 +1,155 @@
+"""Find the open rooms of a thing: what a ball from outside gets into while the thing stands on a floor.
+
+The inside of a mug, of a bowl, of a crate, the compartments of a shelf and the space under a table are open rooms. A
+sealed box has none, and neither has what is open only below, or a slit that the ball does not pass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.grid.voxel import Grid, skin_cells, voxelise
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.solid.coverage import samples_with_faces
+from casa_assets.geometry.solid.hull import convex_hull
+
+VoxelMask = npt.NDArray[np.bool_]
+
+# All numbers below are choices.
+# Voxels along the longest side.
+CELLS = 64
+# Radius of the ball, in voxels: its diameter is 8 % of the longest side.
+BALL_CELLS = 2.5
+# Radius of the ball that looks for the same rooms between collision shapes; smaller, since these are a little thicker.
+SMALL_BALL_CELLS = 1.5
+# Room that lies so close to the surface, in voxels, is not counted: collision shapes may be off by as much.
+MARGIN_CELLS = 1.5
+# Rooms smaller than this share of the hull are dents. One that is not enclosed, as the bend of a banana or what is
+# around the stalk of an apple, matters from a larger share on.
+MIN_ROOM_SHARE = 0.03
+MIN_BEND_SHARE = 0.15
+# Samples on the surface that tell whether faces or their backs look into a room, and how far off it they look, in
+# voxels: just beyond those through which the surface passes.
+WALL_SAMPLES = 20_000
+LOOK_CELLS = 2.0
+# Share of the walls of a room that have to show it their faces. Of walls thinner than the look, and of sheets that have
+# faces on both sides, it is about one half; of a gap in a surface nothing.
+FACING_SHARE = 0.25
+
+
+@dataclass(frozen=True)
+class OpenRooms:
+    """The open rooms of a surface, the largest first.
+
+    Attributes:
+        grid: of the surface. rooms: (X, Y, Z) number of the room that a voxel belongs to, from 1 on; 0 outside of them.
+        shares: volume of each room over that of the hull, with what lies close to the walls.
+        enclosed: the same of what lies between two walls along at least two of the axes: of the inside of a mug or of
+            a compartment that is nearly all, of a bend little.
+        facing: share of the walls of each, 0..1, that show it their faces and not their backs.
+    """
+
+    grid: Grid
+    rooms: npt.NDArray[np.int64]
+    shares: tuple[float, ...]
+    enclosed: tuple[float, ...]
+    facing: tuple[float, ...]
+
+    def kept(self, with_gaps: bool) -> tuple[int, ...]:
+        """Indices of the rooms that collision shapes have to leave open.
+
+        Args:
+            with_gaps: also those into which backs of faces look: sheets without thickness, and not gaps in the surface
+                of something full.
+        """
+        matters = [e >= MIN_ROOM_SHARE or s >= MIN_BEND_SHARE for e, s in zip(self.enclosed, self.shares, strict=True)]
+        return tuple(k for k, share in enumerate(self.facing) if matters[k] and (with_gaps or share >= FACING_SHARE))
+
+
+_NOWHERE = np.zeros((1, 1, 1), dtype=bool)
+NO_ROOMS = OpenRooms(Grid(np.zeros(3), 1.0, _NOWHERE, _NOWHERE), _NOWHERE.astype(np.int64), (), (), ())
+
+
+def open_rooms(points: Floats, faces: Ints) -> OpenRooms:
+    """Find the rooms of a surface that a ball reaches from outside, within its hull.
+
+    Args:
+        points: (P, 3), all of them used, z up; it stands on the lowest. faces: (F, 3), any winding, open or not.
+    Raises:
+        DegenerateShape: the points span no volume.
+    """
+    hull_points, hull_faces = convex_hull(points)
+    grid = voxelise(points, faces, CELLS)
+    hull = ndimage.binary_fill_holes(skin_cells(hull_points, hull_faces, grid))
+    room = swept_by_ball(grid.solid, BALL_CELLS) & hull & ~grid.solid
+    core = room & (ndimage.distance_transform_edt(~grid.solid) > MARGIN_CELLS)
+    label, count = ndimage.label(core)
+    if not count:
+        return OpenRooms(grid, np.zeros(core.shape, dtype=np.int64), (), (), ())
+    # What lies close to the walls belongs to the nearest room.
+    near = label[tuple(ndimage.distance_transform_edt(label == 0, return_distances=False, return_indices=True))]
+    whole = np.where(room, near, 0)
+    shares = np.bincount(whole.ravel(), minlength=count + 1) / max(int(hull.sum()), 1)
+    order = [k for k in np.argsort(-shares[1:], kind="stable") + 1 if shares[k] >= MIN_ROOM_SHARE]
+    number = np.zeros(count + 1, dtype=np.int64)
+    number[order] = np.arange(len(order)) + 1
+    rooms = number[whole]
+    bridged = np.bincount(rooms[voxelise(points, faces, CELLS, bridge=True).solid], minlength=len(order) + 1)
+    return OpenRooms(
+        grid,
+        number[label],
+        tuple(float(shares[k]) for k in order),
+        tuple(float(v) for v in bridged[1:] / int(hull.sum())),
+        _facing(points, faces, grid, rooms, len(order)),
+    )
+
+
+def swept_by_ball(matter: VoxelMask, radius: float) -> VoxelMask:
+    """Mark what a ball that comes from above or beside sweeps; it does not get under the lowest matter.
+
+    Args:
+        matter: (X, Y, Z), z up, with air all around. radius: of the ball, voxels.
+    """
+    rim = int(np.ceil(radius)) + 2
+    levels = np.flatnonzero(matter.any(axis=(0, 1)))
+    lowest = int(levels[0]) if len(levels) else 0
+    blocked = np.pad(matter[:, :, lowest:], ((rim, rim), (rim, rim), (1, rim)))
+    blocked[:, :, 0] = True
+    center = ndimage.distance_transform_edt(~blocked) > radius
+    start = np.zeros_like(center)
+    start[:, :, -1] = center[:, :, -1]
+    reached = ndimage.binary_propagation(start, mask=center)
+    swept = ndimage.distance_transform_edt(~reached) <= radius
+    out = np.zeros(matter.shape, dtype=bool)
+    out[:, :, lowest:] = swept[rim:-rim, rim:-rim, 1:-rim]
+    return out
+
+
+def closed_shares(found: OpenRooms, points: Floats, faces: Ints) -> list[float]:
+    """Share of each room, 0..1, that another surface fills or closes off.
+
+    Args:
+        found: rooms of a surface. points: (P, 3) of the surfaces of collision shapes, one after the other, same frame.
+        faces: (F, 3).
+    """
+    # The grid ends close around the thing: what of the shapes lies farther out takes no room of it.
+    matter = ndimage.binary_fill_holes(skin_cells(points, faces, found.grid))
+    left = swept_by_ball(matter, SMALL_BALL_CELLS) & ~matter
+    return [1.0 - float(left[found.rooms == k + 1].mean()) for k in range(len(found.shares))]
+
+
+def _facing(points: Floats, faces: Ints, grid: Grid, rooms: npt.NDArray[np.int64], count: int) -> tuple[float, ...]:
+    """Share of the wall of each room that shows it its faces."""
+    samples, face = samples_with_faces(points, faces, WALL_SAMPLES)
+    normals = face_normals(points, faces)[0][face]
+    seen = np.zeros((2, count + 1))
+    for side, sign in enumerate((1.0, -1.0)):
+        at = np.round((samples + sign * LOOK_CELLS * grid.cell * normals - grid.origin) / grid.cell).astype(int)
+        at = np.clip(at, 0, np.array(grid.solid.shape) - 1)
+        seen[side] = np.bincount(rooms[tuple(at.T)], minlength=count + 1)
+    return tuple(float(v) for v in (seen[0] / np.maximum(seen.sum(axis=0), 1))[1:])
