@@ -29,9 +29,11 @@ BALL_CELLS = 2.5
 SMALL_BALL_CELLS = 1.5
 # Room that lies so close to the surface, in voxels, is not counted: collision shapes may be off by as much.
 MARGIN_CELLS = 1.5
-# Rooms smaller than this share of the hull are dents. One that is not enclosed, as the bend of a banana or what is
-# around the stalk of an apple, matters from a larger share on.
+# Rooms smaller than this share of the hull are not looked at. They matter where those that are enclosed take a larger
+# share together (the lid of a can that lies deep is a dent), and one that is not enclosed, as the bend of a banana or
+# what is around the stalk of an apple, from a still larger one on.
 MIN_ROOM_SHARE = 0.03
+MIN_ENCLOSED_SHARE = 0.08
 MIN_BEND_SHARE = 0.15
 # Samples on the surface that tell whether faces or their backs look into a room, and how far off it they look, in
 # voxels: just beyond those through which the surface passes.
@@ -67,8 +69,19 @@ class OpenRooms:
             with_gaps: also those into which backs of faces look: sheets without thickness, and not gaps in the surface
                 of something full.
         """
-        matters = [e >= MIN_ROOM_SHARE or s >= MIN_BEND_SHARE for e, s in zip(self.enclosed, self.shares, strict=True)]
-        return tuple(k for k, share in enumerate(self.facing) if matters[k] and (with_gaps or share >= FACING_SHARE))
+        is_hollow = self.encloses(with_gaps)
+        return tuple(
+            k
+            for k in self._shown(with_gaps)
+            if (is_hollow and self.enclosed[k] >= MIN_ROOM_SHARE) or self.shares[k] >= MIN_BEND_SHARE
+        )
+
+    def encloses(self, with_gaps: bool) -> bool:
+        """True if closing every gap of the surface would fill rooms that matter; `with_gaps` as in `kept`."""
+        return sum(self.enclosed[k] for k in self._shown(with_gaps)) >= MIN_ENCLOSED_SHARE
+
+    def _shown(self, with_gaps: bool) -> list[int]:
+        return [k for k, share in enumerate(self.facing) if with_gaps or share >= FACING_SHARE]
 
 
 _NOWHERE = np.zeros((1, 1, 1), dtype=bool)

@@ -9,8 +9,6 @@ import numpy as np
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.grid.open_room import (
-    FACING_SHARE,
-    MIN_ROOM_SHARE,
     NO_ROOMS,
     OpenRooms,
     open_rooms,
@@ -141,12 +139,8 @@ def _is_full(category: Category, rooms: OpenRooms) -> bool:
     Where only the backs of faces look into a room it is a gap in the surface of something that is known to be full. Of
     what is of no known kind that cannot be said.
     """
-    if category.build not in (MatterFill.SOLID, MatterFill.FILLED):
-        return False
-    return not any(
-        share >= MIN_ROOM_SHARE and (facing >= FACING_SHARE or not _is_known(category))
-        for share, facing in zip(rooms.enclosed, rooms.facing, strict=True)
-    )
+    is_usually_full = category.build in (MatterFill.SOLID, MatterFill.FILLED)
+    return is_usually_full and not rooms.encloses(with_gaps=not _is_known(category))
 
 
 def _is_known(category: Category) -> bool:
