@@ -46,8 +46,9 @@ ROWS: tuple[Check, ...] = (
           "shapes to {limit:g} m; measure mass and inertia again."),
     Check("AST009", "Collider bounds", ERROR, Asset, plausibility.colliders_match_visual_bounds,
           "collider_bounds_m", "m",
-          "Per link, the boxes around what is seen and what collides differ by at most {mm:g} mm (more for large "
-          "links); fit the collision shapes again.", ("collider_bounds_ratio", "collider_bounds_built_m")),
+          "Per link, the boxes around what is seen and what collides differ by at most {mm:g} mm, or 2 % of its "
+          "longest side where that is more; fit the collision shapes again.",
+          ("collider_bounds_ratio", "collider_bounds_built_m")),
     Check("AST010", "Origin at the base", ERROR, Asset, plausibility.origin_is_at_base_center, "origin_m", "m",
           "The origin of a free asset is within {mm:g} mm of the middle of its footprint, on the ground; move the "
           "origin there."),
