@@ -118,6 +118,17 @@ class Draft(Record):
         guess = Guess(subject=subject, value=value, confidence=round(float(confidence), 2), reason=reason)
         return (*self.guesses, guess)
 
+    def confidence_in(self, subject: str) -> float:
+        """Confidence of the guess about a subject, such as `category`; 1 where nothing was guessed."""
+        return next((guess.confidence for guess in self.guesses if guess.subject == subject), 1.0)
+
+    def with_confidence(self, subject: str, confidence: float) -> Self:
+        """A copy that is as sure as that of what it guessed about a subject; to two digits."""
+        sure = round(float(confidence), 2)
+        return self.replace(
+            guesses=tuple(g.replace(confidence=sure) if g.subject == subject else g for g in self.guesses)
+        )
+
     def noted(self, *notes: Issue) -> tuple[Issue, ...]:
         """The notes and some more, each once."""
         return (*self.notes, *(n for n in notes if n not in self.notes))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,7 +26,13 @@ MIN_CONFIDENCE_ANY_POSE = 0.9
 HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
 
 
-def orient(draft: Draft, category: Category, generated: bool = False, override: UserOverride = NO_OVERRIDE) -> Draft:
+def orient(
+    draft: Draft,
+    category: Category,
+    generated: bool = False,
+    override: UserOverride = NO_OVERRIDE,
+    failed_ups: Sequence[str] = (),
+) -> Draft:
     """Turn the parts so that z is up and the front points where the category has it.
 
     Args:
@@ -33,6 +40,7 @@ def orient(draft: Draft, category: Category, generated: bool = False, override: 
         category: its usual shape and resting pose are the evidence.
         generated: from a text-to-3D generator; these write y up whatever the format.
         override: what a person decided; `up` and `turn_deg` count here.
+        failed_ups: ways up, as guesses tell them, in which the thing was built and fell over or could not be fitted.
     """
     try:
         cloud = sample_surface(draft.surface.vertices, draft.surface.faces)
@@ -45,7 +53,7 @@ def orient(draft: Draft, category: Category, generated: bool = False, override: 
         name, rotation, confidence = override.up.value, UP_ROTATIONS[override.up.value], 1.0
         reason = "a person decided"
     else:
-        name, rotation, confidence = _best_candidate(cloud, category, prior_key)
+        name, rotation, confidence = _best_candidate(cloud, category, prior_key, failed_ups)
         reason = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
         if category.upright is RestingPose.ANY:
             confidence = max(confidence, MIN_CONFIDENCE_ANY_POSE)
@@ -53,17 +61,26 @@ def orient(draft: Draft, category: Category, generated: bool = False, override: 
         if category.id == "object":
             confidence = min(confidence, MAX_CONFIDENCE_UNKNOWN)
             reason = f"{stated}; nobody knows what it is and how it rests"
+        if failed_ups:
+            reason += f"; with {' and '.join(failed_ups)} up it failed"
     front = _front(cloud.samples @ rotation.T, category, draft, name, override)
     rotation = _about_z(front.angle) @ rotation
     out = draft.replace(parts=tuple(_rotated(p, rotation) for p in draft.parts), up="z")
-    value = name if name in UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
+    value = _told(name, rotation)
     out = out.replace(guesses=out.guessed("up_axis", value, confidence, reason))
     return out.replace(guesses=out.guessed("front", front.value, front.confidence, front.reason))
 
 
-def _best_candidate(cloud: SurfaceSample, category: Category, prior_key: str) -> tuple[str, Floats, float]:
+def _told(name: str, rotation: Floats) -> str:
+    """A way up as a guess tells it: the axis, or where it is none, its direction in the axes of the file."""
+    return name if name in UP_ROTATIONS else " ".join(f"{v:.3f}" for v in rotation[2])
+
+
+def _best_candidate(
+    cloud: SurfaceSample, category: Category, prior_key: str, failed_ups: Sequence[str]
+) -> tuple[str, Floats, float]:
     """Name and rotation of the best candidate, and the confidence in it, 0..1."""
-    options = candidates(cloud)
+    options = [(name, rotation) for name, rotation in candidates(cloud) if _told(name, rotation) not in failed_ups]
     prior = priors(prior_key, [name for name, _ in options])
     rotations = [rotation for _, rotation in options]
 

@@ -13,6 +13,8 @@ from casa_assets.model.record import Record
 
 # Of the warning that a person has to decide something; its pointer says what.
 REVIEW_CODE = "REV001"
+# Of the warning that something which the file states was overruled; a person is asked, and need not answer.
+ASKED_CODE = "REV003"
 
 Code = Annotated[str, StringConstraints(pattern=r"^[A-Z]{3}[0-9]{3}$")]
 

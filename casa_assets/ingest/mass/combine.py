@@ -13,11 +13,14 @@ from casa_assets.geometry.solid.manifold import closed_solid, union
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.mass.estimates import combine_estimates, estimate_masses
+from casa_assets.ingest.mass.unknown_kind import combine_unknown
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import Category, MatterFill
 
+# Category of what could not be named.
+UNKNOWN = "object"
 # Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
 MIN_THICKNESS_RATIO = 1e-7
 # Largest difference between the boxes of a mesh and of its closed part, as a share of the longest side, for that part
@@ -46,11 +49,13 @@ def mass(
     if override_kg > 0:
         kg, confidence, reason = override_kg, 1.0, "a person decided"
     else:
-        combined = combine_estimates(
-            estimate_masses(points, faces, solid, category, substance), category, agreement_ratio
-        )
+        if category.id == UNKNOWN:
+            combined = combine_unknown(points, faces, solid, draft.parts)
+        else:
+            estimates = estimate_masses(points, faces, solid, category, substance)
+            combined = combine_estimates(estimates, category, agreement_ratio)
         kg, confidence, reason = combined.kg, combined.confidence, combined.message
-        if confidence < DOUBTFUL_CONFIDENCE and category.id != "object":
+        if confidence < DOUBTFUL_CONFIDENCE and category.id != UNKNOWN:
             notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
     kg = significant(kg, 6)
     tensor = _thick_enough(inertia) * (kg / volume)

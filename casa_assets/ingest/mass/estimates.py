@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import exp, log
+from math import exp, log, tanh
 
 import numpy as np
 
@@ -164,16 +164,20 @@ def _by_usual_mass(extents: Floats, category: Category) -> Estimate:
     typical_volume = float(np.prod([side.typical for side in category.extents]))
     exponent = 1.0 if category.build in (MatterFill.SOLID, MatterFill.FILLED) else 2 / 3
     mass_range = category.mass_kg
-    kg = float(np.clip(mass_range.typical * (box_volume / typical_volume) ** exponent, mass_range.low, mass_range.high))
     spread = max(log(mass_range.high / mass_range.low) / 4, 0.2)
+    # A thing that is larger than usual is heavier, the less so the nearer it comes to the heaviest of its kind.
+    beyond = exponent * log(box_volume / typical_volume)
+    room = log(mass_range.high / mass_range.typical if beyond > 0 else mass_range.typical / mass_range.low)
+    kg = mass_range.typical * exp(room * tanh(beyond / room)) if room > 0 else mass_range.typical
     return Estimate(EstimateMethod.USUAL, kg, spread, f"usual for a {category.id} of this size")
 
 
 def combine_estimates(estimates: Sequence[Estimate], category: Category, agreement_ratio: float) -> CombinedMass:
-    """Combine estimates into one mass within the range of the category.
+    """Combine estimates into one mass.
 
     The mass by volume is taken as it is where it is usual and the others agree; else the result is the mean of the
-    logarithms, weighted by the spreads.
+    logarithms, weighted by the spreads. Where that is no usual mass of the category, volumes and walls say nothing, and
+    the usual mass of a thing of this size is taken; the confidence is low then.
 
     Args:
         estimates: at least the usual one. agreement_ratio: up to which two estimates agree, > 1.
@@ -188,18 +192,17 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     else:
         weights = [1 / e.spread**2 for e in estimates]
         kg = exp(sum(w * log(e.kg) for w, e in zip(weights, estimates, strict=True)) / sum(weights))
-    kg_in_range = min(max(kg, mass_range.low), mass_range.high)
     message = "; ".join(f"{e.method} {e.kg:.3g} kg ({e.message})" for e in estimates)
-    if kg_in_range != kg:
-        message += f"; a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
+    off = max(kg / mass_range.high, mass_range.low / kg)
+    if off > 1:
+        message += f"; together {kg:.3g} kg, but a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
+        kg = by_method[EstimateMethod.USUAL].kg
     confidence = (
         0.9 if ratio <= 1.5 else 0.75 if ratio <= agreement_ratio else 0.55 if ratio <= agreement_ratio**1.6 else 0.35
     )
-    if kg_in_range != kg:
-        confidence = min(confidence, 0.55 if max(kg / kg_in_range, kg_in_range / kg) < agreement_ratio else 0.35)
-    if category.id == "object":
-        confidence = min(confidence, 0.2)
-    return CombinedMass(kg_in_range, confidence, ratio, message)
+    if off > 1:
+        confidence = min(confidence, 0.55 if off < agreement_ratio else 0.35)
+    return CombinedMass(kg, confidence, ratio, message)
 
 
 def _disagreement(estimates: Sequence[Estimate]) -> float:

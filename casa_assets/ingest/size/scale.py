@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import erf, log, pi, sqrt
 
 import numpy as np
@@ -15,9 +15,11 @@ from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.size.size_phrases import StatedSize, parse_size_phrases
-from casa_assets.model.issue import Issue
+from casa_assets.model.issue import ASKED_CODE, Issue
 from casa_assets.model.registry.category import Category, MatterFill
 
+# Category of what could not be named.
+UNKNOWN = "object"
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 # Prior of each unit if the format states none, if the stated one is implausible, and for generated meshes; estimates.
@@ -29,6 +31,12 @@ UNIT_PRIOR_GENERATED = {"metre": 0.20, "centimetre": 0.02, "millimetre": 0.02, "
 PRIOR_NATS = 11.5
 # A mesh whose longest side or diagonal is one of these, to a thousandth, was normalised.
 NORMALISED_LENGTHS = (0.5, 1.0, 2.0, 10.0, 100.0)
+# Share of the stated units that are right where they make a size that a thing of a house can have; an estimate.
+STATED_UNIT_RIGHT = 0.5
+# Sizes of things of a house, metres.
+HOUSEHOLD_M = (0.005, 3.0)
+# Spread (log) of how far odd things of a kind leave its range, and the share of things that are odd; choices.
+ODD_SPREAD, ODD_SHARE = 0.35, 0.5
 # A guess counts as right within this factor of the truth; a choice, as the numbers below.
 CORRECT_FACTOR = 1.25
 # Largest confidence of a size that comes from the category alone, since there are odd sizes in each.
@@ -52,12 +60,19 @@ class SizePrior:
 
 @dataclass(frozen=True)
 class ScaleDecision:
-    """Metres per unit, the name of the unit or method, confidence 0..1, and the reason."""
+    """Metres per unit, the name of the unit or method, confidence 0..1, and the reason.
+
+    Attributes:
+        category_confidence: in the category, once the size is weighed too; None where it says nothing about it.
+        is_overruled: the file states another unit.
+    """
 
     factor: float
     value: str
     confidence: float
     reason: str
+    category_confidence: float | None = None
+    is_overruled: bool = False
 
 
 def scale(
@@ -91,10 +106,16 @@ def scale(
     else:
         belief = _belief(vertices, extents, category, parse_size_phrases(texts))
         decision = _decide(extents, draft.metres_per_unit, category, size_slack, belief, generated)
+        decision = _weighed_with_category(decision, longest, draft, category, _is_normalised(extents) or generated)
     factor = significant(decision.factor, 9)
-    notes: tuple[Issue, ...] = ()
+    notes: list[Issue] = []
     if decision.value not in ("as_stated", "metre", "decided"):
-        notes = (warning("MSH014", "scale", f"rescaled by {decision.factor:.6g}: {decision.reason}"),)
+        notes.append(warning("MSH014", "scale", f"rescaled by {decision.factor:.6g}: {decision.reason}"))
+    if decision.is_overruled:
+        message = f"the file states {draft.metres_per_unit:g} m per unit, taken are {decision.factor:.6g}"
+        notes.append(warning(ASKED_CODE, "scale", f"{message}: {decision.reason}"))
+    if decision.category_confidence is not None:
+        draft = draft.with_confidence("category", decision.category_confidence)
     parts = tuple(p.replace(mesh=p.mesh.with_vertices(p.mesh.vertices * factor, p.mesh.normals)) for p in draft.parts)
     return draft.replace(
         parts=parts,
@@ -104,6 +125,39 @@ def scale(
         ),
         notes=draft.noted(*notes),
     )
+
+
+def _weighed_with_category(
+    decision: ScaleDecision, longest: float, draft: Draft, category: Category, says_nothing: bool
+) -> ScaleDecision:
+    """The decision after a size that the file states and the category forbids was weighed against the category.
+
+    Either the unit is wrong, or the thing is an odd one of its kind, or it is of another kind. The more the name alone
+    says what it is, the sooner the stated size is kept and the kind doubted.
+
+    Args:
+        longest: side in units of the file. says_nothing: the file's size is no size, since the mesh was normalised.
+    """
+    unit_m = draft.metres_per_unit
+    if unit_m is None or decision.value == "as_stated" or decision.factor == unit_m:
+        return decision
+    size_m = longest * unit_m
+    if says_nothing or category.id == UNKNOWN or not HOUSEHOLD_M[0] <= size_m <= HOUSEHOLD_M[1]:
+        return replace(decision, is_overruled=True)
+    sure = draft.confidence_in("category")
+    beyond = max(log(size_m / category.longest_m.high), log(category.longest_m.low / size_m), 0.0)
+    odd = STATED_UNIT_RIGHT * sure * ODD_SHARE * float(np.exp(-0.5 * (beyond / ODD_SPREAD) ** 2))
+    other_kind = STATED_UNIT_RIGHT * (1 - sure)
+    wrong_unit = (1 - STATED_UNIT_RIGHT) * sure
+    total = odd + other_kind + wrong_unit
+    category_confidence = (odd + wrong_unit) / total
+    if odd + other_kind > wrong_unit:
+        reason = (
+            f"the file's unit gives {size_m:.3g} m, which is odd for a {category.id}; kept, for it may be no such thing"
+        )
+        return ScaleDecision(unit_m, "as_stated", (odd + other_kind) / total, reason, category_confidence)
+    confidence = decision.confidence * wrong_unit / total
+    return replace(decision, confidence=confidence, category_confidence=category_confidence, is_overruled=True)
 
 
 def _belief(vertices: Floats, extents: Floats, category: Category, stated: StatedSize) -> SizePrior:
@@ -173,7 +227,7 @@ def _decide(
         confidence = 0.97 if longest_range.low <= longest * file_unit_m <= longest_range.high else 0.8
         if is_normalised:
             confidence = min(confidence, 0.45)
-        if category.id == "object":
+        if category.id == UNKNOWN:
             confidence = min(confidence, MAX_CONFIDENCE_UNKNOWN)
         return ScaleDecision(
             file_unit_m, "as_stated", confidence, f"the file's unit gives {longest * file_unit_m:.3g} m; {usual}"
@@ -195,7 +249,7 @@ def _decide(
         size = longest * UNITS[name]
         plural = "inches" if name == "inch" else f"{name}s"
         message = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
-        max_confidence = MAX_CONFIDENCE_UNKNOWN if category.id == "object" else 0.97
+        max_confidence = MAX_CONFIDENCE_UNKNOWN if category.id == UNKNOWN else 0.97
         return ScaleDecision(UNITS[name], name, min(max_confidence, odds[name] / total), message)
     factor = float(np.clip(np.exp(prior.center), longest_range.low / longest, longest_range.high / longest))
     confidence = erf(log(CORRECT_FACTOR) / (sqrt(2) * prior.spread)) * (no_unit_odds / total)

@@ -26,7 +26,7 @@ from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Bundle, RawModel, Source, SourceKind
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride, Word
-from casa_assets.model.issue import Issue
+from casa_assets.model.issue import ASKED_CODE, Issue
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
@@ -40,19 +40,23 @@ class BuildContext(Record):
 
     Attributes:
         asset_id: name of the result. sha256: of the bundle.
-        source: the source's own words. category, classes, substance: what the registry says of its kind.
+        source: the source's own words. kind: the guess of the category.
+        category, classes, substance: what the registry says of that kind.
         limits: numbers of registry/limits.yaml that the stages read.
         override: what a person decided about this input.
+        failed_ups: ways up in which it was built before and failed.
     """
 
     asset_id: str
     sha256: str
     source: Source
+    kind: Guess
     category: Category
     classes: tuple[str, ...]
     substance: Substance
     limits: dict[str, float]
     override: UserOverride = NO_OVERRIDE
+    failed_ups: tuple[str, ...] = ()
 
     @property
     def generated(self) -> bool:
@@ -84,11 +88,12 @@ def _load(bundle: Bundle, context: BuildContext) -> RawModel:
 
 
 def _clean(model: RawModel, context: BuildContext) -> Draft:
-    return clean(model, context.category)
+    draft = clean(model, context.category)
+    return draft.replace(guesses=(context.kind, *draft.guesses))
 
 
 def _orient(draft: Draft, context: BuildContext) -> Draft:
-    return orient(draft, context.category, context.generated, context.override)
+    return orient(draft, context.category, context.generated, context.override, context.failed_ups)
 
 
 def _scale(draft: Draft, context: BuildContext) -> Draft:
@@ -204,11 +209,13 @@ def build_asset(
     limits: Mapping[str, float],
     override: UserOverride = NO_OVERRIDE,
     store: Store | None = None,
+    failed_ups: tuple[str, ...] = (),
 ) -> tuple[Asset, tuple[Issue, ...]]:
     """An asset from a bundle with the guess of its category, and warnings, those on doubtful guesses among them.
 
     Args:
         survey: category of the bundle. store: keeps results of stages; None: nothing is kept.
+        failed_ups: ways up, as its guesses tell them, in which it was built before and failed.
     Raises:
         Rejected: a stage cannot accept its input.
     """
@@ -220,19 +227,19 @@ def build_asset(
         asset_id=asset_id,
         sha256=bundle.sha256,
         source=source,
+        kind=Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), reason=survey.reason),
         category=category,
         classes=known.classes_of(category),
         substance=known.substances[category.substance],
         limits=dict(limits),
         override=override,
+        failed_ups=failed_ups,
     )
     get, put = (store.get, store.put) if store is not None else (lambda key: None, lambda key, data: None)
     asset, notes = run_stages(bundle, context, get, put)
-    guess = Guess(subject="category", value=category.id, confidence=round(survey.confidence, 2), reason=survey.reason)
-    guesses = (guess, *asset.provenance.guesses)
-    asset = asset.replace(provenance=asset.provenance.replace(guesses=guesses))
-    doubts = () if override.decision is Word.ACCEPT else doubtful_guesses(guesses)
-    return asset, (*notes, *doubts)
+    if override.decision is Word.ACCEPT:
+        return asset, tuple(note for note in notes if note.code != ASKED_CODE)
+    return asset, (*notes, *doubtful_guesses(asset.provenance.guesses))
 
 
 def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:

@@ -10,8 +10,10 @@ from casa_assets.checks.package import usd
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Bundle
 from casa_assets.model.issue import Report
+from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, stage_refusal, writing
@@ -24,6 +26,11 @@ from casa_assets.preview.renderer import NoRenderer, backend
 
 # With less room no renderer can be loaded, whatever it then says is missing; a choice.
 RENDERER_BYTES = 64_000_000
+
+# What a thing on the wrong side fails: it tips over, wanders, or its shapes do not fit.
+POSE_CODES = frozenset({"AST009", "FLT015", "FLT016"})
+# Ways up that are tried for one input; a choice.
+MAX_POSES = 3
 
 
 def warm() -> None:
@@ -65,11 +72,7 @@ def _work(job: Job) -> Outcome:
         bundle = collect(job.found, job.limits)
         if bundle.sha256 != job.survey.sha256:
             raise Rejected("RUN005", "the file changed while it was being read; run again")
-        asset, notes = build_asset(
-            bundle, job.survey, job.found.source, job.asset_id, job.limits, job.override, Store(library.cache)
-        )
-        write_package(asset, staged)
-        report = check_package(asset, staged, category, notes)
+        asset, report = _built(job, bundle, category, library)
         if not report.passed:
             raise first_error(report)
         made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stage_functions(), **WRITING}))
@@ -79,6 +82,40 @@ def _work(job: Job) -> Outcome:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)
         return Outcome(False, error.code, error.message, staged=refused)
+
+
+def _built(job: Job, bundle: Bundle, category: Category, library: disk.Library) -> tuple[Asset, Report]:
+    """The asset, written to the staging folder, and its report.
+
+    Where it falls over or its shapes do not fit it may lie on the wrong side: it is built again with other ways up,
+    unless a person said which way is up. Where none of them is better, the first stays.
+    """
+    failed_ups: tuple[str, ...] = ()
+    first: tuple[Asset, Report] | None = None
+    while True:
+        staged = library.stage(job.asset_id)
+        asset, notes = build_asset(
+            bundle,
+            job.survey,
+            job.found.source,
+            job.asset_id,
+            job.limits,
+            job.override,
+            Store(library.cache),
+            failed_ups,
+        )
+        write_package(asset, staged)
+        report = check_package(asset, staged, category, notes)
+        first = first or (asset, report)
+        if report.passed:
+            return asset, report
+        is_doubtful = job.override.up is None and all(issue.code in POSE_CODES for issue in report.errors)
+        if not is_doubtful or len(failed_ups) == MAX_POSES - 1:
+            break
+        failed_ups += tuple(g.value for g in asset.provenance.guesses if g.subject == "up_axis")
+    if failed_ups:
+        write_package(first[0], library.stage(job.asset_id))
+    return first
 
 
 def _picture(bundle: Bundle, staged: Path, limits: Mapping[str, float]) -> bytes | None:

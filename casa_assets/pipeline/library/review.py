@@ -20,7 +20,7 @@ from casa_assets import registry
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.user_override import UserOverride
-from casa_assets.model.issue import REVIEW_CODE, Issue, Severity
+from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue, Severity
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.entry import Entry
 
@@ -119,10 +119,14 @@ def _write_rows(library: disk.Library, rows: Mapping[str, Mapping[str, str]]) ->
 
 
 def subjects_to_review(entry: Entry) -> list[str]:
-    """What a person should look at; of a rejected input its code, where kind or size may be to blame."""
+    """What a person should look at: what has to be decided, then what is only asked about.
+
+    Of a rejected input its code, where kind or size may be to blame.
+    """
     if not entry.accepted:
         return [entry.code] if entry.code in REVIEWABLE_CODES else []
-    return list(entry.to_decide)
+    asked = (issue.pointer for issue in entry.warnings if issue.code == ASKED_CODE)
+    return list(dict.fromkeys((*entry.to_decide, *asked)))
 
 
 def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
