@@ -101,8 +101,7 @@ def judge(truth: Truth, entry: Entry | None) -> Row:
         return Row(truth.file, truth.good, "rejected", entry.code, entry.message)
     guesses = {guess.subject: guess for guess in entry.guesses}
     longest, mass = max(entry.summary.extents), entry.summary.mass
-    known = registry.load().categories
-    kinds = [kind for kind in truth.kinds if kind in known] or [registry.FALLBACK]
+    kinds = {found for kind in truth.kinds if (found := _category_of(kind))} or {registry.FALLBACK}
     said = {
         "category": entry.category,
         "up_axis": guesses["up_axis"].value,
@@ -120,6 +119,13 @@ def judge(truth: Truth, entry: Entry | None) -> Row:
             true[subject] = f"{span[0]:g} to {span[1]:g} {unit}"
     sure = {subject: guesses[subject].confidence for subject in right if subject in guesses}
     return Row(truth.file, truth.good, entry.decision.value, "", "", said, true, sure, right)
+
+
+def _category_of(word: str) -> str:
+    """The category that a word of a truth table names as a whole, such as `frying_pan`; empty where none does."""
+    known = registry.load()
+    found = known.vocabulary.find([word])
+    return word if word in known.categories else found.id if found and found.evidence.endswith(f"is {found.id}") else ""
 
 
 def _same(said: str, axis: str) -> bool:

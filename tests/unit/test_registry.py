@@ -115,7 +115,7 @@ def test_every_id_and_alias_finds_its_own_category(shipped: Registry) -> None:
     named += [(alias, c.id) for c in shipped.categories.values() for alias in c.aliases]
     found = {name: shipped.find_category([name]) for name, _ in named}
     assert {name: match and match[0].id for name, match in found.items()} == dict(named)
-    assert min(match[1] for match in found.values() if match) >= 0.95
+    assert min(match[1] for match in found.values() if match) >= 0.9
 
 
 @pytest.mark.parametrize(("name", "category"), OTHER_SOURCES.items())
@@ -158,7 +158,7 @@ def test_fixed_is_only_what_is_built_in(shipped: Registry) -> None:
     fixed = {c.id for c in shipped.categories.values() if c.fixed}
     assert fixed == {
         *("stove", "cooktop", "oven", "refrigerator", "dishwasher", "range_hood", "sink", "faucet", "cabinet"),
-        *("counter", "washing_machine"),
+        *("air_conditioner", "counter", "washing_machine"),
     }
 
 

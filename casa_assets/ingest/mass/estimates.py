@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from math import exp, log, tanh
+from math import exp, log
 
 import numpy as np
 
@@ -168,7 +168,7 @@ def _by_usual_mass(extents: Floats, category: Category) -> Estimate:
     # A thing that is larger than usual is heavier, the less so the nearer it comes to the heaviest of its kind.
     beyond = exponent * log(box_volume / typical_volume)
     room = log(mass_range.high / mass_range.typical if beyond > 0 else mass_range.typical / mass_range.low)
-    kg = mass_range.typical * exp(room * tanh(beyond / room)) if room > 0 else mass_range.typical
+    kg = mass_range.typical * exp(beyond / (1 + abs(beyond) / room)) if room > 0 else mass_range.typical
     return Estimate(EstimateMethod.USUAL, kg, spread, f"usual for a {category.id} of this size")
 
 

@@ -22,12 +22,12 @@ UP_ROTATIONS: dict[str, Floats] = {
 # defines y as up, and most exporters obey; OBJ, PLY and STL leave it open. Upside down comes from a wrong sign in a
 # converter. No prior is so strong that the shape could not outweigh it.
 UP_PRIOR: dict[str, dict[str, float]] = {
-    "declared_y": {"y": 0.80, "z": 0.07, "minus_y": 0.05},
-    "declared_z": {"z": 0.82, "y": 0.05, "minus_z": 0.05},
+    "declared_y": {"y": 0.86, "z": 0.05, "minus_y": 0.035},
+    "declared_z": {"z": 0.88, "y": 0.04, "minus_z": 0.03},
     # COLLADA's default is y up, which exporters leave as it is; others write the tag without turning the mesh.
     "dae_y": {"y": 0.69, "z": 0.16, "minus_y": 0.05},
     "dae_z": {"z": 0.72, "y": 0.13, "minus_z": 0.05},
-    "declared_x": {"x": 0.80, "y": 0.05, "z": 0.05, "minus_x": 0.04},
+    "declared_x": {"x": 0.86, "y": 0.035, "z": 0.035, "minus_x": 0.03},
     "obj": {"y": 0.44, "z": 0.40, "minus_y": 0.03, "minus_z": 0.03},
     "stl": {"z": 0.73, "y": 0.12, "minus_z": 0.05},
     "ply": {"z": 0.57, "y": 0.27, "minus_z": 0.04, "minus_y": 0.03},

@@ -37,8 +37,9 @@ STATED_UNIT_RIGHT = 0.5
 HOUSEHOLD_M = (0.005, 3.0)
 # Spread (log) of how far odd things of a kind leave its range, and the share of things that are odd; choices.
 ODD_SPREAD, ODD_SHARE = 0.35, 0.5
-# A guess counts as right within this factor of the truth; a choice, as the numbers below.
-CORRECT_FACTOR = 1.25
+# A usual size counts as right within this factor of the truth, which is how far things of most kinds differ; a choice,
+# as the numbers below.
+CORRECT_FACTOR = 1.5
 # Largest confidence of a size that comes from the category alone, since there are odd sizes in each.
 MAX_CONFIDENCE = 0.85
 # Largest confidence if the category is unknown.
@@ -176,7 +177,10 @@ def _belief(vertices: Floats, extents: Floats, category: Category, stated: State
     disagreement = float(np.sqrt((weight * (log_scale_per_axis - center) ** 2).sum() / weight.sum()))
     spread_of_mean = sqrt(category_spread**2 + disagreement**2 / 2)
     lowest, highest = (log(v / float(extents.max())) for v in (category.longest_m.low, category.longest_m.high))
-    center = float(np.clip(center + stated.shift * spread_of_mean, lowest, highest))
+    center += stated.shift * spread_of_mean
+    if not lowest <= center <= highest:  # odd proportions: the longest side is taken to be the usual one
+        center = log(category.longest_m.typical / float(extents.max()))
+        spread_of_mean = max(spread_of_mean, (highest - lowest) / 4)
     message = f"the usual size of a {category.id}, along all three axes"
     if stated.shift:
         message += f", and the words {', '.join(stated.words)}"
@@ -251,7 +255,7 @@ def _decide(
         message = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
         max_confidence = MAX_CONFIDENCE_UNKNOWN if category.id == UNKNOWN else 0.97
         return ScaleDecision(UNITS[name], name, min(max_confidence, odds[name] / total), message)
-    factor = float(np.clip(np.exp(prior.center), longest_range.low / longest, longest_range.high / longest))
+    factor = float(np.exp(prior.center))
     confidence = erf(log(CORRECT_FACTOR) / (sqrt(2) * prior.spread)) * (no_unit_odds / total)
     cause = "normalised to one unit" if is_normalised else f"no unit fits {longest:.4g} units"
     message = f"{cause}; set to {factor * longest:.3g} m by {prior.message}"

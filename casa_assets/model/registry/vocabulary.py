@@ -9,6 +9,16 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 LONGEST_PHRASE = 5  # words
+# How often what a text names in such a way is what the thing is; measured on names of files and titles, rounded down.
+IS_THE_ID, IS_A_NAME, HAS_A_PHRASE, ENDS_WITH_A_WORD, HAS_A_WORD, HAS_A_COMPOUND, IS_WEAK = (
+    0.97,
+    0.93,
+    0.9,
+    0.85,
+    0.8,
+    0.65,
+    0.45,
+)
 
 
 class VocabularyEntry(NamedTuple):
@@ -66,19 +76,20 @@ class Vocabulary:
         """The best match in one hint: the hint as a whole, else its longest phrase, of equals the last."""
         whole = self._phrase(split_words(hint))
         if whole:
-            confidence = 1.0 if hint == whole.id else 0.95
+            confidence = IS_THE_ID if hint == whole.id else IS_A_NAME
             return VocabularyMatch(whole.id, round(confidence * trust, 3), f"{hint!r} is {whole.id}", whole.weak)
         for tokens in self._parts(hint):
             spans = [(i, j) for j in range(1, len(tokens) + 1) for i in range(max(0, j - LONGEST_PHRASE), j)]
             hits = [(not e.weak, j - i, j, e) for i, j in spans if (e := self._phrase(tokens[i:j]))]
             if hits:
                 _, size, end, entry = max(hits)
-                confidence = 0.6 if entry.weak else 0.9 if size > 1 else 0.8 if end == len(tokens) else 0.7
+                word = ENDS_WITH_A_WORD if end == len(tokens) else HAS_A_WORD
+                confidence = IS_WEAK if entry.weak else HAS_A_PHRASE if size > 1 else word
                 evidence = f"{' '.join(tokens[end - size : end])!r} in {hint!r}"
                 return VocabularyMatch(entry.id, round(confidence * trust, 3), evidence, entry.weak)
             for word in reversed(tokens):
                 if head := self._compound(word):
-                    return VocabularyMatch(head, round(0.6 * trust, 3), f"{word!r} in {hint!r}", False)
+                    return VocabularyMatch(head, round(HAS_A_COMPOUND * trust, 3), f"{word!r} in {hint!r}", False)
         return None
 
     def _parts(self, hint: str) -> list[list[str]]:

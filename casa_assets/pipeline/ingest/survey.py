@@ -11,6 +11,8 @@ from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.registry.category import Category
 
+# Confidence in a category that the source itself states; of 98 such in data for developing none was wrong.
+SAID_CONFIDENCE = 0.98
 # Largest confidence in a category from a name if the source states another one, so that a person looks at it.
 CONTRADICTED_CONFIDENCE = 0.4
 
@@ -50,11 +52,11 @@ def find_category(found: Found, requested: str) -> tuple[Category, float, str]:
     if source.category:
         match = known.find_category([source.category])
         if match is not None:
-            return match[0], min(0.99, match[1]), f"the source says {source.category!r}"
+            return match[0], max(SAID_CONFIDENCE, match[1]), f"the source says {source.category!r}"
     match = known.find_category([*source.hints, source.title, source.prompt])
     if match is not None and source.category:
         reason = f"{match[2]}; the source says {source.category!r}, which the registry does not know"
-        return match[0], min(CONTRADICTED_CONFIDENCE, match[1] * 0.9), reason
+        return match[0], min(CONTRADICTED_CONFIDENCE, match[1]), reason
     if match is not None:
-        return match[0], match[1] * 0.9, match[2]
+        return match[0], match[1], match[2]
     return known.category(registry.FALLBACK), 0.1, "nothing names a category that the registry knows"

@@ -40,7 +40,7 @@ def test_a_stated_unit_that_fits_is_believed(stated: float) -> None:
 def test_a_stated_metre_that_makes_a_house_of_a_mug_is_not_believed() -> None:
     out = scale(draft(moved(MUG, scale=100), unit=1.0), category("mug"), 1.2)
     assert longest(out) == pytest.approx(MUG_SIZE)
-    assert codes(out.notes) == ["MSH014"]
+    assert codes(out.notes) == ["MSH014", "REV003"]
 
 
 @pytest.mark.parametrize("size", [1.0, 2.0])
