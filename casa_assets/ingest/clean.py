@@ -14,6 +14,7 @@ from casa_assets.ingest.repair.cracks import close_cracks
 from casa_assets.ingest.repair.degenerate_faces import valid_faces
 from casa_assets.ingest.repair.enclosed_parts import enclosed_parts, transparent_parts
 from casa_assets.ingest.repair.foreign_parts import foreign_parts, separate_objects
+from casa_assets.ingest.repair.holes import close_missing_sides
 from casa_assets.ingest.repair.intersecting_components import intersecting_components
 from casa_assets.ingest.repair.nonmanifold import cut_nonmanifold_faces, sheet_fins
 from casa_assets.ingest.repair.solidity import solidity
@@ -25,6 +26,8 @@ from casa_assets.model.ingest.source import RawModel, RawPart
 from casa_assets.model.issue import Issue
 from casa_assets.model.registry.category import Category, MatterFill
 
+# Category of what could not be named.
+UNKNOWN = "object"
 # Share of a mesh's area whose normals may look backwards; smoothing over sharp edges turns up to 0.6 %.
 MAX_BACKWARD_SHARE = 0.01
 
@@ -52,7 +55,10 @@ def clean(model: RawModel, category: Category | None = None) -> Draft:
     draft = _without_wrong_normals(draft)
     draft = cut_nonmanifold_faces(draft)
     _refuse_flat(draft.surface.vertices)
-    return _measured(draft, category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED))
+    is_full = category is not None and category.build in (MatterFill.SOLID, MatterFill.FILLED)
+    if category is not None and is_full and category.id != UNKNOWN:
+        draft = close_missing_sides(draft)
+    return _measured(draft, is_full)
 
 
 def _without_bad_faces(draft: Draft, category: Category | None) -> Draft:

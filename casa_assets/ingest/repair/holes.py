@@ -22,6 +22,8 @@ CUT_WIDER = 3
 FEW_EDGES = 8
 # Distance, as a share of the largest width, below which a point of a rim is a corner that was cut out.
 SAME_POINT_SHARE = 1e-3
+# A side is missing where a rim lies in a plane, and all of the mesh behind it, to this share of the longest side.
+SIDE_SHARE = 0.04
 # Smallest cosine between a face of the fan and the mean normal: a fan must not fold.
 MIN_FAN_COSINE = 0.2
 
@@ -45,6 +47,30 @@ def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:
     ]
     if not rims:
         return draft
+    message = f"{len(rims)} small holes of {sum(len(rim) for rim in rims)} edges were closed"
+    return _closed(draft, rims).replace(notes=draft.noted(warning("MSH041", "holes", message)))
+
+
+def close_missing_sides(draft: Draft) -> Draft:
+    """Close flat sides that are missing altogether, such as the one that a thing stood on when it was scanned.
+
+    For things that are full by their kind alone: a box without its lid may be meant to be open. With a note where there
+    were some; the new faces are coloured as the rim is.
+    """
+    points, place = draft.surface.points, draft.surface.point_of_vertex
+    rims = [
+        rim for rim in boundary_loops(draft.surface.faces, place) if _is_missing_side(points[place[rim[:, 0]]], points)
+    ]
+    if not rims:
+        return draft
+    what = "a flat side that was missing was" if len(rims) == 1 else f"{len(rims)} flat sides that were missing were"
+    message = f"{what} closed; a thing of this kind is full"
+    return _closed(draft, rims).replace(notes=draft.noted(warning("MSH026", "sides", message)))
+
+
+def _closed(draft: Draft, rims: list[Ints]) -> Draft:
+    """The draft with a fan in each of the rims."""
+    points, place = draft.surface.points, draft.surface.point_of_vertex
     parts = list(draft.parts)
     starts = np.cumsum([0] + [len(p.mesh.vertices) for p in parts])
     for rim in rims:
@@ -54,8 +80,7 @@ def close_holes(draft: Draft, cut: Floats | None = None) -> Draft:
             part = parts[int(i)]
             mesh = _with_fan(part.mesh, rim[part_index == i] - starts[i], middle)
             parts[int(i)] = part.replace(mesh=mesh)
-    message = f"{len(rims)} small holes of {sum(len(rim) for rim in rims)} edges were closed"
-    return draft.replace(parts=tuple(parts), notes=draft.noted(warning("MSH041", "holes", message)))
+    return draft.replace(parts=tuple(parts))
 
 
 def boundary_loops(faces: Ints, place: Ints) -> list[Ints]:
@@ -115,12 +140,35 @@ def _is_torn(rim: Floats, max_width: float, cut_points: cKDTree | None) -> bool:
         return True
     if not was_cut_out and len(rim) >= MIN_ROUND_EDGES and distance.std() < ROUND_DEVIATION * distance.mean():
         return False
+    return _fan_normal(rim) is not None
+
+
+def _is_missing_side(rim: Floats, points: Floats) -> bool:
+    """True if a rim is that of a flat side, and all of the mesh lies on one side of it.
+
+    Args:
+        rim: (K, 3) points. points: (P, 3) of the mesh.
+    """
+    longest = float(np.ptp(points, axis=0).max())
+    normal = _fan_normal(rim)
+    if normal is None or float(np.ptp(rim, axis=0).max()) <= MAX_WIDTH * longest:
+        return False
+    height = (points - rim.mean(axis=0)) @ normal
+    is_flat = float(np.ptp(rim @ normal)) <= SIDE_SHARE * longest
+    return is_flat and float(height.max()) <= SIDE_SHARE * longest
+
+
+def _fan_normal(rim: Floats) -> Floats | None:
+    """Mean normal of the fan that closes a rim, (K, 3) points; None where the fan would fold."""
     count = len(rim)
     fan = np.stack([np.arange(count), (np.arange(count) + 1) % count, np.full(count, count)], axis=1)
-    normals, areas = face_normals(np.vstack([rim, middle]), fan)
-    mean = (areas[:, None] * normals).sum(axis=0)
-    length = float(np.linalg.norm(mean))
-    return length > 0 and bool((normals @ (mean / length) > MIN_FAN_COSINE).all())
+    normals, areas = face_normals(np.vstack([rim, rim.mean(axis=0)]), fan)
+    total = (areas[:, None] * normals).sum(axis=0)
+    length = float(np.linalg.norm(total))
+    if length <= 0:
+        return None
+    mean: Floats = total / length
+    return mean if bool((normals @ mean > MIN_FAN_COSINE).all()) else None
 
 
 def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:

@@ -146,6 +146,22 @@ class TestHoles:
         assert codes(draft.notes) == ["MSH022"]
         assert open_edges(draft) == 64
 
+    def test_a_missing_side_of_a_full_thing_is_closed_and_that_of_another_stays(self) -> None:
+        mids = BOX.vertices[BOX.faces].mean(axis=1)
+        torn = BOX.replace(faces=BOX.faces[mids[:, 2] > mids[:, 2].min() + 1e-6])
+        assert open_edges(clean(raw(torn))) == 4
+        assert open_edges(clean(raw(torn), category("crate"))) == 4
+        draft = clean(raw(torn), category("cereal"))
+        assert codes(draft.notes) == ["MSH026"]
+        assert open_edges(draft) == 0
+        assert volume(welded(draft.parts[0].mesh)) == pytest.approx(volume(BOX))
+
+    def test_a_rim_with_something_on_both_sides_stays(self) -> None:
+        mids = BOX.vertices[BOX.faces].mean(axis=1)
+        torn = BOX.replace(faces=BOX.faces[mids[:, 2] > mids[:, 2].min() + 1e-6])
+        foot = moved(BOX, (0.0, 0.0, -0.5), scale=1.0)
+        assert "MSH026" not in codes(clean(raw(torn, foot), category("cereal")).notes)
+
     def test_over_a_border_of_materials_stays_one_surface(self) -> None:
         ball = welded(sphere(256))
         mids = ball.vertices[ball.faces].mean(axis=1)
