@@ -84,7 +84,7 @@ def apparent_substance(parts: Sequence[RawPart]) -> tuple[str, float] | None:
     areas: dict[tuple[str, float], float] = {}
     total = 0.0
     for part in parts:
-        area = float(face_normals(part.mesh.vertices, part.mesh.faces)[1].sum())
+        area = float(face_normals(part.mesh.vertices, part.mesh.faces.astype(np.int64))[1].sum())
         total += area
         words = re.findall(r"[a-z]+", f"{part.material.id} {part.name}".casefold())
         found = next((SUBSTANCE_WORDS[word] for word in words if word in SUBSTANCE_WORDS), None)

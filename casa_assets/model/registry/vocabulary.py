@@ -83,8 +83,8 @@ class Vocabulary:
             hits = [(not e.weak, j - i, j, e) for i, j in spans if (e := self._phrase(tokens[i:j]))]
             if hits:
                 _, size, end, entry = max(hits)
-                word = ENDS_WITH_A_WORD if end == len(tokens) else HAS_A_WORD
-                confidence = IS_WEAK if entry.weak else HAS_A_PHRASE if size > 1 else word
+                of_one = ENDS_WITH_A_WORD if end == len(tokens) else HAS_A_WORD
+                confidence = IS_WEAK if entry.weak else HAS_A_PHRASE if size > 1 else of_one
                 evidence = f"{' '.join(tokens[end - size : end])!r} in {hint!r}"
                 return VocabularyMatch(entry.id, round(confidence * trust, 3), evidence, entry.weak)
             for word in reversed(tokens):
