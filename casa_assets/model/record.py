@@ -117,3 +117,8 @@ class Record(BaseModel):
 
     def __hash__(self) -> int:
         return hash(self.digest)
+
+
+def without_blanks(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
+    """The JSON form of a record without some fields where they are empty, so that older records keep their digests."""
+    return {name: value for name, value in data.items() if name not in names or value}

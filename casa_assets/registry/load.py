@@ -21,7 +21,7 @@ from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of, fields_at
 from casa_assets.model.registry.finish import Plain
-from casa_assets.model.registry.rows import Limit, MisleadingWords, Rejection, TaxonomyClass, Waiver
+from casa_assets.model.registry.rows import Limit, MisleadingWords, OtherThingsWords, Rejection, TaxonomyClass, Waiver
 from casa_assets.model.registry.vocabulary import Vocabulary
 
 FILES = (
@@ -31,6 +31,7 @@ FILES = (
     "fixtures",
     "limits",
     "materials",
+    "other_things",
     "rejections",
     "substances",
     "waivers",
@@ -54,6 +55,7 @@ class Registry:
         waivers: in file order.
         digest: sha256 of the contents of all files.
         vocabulary: ids, aliases and LVIS names of the categories, for free words.
+        other_things: words which tell that something is no single household object.
     """
 
     categories: Mapping[str, Category]
@@ -69,6 +71,7 @@ class Registry:
     contracts: Mapping[str, Contract]
     digest: str
     vocabulary: Vocabulary
+    other_things: OtherThingsWords
 
     def category(self, name: str) -> Category:
         """The category of this id. Raises UnknownId with the nearest names."""
@@ -315,4 +318,5 @@ def load(root: Path | None = None) -> Registry:
         contracts=MappingProxyType(read_contracts(contracts)),
         digest=digest.hexdigest(),
         vocabulary=read_vocabulary(documents["categories"], categories, words),
+        other_things=read_record(OtherThingsWords, documents["other_things"].value, documents["other_things"], ()),
     )

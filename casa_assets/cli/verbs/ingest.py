@@ -36,6 +36,8 @@ Examples:
 
   casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
 
+  casa-assets ingest table_set.glb --split         one asset of each thing in a file
+
   casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
 """
 
@@ -70,6 +72,9 @@ def ingest(
     keep_duplicates: Annotated[
         bool, typer.Option("--keep-duplicates", help="Keep what has form, size and colours of another.")
     ] = False,
+    split: Annotated[
+        bool, typer.Option("--split", help="Make one asset of each thing in a file that holds several.")
+    ] = False,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
     explain: Annotated[
         bool, typer.Option("--explain", help="Print every guess, with its confidence and reason.")
@@ -84,7 +89,7 @@ def ingest(
     from casa_assets.pipeline.ingest.run import ingest as run
 
     guards = _guards(max_size, max_faces, max_texture, max_pixels)
-    options = Options(library, category, jobs, timeout, int(memory * 1e9), guards, clip_weights, keep_duplicates)
+    options = Options(library, category, jobs, timeout, int(memory * 1e9), guards, clip_weights, keep_duplicates, split)
     console = Console(stderr=json_)
     others: Counter[str] = Counter()
     with closing(run(sources, options, others=others)) as running:

@@ -18,6 +18,7 @@ from casa_assets.ingest.load.raw_parts import check_face_count
 from casa_assets.ingest.load.stl import read_stl
 from casa_assets.ingest.load.vrml.reader import read_vrml
 from casa_assets.ingest.load.wavefront.reader import read_obj
+from casa_assets.ingest.things.split import model_of_thing
 from casa_assets.model.ingest.source import Bundle, RawModel
 
 Reader = Callable[[Bundle, Mapping[str, float], Notes], RawModel]
@@ -50,7 +51,7 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     name = printable(bundle.main)
     if bundle.model is not None:
         check_face_count(sum(len(p.mesh.faces) for p in bundle.model.parts), limits, name)
-        return bundle.model.replace(notes=bundle.notes + bundle.model.notes)
+        return _meant(bundle, bundle.model.replace(notes=bundle.notes + bundle.model.notes))
     data = bundle.files[bundle.main]
     file_format = sniff(data, name)
     notes = Notes()
@@ -64,7 +65,12 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
     # hostile numbers overflow and cast badly; what comes of it is found and judged in rough.finish
     with np.errstate(all="ignore"):
         model = _reader_of(file_format)(bundle, limits, notes)
-    return model.replace(notes=bundle.notes + notes.issues)
+    return _meant(bundle, model.replace(notes=bundle.notes + notes.issues))
+
+
+def _meant(bundle: Bundle, model: RawModel) -> RawModel:
+    """The model, or the one thing in it that is meant."""
+    return model_of_thing(model, bundle.thing, printable(bundle.main)) if bundle.thing else model
 
 
 def _reader_of(file_format: Format) -> Reader:

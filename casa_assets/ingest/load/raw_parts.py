@@ -42,6 +42,7 @@ class ReadPart:
         uv: (V, 2), origin at the lower left, or None.
         normals: (V, 3), any length, or None.
         colors: (V, 4) uint8 sRGB, or None.
+        nodes, copy_number: see RawPart.
     """
 
     name: str
@@ -51,6 +52,8 @@ class ReadPart:
     uv: Floats | None = None
     normals: Floats | None = None
     colors: Bytes | None = None
+    nodes: tuple[str, ...] = ()
+    copy_number: int = 0
 
 
 def check_face_count(count: int, limits: Mapping[str, float], name: str) -> None:
@@ -68,6 +71,8 @@ def raw_model(
     file_format: Format,
     metres_per_unit: float | None = None,
     up: Up | None = None,
+    joints: int = 0,
+    instances: int = 0,
 ) -> RawModel:
     """Build the RawModel of all read parts that hold a usable triangle.
 
@@ -95,7 +100,14 @@ def raw_model(
             raise Rejected(codes.NO_FACES, f"{name}: {vertices} vertices but no triangle; export a surface mesh")
         raise Rejected(codes.NO_GEOMETRY, f"{name}: holds no mesh; export the object itself")
     _remark_coarse(parts, notes)
-    return RawModel(parts=tuple(parts), metres_per_unit=metres_per_unit, up=up, format=file_format.value)
+    return RawModel(
+        parts=tuple(parts),
+        metres_per_unit=metres_per_unit,
+        up=up,
+        format=file_format.value,
+        joints=joints,
+        instances=instances,
+    )
 
 
 def _remark_coarse(parts: Sequence[RawPart], notes: Notes) -> None:
@@ -136,7 +148,13 @@ def _part(part: ReadPart, is_usable: npt.NDArray[np.bool_], names: UniqueNames, 
         )
         notes.add(codes.TEXTURE_WITHOUT_UV, part.name, message)
         material = material.replace(base_color_texture=None, metallic_roughness_texture=None, normal_texture=None)
-    return RawPart(name=names.unique(part.name, "part"), mesh=mesh, material=material)
+    return RawPart(
+        name=names.unique(part.name, "part"),
+        mesh=mesh,
+        material=material,
+        nodes=part.nodes,
+        copy_number=part.copy_number,
+    )
 
 
 def used_vertices(faces: Ints, count: int) -> tuple[Ints, Ints]:

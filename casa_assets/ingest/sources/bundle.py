@@ -41,12 +41,11 @@ def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
     Raises:
         Rejected: the main file or a glTF buffer is missing, refused, too large or of the wrong type.
     """
-    main = posixpath.basename(found.main)
+    main, thing = posixpath.basename(found.main), found.source.node
     if found.is_model:
         name = f"{found.source.path}.trimesh"
-        return Bundle(
-            main=name, files={}, notes=found.notes, model=RawModel.from_json((found.root / found.main).read_bytes())
-        )
+        model = RawModel.from_json((found.root / found.main).read_bytes())
+        return Bundle(main=name, files={}, notes=found.notes, model=model, thing=thing)
     place = place_of(found)
     data = place.read(found.main, limits["input_bytes"])
     kind = sniff(data, printable(main))
@@ -58,7 +57,7 @@ def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
         collector.add_materials()
     if kind is Format.USD and not data.startswith(b"PK"):
         collector.add_layers(main)
-    return Bundle(main=main, files=collector.files, notes=(*found.notes, *collector.notes.issues))
+    return Bundle(main=main, files=collector.files, notes=(*found.notes, *collector.notes.issues), thing=thing)
 
 
 class _Collector:

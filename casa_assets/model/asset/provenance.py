@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
-from casa_assets.model.record import Id, Record, Sha256
+from casa_assets.model.record import Id, Record, Sha256, without_blanks
 from casa_assets.model.registry.category import QCode
 
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
@@ -74,6 +74,7 @@ class Provenance(Record):
         title, author, licence, uri: as the source states them; licence is an SPDX id or `unknown`.
         uid: id within the source.
         prompt, generator: for generated meshes.
+        node: of a file that was taken apart: the name of the thing in it; empty for a whole file.
         guesses: everything that was decided without being stated.
     """
 
@@ -87,4 +88,19 @@ class Provenance(Record):
     uri: str = ""
     prompt: str = ""
     generator: str = ""
+    node: str = ""
     guesses: tuple[Guess, ...] = ()
+
+    @model_serializer(mode="wrap")
+    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_blanks(handler(self), ("node",))
+
+    @property
+    def place(self) -> str:
+        """The path, and behind `#` the name of the thing in the file where it was taken apart."""
+        return place_of(self.path, self.node)
+
+
+def place_of(path: str, node: str) -> str:
+    """A file, and behind `#` the thing in it that is meant, where it is not the whole."""
+    return f"{path}#{node}" if node else path

@@ -46,3 +46,20 @@ class MisleadingWords(Record):
 
     weak: tuple[str, ...]
     separators: tuple[str, ...]
+
+
+class OtherThingsWords(Record):
+    """Words in names which tell that a mesh is no single household object, singular; see registry/other_things.yaml.
+
+    Attributes:
+        always: count beside the name of any category. parts: count as the last word of a name.
+        figures, places, shapes, outdoors, arms: count where the name speaks of no category.
+    """
+
+    always: tuple[str, ...]
+    parts: tuple[str, ...]
+    figures: tuple[str, ...]
+    places: tuple[str, ...]
+    shapes: tuple[str, ...]
+    outdoors: tuple[str, ...]
+    arms: tuple[str, ...]

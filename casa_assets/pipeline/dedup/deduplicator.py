@@ -65,7 +65,7 @@ class Deduplicator:
         if result.folder is None:
             return result
         job = result.job
-        row = replace(read_row(result.folder), category=job.survey.category, path=job.found.source.path)
+        row = replace(read_row(result.folder), category=job.survey.category, path=job.found.source.place)
         original_and_pair = self._original(row)
         if original_and_pair is None:
             if row.signature is not None:

@@ -25,6 +25,7 @@ from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
 from casa_assets.pipeline.ingest.refused_rows import RefusedRows, remainder_message, row_id
+from casa_assets.pipeline.ingest.split import taken_apart
 from casa_assets.pipeline.ingest.stages import limits_in_key, with_overrides
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
@@ -63,6 +64,7 @@ class Options:
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
         weights: of CLIP, see pipeline.clip; empty: nobody looks at the pictures.
         keep_duplicates: what has the form, size and colours of another asset stays too.
+        split: a file that holds several things becomes one asset of each.
     """
 
     library: Path
@@ -73,6 +75,7 @@ class Options:
     guards: Mapping[str, float] = field(default_factory=dict)
     weights: str = ""
     keep_duplicates: bool = False
+    split: bool = False
 
 
 @dataclass
@@ -108,7 +111,7 @@ class _Run:
         is_new = unreadable_inputs.write_if_changed(self.library, refusal)
         kind = "rejected" if is_new else "kept"
         folder = self.library.refusal_folder(refusal.id)
-        return Event(kind, self.total, refusal.source.path, refusal.id, code, message, REJECTED, folder=folder)
+        return Event(kind, self.total, refusal.source.place, refusal.id, code, message, REJECTED, folder=folder)
 
 
 def ingest(
@@ -149,6 +152,8 @@ def ingest(
                 refused = RefusedRows(library)
                 every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
                 found, early = _inputs_with_mesh(every, refused)
+                if options.split:
+                    found = _taken_apart(library, found, bounds, pool)
                 total = len(found) + sum(event.count for event, _ in early)
                 run = _Run(library, cache_key(bounds, options.category), bounds, found, total, overrides=overrides)
                 for event, one in early:
@@ -197,6 +202,15 @@ def _inputs_with_mesh(
     return found, events
 
 
+def _taken_apart(library: disk.Library, found: Sequence[Found], limits: Mapping[str, float], pool: Pool) -> list[Found]:
+    """The inputs with the things of a file in its place; what an earlier run made of the whole file is taken away."""
+    out, digests = taken_apart(found, limits, pool)
+    for sha256 in digests:
+        for folder in library.entries_of(Identity(Producer.INGEST, sha256)):
+            library.forget(folder)
+    return out
+
+
 def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
     """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
     inputs = run.found
@@ -216,7 +230,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
         elif answer.sha256 in first:
             yield run.refuse(one, DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them")
         else:
-            first[answer.sha256] = one.source.path
+            first[answer.sha256] = one.source.place
             run.unreadable.note_readable(one)
             yield from _due(run, one, answer, older, options)
 
@@ -311,7 +325,7 @@ def _stage_refusal(library: disk.Library, result: Result) -> Path:
 def _event(run: _Run, result: Result) -> Event:
     job, outcome = result.job, result.outcome
     kind = "kept" if result.is_kept else outcome.decision.value
-    path, refused = job.found.source.path, not outcome.accepted
+    path, refused = job.found.source.place, not outcome.accepted
     message = f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message
     library = run.library
     folder = library.refusal_folder(job.asset_id) if refused else library.folder(job.survey.category, job.asset_id)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -21,6 +22,7 @@ from casa_assets.ingest.orient import orient
 from casa_assets.ingest.simplify import simplify
 from casa_assets.ingest.size.scale import scale
 from casa_assets.ingest.texture import texture
+from casa_assets.ingest.things.guess import guess_of_things
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.provenance import Guess
@@ -88,8 +90,12 @@ def _load(bundle: Bundle, context: BuildContext) -> RawModel:
 
 
 def _clean(model: RawModel, context: BuildContext) -> Draft:
+    known = registry.load()
+    # What is cleaned away, such as a ground under several things, says whether it is one thing: that is asked first.
+    guess = guess_of_things(model, context.source, context.category, known.vocabulary, known.other_things)
     draft = clean(model, context.category)
-    return draft.replace(guesses=(context.kind, *draft.guesses))
+    told = (context.kind,) if guess is None else (context.kind, guess)
+    return draft.replace(guesses=(*told, *draft.guesses))
 
 
 def _orient(draft: Draft, context: BuildContext) -> Draft:
@@ -97,7 +103,9 @@ def _orient(draft: Draft, context: BuildContext) -> Draft:
 
 
 def _scale(draft: Draft, context: BuildContext) -> Draft:
-    texts = [t for t in (context.source.title, context.source.prompt) if t]
+    said = context.source
+    # The title and prompt of a file that was taken apart tell no size of one thing in it.
+    texts = [t for t in (said.title, said.prompt) if t and not said.node]
     slack = context.limits["size_slack"]
     return scale(draft, context.category, slack, texts, context.generated, context.override.size_m)
 
@@ -249,7 +257,10 @@ def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:
 
 def _keys(context: BuildContext) -> list[str]:
     """Key of each stage's result: everything that came before is in it."""
-    source = Source(kind=context.source.kind, path="", title=context.source.title, prompt=context.source.prompt)
+    said = context.source
+    # Of the path only the name says something of the thing: an input that was moved is not made anew.
+    name = posixpath.basename(said.path)
+    source = Source(kind=said.kind, path=name, title=said.title, prompt=said.prompt, node=said.node)
     key = context.replace(asset_id="", source=source, limits=limits_in_key(context.limits)).digest
     keys = []
     for stage in STAGES:

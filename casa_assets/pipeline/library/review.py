@@ -30,7 +30,7 @@ REJECTED_CODE = "REV002"
 # A guess less sure than this is for a person to look at.
 DOUBTFUL = 0.5
 # What a person can decide. The front is left out: a wrong one spoils nothing, and most things have none.
-SUBJECTS = ("category", "up_axis", "scale", "mass")
+SUBJECTS = ("things", "category", "up_axis", "scale", "mass")
 INFO_COLUMNS = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "reason")
 # Fields of UserOverride.
 OVERRIDE_NAMES = ("decision", "category", "up", "turn_deg", "size_m", "mass_kg")

@@ -36,6 +36,8 @@ Matrix = npt.NDArray[np.float64]
 # instance_node may share nodes, so a small file can ask for endless copies
 MAX_NODES = 20_000
 DEEPEST_NODE = 400
+# Names of so many levels of nodes are kept.
+MAX_NAMES = 16
 _UPS = {"X_UP": Up.X, "Y_UP": Up.Y, "Z_UP": Up.Z}
 
 
@@ -48,29 +50,35 @@ class _Reader:
     name: str
     parts: list[ReadPart] = field(default_factory=list)
     faces: int = 0
+    joints: int = 0
     _pieces: dict[Element, list[Primitive]] = field(default_factory=dict)
 
     def walk(self, roots: list[Element]) -> None:
         """Every geometry that the nodes place."""
-        stack = [(node, np.eye(4), 0) for node in reversed(roots)]
+        above: tuple[str, ...] = ()
+        stack = [(node, np.eye(4), 0, above) for node in reversed(roots)]
         visited = 0
         while stack:
-            node, parent, depth = stack.pop()
+            node, parent, depth, above = stack.pop()
             visited += 1
             if visited > MAX_NODES or depth > DEEPEST_NODE:
                 message = f"{self.name}: nodes are nested or copied without end; export the file again"
                 raise Rejected(codes.BAD_SCENE_GRAPH, message)
             world = parent @ node_matrix(node, self.notes)
             label = node.get("name") or node.get("id") or ""
+            names = (*above, label or f"node_{visited}") if len(above) < MAX_NAMES else above
+            start = len(self.parts)
             for child in children(node, "instance_geometry"):
                 self.geometry(self.document.target(child.get("url")), child, world, label)
             for child in children(node, "instance_controller"):
                 self._controller(child, world, label)
-            inner = [(n, world, depth + 1) for n in children(node, "node")]
+            for part in self.parts[start:]:
+                part.nodes = names
+            inner = [(n, world, depth + 1, names) for n in children(node, "node")]
             for child in children(node, "instance_node"):
                 target = self.document.target(child.get("url"))
                 if target is not None and local_name(target) == "node":
-                    inner.append((target, world, depth + 1))
+                    inner.append((target, world, depth + 1, names))
             stack.extend(reversed(inner))
 
     def geometry(self, geometry: Element | None, instance: Element | None, world: Matrix, label: str) -> None:
@@ -107,6 +115,9 @@ class _Reader:
         if skin is None:
             return
         self.notes.add(codes.FEATURE_IGNORED, "skin", "a rigged mesh: read in its bind shape, without its rig")
+        names = find_path(skin, "source", "Name_array")
+        count = "" if names is None else names.get("count", "")
+        self.joints = max(self.joints, int(count) if count.isdigit() else 1)
         shape = floats_of(find_path(skin, "bind_shape_matrix"))
         if len(shape) == 16 and np.isfinite(shape).all():
             world = world @ shape.reshape(4, 4)
@@ -210,4 +221,4 @@ def read_dae(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     if find_path(document.root, "library_animations") is not None:
         notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     metres, up = _unit_and_up(document, notes)
-    return raw_model(reader.parts, notes, name, Format.DAE, metres, up)
+    return raw_model(reader.parts, notes, name, Format.DAE, metres, up, reader.joints)

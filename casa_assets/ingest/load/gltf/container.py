@@ -22,6 +22,7 @@ READABLE = frozenset(
         "KHR_texture_basisu",
         "EXT_texture_webp",
         "KHR_lights_punctual",
+        "EXT_mesh_gpu_instancing",
         *EXTENSIONS,
     }
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,10 @@ from casa_assets.ingest.load.notes import Notes
 
 Matrix = npt.NDArray[np.float64]
 
+MAX_NAMES = 16
+# A quaternion shorter than this states no rotation.
+_SHORTEST = 1e-9
+
 _IDENTITY16 = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
@@ -25,11 +30,15 @@ class MeshInstance:
         node: index of the node, or None for a mesh that no node carries.
         mesh: index of the mesh.
         world_from_mesh: (4, 4), file units.
+        names: of the nodes from the root down to this one; a node without a name is called by its number.
+        copy_number: from 1, of a copy that a list of places makes; 0 without one.
     """
 
     node: int | None
     mesh: int
     world_from_mesh: Matrix
+    names: tuple[str, ...] = ()
+    copy_number: int = 0
 
 
 @dataclass(frozen=True)
@@ -79,10 +88,11 @@ def _scene_roots(document: JsonObject) -> list[int] | None:
 def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes: Notes) -> SceneGraph:
     worlds: dict[int, Matrix] = {}
     placed: list[MeshInstance] = []
-    stack = [(root, np.eye(4)) for root in reversed(roots)]
+    above: tuple[str, ...] = ()
+    stack = [(root, np.eye(4), above) for root in reversed(roots)]
     meshes = len(document.array("meshes"))
     while stack:
-        index, parent = stack.pop()
+        index, parent, above = stack.pop()
         if index >= len(nodes):
             raise Rejected(codes.OUT_OF_BOUNDS, f"glTF nodes: index {index} of {len(nodes)}; export the file again")
         if index in worlds:
@@ -91,12 +101,14 @@ def _walk(document: JsonObject, nodes: list[JsonObject], roots: list[int], notes
         node = nodes[index]
         with np.errstate(over="ignore", invalid="ignore"):
             worlds[index] = parent @ local_matrix(node, notes)
+        # A chain of nodes may be as deep as the file is long: names of so many levels are kept and no more.
+        names = (*above, node.text("name") or f"node_{index}") if len(above) < MAX_NAMES else above
         if node.has("mesh"):
             mesh = node.count("mesh")
             if mesh >= meshes:
                 raise Rejected(codes.OUT_OF_BOUNDS, f"glTF {node.place}/mesh: {mesh} of {meshes}; export it again")
-            placed.append(MeshInstance(index, mesh, worlds[index]))
-        stack.extend((_index(child, node), worlds[index]) for child in reversed(node.array("children")))
+            placed.append(MeshInstance(index, mesh, worlds[index], names))
+        stack.extend((_index(child, node), worlds[index], names) for child in reversed(node.array("children")))
     return SceneGraph(tuple(placed), worlds)
 
 
@@ -105,12 +117,20 @@ def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
     if node.has("matrix"):
         return np.array(node.numbers("matrix", _IDENTITY16)).reshape(4, 4).T
     x, y, z, w = node.numbers("rotation", (0.0, 0.0, 0.0, 1.0))
-    length = float(np.sqrt(x * x + y * y + z * z + w * w))
-    if length < 1e-9:
+    if x * x + y * y + z * z + w * w < _SHORTEST**2:
         notes.add(codes.BAD_ROTATION, node.place, "the rotation quaternion is zero; read as no rotation")
+    translation, scale = node.numbers("translation", (0.0, 0.0, 0.0)), node.numbers("scale", (1.0, 1.0, 1.0))
+    return placing_matrix(translation, (x, y, z, w), scale)
+
+
+def placing_matrix(translation: Sequence[float], rotation: Sequence[float], scale: Sequence[float]) -> Matrix:
+    """(4, 4) parent_from_node of a translation, a quaternion x, y, z, w (of no length: no turn) and a scale."""
+    x, y, z, w = rotation
+    length = float(np.sqrt(x * x + y * y + z * z + w * w))
+    if length < _SHORTEST:
         x, y, z, w, length = 0.0, 0.0, 0.0, 1.0, 1.0
     x, y, z, w = x / length, y / length, z / length, w / length
-    rotation = np.array(
+    turn = np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
             [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
@@ -118,8 +138,8 @@ def local_matrix(node: JsonObject, notes: Notes) -> Matrix:
         ]
     )
     out = np.eye(4)
-    out[:3, :3] = rotation * np.array(node.numbers("scale", (1.0, 1.0, 1.0)))
-    out[:3, 3] = node.numbers("translation", (0.0, 0.0, 0.0))
+    out[:3, :3] = turn * np.array(scale)
+    out[:3, 3] = translation
     return out
 
 

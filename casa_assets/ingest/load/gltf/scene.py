@@ -16,7 +16,8 @@ from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.container import open_document
 from casa_assets.ingest.load.gltf.draco import unpack
 from casa_assets.ingest.load.gltf.graph import MeshInstance, SceneGraph, read_graph
-from casa_assets.ingest.load.gltf.skin import rest_vertices
+from casa_assets.ingest.load.gltf.instancing import with_instances
+from casa_assets.ingest.load.gltf.skin import joint_count, rest_vertices
 from casa_assets.ingest.load.gltf.surface import Surfaces
 from casa_assets.ingest.load.gltf.tree import JsonObject
 from casa_assets.ingest.load.image import Images, srgb_bytes_from_linear
@@ -49,6 +50,7 @@ class _Reader:
             for primitive in mesh.items("primitives"):
                 part = self._primitive(primitive, placed, label or f"mesh_{placed.mesh}")
                 if part is not None:
+                    part.nodes, part.copy_number = placed.names, placed.copy_number
                     out.append(part)
         return out
 
@@ -178,9 +180,10 @@ def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
     document, binary = open_document(data, name)
     accessors = Accessors(document, binary, bundle.files, limits)
     surfaces = Surfaces(document, accessors, bundle.files, Images(limits, notes), notes)
-    graph = read_graph(document, notes)
+    graph, instances = with_instances(document, accessors, read_graph(document, notes), notes)
     if document.array("animations"):
         notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)
     found = Format.GLB if data.startswith(b"glTF") else Format.GLTF
-    return raw_model(reader.parts(), notes, name, found, metres_per_unit=1.0, up=Up.Y)
+    joints = joint_count(document, graph)
+    return raw_model(reader.parts(), notes, name, found, 1.0, Up.Y, joints, instances)

@@ -46,6 +46,13 @@ def rest_vertices(
     return out
 
 
+def joint_count(document: JsonObject, graph: SceneGraph) -> int:
+    """Joints of the largest skin that moves a placed mesh; 0 where none does."""
+    nodes = [document.pick(placed.node, "nodes") for placed in graph.placed if placed.node is not None]
+    skins = {node.count("skin") for node in nodes if node.has("skin")}
+    return max((len(document.pick(skin, "skins").array("joints")) for skin in skins), default=0)
+
+
 def _joint_matrices(document: JsonObject, accessors: Accessors, graph: SceneGraph, skin: JsonObject) -> Floats | None:
     """(J, 4, 4) file_from_bind of every joint, or None where a joint stands outside the scene."""
     joints = [j for j in skin.array("joints") if isinstance(j, int) and j in graph.world_from_node]

@@ -65,6 +65,7 @@ def read_obj(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
         if len(rows):
             part = _read_part(triangles, rows, vertices[:, :3], uvs, normals, colors)
             part.name, part.material = object_name or material or "part", materials[material]
+            part.nodes = (object_name,) if object_name else ()
             parts.append(part)
     return raw_model(parts, notes, name, Format.OBJ)
 

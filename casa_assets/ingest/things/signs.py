@@ -1,0 +1,214 @@
+"""Signs in the form of a mesh that it is more than one object: pieces apart, many alike, things on a ground, a room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components
+
+from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.ingest.draft import merge_parts
+from casa_assets.ingest.repair.components import Components, box_gaps, split_components
+from casa_assets.ingest.things.contact import Contacts
+from casa_assets.model.ingest.source import RawModel, Up
+
+# All numbers are choices, fitted on sound meshes and on half of others as docs/things.md says. Sizes are shares of the
+# longest side of the whole.
+MAX_COMPONENTS = 4000
+# A group of pieces is a thing of its own where it is so large and touches no other one.
+LARGE_GROUP = 0.3
+# Sides of alike pieces differ by no more than this share; they are so large, and compact ones have no side shorter
+# than this share of the longest.
+ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
+# Pieces that are all alike make up so much of the area.
+ALL_ALIKE = 0.85
+# A ground is so thin and covers so much of the floor plan; a thing on it is so large, and so high for its width.
+GROUND_THICKNESS, GROUND_COVER, ON_GROUND_SIZE, ON_GROUND_HEIGHT = 0.15, 0.6, 0.06, 0.6
+MIN_ON_GROUND = 5
+# Walls: this share of a component lies along three perpendicular planes, at the side of the box; it reaches
+# over so much of it. What spans so much of the room is a shelf of it and no thing in it.
+PLANAR, SIDE_DEPTH, SIDE_COVER, SPANNING, IN_ROOM_SIZE = 0.8, 0.03, 0.5, 0.8, 0.08
+MIN_IN_CORNER, MIN_IN_ROOM = 3, 12
+
+
+class Sign(NamedTuple):
+    """Something that speaks against a single object: how probable it then is that it is none, 0..1, and why."""
+
+    probability: float
+    reason: str
+
+
+def signs_of_form(model: RawModel) -> list[Sign]:
+    """Signs in the surfaces of a model; none where it is one piece, or of more pieces than can be looked at."""
+    surface = merge_parts(model.parts)
+    components = split_components(surface.vertices, surface.faces, surface.point_of_vertex)
+    if components.count == 1 or float(np.ptp(components.points, axis=0).max()) <= 0:
+        return []
+    if components.count > MAX_COMPONENTS:
+        return [Sign(0.6, f"it is made of {components.count} separate pieces")]
+    contacts = Contacts(components)
+    ups = up_axes(model)
+    found = [_apart(contacts, ups), _alike(components), *(_on_ground(contacts, up) for up in ups), _room(contacts)]
+    return [sign for sign in found if sign is not None]
+
+
+def up_axes(model: RawModel) -> tuple[int, ...]:
+    """Axes that may point up: the one that the file states, else y or z."""
+    return {Up.X: (0,), Up.Y: (1,), Up.Z: (2,)}[model.up] if model.up else (1, 2)
+
+
+def _apart(contacts: Contacts, ups: Sequence[int]) -> Sign | None:
+    """Large groups of pieces that touch nothing of each other and lie side by side."""
+    groups = contacts.groups(np.ones(contacts.components.count, dtype=bool))
+    largest = float(contacts.extents(groups[0]).max())
+    large = [rows for rows in groups if float(contacts.extents(rows).max()) >= LARGE_GROUP * largest]
+    if len(large) < 2:
+        return None
+    # What lies above each other, or in each other, is one thing modelled with gaps more often than several.
+    lower = np.array([contacts.components.lower[rows].min(axis=0) for rows in large])
+    upper = np.array([contacts.components.upper[rows].max(axis=0) for rows in large])
+    counts = []
+    for up in ups:
+        plan = np.delete(np.arange(3), up)
+        beside = box_gaps(lower[:, plan], upper[:, plan]) > 0
+        counts.append(int(connected_components(~beside, directed=False)[0]))
+    if min(counts) > 1:
+        return Sign(0.8, f"{min(counts)} groups of pieces stand apart from each other")
+    return Sign(0.3, f"{len(large)} groups of pieces do not touch each other")
+
+
+def _alike(components: Components) -> Sign | None:
+    """Compact pieces of one form, or pieces of one form that are all there is."""
+    same, is_all = alike_pieces(components)
+    if not len(same):
+        return None
+    if is_all:
+        return Sign(0.7, f"it is made of {len(same)} pieces of one form and nothing else")
+    return Sign(0.75, f"it holds {len(same)} pieces of one form")
+
+
+def alike_pieces(components: Components) -> tuple[Ints, bool]:
+    """(K,) components of one form that are things of their own: all there is (True), or compact ones; or none."""
+    spread, area = _spreads(components)
+    longest = float(np.ptp(components.points, axis=0).max())
+    for sample in np.argsort(-components.longest_side, kind="stable"):
+        if components.longest_side[sample] < ALIKE_SIZE * longest:
+            break
+        same = (np.abs(spread - spread[sample]) <= ALIKE * spread[sample, 0]).all(axis=1)
+        same &= np.abs(area - area[sample]) <= 2 * ALIKE * area[sample]
+        count = int(same.sum())
+        if count >= 2 and area[same].sum() >= ALL_ALIKE * area.sum():
+            return np.flatnonzero(same), True
+        if count >= 3 and spread[sample, 2] >= COMPACT * spread[sample, 0]:
+            return np.flatnonzero(same), False
+    return np.zeros(0, dtype=np.int64), False
+
+
+def _spreads(components: Components) -> tuple[Floats, Floats]:
+    """(N, 3) standard deviations of the area of each component along its own axes, largest first; (N,) areas."""
+    corners = components.points[components.faces]
+    area = face_normals(components.points, components.faces)[1]
+    total = np.maximum(np.bincount(components.label, area, components.count), 1e-300)
+    # The middles of the edges give the second moments of a triangle exactly.
+    middles = (corners + corners[:, [1, 2, 0]]) / 2
+    label, weight = np.repeat(components.label, 3), np.repeat(area / 3, 3)
+    flat = middles.reshape(-1, 3)
+    mean = np.stack([np.bincount(label, weight * flat[:, k], components.count) for k in range(3)], axis=1)
+    flat = flat - (mean / total[:, None])[label]
+    moments = np.zeros((components.count, 3, 3))
+    for i in range(3):
+        for j in range(3):
+            moments[:, i, j] = np.bincount(label, weight * flat[:, i] * flat[:, j], components.count) / total
+    return np.sqrt(np.maximum(np.linalg.eigvalsh(moments)[:, ::-1], 0)), total
+
+
+def _on_ground(contacts: Contacts, up: int) -> Sign | None:
+    """Things side by side on a sheet or slab that lies under all of them."""
+    components = contacts.components
+    whole = np.ptp(components.points, axis=0)
+    plan = [k for k in range(3) if k != up]
+    is_ground = grounds(components, up)
+    if not is_ground.any() or is_ground.all():
+        return None
+    top = components.upper[is_ground, up].max()
+    groups = []
+    for rows in contacts.groups(~is_ground):
+        sides, foot = contacts.extents(rows), components.lower[rows, up].min()
+        stands = abs(foot - top) <= 0.5 * sides[up] and sides[up] >= ON_GROUND_HEIGHT * sides[plan].min()
+        if stands and sides.max() >= ON_GROUND_SIZE * whole.max():
+            groups.append(sides)
+    is_many = len(groups) >= MIN_ON_GROUND
+    is_few = len(groups) > 1 and min(float(s.max()) for s in groups[:2]) >= LARGE_GROUP * whole.max()
+    return Sign(0.8, f"{len(groups)} things stand on one ground") if is_many or is_few else None
+
+
+def grounds(components: Components, up: int) -> Mask:
+    """(N,) sheets and slabs at the bottom that lie under most of the rest; `up` is the axis that points up."""
+    extents, bottom = components.upper - components.lower, components.lower.min(axis=0)
+    whole = np.ptp(components.points, axis=0)
+    plan = [k for k in range(3) if k != up]
+    thickness = GROUND_THICKNESS * extents[:, plan].min(axis=1)
+    is_ground: Mask = (
+        (extents[:, up] <= thickness)
+        & (extents[:, plan] >= GROUND_COVER * whole[plan]).all(axis=1)
+        & (components.upper[:, up] - bottom[up] <= GROUND_THICKNESS * whole[plan].min())
+    )
+    return is_ground
+
+
+def _room(contacts: Contacts) -> Sign | None:
+    """Walls, of a corner at least, around things that do not touch each other."""
+    components = contacts.components
+    whole = np.ptp(components.points, axis=0)
+    walls = walls_of(components, whole)
+    sides = _sides_of_box(components, walls)
+    if sides.any(axis=1).sum() < 2:
+        return None
+    slack = SIDE_DEPTH * whole
+    lower, upper = components.lower[walls].min(axis=0) - slack, components.upper[walls].max(axis=0) + slack
+    free = []
+    for rows in contacts.groups(~walls):
+        extents = contacts.extents(rows)
+        is_in = (components.lower[rows] >= lower).all() and (components.upper[rows] <= upper).all()
+        if is_in and extents.max() >= IN_ROOM_SIZE * whole.max() and (extents < SPANNING * whole).all():
+            free.append(extents)
+    is_corner = not sides.all(axis=1).any()
+    if len(free) < (MIN_IN_CORNER if is_corner else MIN_IN_ROOM):
+        return None
+    return Sign(0.85, f"walls stand around {len(free)} things that do not touch each other")
+
+
+def walls_of(components: Components, whole: Floats) -> Mask:
+    """(N,) components of planes along the axes that reach over most of the box in two directions at least."""
+    reach = ((components.upper - components.lower) >= SPANNING * whole).sum(axis=1) >= 2
+    normals, area = face_normals(components.points, components.faces)
+    is_along = np.abs(normals).max(axis=1) > 0.98
+    planar = np.bincount(components.label, area * is_along, components.count)
+    return reach & (planar >= PLANAR * np.bincount(components.label, area, components.count))
+
+
+def _sides_of_box(components: Components, walls: Mask) -> Mask:
+    """(3, 2) sides of the box around all, lower and upper of each axis, that walls cover."""
+    lower, whole = components.points.min(axis=0), np.ptp(components.points, axis=0)
+    faces = components.faces[walls[components.label]]
+    out = np.zeros((3, 2), dtype=bool)
+    if not len(faces):
+        return out
+    normals, area = face_normals(components.points, faces)
+    middle = (components.points[faces].mean(axis=1) - lower) / np.maximum(whole, 1e-30)
+    for axis in range(3):
+        face_area = float(np.prod(np.delete(whole, axis)))
+        is_flat = np.abs(normals[:, axis]) > 0.98
+        for end, depth in enumerate((middle[:, axis], 1 - middle[:, axis])):
+            out[axis, end] = area[is_flat & (depth < SIDE_DEPTH)].sum() >= SIDE_COVER * face_area
+    return out
+
+
+def components_of(model: RawModel) -> tuple[Components, Ints]:
+    """Components of the surface of a model, and the part (K,) that each of the faces belongs to."""
+    surface = merge_parts(model.parts)
+    owner = np.repeat(np.arange(len(model.parts)), [len(p.mesh.faces) for p in model.parts])
+    return split_components(surface.vertices, surface.faces, surface.point_of_vertex), owner

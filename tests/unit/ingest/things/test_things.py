@@ -1,0 +1,209 @@
+"""One object is told from several things, and a file is taken apart into its things."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets import registry
+from casa_assets.errors import Rejected
+from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.gltf.instancing import MAX_COPIES
+from casa_assets.ingest.things.guess import guess_of_things
+from casa_assets.ingest.things.split import model_of_thing, things_of
+from casa_assets.model.asset.material import Material
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.ingest.source import Bundle, RawModel, RawPart, Source, SourceKind, Up
+from casa_assets.model.record import Vec3
+from casa_assets.pipeline.library.review import DOUBTFUL
+from tests.mesh_files import Gltf, codes_of, load_bytes
+from tests.meshes import box_mesh, lathe
+from tests.raw_models import joined
+
+BALL = [(0.0, 0.1), (0.06, 0.08), (0.1, 0.0), (0.06, -0.08), (0.0, -0.1)]
+
+
+def box(size: Vec3, center: Vec3, *nodes: str) -> RawPart:
+    return RawPart(name="part", mesh=box_mesh(size, center, True), material=Material(id="grey"), nodes=nodes)
+
+
+def model(*parts: RawPart, joints: int = 0) -> RawModel:
+    named = tuple(part.replace(name=f"part_{number}") for number, part in enumerate(parts))
+    return RawModel(parts=named, metres_per_unit=1.0, up=Up.Z, format="glb", joints=joints)
+
+
+def guess(shown: RawModel, path: str = "thing.glb", category: str = "object") -> Guess | None:
+    known = registry.load()
+    source = Source(kind=SourceKind.FOLDER, path=path)
+    return guess_of_things(shown, source, known.category(category), known.vocabulary, known.other_things)
+
+
+def is_in_review(shown: RawModel, path: str = "thing.glb", category: str = "object") -> bool:
+    found = guess(shown, path, category)
+    return found is not None and found.confidence < DOUBTFUL
+
+
+def stool(x: float = 0.0, name: str = "stool", gap: float = 0.0) -> list[RawPart]:
+    """A seat on four legs."""
+    legs = [box((0.04, 0.04, 0.4 - gap), (x + i * 0.15, j * 0.15, 0.2), "root", name) for i in (-1, 1) for j in (-1, 1)]
+    return [box((0.4, 0.4, 0.05), (x, 0, 0.425), "root", name), *legs]
+
+
+def shelf() -> list[RawPart]:
+    sides = [box((0.02, 0.3, 1.8), (x, 0, 0.9), "shelf") for x in (-0.4, 0.4)]
+    return [*sides, *(box((0.78, 0.3, 0.02), (0, 0, z), "shelf") for z in (0.1, 0.6, 1.1, 1.6))]
+
+
+def ball(center: Vec3) -> Mesh:
+    mesh = lathe(BALL, 12)
+    return mesh.with_vertices(mesh.vertices + np.array(center))
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [box((0.1, 0.1, 0.2), (0, 0, 0.1))],
+        stool(),
+        shelf(),
+        [box((0.2, 0.2, 0.02), (0, 0, 0.01)), box((0.02, 0.02, 0.4), (0, 0, 0.2)), box((0.3, 0.3, 0.2), (0, 0, 0.51))],
+        [box((0.3, 0.3, 0.02), (0, 0, 0.01)), *(box((0.02, 0.02, 0.01), (x / 20, 0, 0.025)) for x in range(-5, 6))],
+    ],
+    ids=["box", "stool", "shelf", "lamp whose shade hovers", "scale with keys"],
+)
+def test_one_object_of_many_parts_is_one(parts: list[RawPart]) -> None:
+    assert not is_in_review(model(*parts))
+
+
+@pytest.mark.parametrize(
+    ("parts", "reason"),
+    [
+        ([*stool(), *stool(1.0, "other")], "stand apart"),
+        ([box((1.0, 1.0, 0.01), (0, 0, 0)), *(box((0.1, 0.1, 0.2), (x, 0, 0.105)) for x in (-0.4, -0.2, 0, 0.2, 0.4))],
+         "one ground"),
+        ([box((3, 3, 0.05), (0, 0, -0.03)), box((0.05, 3, 2.5), (-1.5, 0, 1.2)), box((3, 0.05, 2.5), (0, 1.5, 1.2)),
+          *stool(), *stool(0.8, "second"), *stool(-0.8, "third")], "walls stand around"),
+    ],
+    ids=["two stools", "five jars on a board", "a corner of a room"],
+)  # fmt: skip
+def test_several_things_are_for_a_person(parts: list[RawPart], reason: str) -> None:
+    found = guess(model(*parts))
+    assert found is not None
+    assert found.confidence < DOUBTFUL
+    assert reason in found.reason
+
+
+def test_pieces_of_one_form_and_a_plural() -> None:
+    crate = box((0.85, 0.6, 0.02), (0, 0, 0))
+    buns = [RawPart(name="b", mesh=ball((x, 0, 0.11)), material=Material(id="brown")) for x in (-0.3, -0.1, 0.1, 0.3)]
+    found = guess(model(crate, *buns), "crate_buns.glb", "bread_roll")
+    assert found is not None
+    assert found.confidence < 0.2
+    assert "4 pieces of one form" in found.reason
+    assert "'crate_buns'" in found.reason
+    assert guess(model(crate, *buns), "dish_stack.glb", "dish_stack") is None, (
+        "a stack is several things, and rightly so"
+    )
+
+
+@pytest.mark.parametrize(
+    ("path", "category", "expected"),
+    [
+        ("fox.glb", "object", True),
+        ("fox_mug.glb", "mug", False),
+        ("Sword.glb", "object", True),
+        ("office.glb", "object", True),
+        ("shaderBall.glb", "ball", True),
+        ("cabinet/IAIDrawerW60.glb", "cabinet", True),
+        ("mug.glb", "mug", False),
+    ],
+)
+def test_names_of_what_is_no_household_object(path: str, category: str, expected: bool) -> None:
+    assert is_in_review(model(box((0.1, 0.1, 0.1), (0, 0, 0))), path, category) is expected
+
+
+def test_a_rig_is_that_of_a_figure() -> None:
+    body = box((0.3, 0.2, 1.8), (0, 0, 0.9))
+    assert is_in_review(model(body, joints=20))
+    assert not is_in_review(model(body, joints=2))
+
+
+def test_nodes_of_several_kinds_are_several_things_unless_the_whole_has_a_name() -> None:
+    parts = [box((1, 1, 0.1), (0, 0, z / 10), name) for z, name in enumerate(("table", "vase", "lamp", "mug"))]
+    assert is_in_review(model(*parts))
+    assert not is_in_review(model(*parts), "hamburger.glb", "hamburger")
+
+
+def test_a_set_is_taken_apart_by_contact_and_named_by_its_nodes() -> None:
+    things = things_of(
+        model(*stool(0, "wooden_stool"), *stool(1.0, "metal_stool"), box((0.2, 0.2, 0.6), (2, 0, 0.3), "root", "bin"))
+    )
+    assert [(one.name, len(one.parts), one.count) for one in things.taken] == [("bin", 1, 1), ("wooden_stool", 5, 2)]
+
+
+def test_things_on_a_ground_are_told_from_it_and_crumbs_belong_to_the_nearest() -> None:
+    ground = box((2, 2, 0.02), (0, 0, -0.01), "root", "floor")
+    crumb = box((0.01, 0.01, 0.01), (0.56, 0, 0.3), "root", "stool")
+    chest = box((0.5, 0.3, 0.6), (-0.6, 0, 0.3), "root", "chest")
+    things = things_of(model(ground, *stool(0.3), crumb, chest))
+    assert {one.name: len(one.parts) for one in things.taken} == {"floor": 1, "stool": 6, "chest": 1}
+
+
+def test_mirrored_things_are_not_equal() -> None:
+    hook = joined(box_mesh((0.1, 0.3, 0.1), (0, 0, 0), True), box_mesh((0.3, 0.05, 0.07), (0.1, 0.1, 0.1), True))
+    mirrored = hook.with_vertices(hook.vertices * (-1.0, 1.0, 1.0) + (2.0, 0.0, 0.0))
+    turned = hook.with_vertices(hook.vertices * (-1.0, -1.0, 1.0) + (4.0, 0.0, 0.0))
+    parts = [RawPart(name=f"p{i}", mesh=mesh, material=Material(id="m"), nodes=("root", f"hook_{i}"))
+             for i, mesh in enumerate((hook, mirrored, turned))]  # fmt: skip
+    assert [(one.name, one.count) for one in things_of(model(*parts)).taken] == [("hook_0", 2), ("hook_1", 1)]
+
+
+def test_a_thing_is_read_alone_and_its_id_hangs_on_file_and_node(tmp_path: Path) -> None:
+    whole = model(*stool(0, "stool"), box((0.2, 0.2, 0.9), (2, 0, 0.45), "root", "bin"))
+    alone = model_of_thing(whole, "bin", "set.glb")
+    assert len(alone.parts) == 1
+    assert codes_of(alone) == {codes.TAKEN_APART}
+    with pytest.raises(Rejected, match="nothing called 'jar'"):
+        model_of_thing(whole, "jar", "set.glb")
+    files = {"set.glb": b"bytes"}
+    digests = [Bundle(main="set.glb", files=files, thing=name).sha256 for name in ("", "bin", "stool")]
+    assert len(set(digests)) == 3
+    assert Bundle(main="other.glb", files={"other.glb": b"bytes"}, thing="bin").sha256 == digests[1]
+
+
+def instanced(count: int) -> bytes:
+    """A cube-like tetrahedron that a node places `count` times, ten units apart, each twice as large as in the mesh."""
+    made = Gltf([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3])
+    places = np.array([(10 * i, 0, 0) for i in range(count)], dtype="<f4")
+    attributes = {
+        "TRANSLATION": made.add(places, "VEC3"),
+        "SCALE": made.add(np.full((count, 3), 2, dtype="<f4"), "VEC3"),
+    }
+    made.node["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    made.document["extensionsUsed"] = made.document["extensionsRequired"] = ["EXT_mesh_gpu_instancing"]
+    return made.glb()
+
+
+def test_instances_are_expanded_and_are_several_things() -> None:
+    read = load_bytes("x.glb", instanced(3))
+    assert read.instances == 3
+    lowest = [part.mesh.vertices.min(axis=0).tolist() for part in read.parts]
+    assert lowest == [[0, 0, 0], [10, 0, 0], [20, 0, 0]]
+    assert read.parts[0].mesh.vertices.max() == 2
+    assert is_in_review(read)
+    (one,) = things_of(read).taken
+    assert (one.name, one.count) == ("thing", 3)
+
+
+def test_no_more_instances_are_read_than_say_something() -> None:
+    read = load_bytes("x.glb", instanced(MAX_COPIES + 5))
+    assert len(read.parts) == MAX_COPIES
+    assert any("5 more are left out" in note.message for note in read.notes)
+
+
+def test_older_records_keep_their_digests() -> None:
+    assert "nodes" not in json.loads(model(box((1, 1, 1), (0, 0, 0))).to_json())["parts"][0]
+    assert "node" not in json.loads(Source(kind=SourceKind.FOLDER, path="a.glb").to_json())
