@@ -32,12 +32,13 @@ _REQUIRED = (Role.BUFFER, Role.LAYER)
 _PICTURE_FOLDERS = ("", "textures", "texture", "images", "../textures", "../materials/textures")
 
 
-def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
+def collect(found: Found, limits: Mapping[str, float], looked_at: set[str] | None = None) -> Bundle:
     """Read an input.
 
     Args:
         found: what `discover` yielded.
         limits: `input_bytes` is the most that all files together may hold.
+        looked_at: takes up the paths of all files and folders whose state decides what is read, missing ones too.
     Raises:
         Rejected: the main file or a glTF buffer is missing, refused, too large or of the wrong type.
     """
@@ -46,7 +47,7 @@ def collect(found: Found, limits: Mapping[str, float]) -> Bundle:
         name = f"{found.source.path}.trimesh"
         model = RawModel.from_json((found.root / found.main).read_bytes())
         return Bundle(main=name, files={}, notes=found.notes, model=model, thing=thing)
-    place = place_of(found)
+    place = place_of(found, looked_at)
     data = place.read(found.main, limits["input_bytes"])
     kind = sniff(data, printable(main))
     collector = _Collector(found, place, limits["input_bytes"] - len(data), main, data)

@@ -31,25 +31,38 @@ class Place(Protocol):
         ...
 
 
-def place_of(found: Found) -> Place:
-    """Where an input and its companions lie. Raises Rejected as Archive.members."""
-    return _ArchivePlace(found) if found.archive else _DiskPlace(found)
+def place_of(found: Found, looked_at: set[str] | None = None) -> Place:
+    """Where an input and its companions lie.
+
+    Args:
+        looked_at: takes up the paths of all files and folders that are looked at from now on, missing ones too.
+    Raises:
+        Rejected: as Archive.members.
+    """
+    seen = set() if looked_at is None else looked_at
+    if found.archive:
+        seen.add(str(found.root / found.archive))
+        return _ArchivePlace(found)
+    return _DiskPlace(found, seen)
 
 
 class _DiskPlace:
-    def __init__(self, found: Found) -> None:
-        self._root = found.root
+    def __init__(self, found: Found, looked_at: set[str]) -> None:
+        self._root, self._looked_at = found.root, looked_at
 
     def read(self, path: str, max_bytes: float) -> bytes:
+        self._looked_at.add(str(self._root / path))
         return read_file(str(self._root / path), self._root, max_bytes)
 
     def has(self, path: str) -> bool:
+        self._looked_at.add(str(self._root / path))
         return os.path.lexists(self._root / path)
 
     def is_inside(self, folder: str) -> bool:
         return is_inside(str(self._root / folder), self._root)
 
     def listing(self, folder: str) -> list[str]:
+        self._looked_at.add(str(self._root / folder))
         try:
             return sorted(p.name for p in (self._root / folder).iterdir())
         except OSError:

@@ -28,6 +28,7 @@ from casa_assets.pipeline.ingest.refused_rows import RefusedRows, remainder_mess
 from casa_assets.pipeline.ingest.split import taken_apart
 from casa_assets.pipeline.ingest.stages import limits_in_key, with_overrides
 from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.ingest.survey_table import SurveyTable, without_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_files import picture_of
@@ -214,11 +215,7 @@ def _taken_apart(library: disk.Library, found: Sequence[Found], limits: Mapping[
 def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
     """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
     inputs = run.found
-    answers: dict[int, Survey | Rejected | WorkerFailure] = {}
-    for number, answer in pool.run(
-        "casa_assets.pipeline.ingest.survey:survey", [(f, options.category, run.limits) for f in inputs]
-    ):
-        answers[number] = run.heard(answer)
+    answers = {number: run.heard(answer) for number, answer in _answers(run, pool, options).items()}
     first: dict[str, str] = {}
     older = run.library.by_input()
     for number, one in enumerate(inputs):
@@ -233,6 +230,24 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
             first[answer.sha256] = one.source.place
             run.unreadable.note_readable(one)
             yield from _due(run, one, answer, older, options)
+
+
+def _answers(run: _Run, pool: Pool, options: Options) -> dict[int, Survey | Rejected | WorkerFailure]:
+    """The survey of every input by its number; those whose files have not changed are remembered."""
+    table = SurveyTable(run.library.cache, options.category, run.limits)
+    answers: dict[int, Survey | Rejected | WorkerFailure] = {}
+    for number, one in enumerate(run.found):
+        if (known := table.find(one)) is not None:
+            answers[number] = known
+    new = [number for number in range(len(run.found)) if number not in answers]
+    jobs = [(run.found[number], options.category, run.limits) for number in new]
+    fresh: list[tuple[Found, Survey]] = []
+    for place, answer in pool.run("casa_assets.pipeline.ingest.survey:survey", jobs):
+        if isinstance(answer, Survey):
+            fresh.append((run.found[new[place]], answer))
+        answers[new[place]] = without_states(answer) if isinstance(answer, Survey) else answer
+    table.keep(fresh)
+    return answers
 
 
 def _due(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import Rejected
@@ -19,12 +20,26 @@ CONTRADICTED_CONFIDENCE = 0.4
 
 @dataclass(frozen=True)
 class Survey:
-    """Digest of an input and its category, with the confidence, 0..1, and the reason."""
+    """Digest of an input and its category, with the confidence, 0..1, and the reason.
+
+    Attributes:
+        looked_at: files and folders whose state decided it, and that state, see `state_of`.
+    """
 
     sha256: str
     category: str
     confidence: float
     reason: str
+    looked_at: tuple[tuple[str, str], ...] = ()
+
+
+def state_of(path: str) -> str:
+    """State of a file or folder that changes whenever it is written anew; empty where there is none."""
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError):
+        return ""
+    return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
 
 
 def warm() -> None:
@@ -35,12 +50,14 @@ def warm() -> None:
 def survey(job: tuple[Found, str, Mapping[str, float]]) -> Survey | Rejected:
     """Survey of an input. The job is the input, the category that the user requested or nothing, and the limits."""
     found, requested, limits = job
+    looked_at: set[str] = set()
     try:
-        bundle = collect(found, limits)
+        bundle = collect(found, limits, looked_at)
     except Rejected as error:
         return error
     category, confidence, reason = find_category(found, requested)
-    return Survey(bundle.sha256, category.id, confidence, reason)
+    states = tuple((path, state_of(path)) for path in sorted(looked_at))
+    return Survey(bundle.sha256, category.id, confidence, reason, states)
 
 
 def find_category(found: Found, requested: str) -> tuple[Category, float, str]:

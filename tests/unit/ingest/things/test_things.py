@@ -98,7 +98,9 @@ def test_several_things_are_for_a_person(parts: list[RawPart], reason: str) -> N
 
 def test_pieces_of_one_form_and_a_plural() -> None:
     crate = box((0.85, 0.6, 0.02), (0, 0, 0))
-    buns = [RawPart(name="b", mesh=ball((x, 0, 0.11)), material=Material(id="brown")) for x in (-0.3, -0.1, 0.1, 0.3)]
+    buns = [
+        RawPart(name="b", mesh=ball((x, 0, 0.11)), material=Material(id="brown")) for x in (-0.33, -0.11, 0.11, 0.33)
+    ]
     found = guess(model(crate, *buns), "crate_buns.glb", "bread_roll")
     assert found is not None
     assert found.confidence < 0.2

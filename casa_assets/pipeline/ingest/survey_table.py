@@ -1,0 +1,94 @@
+"""What earlier runs found out about inputs whose files have not changed since, so that they are not read again.
+
+It lies in the cache of the library, and deleting it costs time and nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+import time
+from collections.abc import Iterable, Mapping
+from contextlib import closing, suppress
+from dataclasses import replace
+from pathlib import Path
+
+from casa_assets.ingest.sources.found import Found
+from casa_assets.pipeline.cache.cache_key import key_of
+from casa_assets.pipeline.ingest.survey import Survey, state_of
+
+NAME = "surveys.sqlite"
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS surveys (input TEXT PRIMARY KEY, made_by TEXT, survey TEXT);
+"""
+# A file that is younger than this when it is read may change again without a trace in its times, which come in steps.
+MIN_AGE_NS = 50_000_000
+
+
+class SurveyTable:
+    """Surveys by input.
+
+    Args:
+        cache: folder of the cache. requested: category that is requested for all inputs, or empty.
+        limits: of the run; those on the bytes of an input count.
+    """
+
+    def __init__(self, cache: Path, requested: str, limits: Mapping[str, float]) -> None:
+        self._path = cache / NAME
+        self._made_by = key_of("casa_assets.pipeline.ingest.survey:survey")
+        self._said = f"{requested}\0{limits['input_bytes']}"
+        self._kept: dict[str, str] = {}
+        with suppress(sqlite3.Error, OSError), closing(self._open()) as database:
+            rows = database.execute("SELECT input, survey FROM surveys WHERE made_by = ?", (self._made_by,))
+            self._kept = dict(rows.fetchall())
+
+    def find(self, found: Found) -> Survey | None:
+        """What an earlier run found out, where every file is as it was then."""
+        text = self._kept.get(self._key(found))
+        if text is None or found.is_model:
+            return None
+        try:
+            sha256, category, confidence, reason, looked_at = json.loads(text)
+            if all(state_of(path) == state for path, state in looked_at):
+                return Survey(sha256, category, confidence, reason)
+        except (ValueError, TypeError):
+            pass  # not what was written there: it is read again
+        return None
+
+    def keep(self, surveys: Iterable[tuple[Found, Survey]]) -> None:
+        """Keep what was found out now, but for files that are so young that they may still change unseen."""
+        newest = time.time_ns() - MIN_AGE_NS
+        rows = [
+            (self._key(found), self._made_by, json.dumps((s.sha256, s.category, s.confidence, s.reason, s.looked_at)))
+            for found, s in surveys
+            if not found.is_model and all(not state or int(state.split()[1]) < newest for _, state in s.looked_at)
+        ]
+        if not rows:
+            return
+        with suppress(sqlite3.Error, OSError), closing(self._open()) as database, database:
+            database.execute("DELETE FROM surveys WHERE made_by != ?", (self._made_by,))
+            database.executemany("INSERT OR REPLACE INTO surveys VALUES (?, ?, ?)", rows)
+
+    def _key(self, found: Found) -> str:
+        """Key of an input: its place, and what its source says of it."""
+        notes = [note.to_json() for note in found.notes]
+        said = f"{self._said}\0{found.root}\0{found.main}\0{found.source.to_json()}\0{notes}"
+        return hashlib.sha256(said.encode("utf-8", "surrogateescape")).hexdigest()
+
+    def _open(self) -> sqlite3.Connection:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        database = sqlite3.connect(self._path)
+        try:
+            database.executescript(_SCHEMA)
+        except sqlite3.DatabaseError:  # no table: what a disk fault has left there
+            database.close()
+            self._path.unlink(missing_ok=True)
+            database = sqlite3.connect(self._path)
+            database.executescript(_SCHEMA)
+        return database
+
+
+def without_states(survey: Survey) -> Survey:
+    """The survey alone, as the rest of a run needs it."""
+    return replace(survey, looked_at=())
