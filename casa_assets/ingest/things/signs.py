@@ -187,7 +187,8 @@ def walls_of(components: Components, whole: Floats) -> Mask:
     normals, area = face_normals(components.points, components.faces)
     is_along = np.abs(normals).max(axis=1) > 0.98
     planar = np.bincount(components.label, area * is_along, components.count)
-    return reach & (planar >= PLANAR * np.bincount(components.label, area, components.count))
+    is_wall: Mask = reach & (planar >= PLANAR * np.bincount(components.label, area, components.count))
+    return is_wall
 
 
 def _sides_of_box(components: Components, walls: Mask) -> Mask:

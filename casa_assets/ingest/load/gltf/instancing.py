@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.gltf.accessor import Accessors
 from casa_assets.ingest.load.gltf.graph import MeshInstance, SceneGraph, placing_matrix
@@ -16,10 +14,10 @@ EXTENSION = "EXT_mesh_gpu_instancing"
 # Copies that are read of one file, a choice: more of them say nothing new of what the file holds.
 MAX_COPIES = 256
 # What a copy has where a column is missing.
-_STILL = (
-    ("TRANSLATION", np.zeros(3)),
-    ("ROTATION", np.array([0.0, 0.0, 0.0, 1.0])),
-    ("SCALE", np.ones(3)),
+_STILL: tuple[tuple[str, tuple[float, ...]], ...] = (
+    ("TRANSLATION", (0.0, 0.0, 0.0)),
+    ("ROTATION", (0.0, 0.0, 0.0, 1.0)),
+    ("SCALE", (1.0, 1.0, 1.0)),
 )
 
 
@@ -41,7 +39,7 @@ def with_instances(
             placed.append(one)
             continue
         columns = {
-            name: accessors.floats(attributes.count(name), still.shape)
+            name: accessors.floats(attributes.count(name), (len(still),))
             for name, still in _STILL
             if attributes.has(name)
         }
@@ -50,9 +48,8 @@ def with_instances(
         left_out += count - read
         copies += read
         for i in range(read):
-            translation, rotation, scale = (columns[name][i] if name in columns else still for name, still in _STILL)
-            matrix = one.world_from_mesh @ placing_matrix(translation, rotation, scale)
-            placed.append(replace(one, world_from_mesh=matrix, copy_number=i + 1))
+            row = [columns[name][i].tolist() if name in columns else list(still) for name, still in _STILL]
+            placed.append(replace(one, world_from_mesh=one.world_from_mesh @ placing_matrix(*row), copy_number=i + 1))
     if copies:
         message = f"{copies} copies of meshes ({EXTENSION}) are read as things of their own"
         notes.add(codes.FEATURE_IGNORED, "nodes", message + (f"; {left_out} more are left out" if left_out else ""))
