@@ -39,7 +39,7 @@ def guess_of_things(
         signs += signs_of_form(model)
     if model.joints >= MIN_JOINTS:
         signs.append(Sign(FIGURE, f"a rig of {model.joints} bones moves it, as it does a figure"))
-    named = sign_of_nodes([part.nodes for part in model.parts], source, vocabulary)
+    named = sign_of_nodes([part.nodes or (part.name,) for part in model.parts], source, vocabulary)
     if named is not None:
         signs.append(named)
     alone = math.prod(1 - sign.probability for sign in signs)

@@ -73,7 +73,7 @@ class SurveyTable:
     def _key(self, found: Found) -> str:
         """Key of an input: its place, and what its source says of it."""
         notes = [note.to_json() for note in found.notes]
-        said = f"{self._said}\0{found.root}\0{found.main}\0{found.source.to_json()}\0{notes}"
+        said = f"{self._said}\0{found.root}\0{found.archive}\0{found.main}\0{found.source.to_json()}\0{notes}"
         return hashlib.sha256(said.encode("utf-8", "surrogateescape")).hexdigest()
 
     def _open(self) -> sqlite3.Connection:

@@ -78,7 +78,8 @@ def read_fbx(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     if up in _TURNED:
         notes.add(codes.FEATURE_IGNORED, "axes", f"states that minus {_TURNED[up].value} points up; read as if plus")
     stated = metres if np.isfinite(metres) and metres > 0.0 else None
-    return raw_model(parts, notes, name, Format.FBX, stated, _UPS.get(up, _TURNED.get(up)))
+    joints = max((len(skin.clusters) for skin in _held(scene.skin_deformers)), default=0)
+    return raw_model(parts, notes, name, Format.FBX, stated, _UPS.get(up, _TURNED.get(up)), joints)
 
 
 class _Reader:
