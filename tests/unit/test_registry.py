@@ -93,6 +93,7 @@ SOUND: dict[str, str | None] = {
     "fixtures": "",
     "limits": 'hull_count: {value: 32, unit: "", why: "Cost."}\n',
     "materials": "",
+    "other_things": "{always: [shader], parts: [leg], figures: [], places: [], shapes: [], outdoors: [], arms: []}\n",
     "rejections": "GEO001: {name: degenerate_shape, meaning: m, remedy: n}\n",
     "densities": 'hollow_clay: {kg_m3: 700, why: "A pot."}\n',
     "substances": "ceramic: {density: 2300, static_friction: 0.5, dynamic_friction: 0.4}\n",

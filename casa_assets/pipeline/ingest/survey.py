@@ -69,7 +69,7 @@ def find_category(found: Found, requested: str) -> tuple[Category, float, str]:
     if source.node:  # The name and title of the file speak of all things in it together.
         named = known.find_category([source.node])
         if named is not None:
-            return named[0], named[1] * 0.9, named[2]
+            return named
         return known.category(registry.FALLBACK), 0.1, f"{source.node!r} names no category that the registry knows"
     if source.category:
         match = known.find_category([source.category])
