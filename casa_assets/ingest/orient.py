@@ -25,6 +25,8 @@ MIN_CONFIDENCE_ANY_POSE = 0.9
 # How many times more probable than the axis that the file states another way up has to be; of those on 102 meshes that
 # were less so, most were wrong.
 OVERRULE_ODDS = 5.0
+# Cosine from which on two ways up are opposite ones.
+OPPOSITE_COSINE = 0.99
 # Candidates whose score without rain is so far behind the best one are dropped, nats; rain decides for vessels.
 HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
 
@@ -103,12 +105,27 @@ def _best_candidate(
         log = posterior(True, log > log.max() - margin)
     share = np.exp(log - log.max())
     share /= share.sum()
+    if category.upright is RestingPose.LIES and category.build is MatterFill.SOLID:
+        share = _with_other_side(share, rotations)
     best = int(np.argmax(share))
     stated = next((k for k, (name, _) in enumerate(options) if name == stated_up), None)
     if stated is None or stated == best or share[best] > OVERRULE_ODDS * share[stated]:
         return options[best][0], rotations[best], float(share[best])
     # Between these two alone: a third way up is no reason to doubt the file.
     return options[stated][0], rotations[stated], float(share[stated] / (share[stated] + share[best]))
+
+
+def _with_other_side(share: Floats, rotations: Sequence[Floats]) -> Floats:
+    """(N,) probabilities of lying as each candidate does on either side, of those where that is the likelier one.
+
+    A banana lies as well on one side as on the other; which one is up is no doubt about how it lies.
+    """
+    ups = np.array([rotation[2] for rotation in rotations])
+    is_opposite = ups @ ups.T < -OPPOSITE_COSINE
+    other = np.where(is_opposite, share[None], 0.0)
+    is_likelier: Mask = share >= other.max(axis=1)
+    both: Floats = np.where(is_likelier, share + other.sum(axis=1), share)
+    return both
 
 
 def _front(samples: Floats, category: Category, draft: Draft, name: str, override: UserOverride) -> Facing:

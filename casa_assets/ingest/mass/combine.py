@@ -27,7 +27,7 @@ MIN_THICKNESS_RATIO = 1e-7
 # to stand for all; a choice.
 SAME_BOX_SHARE = 0.02
 # Confidence below which there is a note; a choice.
-DOUBTFUL_CONFIDENCE = 0.5
+DOUBTFUL_CONFIDENCE = 0.65
 
 
 def mass(

@@ -50,6 +50,9 @@ DOUBLE_WALL_AREA_RATIO = 1.25
 # choices.
 HULL_FILL, HULL_FILL_SPREAD, BENT_FILL_SPREAD = 0.9, 0.25, 0.6
 
+# Ratio to the nearer end of a category's range from which on the estimates speak of another thing, or another size.
+FAR_OFF = 5.0
+
 
 class EstimateMethod(StrEnum):
     """Method of an estimate."""
@@ -198,10 +201,10 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
         message += f"; together {kg:.3g} kg, but a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
         kg = by_method[EstimateMethod.USUAL].kg
     confidence = (
-        0.9 if ratio <= 1.5 else 0.75 if ratio <= agreement_ratio else 0.55 if ratio <= agreement_ratio**1.6 else 0.35
+        0.9 if ratio <= 1.5 else 0.85 if ratio <= agreement_ratio else 0.75 if ratio <= agreement_ratio**1.6 else 0.6
     )
-    if off > 1:
-        confidence = min(confidence, 0.55 if off < agreement_ratio else 0.35)
+    if off > 1:  # things of one kind differ less in mass than volumes and walls of their meshes do
+        confidence = min(confidence, 0.7 if off < agreement_ratio else 0.6 if off < FAR_OFF else 0.4)
     return CombinedMass(kg, confidence, ratio, message)
 
 

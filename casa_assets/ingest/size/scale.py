@@ -37,9 +37,11 @@ STATED_UNIT_RIGHT = 0.5
 HOUSEHOLD_M = (0.005, 3.0)
 # Spread (log) of how far odd things of a kind leave its range, and the share of things that are odd; choices.
 ODD_SPREAD, ODD_SHARE = 0.35, 0.5
+# How many times likelier a size in metres is usual for a category if the thing is of it than if it is not; an estimate.
+SIZE_FITS_ODDS = 2.5
 # A usual size counts as right within this factor of the truth, which is how far things of most kinds differ; a choice,
 # as the numbers below.
-CORRECT_FACTOR = 1.5
+CORRECT_FACTOR = 1.7
 # Largest confidence of a size that comes from the category alone, since there are odd sizes in each.
 MAX_CONFIDENCE = 0.85
 # Largest confidence if the category is unknown.
@@ -140,7 +142,9 @@ def _weighed_with_category(
         longest: side in units of the file. says_nothing: the file's size is no size, since the mesh was normalised.
     """
     unit_m = draft.metres_per_unit
-    if unit_m is None or decision.value == "as_stated" or decision.factor == unit_m:
+    if decision.value in ("as_stated", "metre"):
+        return decision if says_nothing or category.id == UNKNOWN else _borne_out(decision, draft)
+    if unit_m is None or decision.factor == unit_m:
         return decision
     size_m = longest * unit_m
     if says_nothing or category.id == UNKNOWN or not HOUSEHOLD_M[0] <= size_m <= HOUSEHOLD_M[1]:
@@ -159,6 +163,13 @@ def _weighed_with_category(
         return ScaleDecision(unit_m, "as_stated", (odd + other_kind) / total, reason, category_confidence)
     confidence = decision.confidence * wrong_unit / total
     return replace(decision, confidence=confidence, category_confidence=category_confidence, is_overruled=True)
+
+
+def _borne_out(decision: ScaleDecision, draft: Draft) -> ScaleDecision:
+    """The decision for a size that nobody had to change: that it is usual for its kind speaks for the name."""
+    sure = draft.confidence_in("category")
+    odds = SIZE_FITS_ODDS * sure
+    return replace(decision, category_confidence=odds / (odds + 1 - sure))
 
 
 def _belief(vertices: Floats, extents: Floats, category: Category, stated: StatedSize) -> SizePrior:
