@@ -42,23 +42,23 @@ class BuildContext(Record):
 
     Attributes:
         asset_id: name of the result. sha256: of the bundle.
-        source: the source's own words. kind: the guess of the category.
-        category, classes, substance: what the registry says of that kind.
+        source: the source's own words. category, classes, substance: what the registry says of its kind.
         limits: numbers of registry/limits.yaml that the stages read.
         override: what a person decided about this input.
         failed_ups: ways up in which it was built before and failed.
+        kind: the guess of the category; None where it was not guessed.
     """
 
     asset_id: str
     sha256: str
     source: Source
-    kind: Guess
     category: Category
     classes: tuple[str, ...]
     substance: Substance
     limits: dict[str, float]
     override: UserOverride = NO_OVERRIDE
     failed_ups: tuple[str, ...] = ()
+    kind: Guess | None = None
 
     @property
     def generated(self) -> bool:
@@ -94,7 +94,7 @@ def _clean(model: RawModel, context: BuildContext) -> Draft:
     # What is cleaned away, such as a ground under several things, says whether it is one thing: that is asked first.
     guess = guess_of_things(model, context.source, context.category, known.vocabulary, known.other_things)
     draft = clean(model, context.category)
-    told = (context.kind,) if guess is None else (context.kind, guess)
+    told = tuple(one for one in (context.kind, guess) if one is not None)
     return draft.replace(guesses=(*told, *draft.guesses))
 
 
