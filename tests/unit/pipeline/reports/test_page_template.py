@@ -17,6 +17,7 @@ from casa_assets.pipeline.reports import (
     kitchens,
     page_template,
 )
+from casa_assets.pipeline.review import page
 
 FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
 HOSTILE = "<script>alert(1)</script>"
@@ -28,6 +29,7 @@ PAGES = {
     "kitchens.html": kitchens,
     "catalogue.html": catalogue,
     "articulate_review.html": review_page,
+    "review.html": page,
 }
 
 
@@ -38,6 +40,7 @@ def pages() -> dict[str, str]:
         "summary": kitchens.summary_page([row]),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
         "catalogue": catalogue.page([], {}),
+        "review": page.render_page([], {}, HOSTILE),
     }
 
 
@@ -60,7 +63,7 @@ def test_a_changed_template_makes_a_page_anew(name: str) -> None:
 
 
 def test_every_template_belongs_to_a_page() -> None:
-    known = {*PAGES, *page_template.SHARED, "library.css", "library.js"}
+    known = {*PAGES, *page_template.SHARED, "library.css", "library.js", "review.js"}
     assert {path.name for path in FOLDER.iterdir()} == known
 
 
