@@ -1,6 +1,6 @@
-"""Mutated GLB, OBJ, PLY, STL and DAE files, read and made into assets for a given time; tells what no input may do.
+"""Mutated files of every format, read and made into assets for a given time; tells what no input may do.
 
-    ./dev bench fuzz_ingest [--minutes 30] [--seed 1] [--wholes 2] [--specimens FOLDER] [--out out/fuzz]
+    ./dev bench fuzz_ingest [--minutes 30] [--seed 1] [--wholes 2] [--specimens FOLDER] [--only usd] [--out out/fuzz]
 
 Every case follows from the seed and its number. A finding is an error that is no rejection, a crash, a hang, more
 memory than allowed, a reading of more than 10 s of processor time, or a file or address beyond the folder of the case;
@@ -28,9 +28,10 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--wholes", type=int, default=2)
     parser.add_argument("--specimens", default="")
+    parser.add_argument("--only", default="")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "fuzz")
     asked = parser.parse_args()
-    plan = Plan(asked.seed, asked.minutes * 60, asked.out, asked.wholes, asked.specimens, asked.first)
+    plan = Plan(asked.seed, asked.minutes * 60, asked.out, asked.wholes, asked.specimens, asked.first, asked.only)
     result = Result()
     for batch, result in enumerate(fuzz(plan)):
         if batch % 10 == 0:

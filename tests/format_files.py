@@ -6,10 +6,13 @@ import base64
 import io
 import struct
 import tarfile
+import tempfile
 import zipfile
+from pathlib import Path
 
 import DracoPy
 import numpy as np
+from pxr import Sdf
 
 from tests.ktx2_pictures import UASTC
 from tests.mesh_files import QUARTERS, Gltf, png
@@ -93,6 +96,15 @@ def usdz(layer: str = "", **members: bytes) -> bytes:
         for name, data in members.items():
             packed.writestr(zipfile.ZipInfo(name), data)
     return out.getvalue()
+
+
+def usdc() -> bytes:
+    """The same box as a crate, without a picture."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.ImportFromString(usda())
+    with tempfile.TemporaryDirectory() as folder:
+        layer.Export(f"{folder}/a.usdc")
+        return Path(folder, "a.usdc").read_bytes()
 
 
 def fbx(picture: bytes = b"", indices: str = "", points: str = "") -> bytes:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
 import struct
 
 import numpy as np
 
+from tests import format_files
 from tests.exfiltration_inputs import dae_of_box
 from tests.mesh_files import QUARTERS, Gltf, png
 from tests.meshes import box_mesh
@@ -27,6 +29,24 @@ def specimens() -> dict[str, Files]:
         "stl_binary": {"a.stl": _stl_binary()},
         "stl_text": {"a.stl": _stl_text()},
         "dae": {"a.dae": dae_of_box(), "a.png": png(QUARTERS)},
+        "draco": {"a.glb": format_files.draco_glb()},
+        "usda": {"a.usda": format_files.usda().encode(), "a.png": png(QUARTERS)},
+        "usdc": {"a.usdc": format_files.usdc()},
+        "usdz": {"a.usdz": format_files.usdz()},
+        "fbx": {"a.fbx": format_files.fbx(png(QUARTERS))},
+        "x3d": {"a.x3d": format_files.x3d().encode(), "a.png": png(QUARTERS)},
+        "wrl": {"a.wrl": format_files.wrl().encode()},
+        "3ds": {"a.3ds": format_files.max3ds(), "a.png": png(QUARTERS)},
+    }
+
+
+def packed_specimens() -> dict[str, Files]:
+    """As `specimens`, archives of inputs: they have to be opened before they can be read."""
+    obj, material = _obj(), b"newmtl m\nKd 0.5 0.2 0.1\n"
+    return {
+        "zip": {"a.zip": format_files.zipped(**{"a.obj": obj, "a.mtl": material, "b.stl": _stl_binary()})},
+        "tar": {"a.tar": gzip.decompress(format_files.tarred(**{"a.obj": obj, "a.mtl": material}))},
+        "tar_gz": {"a.tar.gz": format_files.tarred(**{"a.obj": obj, "a.mtl": material})},
     }
 
 

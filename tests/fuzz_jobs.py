@@ -7,6 +7,7 @@ import os
 import resource
 import shutil
 import sys
+import tempfile
 import time
 import traceback
 from collections import Counter
@@ -19,12 +20,13 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.load import load
+from casa_assets.ingest.load.formats import SUFFIXES
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted
 from casa_assets.pipeline.ingest.survey import Survey, survey
 from casa_assets.pipeline.ingest.worker import work
 from casa_assets.pipeline.library import library as disk
-from tests.fuzz_corpus import Files, specimens
+from tests.fuzz_corpus import Files, packed_specimens, specimens
 from tests.fuzz_mutations import mutate
 
 SLOW_S = 10.0  # processor seconds that reading a file of a few kilobytes may take
@@ -52,7 +54,7 @@ class Batch:
 
     Attributes:
         seed: of the run. first, count: numbers of the cases. folder: for the files; `now` in it names the case.
-        seeds: folder of more files to start from, or empty.
+        seeds: folder of more files to start from, or empty. only: beginning of the names of specimens, or empty.
     """
 
     seed: int
@@ -60,6 +62,7 @@ class Batch:
     count: int
     folder: Path
     seeds: str = ""
+    only: str = ""
 
 
 @dataclass
@@ -76,11 +79,11 @@ def warm() -> None:
     registry.load()
 
 
-def case(seed: int, number: int, seeds: str = "") -> tuple[str, Files]:
-    """Name of the specimen, and the files of a case, its main file first."""
+def case(seed: int, number: int, seeds: str = "", only: str = "") -> tuple[str, Files]:
+    """Name of the specimen, and the files of a case, its main file first; `only`: of specimens whose names begin so."""
     rng = Random(f"{seed}:{number}")
     stock = _stock(seeds)
-    name = rng.choice(sorted(stock))
+    name = rng.choice(sorted(name for name in stock if name.startswith(only)))
     files = dict(stock[name])
     victim = rng.choice([f for f in files if not f.endswith((".png", ".jpg"))])
     others = tuple(data for other in ("glb_rich", "obj", "dae", "stl_binary") for data in specimens()[other].values())
@@ -94,10 +97,10 @@ _STOCKS: dict[str, dict[str, Files]] = {}
 def _stock(seeds: str) -> dict[str, Files]:
     """Specimens, and the files of a folder that are small enough to be read thousands of times."""
     if seeds not in _STOCKS:
-        stock = specimens()
+        stock = {**specimens(), **packed_specimens()}
         for path in sorted(Path(seeds).rglob("*")) if seeds else ():
             suffix = path.suffix.lower()
-            if suffix in (".glb", ".obj", ".ply", ".stl", ".dae") and path.is_file() and path.stat().st_size < 300_000:
+            if suffix in SUFFIXES and path.is_file() and path.stat().st_size < 300_000:
                 stock[f"{path.stem}{suffix}"] = {f"a{suffix}": path.read_bytes()}
         _STOCKS[seeds] = stock
     return _STOCKS[seeds]
@@ -107,10 +110,11 @@ def read_batch(batch: Batch) -> Tally:
     """Find, collect, read and clean every case; the number of the one under way is on disk, for whoever survives us."""
     tally = Tally()
     escapes = _watch(batch.folder)
+    tempfile.tempdir = str(batch.folder)
     now = os.open(batch.folder / "now", os.O_WRONLY | os.O_CREAT, 0o600)
     for number in range(batch.first, batch.first + batch.count):
         os.pwrite(now, f"{number:>20}".encode(), 0)
-        _, files = case(batch.seed, number, batch.seeds)
+        _, files = case(batch.seed, number, batch.seeds, batch.only)
         begin = time.process_time()
         try:
             verdict = _read(batch.folder, files)
@@ -140,7 +144,11 @@ def _read(folder: Path, files: Mapping[str, bytes]) -> str:
     place.mkdir()
     for name, data in files.items():
         (place / name).write_bytes(data)
-    (found,) = discover([place / next(iter(files))])
+    verdicts = [_verdict(found) for found in discover([place / next(iter(files))])]
+    return verdicts[0] if verdicts else "nothing"
+
+
+def _verdict(found: Found | Refused) -> str:
     if isinstance(found, Refused):
         return found.code
     limits = registry.load().limits
@@ -185,20 +193,20 @@ def _watch(folder: Path) -> list[str]:
     return heard
 
 
-def whole(job: tuple[int, int, Path, str]) -> str:
+def whole(job: tuple[int, int, Path, str, str]) -> str:
     """One case through all that `ingest` does to an input; `accepted` or a code.
 
     Args:
-        job: seed, number, folder for files and library, folder of more specimens.
+        job: seed, number, folder for files and library, folder of more specimens, beginning of their names.
     """
-    seed, number, folder, seeds = job
-    _, files = case(seed, number, seeds)
+    seed, number, folder, seeds, only = job
+    _, files = case(seed, number, seeds, only)
     place = folder / "in"
     shutil.rmtree(place, ignore_errors=True)
     place.mkdir(parents=True)
     for name, data in files.items():
         (place / name).write_bytes(data)
-    (found,) = discover([place / next(iter(files))])
+    found = next(iter(discover([place / next(iter(files))])))
     assert isinstance(found, Found)
     limits = dict(registry.load().limits)
     known = survey((found, "", limits))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import struct
+import zipfile
 from collections.abc import Callable, Mapping
 from random import Random
 from typing import Any
@@ -26,6 +28,28 @@ WORDS: Mapping[str, tuple[bytes, ...]] = {
             b'<input semantic="VERTEX" source="#v" offset="99999999"/>', b'url="#s"', b'count="-1"', b'stride="0"',
             b"<xi:include/>", b'encoding="utf-7"', b"<polylist>", b"<vcount>99999999 3</vcount>", b'offset="0"'),
     "glb": (b"glTF", b"JSON", b"BIN\0", b"\x00\x00\x00\x00", b'"uri":"../x"', b'"uri":"data:,"', b"[[[[[[[["),
+    "usda": (b"references = @/etc/passwd@", b"(references = </thing>)", b"@../../x.usda@",
+             b"payload = @http://x/y.usda@",
+             b"def Mesh \"box\" {", b"int[] holeIndices = [0, 99]", b"subLayers = [@a.usda@]", b"clips = {",
+             b"None", b"inf",
+             b"variantSet \"v\" = {", b"instanceable = true", b"[]", b"(((((", b"inherits = </thing/box>", b"}", b"{"),
+    "usdc": (b"PXR-USDC", b"\xff" * 8, b"\x00" * 8, b"TOKENS\0", b"SPECS\0"),
+    "fbx": (b"Objects:  {", b"}", b"a: 0,1,-3", b'C: "OO",11,11', b'C: "OO",10,10', b'C: "OO",0,11',
+             b"*4294967295 {", b"\"\"",
+            b"PolygonVertexIndex: *3 { a: 0,1,99 }", b'Content: , "////"', b'RelativeFilename: "../../x.png"', b"\x00"),
+    "x3d": (b"<!DOCTYPE x [<!ENTITY a 'b'>]>", b"&a;", b"<Transform USE='place'/>", b"<Shape USE='thing'/>",
+             b"<Group>" * 600,
+            b"coordIndex='0 1 2 99 -1'", b"<Inline url='\"http://x\"'/>", b"<Script>", b"</Shape>",
+             b"<Box size='nan 1 1'/>",
+            b"rotation='0 0 0 nan'", b"scale='0 0 0'", b"<LOD>", b"<Switch whichChoice='99'>",
+             b"<IndexedTriangleStripSet index='-1 0'/>"),
+    "wrl": (b"USE place", b"USE thing", b"DEF thing", b"children [" * 400, b"Transform { children [", b"]", b"}",
+             b"\"", b"NULL",
+            b"PROTO x [ ] { }", b"ROUTE a.b TO c.d", b"Script { url \"javascript: x\" }",
+             b"Inline { url \"http://x\" }", b"#"),
+    "3ds": (b"\x4d\x4d\xff\xff\xff\xff", b"\x00\x41\x06\x00\x00\x00", b"\x10\x41\x08\x00\x00\x00\xff\xff", b"\x00" * 6),
+    "zip": (b"PK\x01\x02", b"PK\x03\x04", b"PK\x05\x06", b"../", b"PK\x06\x07"),
+    "blend": (b"ENDB", b"DNA1", b"\xff" * 8),
 }  # fmt: skip
 VALUES: tuple[Any, ...] = (
     None, True, -1, 0, 1, 2, 5, 7, 255, 5120, 5121, 5123, 5125, 5126, 2**31, 2**32, 2**63, 10**30, 0.5, -0.5, 1e308,
@@ -45,7 +69,10 @@ def mutate(data: bytes, suffix: str, rng: Random, others: tuple[bytes, ...] = ()
         out = bytearray(_json_mutated(data, rng))
         if rng.random() < 0.7:
             return bytes(out)
-    is_text = suffix in ("obj", "mtl", "dae") or (suffix in ("ply", "stl") and b"\0" not in data)
+    if suffix in ("usdz", "zip") and rng.random() < 0.6:
+        return _member_mutated(data, rng)
+    is_text = suffix in ("obj", "mtl", "dae", "usda", "x3d", "wrl")
+    is_text |= suffix in ("ply", "stl", "fbx") and b"\0" not in data
     for _ in range(rng.choice((1, 1, 1, 2, 2, 3, 5, 8))):
         kinds = (*_BYTES, *(_TEXT * 2 if is_text else ()))
         rng.choice(kinds)(out, suffix, rng)
@@ -97,7 +124,7 @@ def _repeat(out: bytearray, _: str, rng: Random) -> None:
 
 def _insert(out: bytearray, suffix: str, rng: Random) -> None:
     at = _place(out, rng)
-    out[at:at] = rng.choice((*WORDS[suffix], rng.randbytes(rng.choice((1, 4, 16, 64)))))
+    out[at:at] = rng.choice((*WORDS.get(suffix, WORDS["zip"]), rng.randbytes(rng.choice((1, 4, 16, 64)))))
 
 
 def _truncate(out: bytearray, _: str, rng: Random) -> None:
@@ -122,7 +149,7 @@ def _line(out: bytearray, suffix: str, rng: Random) -> None:
     elif kind == 2:
         lines[at:at] = [lines[other]] * rng.choice((1, 10, 1000))
     elif kind == 3:
-        lines[at:at] = [rng.choice(WORDS[suffix])]
+        lines[at:at] = [rng.choice(WORDS.get(suffix, WORDS["zip"]))]
     else:
         lines[at] = lines[at] + b" " + lines[other]
     out[:] = b"\n".join(lines)
@@ -167,6 +194,19 @@ def _json_mutated(data: bytes, rng: Random) -> bytes:
     text += b" " * (-len(text) % 4)
     body = struct.pack("<II", len(text), 0x4E4F534A) + text + rest
     return b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body
+
+
+def _member_mutated(data: bytes, rng: Random) -> bytes:
+    """A zip with one of its members mutated, whole again."""
+    with zipfile.ZipFile(io.BytesIO(data)) as packed:
+        members = {info.filename: packed.read(info) for info in packed.infolist()}
+    victim = rng.choice(sorted(members))
+    members[victim] = mutate(members[victim], victim.rpartition(".")[2].lower(), rng)
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED) as packed:
+        for name, content in members.items():
+            packed.writestr(zipfile.ZipInfo(name), content)
+    return out.getvalue()
 
 
 def _holders(value: Any) -> list[Any]:

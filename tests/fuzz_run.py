@@ -36,6 +36,7 @@ class Plan:
         seed: all that follows hangs on it. seconds: how long. folder: empty, for files and findings.
         wholes: how many of the sound cases of a batch go through everything, checks included.
         seeds: folder of more specimens, or empty. first: number of the first case.
+        only: beginning of the names of the specimens that are mutated; empty: all.
     """
 
     seed: int
@@ -44,6 +45,7 @@ class Plan:
     wholes: int = 0
     seeds: str = ""
     first: int = 0
+    only: str = ""
 
 
 @dataclass
@@ -82,7 +84,7 @@ def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Tally:
     """A batch; where its process died, the case that killed it is a finding and the rest goes on behind it."""
     total = Tally()
     while count > 0:
-        job = Batch(plan.seed, first, count, plan.folder / "work", plan.seeds)
+        job = Batch(plan.seed, first, count, plan.folder / "work", plan.seeds, plan.only)
         ((_, answer),) = pool.run("tests.fuzz_jobs:read_batch", [job])
         if isinstance(answer, Tally):
             total.verdicts.update(answer.verdicts)
@@ -102,7 +104,7 @@ def _batch(pool: Pool, plan: Plan, first: int, count: int) -> Tally:
 def _whole(pool: Pool, plan: Plan, number: int, result: Result) -> None:
     folder = plan.folder / "whole"
     shutil.rmtree(folder, ignore_errors=True)
-    ((_, answer),) = pool.run("tests.fuzz_jobs:whole", [(plan.seed, number, folder, plan.seeds)])
+    ((_, answer),) = pool.run("tests.fuzz_jobs:whole", [(plan.seed, number, folder, plan.seeds, plan.only)])
     result.wholes += 1
     if isinstance(answer, WorkerFailure):
         found = Finding(number, f"whole_{KINDS[answer.reason]}", f"{answer.message}\n{answer.trace}")
@@ -117,7 +119,7 @@ def _add(result: Result, findings: list[Finding], plan: Plan) -> None:
         result.findings.append(one)
         folder = plan.folder / "findings" / f"{one.kind}_{plan.seed}_{one.number}"
         folder.mkdir(parents=True, exist_ok=True)
-        specimen, files = case(plan.seed, one.number, plan.seeds)
+        specimen, files = case(plan.seed, one.number, plan.seeds, plan.only)
         for name, data in files.items():
             (folder / name).write_bytes(data)
         told = {"seed": plan.seed, "number": one.number, "specimen": specimen, "kind": one.kind, "message": one.message}
