@@ -109,6 +109,7 @@ def _stock(seeds: str) -> dict[str, Files]:
 def read_batch(batch: Batch) -> Tally:
     """Find, collect, read and clean every case; the number of the one under way is on disk, for whoever survives us."""
     tally = Tally()
+    _stock(batch.seeds)  # read before the watch begins
     escapes = _watch(batch.folder)
     tempfile.tempdir = str(batch.folder)
     now = os.open(batch.folder / "now", os.O_WRONLY | os.O_CREAT, 0o600)

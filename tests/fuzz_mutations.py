@@ -8,6 +8,7 @@ import re
 import struct
 import zipfile
 from collections.abc import Callable, Mapping
+from copy import deepcopy
 from random import Random
 from typing import Any
 
@@ -189,7 +190,7 @@ def _json_mutated(data: bytes, rng: Random) -> bytes:
         elif kind < 0.45 and isinstance(holder[key], int | float):
             holder[key] = rng.choice((holder[key] + 1, -holder[key], holder[key] * 1000, holder[key] * 1e30))
         else:
-            holder[key] = rng.choice(VALUES)
+            holder[key] = deepcopy(rng.choice(VALUES))
     text = json.dumps(document).encode("utf-8", "surrogatepass")
     text += b" " * (-len(text) % 4)
     body = struct.pack("<II", len(text), 0x4E4F534A) + text + rest

@@ -16,7 +16,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
-from tests.libraries import casa
+from tests.libraries import casa, input_rows
 
 # Words of the index for a reason to reject -> codes; where there are none, the code whose name is that word.
 REASONS: Mapping[str, tuple[str, ...]] = {
@@ -300,4 +300,4 @@ class HostileSet:
         done = casa("ingest", source, "--library", library, "--json", *self._options, *options, **self._environment)
         self.codes[os.fsdecode(os.fsencode(source.name))] = done.returncode
         assert done.returncode in (0, 1), (source.name, done.returncode, done.stderr[-2000:])
-        return [Said.of(json.loads(line)) for line in done.stdout.splitlines()]
+        return [Said.of(row) for row in input_rows(done.stdout)]

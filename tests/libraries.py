@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.library import entry_table
@@ -64,6 +66,12 @@ def make_boxes(folder: Path) -> None:
     done = casa("ingest", folder / "in", "--library", folder / "library", "--jobs", 1, "--json", PYTHONHASHSEED="0")
     assert done.returncode == 1, done.stdout + done.stderr
     (folder / "lines.jsonl").write_text(done.stdout, encoding="utf-8")
+
+
+def input_rows(printed: str) -> list[dict[str, Any]]:
+    """Rows of `ingest --json` that are about inputs, not about the files that are no meshes."""
+    rows: list[dict[str, Any]] = [json.loads(line) for line in printed.splitlines()]
+    return [row for row in rows if row["status"] != "no_mesh"]
 
 
 def with_cache(out: Path, cache: Path) -> Path:

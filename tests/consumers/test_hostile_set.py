@@ -16,7 +16,7 @@ import pytest
 from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
 from tests.access_audit import Watch
 from tests.hostile_set import TWINS, HostileSet, Said, disputed, told, verdict
-from tests.libraries import casa
+from tests.libraries import casa, input_rows
 
 pytestmark = pytest.mark.certify
 
@@ -137,7 +137,7 @@ def test_two_million_faces_within_the_limits(tmp_path: Path, watch: Watch) -> No
     mesh = tmp_path / "mug_2m_faces.stl"
     subprocess.run([sys.executable, str(BAD / "gen_2m_faces.py"), str(mesh)], check=True)
     done = casa("ingest", mesh, "--library", tmp_path / "library", "--json", **watch.environment)
-    (said,) = [Said.of(json.loads(line)) for line in done.stdout.splitlines()]
+    (said,) = [Said.of(row) for row in input_rows(done.stdout)]
     assert (said.accepted and "MSH015" in said.warnings) or said.code == "SRC015", told(said)
 
 
@@ -146,7 +146,7 @@ def at_once(hostile: HostileSet) -> tuple[int, list[Said], str]:
     """The whole set, links and odd names included, in one run: exit code, what was said of each, the last lines."""
     library = hostile.work / "library_at_once"
     done = casa("ingest", hostile.root / "files", "--library", library, "--json", "--jobs", 2, *OPTIONS)
-    return done.returncode, [Said.of(json.loads(line)) for line in done.stdout.splitlines()], done.stderr[-2000:]
+    return done.returncode, [Said.of(row) for row in input_rows(done.stdout)], done.stderr[-2000:]
 
 
 def test_the_whole_set_in_one_run_ends_as_any_other(at_once: tuple[int, list[Said], str]) -> None:

@@ -11,6 +11,8 @@ from typing import Any
 
 import pytest
 
+from tests.libraries import input_rows
+
 pytestmark = pytest.mark.certify
 
 SHARED = Path(os.environ.get("CASA_SHARED", "../shared"))
@@ -41,7 +43,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[dict[str, 
     command = [sys.executable, "-m", "casa_assets.cli.main", "ingest", *sources, "--library", str(library), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode in (0, 1), done.stderr
-    return library, [json.loads(line) for line in done.stdout.splitlines()]
+    return library, input_rows(done.stdout)
 
 
 def test_every_input_ends_with_a_verdict(run: tuple[Path, list[dict[str, Any]]]) -> None:

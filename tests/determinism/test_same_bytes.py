@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
 import pytest
 
-from tests.libraries import casa, differences, entries_of
+from tests.libraries import casa, differences, entries_of, input_rows
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +41,7 @@ def test_a_second_run_changes_nothing(inputs: Path, library: Path, tmp_path: Pat
     shutil.copytree(library, again)
     before = {path: path.stat().st_mtime_ns for path in again.glob("*/*/*.json")}
     done = casa("ingest", inputs, "--library", again, "--json")
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    rows = input_rows(done.stdout)
     assert done.returncode == 1
     assert [row["kept"] for row in rows] == [True] * 7
     assert differences(library, again) == []

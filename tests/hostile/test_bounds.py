@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,7 +20,7 @@ from casa_assets.ingest.sources.manifest import MAX_BROKEN_ROWS
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.ingest.run import Options, ingest
 from tests.access_audit import Watch
-from tests.libraries import BOXES, box_obj, casa
+from tests.libraries import BOXES, box_obj, casa, input_rows
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, Gltf, codes_of, load_bytes, png
 
 PICTURE = np.full((64, 64, 3), 90, dtype=np.uint8)
@@ -74,7 +73,7 @@ def test_limits_are_options(tmp_path: Path, options: list[str], code: str) -> No
     folder = make_box(tmp_path / "in")
     done = casa("ingest", folder, "--library", tmp_path / "library", "--json", *options)
     assert done.returncode == 1, done.stderr
-    assert [json.loads(line)["code"] for line in done.stdout.splitlines()] == [code]
+    assert [row["code"] for row in input_rows(done.stdout)] == [code]
 
 
 @pytest.mark.slow
@@ -82,7 +81,7 @@ def test_limits_are_options(tmp_path: Path, options: list[str], code: str) -> No
 def test_limits_of_pictures_are_options(tmp_path: Path, options: list[str]) -> None:
     folder = make_box(tmp_path / "in")
     done = casa("ingest", folder, "--library", tmp_path / "library", "--json", *options)
-    (row,) = [json.loads(line) for line in done.stdout.splitlines()]
+    (row,) = input_rows(done.stdout)
     assert row["status"] == "accepted"
     assert "SRC047" in {w["code"] for w in row["warnings"]}
 
@@ -109,7 +108,7 @@ def test_indices_cannot_fill_the_memory_of_the_parent(tmp_path: Path) -> None:
     watch = Watch(tmp_path / "watch")
     done = casa("ingest", tmp_path / "in", "--library", tmp_path / "library", "--json", **watch.environment)
     assert done.returncode == 1, done.stderr
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    rows = input_rows(done.stdout)
     said: dict[str, set[str]] = {}
     for row in rows:
         said.setdefault(row["path"].split("/")[0], set()).add(row["code"])

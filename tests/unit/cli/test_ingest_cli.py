@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 import signal
@@ -15,7 +14,7 @@ import pytest
 
 from casa_assets.cli.text import terminal_safe
 from tests.determinism.test_kill import children
-from tests.libraries import ROOT, casa, command, entries_of, limited
+from tests.libraries import ROOT, casa, command, entries_of, input_rows, limited
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +23,7 @@ def inputs(boxes: Path) -> Path:
 
 
 def test_json_lines(boxes: Path) -> None:
-    rows = [json.loads(line) for line in (boxes / "lines.jsonl").read_text(encoding="utf-8").splitlines()]
+    rows = input_rows((boxes / "lines.jsonl").read_text(encoding="utf-8"))
     assert sorted((row["path"], row["status"], row["code"]) for row in rows) == [
         ("broken.glb", "rejected", "SRC002"),
         ("cereal_box.obj", "accepted", ""),
@@ -139,7 +138,7 @@ def test_hostile_names_do_not_reach_the_terminal(tmp_path: Path) -> None:
     assert "\x1b" not in done.stdout
     shutil.rmtree(tmp_path / "library")
     done = casa("ingest", tmp_path / "in", "--library", tmp_path / "library", "--json")
-    assert sorted(json.loads(line)["path"] for line in done.stdout.splitlines()) == [
+    assert sorted(row["path"] for row in input_rows(done.stdout)) == [
         "a\nb[red]\x1b[31m.obj",
         "c\\udcff.obj",
     ]

@@ -27,6 +27,8 @@ MAX_MEMBERS = 2000
 DEEPEST_PRIM = 200
 # Folders that a layer may lie above the main one, within what the user named.
 MOST_UP = 8
+# What the library of USD raises on files that are broken.
+FAULTS = (Tf.ErrorException, RuntimeError, UnicodeError, OverflowError, OSError)
 _OUTSIDE = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]*:|/|\\|`|~)|\[|\]|\0")
 
 
@@ -81,27 +83,29 @@ def asset_paths(data: bytes, name: str, folder: Path) -> tuple[list[str], list[s
     Raises:
         Rejected: SCENE_UNREADABLE where it is no layer, or is nested without end.
     """
-    layer = open_layer(data, name, folder)
     pictures: dict[str, None] = {}
-    for spec in _specs(layer, name):
-        if isinstance(spec, Sdf.AttributeSpec) and isinstance(spec.default, Sdf.AssetPath):
-            pictures[spec.default.path] = None
-    return [path for path in layer.GetCompositionAssetDependencies() if path], [path for path in pictures if path]
+    try:
+        layer = _opened(data, name, folder)
+        for spec in _specs(layer, name):
+            if isinstance(spec, Sdf.AttributeSpec) and isinstance(spec.default, Sdf.AssetPath):
+                pictures[spec.default.path] = None
+        layers = [path for path in layer.GetCompositionAssetDependencies() if path]
+    except FAULTS as error:
+        raise broken(name) from error
+    return layers, [path for path in pictures if path]
 
 
-def open_layer(data: bytes, name: str, folder: Path) -> Sdf.Layer:
+def _opened(data: bytes, name: str, folder: Path) -> Sdf.Layer:
     """A layer by itself: nothing that it names is opened. Raises Rejected SCENE_UNREADABLE."""
     suffix = ".usdc" if data.startswith(b"PXR-USDC") else ".usda"
     copy = folder / f"layer{suffix}"
     copy.write_bytes(data)
     try:
         layer = Sdf.Layer.OpenAsAnonymous(str(copy)) if data.startswith((b"PXR-USDC", b"#usda")) else None
-    except (Tf.ErrorException, RuntimeError, ValueError) as error:
-        raise _broken(name) from error
     finally:
         copy.unlink()
     if layer is None:
-        raise _broken(name)
+        raise broken(name)
     return layer
 
 
@@ -141,7 +145,8 @@ def _specs(layer: Sdf.Layer, name: str) -> Iterator[Sdf.Spec]:
             waiting += [variant.primSpec for variant in variants.variants.values()]
 
 
-def _broken(name: str) -> Rejected:
+def broken(name: str) -> Rejected:
+    """The refusal of a layer that USD cannot read."""
     return Rejected(
         codes.SCENE_UNREADABLE, f"{name}: this is no readable USD layer; open it in usdview, export it again"
     )

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
@@ -19,13 +19,13 @@ from casa_assets.ingest.load.image import srgb_bytes_from_linear
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, transformed
-from casa_assets.ingest.load.usd.layers import MOST_UP, checked, inside, unpacked
+from casa_assets.ingest.load.usd.layers import FAULTS, MOST_UP, broken, checked, inside, unpacked
 from casa_assets.ingest.load.usd.materials import UsdMaterials, named_values
 from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
 # Prims of a stage with its instances expanded; references that double at each of many levels make more.
-MAX_PRIMS = 100_000
+MAX_PRIMS = 20_000
 _UPS = {"Y": Up.Y, "Z": Up.Z}
 _LEFT_OUT = {
     "PointInstancer": "points at which things are repeated are left out; make instances of them real",
@@ -49,11 +49,14 @@ def read_usd(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawMo
     if main == bundle.main:
         members = {posixpath.normpath(path): data for path, data in bundle.files.items()}
     with tempfile.TemporaryDirectory(prefix="casa_usd_") as folder:
-        stage = _open(posixpath.normpath(main), members, Path(folder, *(["_"] * MOST_UP)), name)
         reader = _Reader(members, posixpath.dirname(main), limits, notes, name)
-        parts = [part for prim in _prims(stage, notes, name) for part in reader.parts(prim)]
-        up = _UPS.get(str(UsdGeom.GetStageUpAxis(stage)).upper())
-        metres = float(UsdGeom.GetStageMetersPerUnit(stage))
+        try:
+            stage = _open(posixpath.normpath(main), members, Path(folder, *(["_"] * MOST_UP)), name)
+            parts = [part for prim in _prims(stage, notes, name) for part in reader.parts(prim)]
+            up = _UPS.get(str(UsdGeom.GetStageUpAxis(stage)).upper())
+            metres = float(UsdGeom.GetStageMetersPerUnit(stage))
+        except FAULTS as error:  # a crate is read piece by piece, so that a broken one may be found at any of these
+            raise broken(name) from error
     stated = metres if np.isfinite(metres) and metres > 0.0 else None
     return raw_model(parts, notes, name, Format.USD, stated, up)
 
@@ -66,31 +69,27 @@ def _open(main: str, members: Mapping[str, bytes], folder: Path, name: str) -> U
             place = folder / inside(path, name)
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(data)
-    try:
-        for path in members:
-            if (folder / path).is_file():
-                layer = Sdf.Layer.FindOrOpen(str(folder / path))
-                if layer is None:
-                    raise Rejected(
-                        codes.SCENE_UNREADABLE, f"{name}: {printable(path, 60)} is no layer; export it again"
-                    )
-                checked(layer, path, members, name)
-                kept.append(layer)
-        stage = Usd.Stage.Open(str(folder / main)) if (folder / main).is_file() else None
-    except (Tf.ErrorException, RuntimeError, ValueError, OSError) as error:
-        message = f"{name}: USD cannot open it ({printable(type(error).__name__, 40)}); flatten it and export it again"
-        raise Rejected(codes.SCENE_UNREADABLE, message) from error
+    for path in members:
+        if (folder / path).is_file():
+            layer = Sdf.Layer.FindOrOpen(str(folder / path))
+            if layer is None:
+                raise broken(name)
+            checked(layer, path, members, name)
+            kept.append(layer)
+    stage = Usd.Stage.Open(str(folder / main)) if (folder / main).is_file() else None
     if stage is None:
-        raise Rejected(codes.SCENE_UNREADABLE, f"{name}: USD cannot open it; flatten it and export it again")
+        raise broken(name)
     return stage
 
 
 def _prims(stage: Usd.Stage, notes: Notes, name: str) -> Iterator[UsdGeom.Mesh]:
     """Meshes that are shown, those of instances too."""
-    prims = iter(Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
-    for number, prim in enumerate(prims, start=1):
+    every = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+    for number, _ in enumerate(Usd.PrimRange.Stage(stage, every), start=1):
         if number > MAX_PRIMS:
             raise Rejected(codes.TOO_LARGE, f"{name}: more than {MAX_PRIMS} prims; export one object alone")
+    prims = iter(Usd.PrimRange.Stage(stage, every))
+    for prim in prims:
         kind = str(prim.GetTypeName())
         if kind in ("SkelRoot", "BlendShape", "Skeleton"):
             notes.add(codes.FEATURE_IGNORED, kind, "a rig or morph targets: read as it was modelled, without them")

@@ -9,8 +9,8 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
 
-# Scenes are a dozen deep; Python's own stack ends at about a thousand.
-DEEPEST = 300
+# Scenes are a dozen deep. Text is read by functions that call each other, four for a level, and Python ends at 1000.
+DEEPEST = 150
 
 
 @dataclass(eq=False)

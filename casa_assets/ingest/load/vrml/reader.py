@@ -26,7 +26,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
 # Nodes with those that are used several times counted as often; a scene that uses itself has no end.
-MAX_NODES = 200_000
+MAX_NODES = 50_000
 _NEVER = frozenset({"Script", "ProtoDeclare", "ExternProtoDeclare", "ProtoBody", "MetadataSet"})
 
 
