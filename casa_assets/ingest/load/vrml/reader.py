@@ -157,7 +157,16 @@ class _Reader:
         appearance = shape.first("Appearance")
         material = self._material(appearance, faces.colors is not None)
         label = shape.name or geometry.name or "shape"
-        yield part_of_corners(label, points, faces.corners, triangles, material, faces.uv, normals, faces.colors)
+        uv = self._laid_out(appearance, faces.uv)
+        yield part_of_corners(label, points, faces.corners, triangles, material, uv, normals, faces.colors)
+
+    def _laid_out(self, appearance: Node | None, uv: Floats | None) -> Floats | None:
+        """Texture coordinates, turned over where a picture is stored so (X3D 4.1, flipVertically)."""
+        if appearance is not None and appearance.first("TextureTransform") is not None:
+            self._notes.add(codes.FEATURE_IGNORED, "TextureTransform", "a transform of texture coordinates is left out")
+        if uv is None or not any(t.flag("flipVertically", default=False) for t in _textures(appearance)[:1]):
+            return uv
+        return np.column_stack((uv[:, 0], 1.0 - uv[:, 1]))
 
     def _cut(self, geometry: Node) -> tuple[Faces, Ints] | None:
         """Faces of a geometry, and its triangles as places in their corners; None where it has no surface."""

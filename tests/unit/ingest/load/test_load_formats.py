@@ -54,6 +54,15 @@ def test_the_picture_beside_it_is_shown(tmp_path: Path, name: str) -> None:
     assert model.parts[0].material.base_color_texture is not None
 
 
+def test_an_x3d_picture_that_is_stored_upside_down_is_turned() -> None:
+    plain = load_bytes("a.x3d", made.x3d(), **PICTURE).parts[0].mesh.uv
+    text = made.x3d().replace("<ImageTexture", "<ImageTexture flipVertically='true'")
+    turned = load_bytes("a.x3d", text, **PICTURE).parts[0].mesh.uv
+    assert plain is not None
+    assert turned is not None
+    assert np.allclose(plain * (1, -1) + (0, 1), turned)
+
+
 def test_a_picture_within_an_fbx_is_shown() -> None:
     model = load_bytes("a.fbx", made.fbx(PICTURE["a.png"]))
     assert model.parts[0].material.base_color_texture is not None
