@@ -45,7 +45,11 @@ def _usda(head: str = "", old: str = "", new: str = "") -> bytes:
 
 
 def _usd() -> Iterator[Hostile]:
-    crate, broken = made.usdc(), (codes.SCENE_UNREADABLE,)
+    crate, broken = made.usdc(), (codes.SCENE_UNREADABLE, codes.TRUNCATED, codes.LENGTH_MISMATCH)
+    at = crate.index(b"SPECS\0", 16)
+    at = struct.unpack_from("<q", crate, at + 16)[0]
+    yield Hostile("usd_lies_about_specs.usdc", crate[:at] + struct.pack("<Q", 2**33) + crate[at + 8 :],
+                  (codes.LENGTH_MISMATCH,))  # fmt: skip
     yield Hostile("usd_cut.usdc", crate[: len(crate) // 2], broken)
     yield Hostile("usd_noise.usdc", b"PXR-USDC" + np.random.default_rng(1).bytes(4000), broken)
     yield Hostile("usd_lies_about_its_table.usdc", crate[:16] + struct.pack("<q", 2**62) + crate[24:], broken)

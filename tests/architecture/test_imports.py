@@ -33,6 +33,8 @@ PLANTS = [
     ("mujoco", "export/mjcf", "import mujoco"),
     ("mujoco", "pipeline", "import mujoco"),
     ("trimesh", "geometry", "import trimesh"),
+    ("packed", "pipeline", "import ufbx"),
+    ("packed", "geometry", "import DracoPy"),
     ("coacd", "pipeline", "import coacd"),
     ("coacd", "geometry", "import vhacdx"),
     ("terminal", "pipeline", "import rich.console"),

@@ -101,15 +101,20 @@ def ingest(
         raise typer.Exit(2)
     if not json_ or explain:
         _print_summary(events, library, console, explain)
-    if faults := [event.path for event in events if event.code == CRASH_CODE]:
+    _end(events, CRASH_CODE)
+
+
+ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
+
+
+def _end(events: list[Event], crash_code: str) -> None:
+    """End with the exit code of a run; 0 is to return."""
+    if faults := [event.path for event in events if event.code == crash_code]:
         raise BatchFault(map(terminal_safe, faults))
     if any(event.was_rejected for event in events):
         raise typer.Exit(1)
     if any(event.is_in_review for event in events):
         raise typer.Exit(4)
-
-
-ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 
 def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:

@@ -20,6 +20,7 @@ from pxr import Sdf, Tf
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
+from casa_assets.ingest.load.usd.crate import check_crate
 
 SUFFIXES = (".usd", ".usda", ".usdc")
 # Layers and pictures of one package; a choice, as is the depth of paths.
@@ -28,7 +29,7 @@ DEEPEST_PRIM = 200
 # Folders that a layer may lie above the main one, within what the user named.
 MOST_UP = 8
 # What the library of USD raises on files that are broken.
-FAULTS = (Tf.ErrorException, RuntimeError, UnicodeError, OverflowError, OSError)
+FAULTS = (Tf.ErrorException, RuntimeError, UnicodeError, OverflowError, MemoryError, OSError)
 _OUTSIDE = re.compile(r"^([A-Za-z][A-Za-z0-9+.-]*:|/|\\|`|~)|\[|\]|\0")
 
 
@@ -97,6 +98,7 @@ def asset_paths(data: bytes, name: str, folder: Path) -> tuple[list[str], list[s
 
 def _opened(data: bytes, name: str, folder: Path) -> Sdf.Layer:
     """A layer by itself: nothing that it names is opened. Raises Rejected SCENE_UNREADABLE."""
+    check_crate(data, name)
     suffix = ".usdc" if data.startswith(b"PXR-USDC") else ".usda"
     copy = folder / f"layer{suffix}"
     copy.write_bytes(data)
@@ -136,6 +138,8 @@ def _specs(layer: Sdf.Layer, name: str) -> Iterator[Sdf.Spec]:
     waiting = list(layer.rootPrims)
     while waiting:
         prim = waiting.pop()
+        if prim is None:
+            raise broken(name)
         if prim.path.pathElementCount > DEEPEST_PRIM:
             raise Rejected(codes.SCENE_UNREADABLE, f"{name}: prims nested deeper than {DEEPEST_PRIM}; export it again")
         yield prim

@@ -133,9 +133,8 @@ def _display_look(prim: Usd.Prim, is_colored: bool) -> Look:
         return Look("material", (1.0, 1.0, 1.0))
     primvar = UsdGeom.PrimvarsAPI(prim).FindPrimvarWithInheritance("displayColor")
     raw = primvar.Get(Usd.TimeCode.EarliestTime()) if primvar else None
-    if raw is None or not _fits(raw, 3) or not len(raw):
-        return Look("material")
-    return Look("display_color", _triple(raw[0]))
+    shades = np.asarray(raw, dtype=np.float64).reshape(-1) if raw is not None and _fits(raw, 3) else np.zeros(0)
+    return Look("display_color", _triple(shades[:3])) if len(shades) >= 3 else Look("material")
 
 
 def _source(shader: UsdShade.Shader, entry: str) -> UsdShade.Shader | None:

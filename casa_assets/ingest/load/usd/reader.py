@@ -19,6 +19,7 @@ from casa_assets.ingest.load.image import srgb_bytes_from_linear
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.polygons import cut_polygons, part_of_corners
 from casa_assets.ingest.load.raw_parts import Bytes, ReadPart, check_face_count, raw_model, transformed
+from casa_assets.ingest.load.usd.crate import check_crate
 from casa_assets.ingest.load.usd.layers import FAULTS, MOST_UP, broken, checked, inside, unpacked
 from casa_assets.ingest.load.usd.materials import UsdMaterials, named_values
 from casa_assets.model.asset.material import Material
@@ -66,6 +67,7 @@ def _open(main: str, members: Mapping[str, bytes], folder: Path, name: str) -> U
     kept: list[Sdf.Layer] = []
     for path, data in members.items():
         if data.startswith((b"PXR-USDC", b"#usda")):
+            check_crate(data, name)
             place = folder / inside(path, name)
             place.parent.mkdir(parents=True, exist_ok=True)
             place.write_bytes(data)
@@ -196,7 +198,10 @@ class _Reader:
 
 def _array(values: object, width: int) -> Floats:
     """(N, width) numbers of an attribute; none where it has no value, or one of another shape."""
-    if values is None or not len(values):  # type: ignore[arg-type]
+    if values is None:
         return np.zeros((0, width))
-    out = np.asarray(values, dtype=np.float64)
-    return out.reshape(-1, width) if out.size % width == 0 else np.zeros((0, width))
+    try:
+        out = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):  # a value of a type that USD does not know
+        return np.zeros((0, width))
+    return out.reshape(-1, width) if out.ndim and out.size % width == 0 else np.zeros((0, width))
