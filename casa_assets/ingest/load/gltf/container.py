@@ -27,6 +27,15 @@ READABLE = frozenset(
     }
 )
 
+# What is read in full; others that a file uses are told.
+TAKEN_OVER = READABLE - {"KHR_lights_punctual"} | {"KHR_materials_pbrSpecularGlossiness"}
+
+
+def dropped_extensions(document: JsonObject) -> list[str]:
+    """Extensions that a file uses and that are not taken over, in their order."""
+    used = [name for name in document.array("extensionsUsed") if isinstance(name, str)]
+    return [name for name in dict.fromkeys(used) if name not in TAKEN_OVER]
+
 
 def open_document(data: bytes, name: str) -> tuple[JsonObject, bytes | None]:
     """The document and the GLB's binary chunk (None in a .gltf).

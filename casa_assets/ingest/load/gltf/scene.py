@@ -13,7 +13,7 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.accessor import Accessors
-from casa_assets.ingest.load.gltf.container import open_document
+from casa_assets.ingest.load.gltf.container import dropped_extensions, open_document
 from casa_assets.ingest.load.gltf.draco import unpack
 from casa_assets.ingest.load.gltf.graph import MeshInstance, SceneGraph, read_graph
 from casa_assets.ingest.load.gltf.instancing import with_instances
@@ -181,6 +181,8 @@ def read_gltf(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawM
     accessors = Accessors(document, binary, bundle.files, limits)
     surfaces = Surfaces(document, accessors, bundle.files, Images(limits, notes), notes)
     graph, instances = with_instances(document, accessors, read_graph(document, notes), notes)
+    for extension in dropped_extensions(document):
+        notes.add(codes.FEATURE_IGNORED, printable(extension, 60), "a glTF extension that is not taken over; left out")
     if document.array("animations"):
         notes.add(codes.FEATURE_IGNORED, "animations", "animations are left out; the rest pose is read")
     reader = _Reader(document, accessors, surfaces, graph, limits, notes, name)

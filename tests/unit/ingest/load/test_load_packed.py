@@ -65,6 +65,13 @@ def test_draco_that_is_broken_is_refused() -> None:
     assert refusal(made) == codes.TOO_LARGE
 
 
+def test_an_extension_that_is_dropped_is_told() -> None:
+    made = Gltf()
+    made.document["extensionsUsed"] = ["KHR_texture_transform", "KHR_materials_clearcoat", "X_y"]
+    told = [note.pointer for note in load_bytes("a.glb", made.glb()).notes if note.code == codes.FEATURE_IGNORED]
+    assert told == ["KHR_materials_clearcoat", "X_y"]
+
+
 def test_draco_of_points_alone_is_refused() -> None:
     made = packed_by_draco()
     view = made.view(DracoPy.encode(BOX.vertices))
