@@ -143,7 +143,9 @@ class Said:
     def of(cls, line: Mapping[str, Any]) -> Said:
         """From a line of JSON."""
         codes = tuple(w["code"] for w in line["warnings"])
-        return cls(line["path"], line["status"] == "accepted", line["code"], line["message"], codes, line["id"])
+        return cls(
+            line["path"], line["status"] in ("accepted", "review"), line["code"], line["message"], codes, line["id"]
+        )
 
 
 @dataclass(frozen=True)

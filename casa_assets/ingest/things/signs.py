@@ -44,6 +44,8 @@ class Sign(NamedTuple):
 def signs_of_form(model: RawModel) -> list[Sign]:
     """Signs in the surfaces of a model; none where it is one piece, or of more pieces than can be looked at."""
     surface = merge_parts(model.parts)
+    if not len(surface.faces):
+        return []
     components = split_components(surface.vertices, surface.faces, surface.point_of_vertex)
     if components.count == 1 or float(np.ptp(components.points, axis=0).max()) <= 0:
         return []

@@ -42,7 +42,12 @@ def test_tables_and_reasons(boxes: Path, tmp_path: Path) -> None:
     shutil.copytree(boxes / "library", tmp_path / "library")
     done = casa("ingest", boxes / "in", "--library", tmp_path / "library", "--explain")
     assert done.returncode == 1
-    for words in ("7 inputs: 3 accepted, 4 rejected (7 were there already)", "RUN006", "category: milk (", "mass: "):
+    for words in (
+        "7 inputs: 3 accepted, 0 in review, 4 rejected (7 were there already)",
+        "RUN006",
+        "category: milk (",
+        "mass: ",
+    ):
         assert words in done.stdout
     assert done.stderr == ""
 
