@@ -10,7 +10,7 @@ import numpy as np
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.evidence import pose_score, stance
+from casa_assets.ingest.pose.evidence import doubts, pose_score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
 from casa_assets.ingest.pose.surface_sample import SurfaceSample, sample_surface
 from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors
@@ -22,9 +22,9 @@ from casa_assets.model.registry.category import Category, MatterFill, RestingPos
 MAX_CONFIDENCE_UNKNOWN = 0.45
 # Smallest confidence in a pose if the category rests in any pose.
 MIN_CONFIDENCE_ANY_POSE = 0.9
-# How many times more probable than the axis that the file states another way up has to be; of those on 102 meshes that
-# were less so, most were wrong.
-OVERRULE_ODDS = 5.0
+# How many times more probable than the axis that the file states another way up has to be, beyond what the prior of the
+# stated axis says; a choice.
+OVERRULE_ODDS = 2.0
 # Cosine from which on two ways up are opposite ones.
 OPPOSITE_COSINE = 0.99
 # Candidates whose score without rain is so far behind the best one are dropped, nats; rain decides for vessels.
@@ -92,17 +92,13 @@ def _best_candidate(
     prior = priors(prior_key, [name for name, _ in options])
     rotations = [rotation for _, rotation in options]
 
-    def posterior(with_rain: bool, keep: Mask) -> Floats:
-        scores = [
-            p + pose_score(stance(cloud, rotation, with_rain), category) if kept else -np.inf
-            for p, rotation, kept in zip(prior, rotations, keep, strict=True)
-        ]
-        return np.array(scores)
-
-    log = posterior(False, np.ones(len(options), dtype=bool))
+    log = prior + np.array([pose_score(stance(cloud, r, with_rain=False), category) for r in rotations])
     if category.upright is not RestingPose.ANY and category.id != "object":
         margin = HOPELESS_NATS_VESSEL if category.build is MatterFill.VESSEL else HOPELESS_NATS
-        log = posterior(True, log > log.max() - margin)
+        kept = np.flatnonzero(log > log.max() - margin)
+        stances = [stance(cloud, rotations[k], with_rain=True) for k in kept]
+        log = np.full(len(options), -np.inf)
+        log[kept] = prior[kept] + np.array([pose_score(s, category) for s in stances]) / doubts(stances, category)
     share = np.exp(log - log.max())
     share /= share.sum()
     if category.upright is RestingPose.LIES and category.build is MatterFill.SOLID:

@@ -40,8 +40,13 @@ WALL_THICKNESS_M: Mapping[str, float] = {
     "textile": 0.003,
     "wood": 0.01,
 }
-# Substances whose density is the mean over the whole object, with the air in it.
+# Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs by
+# a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
 BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "unknown"})
+# Share of the box around a thing of its usual size that its outline fills; choices.
+OUTLINE_FILL = {MatterFill.FILLED: 0.85, MatterFill.SOLID: 0.6, MatterFill.HOLLOW: 0.7}
+# How often the usual mass counts where all estimates together are no mass that the category has; a choice.
+USUAL_COUNTS = 2
 # A closed mesh of something solid that fills less than this share of its outline is only its shell; a choice.
 SHELL_SHARE = 0.6
 # An open surface with more area than this, over that of its hull, has an inner and an outer wall; a choice.
@@ -50,6 +55,9 @@ DOUBLE_WALL_AREA_RATIO = 1.25
 # choices.
 HULL_FILL, HULL_FILL_SPREAD, BENT_FILL_SPREAD = 0.9, 0.25, 0.6
 
+# How sure a mass is whose estimates differ by up to the agreed ratio to the power of the first number, and beyond.
+SURE = ((0.6, 0.9), (1.0, 0.85), (1.6, 0.75), (2.3, 0.6))
+UNSURE = 0.4
 # Ratio to the nearer end of a category's range from which on the estimates speak of another thing, or another size.
 FAR_OFF = 5.0
 
@@ -113,7 +121,7 @@ def estimate_masses(
 def _by_volume(
     points: Floats, ids: Ints, solid: tuple[Floats, Ints] | None, category: Category, substance: Substance
 ) -> Estimate | None:
-    density = substance.density
+    density = _density(category, substance)
     solid_volume = None if solid is None else signed_volume(*solid)
     if category.build is MatterFill.VESSEL:
         if solid_volume is None:
@@ -132,10 +140,18 @@ def _by_volume(
     )
 
 
+def _density(category: Category, substance: Substance) -> float:
+    """Density in kg/m^3 of the volume of a full or solid thing, with the air in it."""
+    fill = OUTLINE_FILL.get(category.build)
+    if fill is None or substance.id not in BULK_DENSITY_SUBSTANCES - {"water_filled"}:
+        return substance.density
+    return category.mass_kg.typical / (fill * float(np.prod([side.typical for side in category.extents])))
+
+
 def _by_hull(volume: float, hull_area: float, category: Category, substance: Substance) -> Estimate | None:
     if category.build in (MatterFill.SOLID, MatterFill.FILLED) or substance.id in BULK_DENSITY_SUBSTANCES:
         spread = BENT_FILL_SPREAD if category.upright is RestingPose.LIES else HULL_FILL_SPREAD
-        kg = HULL_FILL * volume * substance.density
+        kg = HULL_FILL * volume * _density(category, substance)
         return Estimate(
             EstimateMethod.HULL,
             kg,
@@ -179,8 +195,9 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     """Combine estimates into one mass.
 
     The mass by volume is taken as it is where it is usual and the others agree; else the result is the mean of the
-    logarithms, weighted by the spreads. Where that is no usual mass of the category, volumes and walls say nothing, and
-    the usual mass of a thing of this size is taken; the confidence is low then.
+    logarithms, weighted by the spreads. Where that is no mass that the category has, it counts a third beside the usual
+    mass of a thing of this size; where even that is none, volumes and walls say nothing, and the usual mass is taken.
+    The confidence is low then.
 
     Args:
         estimates: at least the usual one. agreement_ratio: up to which two estimates agree, > 1.
@@ -199,10 +216,11 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     off = max(kg / mass_range.high, mass_range.low / kg)
     if off > 1:
         message += f"; together {kg:.3g} kg, but a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
-        kg = by_method[EstimateMethod.USUAL].kg
-    confidence = (
-        0.9 if ratio <= 1.5 else 0.85 if ratio <= agreement_ratio else 0.75 if ratio <= agreement_ratio**1.6 else 0.6
-    )
+        usual = by_method[EstimateMethod.USUAL].kg
+        kg = exp((log(kg) + USUAL_COUNTS * log(usual)) / (1 + USUAL_COUNTS))
+        if not mass_range.low <= kg <= mass_range.high:
+            kg = usual
+    confidence = next((sure for most, sure in SURE if ratio <= agreement_ratio**most), UNSURE)
     if off > 1:  # things of one kind differ less in mass than volumes and walls of their meshes do
         confidence = min(confidence, 0.7 if off < agreement_ratio else 0.6 if off < FAR_OFF else 0.4)
     return CombinedMass(kg, confidence, ratio, message)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,13 @@ from casa_assets.model.registry.category import Category, MatterFill, RestingPos
 
 # Cells along the longest side of the height map that is filled with rain; a choice.
 CELLS = 36
+# What a nat of the score is worth, by which it is divided, so that a way up that is told to be so sure is right so often;
+# those that lie, that are full, and hollow ones were fitted on the meshes of docs/ingest_pose.md, where scores overstate.
+# A vessel that holds nothing any way up has lost its best evidence.
+DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2
+DOUBTS = {MatterFill.FILLED: 2.0, MatterFill.HOLLOW: 1.5}
+# A vessel whose share of room, as `pose_score` counts it, is below this is a closed one; a choice.
+CLOSED_SHARE = 0.5
 # Points closer to the ground than this share of the height, or of the longest side, belong to the foot; choices.
 FOOT_SHARE, MIN_FOOT_SHARE = 0.025, 0.01
 
@@ -172,6 +180,17 @@ def pose_score(pose: Stance, category: Category) -> float:
         + 1.0 * foot_score
         + 1.0 * capacity_score
     )
+
+
+def doubts(stances: Sequence[Stance], category: Category) -> float:
+    """What `pose_score` of these poses of one thing has to be divided by before it is told as a probability."""
+    if category.upright is RestingPose.LIES and category.build is not MatterFill.VESSEL:
+        return DOUBTS_LIES
+    if category.build is MatterFill.VESSEL:
+        most = max(max(pose.rain_volume, pose.rain_volume_inverted) for pose in stances)
+        is_closed = category.upright is not RestingPose.LIES and _share(most) < CLOSED_SHARE
+        return DOUBTS_CLOSED_VESSEL if is_closed else DOUBTS_VESSEL
+    return DOUBTS.get(category.build, DOUBTS_OTHER)
 
 
 def _share(room: float) -> float:

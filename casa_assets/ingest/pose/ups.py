@@ -22,7 +22,7 @@ UP_ROTATIONS: dict[str, Floats] = {
 # defines y as up, and most exporters obey; OBJ, PLY and STL leave it open. Upside down comes from a wrong sign in a
 # converter. No prior is so strong that the shape could not outweigh it.
 UP_PRIOR: dict[str, dict[str, float]] = {
-    "declared_y": {"y": 0.86, "z": 0.05, "minus_y": 0.035},
+    "declared_y": {"y": 0.9, "z": 0.036, "minus_y": 0.025},
     "declared_z": {"z": 0.88, "y": 0.04, "minus_z": 0.03},
     # COLLADA's default is y up, which exporters leave as it is; others write the tag without turning the mesh.
     "dae_y": {"y": 0.69, "z": 0.16, "minus_y": 0.05},

@@ -23,6 +23,8 @@ LARGE_GROUP = 0.3
 # Sides of alike pieces differ by no more than this share; they are so large, and compact ones have no side shorter
 # than this share of the longest.
 ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
+# Between the tops of legs and what rests on them is no more than this.
+LEG_SLACK = 0.03
 # Pieces that are all alike make up so much of the area.
 ALL_ALIKE = 0.85
 # A ground is so thin and covers so much of the floor plan; a thing on it is so large, and so high for its width.
@@ -53,7 +55,7 @@ def signs_of_form(model: RawModel) -> list[Sign]:
         return [Sign(0.6, f"it is made of {components.count} separate pieces")]
     contacts = Contacts(components)
     ups = up_axes(model)
-    found = [_apart(contacts, ups), _alike(components), *(_on_ground(contacts, up) for up in ups), _room(contacts)]
+    found = [_apart(contacts, ups), _alike(components, ups), *(_on_ground(contacts, up) for up in ups), _room(contacts)]
     return [sign for sign in found if sign is not None]
 
 
@@ -82,14 +84,28 @@ def _apart(contacts: Contacts, ups: Sequence[int]) -> Sign | None:
     return Sign(0.3, f"{len(large)} groups of pieces do not touch each other")
 
 
-def _alike(components: Components) -> Sign | None:
-    """Compact pieces of one form, or pieces of one form that are all there is."""
+def _alike(components: Components, ups: Sequence[int]) -> Sign | None:
+    """Compact pieces of one form, or pieces of one form that are all there is; not the legs that a thing stands on."""
     same, is_all = alike_pieces(components)
-    if not len(same):
+    if not len(same) or any(_are_legs(components, same, up) for up in ups):
         return None
     if is_all:
         return Sign(0.7, f"it is made of {len(same)} pieces of one form and nothing else")
     return Sign(0.75, f"it holds {len(same)} pieces of one form")
+
+
+def _are_legs(components: Components, same: Ints, up: int) -> bool:
+    """True if pieces alike are what all stands on, and one other piece rests on all of them."""
+    slack = LEG_SLACK * float(np.ptp(components.points, axis=0).max())
+    lower, upper = components.lower, components.upper
+    if (lower[same, up] > lower[:, up].min() + slack).any():
+        return False
+    plan = [k for k in range(3) if k != up]
+    middle = (lower[same] + upper[same])[:, plan] / 2
+    others = np.setdiff1d(np.arange(components.count), same)
+    rests = (np.abs(lower[others, None, up] - upper[None, same, up]) <= slack).all(axis=1)
+    covers = (lower[others][:, None, plan] <= middle) & (middle <= upper[others][:, None, plan])
+    return bool((rests & covers.all(axis=(1, 2))).any())
 
 
 def alike_pieces(components: Components) -> tuple[Ints, bool]:

@@ -96,10 +96,25 @@ def test_where_they_disagree_it_is_between_them_and_nobody_is_sure() -> None:
     found = guess("mug", matter=0.48, shell=0.1, usual=0.34)
     assert 0.25 < found.kg < 0.48
     assert found.ratio > 3
-    assert found.confidence < 0.5
+    assert found.confidence <= 0.6
+    assert guess("mug", matter=0.6, shell=0.05, usual=0.34).confidence < 0.5
 
 
-def test_out_of_range_the_usual_mass_is_taken_and_not_sure() -> None:
+def test_a_little_out_of_range_the_usual_mass_draws_it_back() -> None:
+    found = guess("mug", matter=0.9, shell=0.8, usual=0.33)
+    assert 0.33 < found.kg < 0.5
+    assert found.confidence < 0.8
+
+
+def test_the_air_in_what_is_sold_by_the_box_is_that_of_the_category() -> None:
+    kind = category("boxed_food")
+    a, b, c = (side.typical for side in kind.extents)
+    assert of(box_mesh((a, b, c), (0, 0, 0), shared=True), "boxed_food")[EstimateMethod.MATTER] == pytest.approx(
+        kind.mass_kg.typical / 0.85, rel=0.05
+    )
+
+
+def test_far_out_of_range_the_usual_mass_is_taken_and_not_sure() -> None:
     found = guess("mug", matter=5.0, shell=4.0, usual=0.5)
     assert found.kg == 0.5
     assert found.confidence < 0.5

@@ -70,10 +70,12 @@ def ball(center: Vec3) -> Mesh:
         stool(),
         shelf(),
         [box((0.2, 0.2, 0.02), (0, 0, 0.01)), box((0.02, 0.02, 0.4), (0, 0, 0.2)), box((0.3, 0.3, 0.2), (0, 0, 0.51))],
+        [box((0.8, 0.8, 0.2), (0, 0, 0.4)), *(box((0.2, 0.2, 0.3), (x, y, 0.15)) for x in (-0.3, 0.3) for y in (-0.3, 0.3)),
+         box((0.8, 0.1, 0.6), (0, 0.35, 0.8))],
         [box((0.3, 0.3, 0.02), (0, 0, 0.01)), *(box((0.02, 0.02, 0.01), (x / 20, 0, 0.025)) for x in range(-5, 6))],
     ],
-    ids=["box", "stool", "shelf", "lamp whose shade hovers", "scale with keys"],
-)
+    ids=["box", "stool", "shelf", "lamp whose shade hovers", "chair on thick legs", "scale with keys"],
+)  # fmt: skip
 def test_one_object_of_many_parts_is_one(parts: list[RawPart]) -> None:
     assert not is_in_review(model(*parts))
 
