@@ -40,8 +40,8 @@ WALL_THICKNESS_M: Mapping[str, float] = {
     "textile": 0.003,
     "wood": 0.01,
 }
-# Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs by
-# a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
+# Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs
+# by a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
 BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "unknown"})
 # Share of the box around a thing of its usual size that its outline fills; choices.
 OUTLINE_FILL = {MatterFill.FILLED: 0.85, MatterFill.SOLID: 0.6, MatterFill.HOLLOW: 0.7}

@@ -15,9 +15,9 @@ from casa_assets.model.registry.category import Category, MatterFill, RestingPos
 
 # Cells along the longest side of the height map that is filled with rain; a choice.
 CELLS = 36
-# What a nat of the score is worth, by which it is divided, so that a way up that is told to be so sure is right so often;
-# those that lie, that are full, and hollow ones were fitted on the meshes of docs/ingest_pose.md, where scores overstate.
-# A vessel that holds nothing any way up has lost its best evidence.
+# What the score is divided by, so that a way up is right as often as it is told to be. For things that lie, that are
+# full or hollow they were fitted on the meshes of docs/ingest_pose.md, where scores overstate. A vessel that holds
+# nothing any way up has lost its best evidence.
 DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2
 DOUBTS = {MatterFill.FILLED: 2.0, MatterFill.HOLLOW: 1.5}
 # A vessel whose share of room, as `pose_score` counts it, is below this is a closed one; a choice.
