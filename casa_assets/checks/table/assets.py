@@ -73,9 +73,10 @@ ROWS: tuple[Check, ...] = (
     Check("AST017", "Inertia of the shapes", ERROR, Asset, grip.inertia_matches_colliders, "gyration_share", "",
           "The radius of gyration of a link is at most {limit:g} of half the diagonal of its shapes, and at least 15 "
           "% of that, with the centre of mass inside them; compute the inertia from the shapes."),
-    Check("AST018", "Open rooms", ERROR, Asset, open_room.open_rooms_stay_open, "room_closed", "",
+    Check("AST018", "Open rooms", WARNING, Asset, open_room.open_rooms_stay_open, "room_closed", "",
           "Collision shapes fill or close off at most {limit:.0%} of each open room of a mesh (the inside of a vessel, "
-          "a compartment: what a ball gets into from above or beside); fit the shapes again."),
+          "a compartment: what a ball gets into from above or beside); fit the shapes again. What ingest cannot keep "
+          "open is in review."),
     Check("VIS001", "Degenerate triangles", ERROR, Asset, visual.triangles_have_area, None, "",
           "No visible triangle has zero area, since it has no normal; remove such triangles."),
     Check("VIS002", "Normals face outwards", ERROR, Asset, visual.normals_face_outwards, "flipped_normals", "",

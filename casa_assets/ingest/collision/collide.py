@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from casa_assets.geometry.grid.open_room import (
 from casa_assets.geometry.solid.coverage import surface_samples
 from casa_assets.ingest.collision.components import measure_part
 from casa_assets.ingest.collision.convex_decomposition import DecompositionFailed, decompose
-from casa_assets.ingest.collision.fit import SAMPLES, FitErrors, describe_fit, fit_reference, measure_fit
+from casa_assets.ingest.collision.fit import SAMPLES, SOUND_SHARE, FitErrors, describe_fit, fit_reference, measure_fit
 from casa_assets.ingest.collision.foot import on_flat_foot
 from casa_assets.ingest.collision.params import CollideParams
 from casa_assets.ingest.collision.solid_proxy import solid_proxy
@@ -29,7 +30,7 @@ from casa_assets.ingest.collision.strategies import (
     whole_shape,
 )
 from casa_assets.ingest.draft import Draft, PlacedShape, warning
-from casa_assets.model.issue import Issue
+from casa_assets.model.issue import REVIEW_CODE, Issue
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
 # Largest share of the surface that may stick out of the shapes; a little below the limit of the check, which samples
@@ -89,14 +90,28 @@ def collide(draft: Draft, category: Category, params: CollideParams, decomposer:
         name, confidence = "one shape: the mesh fills its hull", 1.0
     elif task is not None and best is not None:
         shapes, name, confidence = best.shapes, best.name, 1 / (1 + max(0.0, best.errors.normalized_error - 1))
+        if best.errors.closed_share > SOUND_SHARE * params.closed_share:
+            notes.append(_closed_room_note(best.errors.closed_share, best.name, params))
         reason += f"; {task.proxy.message}; {describe_fit(clouds_of(shapes), task.reference, best.errors)}"
     else:
         notes.append(
             warning("MSH020", "collision", "no decomposition covers the surface; one hull closes every opening")
         )
         shapes, name, confidence = (one_shape(whole.points, params),), "one hull", 0.5
+        if kept_rooms:
+            notes.append(_closed_room_note(1.0, name, params))
     return draft.replace(
         colliders=shapes, guesses=draft.guessed("collision", name, confidence, reason), notes=draft.noted(*notes)
+    )
+
+
+def _closed_room_note(closed_share: float, name: str, params: CollideParams) -> Issue:
+    """The question to a person where no shapes within the limits keep an open room open."""
+    return warning(
+        REVIEW_CODE,
+        "collision",
+        f"no {params.hull_count} shapes keep its open rooms: the best close {closed_share:.0%} of one "
+        f"({name}); what is put in there is pushed out. Accept or reject it in review.csv",
     )
 
 
@@ -110,18 +125,29 @@ def _best(task: CollisionTask, notes: list[Issue]) -> Candidate | None:
             shapes, name = strategy(task)
             if not 0 < len(shapes) <= task.params.hull_count:
                 continue
-            if len(shapes) <= task.part_count and not task.rests_any_way:
-                shapes = list(on_flat_foot(shapes, task.proxy.solid))
-            errors = measure_fit(clouds_of(tuple(shapes)), task.reference, task.params)
+            found = _candidate(shapes, name, task)
         except DecompositionFailed as error:
             notes.append(warning("MSH019", "collision", str(error)))
             continue
         except DegenerateShape:
             continue
-        found = Candidate(tuple(shapes), name, errors)
-        if errors.bare_share <= MAX_BARE_SHARE and (best is None or found.rank < best.rank):
+        if found.errors.bare_share <= MAX_BARE_SHARE and (best is None or found.rank < best.rank):
             best = found
     return best
+
+
+def _candidate(shapes: Sequence[PlacedShape], name: str, task: CollisionTask) -> Candidate:
+    """Shapes with their error, on a flat foot where that is as near: under a tube it would be a bottom."""
+    plain = Candidate(tuple(shapes), name, measure_fit(clouds_of(tuple(shapes)), task.reference, task.params))
+    if len(shapes) > task.part_count or task.rests_any_way:
+        return plain
+    standing = on_flat_foot(shapes, task.proxy.solid)
+    if standing == plain.shapes:
+        return plain
+    footed = Candidate(standing, name, measure_fit(clouds_of(standing), task.reference, task.params))
+    worst = max(1.0, plain.errors.normalized_error)
+    is_near = footed.errors.normalized_error <= worst and footed.errors.is_sound >= plain.errors.is_sound
+    return footed if is_near else plain
 
 
 def _open_rooms(points: Floats, faces: Ints) -> OpenRooms:

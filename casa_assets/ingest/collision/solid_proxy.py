@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from scipy import ndimage
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.grid.implicit_field import signed_distance_field
@@ -44,6 +45,13 @@ MIN_KEPT_SHARE = 0.7
 MIN_SHEET_SHARE = 0.5
 # Volume added by filling sealed cavities, as a share of the filled solid, from which on a surface is double walled.
 MIN_SEALED_GROWTH = 0.25
+# Radius of the ball, in voxels, that does not pass the windows of a lattice: its diameter is 8 % of the longest side.
+WINDOW_CELLS = 2.5
+# Windows take at least this share of the voxels of a lattice.
+MIN_WINDOW_SHARE = 0.1
+# Half the wall, in voxels, that is taken off a lattice, as the grid is that much too thick. The shortest way between
+# two voxels that the ball does not fill is .33 longer than its radius: with less than that no bar is lost.
+LATTICE_HALF_CELLS = 0.25
 
 
 class SurfaceKind(StrEnum):
@@ -102,6 +110,29 @@ def solid_proxy(points: Floats, faces: Ints, is_full: bool) -> SolidProxy | None
     exact = _closed(points, faces, grid)
     done = [f"made solid on a grid of {1000 * grid.cell:.2g} mm"]
     return _classified(solid, None if exact is None else exact.solid, area, longest, done, is_exact=False)
+
+
+def without_windows(points: Floats, faces: Ints) -> SolidProxy | None:
+    """Build the solid of a lattice (a basket, a colander, a grille) with its windows closed: walls in place of bars.
+
+    A window is what a ball does not pass whose diameter is 8 % of the longest side. None where few of them are found.
+
+    Args:
+        points: (P, 3) welded, metres. faces: (F, 3).
+    """
+    grid = voxelise(points, faces, CELLS)
+    rim = int(WINDOW_CELLS) + 2
+    matter = np.pad(grid.solid, rim)
+    swept = ndimage.distance_transform_edt(~matter) > WINDOW_CELLS
+    field = ndimage.distance_transform_edt(~swept) - WINDOW_CELLS - LATTICE_HALF_CELLS
+    if int(((field > 0) & ~matter).sum()) < MIN_WINDOW_SHARE * int(matter.sum()):
+        return None
+    closed = solid_of(*isosurface(field * grid.cell, grid.origin - rim * grid.cell, grid.cell))
+    if closed is None:
+        return None
+    solid = _within(without_voids(simplify_solid(closed, SMOOTH_CELLS * grid.cell)), points[np.unique(faces)])
+    area, longest = float(face_normals(points, faces)[1].sum()), float(np.ptp(points, axis=0).max())
+    return _classified(solid, None, area, longest, ["windows closed"], is_exact=False)
 
 
 def _within(solid: Solid, points: Floats) -> Solid:

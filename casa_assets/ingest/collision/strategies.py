@@ -27,7 +27,7 @@ from casa_assets.geometry.solid.primitive import best_primitive
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.ingest.collision.components import any_nested, connected_parts, thickness
 from casa_assets.ingest.collision.convex_decomposition import Budget
-from casa_assets.ingest.collision.fit import SOUND_SHARE, FitReference, box_gap, measure_fit
+from casa_assets.ingest.collision.fit import SOUND_SHARE, FitReference, box_gap, fit_reference, measure_fit
 from casa_assets.ingest.collision.params import CollideParams
 from casa_assets.ingest.collision.plane_splits import (
     ErrorBound,
@@ -37,7 +37,7 @@ from casa_assets.ingest.collision.plane_splits import (
     split_to_volume,
 )
 from casa_assets.ingest.collision.ring_sectors import cut_vessel
-from casa_assets.ingest.collision.solid_proxy import SolidProxy
+from casa_assets.ingest.collision.solid_proxy import SolidProxy, without_windows
 from casa_assets.ingest.draft import PlacedShape
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Cylinder, Hull
@@ -47,6 +47,8 @@ Decomposer = Callable[[str, Floats, Ints, Budget], list[Floats]]
 # All numbers below are choices.
 # Faces that CoACD is given; more of them hardly change the hulls and take much longer.
 COACD_FACES = 2000
+# With more faces than this after that, as lattices have, it takes minutes and is not tried.
+MAX_COACD_FACES = 4000
 # Faces that cutting by planes is given at most, as far as simplification reaches that.
 CUT_FACES = 2500
 # Share of the error bound that strategies aim at, and share that reducing the vertices of a hull may add.
@@ -73,7 +75,8 @@ PART_PRIMITIVE_FILL = 0.92
 NO_PRIMITIVE = 2.0
 # Cosine between straight down and the outward normal of the side that a box rests on.
 RESTING_SIDE_COSINE = 0.9
-# A general decomposition is tried where the best normalized error so far is larger than this.
+# Windows are closed, and a general decomposition is tried, where the best normalized error so far is larger than this.
+WINDOWS_FROM_ERROR = 2.5
 COACD_FROM_ERROR = 2.5
 VHACD_FROM_ERROR = 3.0
 # Height of a hollow below the floor that may be filled, as a share of the longest side.
@@ -167,8 +170,10 @@ def _by_parts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 
 def _by_rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """A vessel as floor, rings of sectors and handles; none where there is no opening, or no such cut."""
-    if not len(task.reference.opening_points):
+    """A vessel as floor, rings of sectors and handles; none where it has no room, or there is no such cut."""
+    # A vessel without a bottom holds no water, and its room is to be kept all the same.
+    is_tube = bool(task.reference.kept_rooms) and task.reference.rooms.encloses(with_gaps=True)
+    if not len(task.reference.opening_points) and not is_tube:
         return [], ""
     min_error_m = min(CHORD_SHARE * task.proxy.mean_wall_m, AIM_SHARE * task.reference.bound.p95)
     solid = simplify_solid(task.proxy.solid, task.slack / 2)
@@ -224,10 +229,26 @@ def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     return _hulls(groups, task), "cut by planes where hulls would stick out"
 
 
+def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
+    """The walls of a basket or a colander: a lattice is cut as if its windows were closed; none where it has none."""
+    proxy = None if task.is_full else without_windows(task.points, task.faces)
+    if proxy is None:
+        return [], ""
+    rooms, kept = task.reference.rooms, task.reference.kept_rooms
+    points, faces = surface_of(proxy.solid)
+    closed = replace(task, proxy=proxy, reference=fit_reference(points, faces, proxy.solid, True, rooms, kept))
+    shapes, message = _by_rings(closed)
+    if not shapes:
+        shapes, message = _by_cuts(closed)
+    return shapes, f"windows closed; {message}"
+
+
 def _by_coacd(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """CoACD of a closed manifold; none where its connected components, which get a hull each, are too many."""
     solid = simplified_solid(*surface_of(task.proxy.solid), COACD_FACES)
-    if solid is None or len(np.unique(face_components(solid[1], len(solid[0])))) > task.params.hull_count:
+    if solid is None or len(solid[1]) > MAX_COACD_FACES:
+        return [], ""
+    if len(np.unique(face_components(solid[1], len(solid[0])))) > task.params.hull_count:
         return [], ""
     # CoACD's surface error is about half the threshold times the longest side.
     threshold = min(max(2 * task.params.error_m / task.reference.surface.longest, 0.03), 0.2)
@@ -247,6 +268,7 @@ STRATEGIES: tuple[tuple[Callable[[CollisionTask], tuple[list[PlacedShape], str]]
     (_by_parts, np.inf),
     (_by_rings, 1.0),
     (_by_cuts, 1.0),
+    (_by_closed_windows, WINDOWS_FROM_ERROR),
     (_by_coacd, COACD_FROM_ERROR),
     (_by_vhacd, VHACD_FROM_ERROR),
 )

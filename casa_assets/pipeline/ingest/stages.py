@@ -28,7 +28,7 @@ from casa_assets.model.asset.material import Substance
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import Bundle, RawModel, Source, SourceKind
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride, Word
-from casa_assets.model.issue import ASKED_CODE, Issue
+from casa_assets.model.issue import ASKED_CODE, REVIEW_CODE, Issue
 from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
@@ -246,7 +246,7 @@ def build_asset(
     get, put = (store.get, store.put) if store is not None else (lambda key: None, lambda key, data: None)
     asset, notes = run_stages(bundle, context, get, put)
     if override.decision is Word.ACCEPT:
-        return asset, tuple(note for note in notes if note.code != ASKED_CODE)
+        return asset, tuple(note for note in notes if note.code not in (ASKED_CODE, REVIEW_CODE))
     return asset, (*notes, *doubtful_guesses(asset.provenance.guesses))
 
 
