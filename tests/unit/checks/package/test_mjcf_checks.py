@@ -98,7 +98,7 @@ TAMPERED = [
     ("MJC005", microwave, "scene.xml", '"plate_place" type="sphere" pos="-0.04 ', '"plate_place" pos="-0.05 '),
     ("MJC005", grill, "scene.xml", '<key name="open" qpos="-1.3 ', '<key name="open" qpos="-1.2 '),
     ("MJC005", grill, "model.xml", 'text name="contract" data="microwave"', 'text name="contract" data="oven"'),
-    ("MJC006", ball, "scene.xml", 'pos="0 0 -0.5"', 'pos="0 0 -500"'),
+    ("MJC006", ball, "scene.xml", 'pos="0 0 -10"', 'pos="0 0 -500"'),
     ("MJC006", ball, "scene.xml", 'integrator="implicitfast"', 'integrator="implicitfast" gravity="5 0 -9.81"'),
     ("MJC008", ball, "scene.xml", 'margin="0.00001"', 'margin="0.00001" solref="0.4 1" solimp="0.1 0.1 0.01"'),
 ]  # fmt: skip
