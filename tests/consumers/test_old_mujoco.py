@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -22,7 +23,6 @@ from casa_assets.model.asset.shape import Hull
 from casa_assets.registry.families import family
 from tests.assets import EVERY, microwave, write_to
 from tests.family_members import preset
-from tests.libraries import input_rows
 from tests.scenes import Weight, corner, expected, in_form, put
 
 ROOT = Path(__file__).parents[2]
@@ -49,7 +49,7 @@ def told(version: str, files: Sequence[Path], settle: int = 0, watch: int = 0) -
     command = [interpreter(version), SCRIPT, settle, watch, *files]
     done = subprocess.run(list(map(str, command)), check=False, capture_output=True, text=True, timeout=300)
     assert (done.returncode, done.stderr) == (0, "")
-    found = input_rows(done.stdout)
+    found: list[dict[str, Any]] = [json.loads(line) for line in done.stdout.splitlines()]
     assert [item["mujoco"] for item in found] == [version] * len(files)
     return found
 

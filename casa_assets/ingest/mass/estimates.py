@@ -43,6 +43,11 @@ WALL_THICKNESS_M: Mapping[str, float] = {
 # Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs
 # by a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
 BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "unknown"})
+# Mass of such things over the volume to this power, a fit over the categories of the registry: a larger package, cake or
+# machine holds more air.
+BULK_EXPONENT = 0.8
+# Spread of what is told by the volume of such things, from which on it is an estimate among others; a choice.
+VAGUE, SURE_OF_VAGUE = 0.5, 0.8
 # Share of the box around a thing of its usual size that its outline fills; choices.
 OUTLINE_FILL = {MatterFill.FILLED: 0.85, MatterFill.SOLID: 0.6, MatterFill.HOLLOW: 0.7}
 # How often the usual mass counts where all estimates together are no mass that the category has; a choice.
@@ -109,7 +114,7 @@ def estimate_masses(
     out = []
     for estimate in (
         _by_volume(points, faces, solid, category, substance),
-        _by_hull(signed_volume(*hull), hull_area, category, substance),
+        _by_hull(hull, hull_area, category, substance),
         _by_walls(surface_area, hull_area, solid is not None, category, substance),
         _by_usual_mass(np.ptp(points, axis=0), category),
     ):
@@ -121,7 +126,7 @@ def estimate_masses(
 def _by_volume(
     points: Floats, ids: Ints, solid: tuple[Floats, Ints] | None, category: Category, substance: Substance
 ) -> Estimate | None:
-    density = _density(category, substance)
+    density = _density(np.ptp(points, axis=0), category, substance)
     solid_volume = None if solid is None else signed_volume(*solid)
     if category.build is MatterFill.VESSEL:
         if solid_volume is None:
@@ -134,24 +139,31 @@ def _by_volume(
         return Estimate(
             EstimateMethod.MATTER, solid_volume * density, 0.12, f"{solid_volume * 1e6:.4g} cm^3 within the closed mesh"
         )
-    spread = 0.3 if category.build is MatterFill.SOLID else 0.4
+    spread = VAGUE if _is_bulk(category, substance) else 0.3 if category.build is MatterFill.SOLID else 0.4
     return Estimate(
         EstimateMethod.MATTER, outline_volume * density, spread, f"{outline_volume * 1e6:.4g} cm^3 within the outline"
     )
 
 
-def _density(category: Category, substance: Substance) -> float:
+def _is_bulk(category: Category, substance: Substance) -> bool:
+    """True if the category tells the density."""
+    return substance.id in BULK_DENSITY_SUBSTANCES - {"water_filled"} and category.build in OUTLINE_FILL
+
+
+def _density(extents: Floats, category: Category, substance: Substance) -> float:
     """Density in kg/m^3 of the volume of a full or solid thing, with the air in it."""
-    fill = OUTLINE_FILL.get(category.build)
-    if fill is None or substance.id not in BULK_DENSITY_SUBSTANCES - {"water_filled"}:
+    if not _is_bulk(category, substance):
         return substance.density
-    return category.mass_kg.typical / (fill * float(np.prod([side.typical for side in category.extents])))
+    typical_volume = float(np.prod([side.typical for side in category.extents]))
+    size = float(np.maximum(extents, 1e-9).prod()) / typical_volume
+    return category.mass_kg.typical / (OUTLINE_FILL[category.build] * typical_volume) * size ** (BULK_EXPONENT - 1)
 
 
-def _by_hull(volume: float, hull_area: float, category: Category, substance: Substance) -> Estimate | None:
+def _by_hull(hull: tuple[Floats, Ints], hull_area: float, category: Category, substance: Substance) -> Estimate | None:
+    volume = signed_volume(*hull)
     if category.build in (MatterFill.SOLID, MatterFill.FILLED) or substance.id in BULK_DENSITY_SUBSTANCES:
         spread = BENT_FILL_SPREAD if category.upright is RestingPose.LIES else HULL_FILL_SPREAD
-        kg = HULL_FILL * volume * _density(category, substance)
+        kg = HULL_FILL * volume * _density(np.ptp(hull[0], axis=0), category, substance)
         return Estimate(
             EstimateMethod.HULL,
             kg,
@@ -205,9 +217,11 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
     by_method = {e.method: e for e in estimates}
     mass_range, measured = category.mass_kg, by_method.get(EstimateMethod.MATTER)
     is_usual = measured is not None and mass_range.low <= measured.kg <= mass_range.high
+    is_vague = measured is not None and measured.spread >= VAGUE
     # A measured mass within the usual range need not agree with the typical mass.
     ratio = _disagreement([e for e in estimates if e.method is not EstimateMethod.USUAL or not is_usual])
-    if measured is not None and is_usual and category.build is not MatterFill.HOLLOW and ratio <= agreement_ratio:
+    counts = is_usual and not is_vague and category.build is not MatterFill.HOLLOW
+    if measured is not None and counts and ratio <= agreement_ratio:
         kg = measured.kg
     else:
         weights = [1 / e.spread**2 for e in estimates]
@@ -221,6 +235,8 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
         if not mass_range.low <= kg <= mass_range.high:
             kg = usual
     confidence = next((sure for most, sure in SURE if ratio <= agreement_ratio**most), UNSURE)
+    if is_vague:
+        confidence = min(confidence, SURE_OF_VAGUE)
     if off > 1:  # things of one kind differ less in mass than volumes and walls of their meshes do
         confidence = min(confidence, 0.7 if off < agreement_ratio else 0.6 if off < FAR_OFF else 0.4)
     return CombinedMass(kg, confidence, ratio, message)
