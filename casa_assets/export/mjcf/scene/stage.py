@@ -22,8 +22,8 @@ SKY = {
 }
 FLOOR_MATERIAL = {"name": "scene__floor", "rgba": "0.78 0.78 0.76 1", "specular": "0.1", "shininess": "0.1"}
 # What stands on a plane creeps in MuJoCo 3.3: a mesh touches it with neighbours of its lowest vertex alone, and rocks.
-# On a box it has contacts all around its foot, also where that is ten micrometres above the floor. The box is deep, since
-# a shape that a fall drives into it is pushed out along the line between the two middles, which has to be upright.
+# On a box it has contacts all around its foot, also where that is ten micrometres above the floor. The box is deep: a
+# shape that a fall drives into it is pushed out along the line between the two middles, which has to be upright.
 FLOOR_BOX = {"type": "box", "size": "25 25 10", "pos": "0 0 -10", "margin": "0.00001"}
 HEADLIGHT = {"ambient": "0.38 0.38 0.38", "diffuse": "0.3 0.3 0.3", "specular": "0.1 0.1 0.1"}
 LIGHT_DISTANCE = 1.5  # diagonals of the asset
