@@ -155,8 +155,9 @@ def _density(extents: Floats, category: Category, substance: Substance) -> float
     if not _is_bulk(category, substance):
         return substance.density
     typical_volume = float(np.prod([side.typical for side in category.extents]))
-    size = float(np.maximum(extents, 1e-9).prod()) / typical_volume
-    return category.mass_kg.typical / (OUTLINE_FILL[category.build] * typical_volume) * size ** (BULK_EXPONENT - 1)
+    larger = float(np.maximum(extents, 1e-9).prod()) / typical_volume
+    air: float = larger ** (BULK_EXPONENT - 1)
+    return category.mass_kg.typical / (OUTLINE_FILL[category.build] * typical_volume) * air
 
 
 def _by_hull(hull: tuple[Floats, Ints], hull_area: float, category: Category, substance: Substance) -> Estimate | None:
