@@ -117,12 +117,21 @@ def alike_pieces(components: Components) -> tuple[Ints, bool]:
             break
         same = (np.abs(spread - spread[sample]) <= ALIKE * spread[sample, 0]).all(axis=1)
         same &= np.abs(area - area[sample]) <= 2 * ALIKE * area[sample]
-        count = int(same.sum())
-        if count >= 2 and area[same].sum() >= ALL_ALIKE * area.sum():
-            return np.flatnonzero(same), True
-        if count >= 3 and spread[sample, 2] >= COMPACT * spread[sample, 0]:
-            return np.flatnonzero(same), False
+        rows = np.flatnonzero(same)
+        is_all = len(rows) >= 2 and bool(area[rows].sum() >= ALL_ALIKE * area.sum())
+        is_compact = len(rows) >= 3 and bool(spread[sample, 2] >= COMPACT * spread[sample, 0])
+        if (is_all or is_compact) and _outermost_count(components, rows) >= (2 if is_all else 3):
+            return rows, is_all
     return np.zeros(0, dtype=np.int64), False
+
+
+def _outermost_count(components: Components, rows: Ints) -> int:
+    """How many of these components lie within the box of no other: the inner wall of a bowl is no second bowl."""
+    lower, upper = components.lower[rows], components.upper[rows]
+    is_within = (lower[:, None] >= lower).all(axis=2) & (upper[:, None] <= upper).all(axis=2)
+    # Of equal boxes the first one counts.
+    is_within &= ~(is_within.T & np.triu(np.ones_like(is_within)))
+    return int((~is_within.any(axis=1)).sum())
 
 
 def _spreads(components: Components) -> tuple[Floats, Floats]:

@@ -58,9 +58,9 @@ def shelf() -> list[RawPart]:
     return [*sides, *(box((0.78, 0.3, 0.02), (0, 0, z), "shelf") for z in (0.1, 0.6, 1.1, 1.6))]
 
 
-def ball(center: Vec3) -> Mesh:
+def ball(center: Vec3, scale: float = 1.0) -> Mesh:
     mesh = lathe(BALL, 12)
-    return mesh.with_vertices(mesh.vertices + np.array(center))
+    return mesh.with_vertices(scale * mesh.vertices + np.array(center))
 
 
 @pytest.mark.parametrize(
@@ -96,6 +96,17 @@ def test_several_things_are_for_a_person(parts: list[RawPart], reason: str) -> N
     assert found is not None
     assert found.confidence < DOUBTFUL
     assert reason in found.reason
+
+
+def test_an_inner_wall_is_no_second_thing() -> None:
+    outer, inner, beside = (
+        RawPart(name="b", mesh=ball((x, 0, 0.11), scale), material=Material(id="white"))
+        for x, scale in ((0, 1.0), (0, 0.97), (0.3, 1.0))
+    )
+    alone, several = guess(model(outer, inner), "bowl.glb"), guess(model(outer, beside), "bowl.glb")
+    assert alone is None or alone.confidence > DOUBTFUL
+    assert several is not None
+    assert "2 pieces of one form" in several.reason
 
 
 def test_pieces_of_one_form_and_a_plural() -> None:
