@@ -5,7 +5,8 @@
 Each folder holds meshes and truth.csv, which is for judging alone; either with the columns file, kind, good, why_not,
 up_axis, longest_min_m, longest_max_m, mass_min_kg, mass_max_kg (several words for a kind or an axis are divided by a
 bar), or with file, category, up_axis_in_file, plausible_min_m, plausible_max_m, where all inputs are good and nothing
-is said of masses. Ingests each folder into a library of its own, which is kept and resumed. Writes
+is said of masses. Ingests each folder into a library of its own, which is kept and resumed; a thing that is there twice
+is judged twice. Writes
 out/bench/ingest_wild.json and .md, and prints the latter: shares, how often a guess is right that is told to be
 so sure, and every disagreement.
 """
@@ -137,7 +138,7 @@ def _same(said: str, axis: str) -> bool:
 
 def rows_of(folder: Path, library: Path, jobs: int) -> Iterator[Row]:
     """Ingest a folder and judge every input of its table."""
-    for event in ingest([folder], Options(library, jobs=jobs)):
+    for event in ingest([folder], Options(library, jobs=jobs, keep_duplicates=True)):
         print(f"{event.kind:9} {event.path}", flush=True)
     # An input that lies in an archive is told by the archive and its name there.
     found = {entry.source_path.split("!")[0]: entry for entry in entries(disk.Library(library))}
