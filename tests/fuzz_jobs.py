@@ -54,7 +54,7 @@ class Batch:
 
     Attributes:
         seed: of the run. first, count: numbers of the cases. folder: for the files; `now` in it names the case.
-        seeds: folder of more files to start from, or empty. only: beginning of the names of specimens, or empty.
+        seeds: folder of more files to start from, or empty. only: beginnings of the names of specimens, separated by commas, or empty.
     """
 
     seed: int
@@ -83,7 +83,7 @@ def case(seed: int, number: int, seeds: str = "", only: str = "") -> tuple[str, 
     """Name of the specimen, and the files of a case, its main file first; `only`: of specimens whose names begin so."""
     rng = Random(f"{seed}:{number}")
     stock = _stock(seeds)
-    name = rng.choice(sorted(name for name in stock if name.startswith(only)))
+    name = rng.choice(sorted(name for name in stock if name.startswith(tuple(only.split(",")))))
     files = dict(stock[name])
     victim = rng.choice([f for f in files if not f.endswith((".png", ".jpg"))])
     others = tuple(data for other in ("glb_rich", "obj", "dae", "stl_binary") for data in specimens()[other].values())

@@ -36,7 +36,7 @@ class Plan:
         seed: all that follows hangs on it. seconds: how long. folder: empty, for files and findings.
         wholes: how many of the sound cases of a batch go through everything, checks included.
         seeds: folder of more specimens, or empty. first: number of the first case.
-        only: beginning of the names of the specimens that are mutated; empty: all.
+        only: beginnings of the names of the specimens that are mutated, separated by commas; empty: all.
     """
 
     seed: int
