@@ -1,6 +1,6 @@
 """Mutated files of every format, read and made into assets for a given time; tells what no input may do.
 
-    ./dev bench fuzz_ingest [--minutes 30] [--seed 1] [--wholes 2] [--specimens FOLDER] [--only usd,fbx] [--out out/fuzz]
+    ./dev bench fuzz_ingest [--minutes 30] [--seed 1] [--specimens FOLDER] [--only NAME,...] [--out out/fuzz]
 
 Every case follows from the seed and its number. A finding is an error that is no rejection, a crash, a hang, more
 memory than allowed, a reading of more than 10 s of processor time, or a file or address beyond the folder of the case;

@@ -54,7 +54,7 @@ class Batch:
 
     Attributes:
         seed: of the run. first, count: numbers of the cases. folder: for the files; `now` in it names the case.
-        seeds: folder of more files to start from, or empty. only: beginnings of the names of specimens, separated by commas, or empty.
+        seeds: folder of more files to start from, or empty. only: beginnings of names, with commas, or empty.
     """
 
     seed: int
