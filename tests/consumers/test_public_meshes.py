@@ -42,26 +42,26 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[dict[str, 
     sources = [str(SHARED / "data" / "dev" / name) for name in ("objaverse", "text-to-3d", "appliances")]
     command = [sys.executable, "-m", "casa_assets.cli.main", "ingest", *sources, "--library", str(library), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode in (0, 1), done.stderr
+    assert done.returncode in (0, 1, 4), done.stderr
     return library, input_rows(done.stdout)
 
 
 def test_every_input_ends_with_a_verdict(run: tuple[Path, list[dict[str, Any]]]) -> None:
     rows = run[1]
     assert len(rows) == 109
-    assert all(r["status"] == "accepted" or r["code"] for r in rows)
+    assert all(r["status"] != "rejected" or r["code"] for r in rows)
     assert not [r for r in rows if r["code"].startswith("RUN")]
 
 
-def test_at_least_nine_of_ten_are_accepted(run: tuple[Path, list[dict[str, Any]]]) -> None:
+def test_at_least_nine_of_ten_become_assets(run: tuple[Path, list[dict[str, Any]]]) -> None:
     rows = run[1]
-    refused = [(r["path"], r["code"], r["message"]) for r in rows if r["status"] != "accepted"]
+    refused = [(r["path"], r["code"], r["message"]) for r in rows if r["status"] == "rejected"]
     assert len(refused) <= 0.1 * len(rows), refused
 
 
 def test_every_certificate_names_the_gates(run: tuple[Path, list[dict[str, Any]]]) -> None:
     folders = [p.parent for p in run[0].glob("*/*/asset.json")]
-    assert len(folders) == sum(r["status"] == "accepted" for r in run[1])
+    assert len(folders) == sum(r["status"] != "rejected" for r in run[1])
     for folder in folders:
         certificate = json.loads((folder / "asset.json").read_text(encoding="utf-8"))["certificate"]
         passed = {r["code"] for r in certificate["report"]["results"] if r["passed"]}
