@@ -6,8 +6,10 @@ the inputs in the order in which they were found. So an accepted asset is held b
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Set
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator, Sequence, Set
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
 
 from casa_assets.checks.library.duplicates import SAME_SIZE, ShapePair
 from casa_assets.errors import OutputError
@@ -21,20 +23,26 @@ from casa_assets.pipeline.library.entry_table import EntryTable
 NEAR_DUPLICATE_CODE = "RUN007"
 
 
-@dataclass
 class Deduplicator:
     """Finds copies among the inputs of a run and in its library.
 
-    Attributes:
-        library: of the run. limit: largest distance between the surfaces of copies, as a share of their radius.
+    Args:
+        library: of the run.
+        limit: largest distance between the surfaces of copies, as a share of their radius.
         own: sha256 of the inputs of this run; their entries in the library are judged in the order of the inputs.
+        table: the entries of the library from before the run; None: they are read when they are asked for.
     """
 
-    library: disk.Library
-    limit: float
-    own: Set[str] = frozenset()
-    _known: list[AssetRow] | None = None
-    _forms: ShapeIndex = field(default_factory=ShapeIndex)
+    def __init__(
+        self, library: disk.Library, limit: float, own: Set[str] = frozenset(), table: EntryTable | None = None
+    ) -> None:
+        self._library, self._limit, self._own, self._table = library, limit, own, table
+        self._store = Store(library.cache)
+        self._known: list[AssetRow] = []
+        self._forms = ShapeIndex()
+        # Of these, what this run made.
+        self._fresh: list[AssetRow] = []
+        self._fresh_forms = ShapeIndex()
 
     def filter(self, results: Iterable[Result]) -> Iterator[Result]:
         """The results, rejections at once and accepted ones in the order of their inputs, copies made rejections.
@@ -65,41 +73,71 @@ class Deduplicator:
         if result.folder is None:
             return result
         job = result.job
-        row = replace(read_row(result.folder), category=job.survey.category, path=job.found.source.place)
-        original_and_pair = self._original(row)
+        row = self._settled.get(result.folder) if result.is_kept else None
+        is_settled = row is not None and row.id not in self._twins
+        row = replace(row or read_row(result.folder), category=job.survey.category, path=job.found.source.place)
+        if row.signature is None:
+            return result
+        # What was compared by an earlier run and is no copy of anything can be one of what is new alone.
+        others = (self._fresh_forms, self._fresh) if is_settled else (self._all_forms, self._known)
+        original_and_pair = self._original(row, *others)
         if original_and_pair is None:
-            if row.signature is not None:
-                self._others().append(replace(row, folder=self.library.folder(row.category, row.id)))
-                self._forms.add(row.signature.shape)
+            self._add(replace(row, folder=self._library.folder(row.category, row.id)), is_fresh=not result.is_kept)
             return result
         original, pair = original_and_pair
         outcome = Outcome(False, NEAR_DUPLICATE_CODE, _message(original, pair))
-        twin = original.folder.relative_to(self.library.root).as_posix()
+        twin = f"{original.folder.parent.name}/{original.folder.name}"
         return replace(result, outcome=outcome, is_kept=False, twin=twin)
 
-    def _original(self, row: AssetRow) -> tuple[AssetRow, ShapePair] | None:
+    def _original(
+        self, row: AssetRow, forms: ShapeIndex, others: Sequence[AssetRow]
+    ) -> tuple[AssetRow, ShapePair] | None:
         """The first asset that this one is a copy of, and how near they are."""
-        if row.signature is None:
-            return None
-        store = Store(self.library.cache)
-        others = self._others()
-        for index in self._forms.near(row.signature.shape):
+        assert row.signature is not None
+        for index in forms.near(row.signature.shape):
             other = others[index]
             try:
-                pair = measure_pair(other, row, store)
+                pair = measure_pair(other, row, self._store)
             except OutputError:
                 continue  # damaged, or made anew in the meantime: it is no copy of anything
-            if pair.twins(self.limit):
+            if pair.twins(self._limit):
                 return other, pair
         return None
 
-    def _others(self) -> list[AssetRow]:
-        """Assets that later inputs may be copies of: at first those of the library from inputs outside this run."""
-        if self._known is None:
-            rows = [row for row in EntryTable(self.library, skip_damaged=True).rows if row.sha256 not in self.own]
-            with_shape = [(row, row.signature.shape) for row in rows if row.signature is not None]
-            self._known, self._forms = [row for row, _ in with_shape], ShapeIndex(form for _, form in with_shape)
-        return self._known
+    def _add(self, row: AssetRow, is_fresh: bool) -> None:
+        assert row.signature is not None
+        forms = self._all_forms  # with what the library had before, which comes first
+        self._known.append(row)
+        forms.add(row.signature.shape)
+        if is_fresh:
+            self._fresh.append(row)
+            self._fresh_forms.add(row.signature.shape)
+
+    @cached_property
+    def _all_forms(self) -> ShapeIndex:
+        """Forms that later inputs may be copies of: at first those of the library from inputs outside this run."""
+        for row in self._entries.rows:
+            if row.sha256 not in self._own and row.signature is not None:
+                self._known.append(row)
+                self._forms.add(row.signature.shape)
+        return self._forms
+
+    @cached_property
+    def _entries(self) -> EntryTable:
+        return self._table or EntryTable(self._library, skip_damaged=True)
+
+    @cached_property
+    def _settled(self) -> dict[Path, AssetRow]:
+        return {row.folder: row for row in self._entries.rows}
+
+    @cached_property
+    def _twins(self) -> Set[str]:
+        """Ids of assets that have form, size and colours of another one in the library: they were kept on purpose."""
+        try:
+            pairs = self._entries.alike(self._store)
+        except OutputError:  # one is damaged: each is looked at anew
+            return {row.id for row in self._entries.rows}
+        return {name for pair in pairs if pair.twins(self._limit) for name in (pair.one, pair.other)}
 
 
 def _message(original: AssetRow, pair: ShapePair) -> str:

@@ -32,10 +32,11 @@ class SurveyTable:
     Args:
         cache: folder of the cache. requested: category that is requested for all inputs, or empty.
         limits: of the run; those on the bytes of an input count.
+        read_only: write nothing.
     """
 
-    def __init__(self, cache: Path, requested: str, limits: Mapping[str, float]) -> None:
-        self._path = cache / NAME
+    def __init__(self, cache: Path, requested: str, limits: Mapping[str, float], read_only: bool = False) -> None:
+        self._path, self._read_only = (cache / NAME).absolute(), read_only
         self._made_by = key_of("casa_assets.pipeline.ingest.survey:survey")
         self._said = f"{requested}\0{limits['input_bytes']}"
         self._kept: dict[str, str] = {}
@@ -64,7 +65,7 @@ class SurveyTable:
             for found, s in surveys
             if not found.is_model and all(not state or int(state.split()[1]) < newest for _, state in s.looked_at)
         ]
-        if not rows:
+        if not rows or self._read_only:
             return
         with suppress(sqlite3.Error, OSError), closing(self._open()) as database, database:
             database.execute("DELETE FROM surveys WHERE made_by != ?", (self._made_by,))
@@ -77,6 +78,8 @@ class SurveyTable:
         return hashlib.sha256(said.encode("utf-8", "surrogateescape")).hexdigest()
 
     def _open(self) -> sqlite3.Connection:
+        if self._read_only:
+            return sqlite3.connect(f"{self._path.as_uri()}?mode=ro", uri=True)
         self._path.parent.mkdir(parents=True, exist_ok=True)
         database = sqlite3.connect(self._path)
         try:

@@ -61,15 +61,22 @@ class EntryTable:
         library: whose entries. force: forget what is kept and open every certificate.
         skip_damaged: leave damaged entries out: a run may be about to make them anew.
         with_results: entries have the results of their checks too, half a millisecond each.
+        read_only: write nothing: what is kept is read, and what is new is not added to it.
     Raises:
         OutputError: an entry is damaged.
     """
 
     def __init__(
-        self, library: disk.Library, force: bool = False, skip_damaged: bool = False, with_results: bool = False
+        self,
+        library: disk.Library,
+        force: bool = False,
+        skip_damaged: bool = False,
+        with_results: bool = False,
+        read_only: bool = False,
     ) -> None:
         self._library, self._skip_damaged, self._with_results = library, skip_damaged, with_results
-        self._path = library.cache / NAME
+        self._read_only = read_only
+        self._path = (library.cache / NAME).absolute()
         if force:
             with suppress(OSError):
                 self._path.unlink(missing_ok=True)
@@ -177,6 +184,11 @@ class EntryTable:
             self._rows.append(row)
 
     def _open(self) -> sqlite3.Connection:
+        if self._read_only:
+            memory = sqlite3.connect(":memory:")
+            with suppress(sqlite3.Error), closing(sqlite3.connect(f"{self._path.as_uri()}?mode=ro", uri=True)) as kept:
+                kept.backup(memory)
+            return _ready(memory)
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             return _ready(sqlite3.connect(self._path))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from casa_assets.errors import OutputError
 from casa_assets.ingest import rejection_codes
@@ -11,6 +12,7 @@ from casa_assets.model.issue import Severity
 from casa_assets.pipeline.ingest.job import Outcome
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import file_inside
+from casa_assets.pipeline.reports.entry import Entry
 
 # Codes of refusals whose reason is the run (its limits, the machine, a bug) and not the input; the next run tries the
 # input again.
@@ -27,15 +29,26 @@ RETRIED_CODES = frozenset(
 )
 
 
-def cached_outcome(entries: Sequence[Path], asset_id: str, cache_key: str) -> tuple[Path, Outcome] | None:
+NOTHING_KNOWN: Mapping[Path, Entry] = MappingProxyType({})
+
+
+def cached_outcome(
+    entries: Sequence[Path], asset_id: str, cache_key: str, known: Mapping[Path, Entry] = NOTHING_KNOWN
+) -> tuple[Path, Outcome] | None:
     """The entry of an earlier run under the same key and what it says; None if the input must be processed.
 
     Args:
         entries: folders of all that the producer made of the same bytes. asset_id, cache_key: of this run.
+        known: entries that were read already, by their folder: accepted ones are not opened again.
     """
     for folder in entries:
         if folder.name != asset_id:
             continue  # made under another category
+        entry = known.get(folder)
+        if entry is not None and entry.accepted:
+            if entry.cache_key == cache_key:
+                return folder, Outcome(True, warnings=entry.warnings)
+            continue
         try:
             read = _refused if folder.parent.name == disk.REJECTED else _accepted
             outcome = read(folder, cache_key)
