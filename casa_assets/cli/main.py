@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.text import Text
 
 from casa_assets import __version__
-from casa_assets.cli.supervise import SIGNALS, supervised, unblock
+from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
 from casa_assets.cli.text import terminal_safe
 from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.checks import checks
@@ -54,10 +54,6 @@ app.add_typer(textures)
 app.add_typer(scenes)
 app.add_typer(scene)
 app.add_typer(export)
-
-
-class StopRequested(BaseException):
-    """The user, or the system, asked the program to end; not an Exception, so that nothing on the way swallows it."""
 
 
 def _version(requested: bool) -> None:

@@ -23,6 +23,10 @@ ORPHAN_GRACE_S = 0.5  # for what the child started to end by itself, once the ch
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # Ref: prctl(2)
 
 
+class StopRequested(BaseException):
+    """The user, or the system, asked the program to end; not an Exception, so that nothing on the way swallows it."""
+
+
 def supervised(work: Callable[[], int], tell: Callable[[str, str], None]) -> int:
     """Run `work` in a child process and end with its exit code, or 128 + number where a signal stopped it.
 

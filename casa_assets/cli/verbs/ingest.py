@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from collections.abc import Iterable
 from contextlib import closing
@@ -16,11 +17,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from casa_assets.cli.progress import bar
+from casa_assets.cli.supervise import StopRequested
 from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.ingest.job import Event
+    from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.reports.entry import Entry
 
 KINDS = (
@@ -37,6 +40,14 @@ Examples:
   casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
 
   casa-assets ingest table_set.glb --split         one asset of each thing in a file
+
+  casa-assets ingest ~/meshes --dry-run            verdicts and reasons, nothing is written
+
+  casa-assets ingest ~/meshes --only FLT005        again what was rejected with this code
+
+  casa-assets ingest ~/meshes --again things       again what is in review for this, and what is new
+
+  casa-assets ingest ~/incoming --watch            work on files as they come, until Ctrl-C
 
   casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
 """
@@ -75,6 +86,17 @@ def ingest(
     split: Annotated[
         bool, typer.Option("--split", help="Make one asset of each thing in a file that holds several.")
     ] = False,
+    again: Annotated[
+        list[str] | None,
+        typer.Option(help="Work again on what was rejected with this code, or is in review for this subject."),
+    ] = None,
+    only: Annotated[list[str] | None, typer.Option(help="The same, and leave all other inputs out.")] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would become of each input and why; write nothing.")
+    ] = False,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")
+    ] = False,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
     explain: Annotated[
         bool, typer.Option("--explain", help="Print every guess, with its confidence and reason.")
@@ -88,18 +110,42 @@ def ingest(
     from casa_assets.pipeline.ingest.run import CRASH_CODE, Options
     from casa_assets.pipeline.ingest.run import ingest as run
 
+    if watch and dry_run:
+        raise typer.BadParameter("--watch and --dry-run exclude each other")
     guards = _guards(max_size, max_faces, max_texture, max_pixels)
-    options = Options(library, category, jobs, timeout, int(memory * 1e9), guards, clip_weights, keep_duplicates, split)
+    options = Options(
+        library,
+        category,
+        jobs,
+        timeout,
+        int(memory * 1e9),
+        guards,
+        clip_weights,
+        keep_duplicates,
+        split,
+        _codes(again),
+        _codes(only),
+        dry_run,
+    )
     console = Console(stderr=json_)
+    if watch:
+        _watch(sources, options, console, json_)
+        return
     others: Counter[str] = Counter()
     with closing(run(sources, options, others=others)) as running:
-        events = _print_events(running, console, json_)
+        events = _print_events(running, console, json_, dry_run)
     _print_others(+others, console, json_)
+    if not events and only:
+        console.print(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}", highlight=False)
+        return
     if not events:
         places = ", ".join(_safe(str(source)) for source in sources)
         Console(stderr=True).print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
         raise typer.Exit(2)
-    if not json_ or explain:
+    if dry_run and not json_:
+        _print_codes(events, console)
+        _print_counts(events, console)
+    elif not json_ or explain:
         _print_summary(events, library, console, explain)
     _end(events, CRASH_CODE)
 
@@ -117,6 +163,32 @@ def _end(events: list[Event], crash_code: str) -> None:
         raise typer.Exit(4)
 
 
+def _codes(words: list[str] | None) -> frozenset[str]:
+    """Codes of rejections and subjects of review that a user named."""
+    from casa_assets.pipeline.library.review import SUBJECTS
+
+    for word in words or ():
+        if word not in SUBJECTS and not re.fullmatch(r"[A-Z]{3}[0-9]{3}", word):
+            raise typer.BadParameter(f"{word!r} is no code such as FLT005, and none of {', '.join(SUBJECTS)}")
+    return frozenset(words or ())
+
+
+def _watch(sources: list[Path], options: Options, console: Console, json_: bool) -> None:
+    """Run whenever files have changed and settled, until a signal asks to stop; told is only what is new."""
+    from casa_assets.pipeline.ingest.run import ingest as run
+    from casa_assets.pipeline.ingest.watch import settled_changes
+
+    try:
+        console.print(f"watching {pluralize(len(sources), 'place')}; Ctrl-C ends", highlight=False)
+        for _ in settled_changes(sources, options.library):
+            with closing(run(sources, options)) as running:
+                events = _print_events((event for event in running if event.kind != "kept"), console, json_)
+            if events and not json_:
+                _print_summary(events, options.library, console, explain=False)
+    except StopRequested:
+        console.print("stopped; the same command goes on from here", highlight=False)
+
+
 def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:
     """Limits of the registry that this run changes; what is 0 stays as it is."""
     limits = {
@@ -128,7 +200,7 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
     return {name: value for name, value in limits.items() if value}
 
 
-def _print_events(running: Iterable[Event], console: Console, as_json: bool) -> list[Event]:
+def _print_events(running: Iterable[Event], console: Console, as_json: bool, dry_run: bool = False) -> list[Event]:
     """Print a line for each input as it is done; returns all of them."""
     events: list[Event] = []
     done = bad = unsure = 0
@@ -141,11 +213,11 @@ def _print_events(running: Iterable[Event], console: Console, as_json: bool) -> 
             unsure += event.is_in_review
             words = f"[green]{done - bad - unsure} accepted[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
             progress.update(task, total=event.total, completed=done, description=words)
-            _print_event(event, progress.console, as_json)
+            _print_event(event, progress.console, as_json, dry_run)
     return events
 
 
-def _print_event(event: Event, console: Console, as_json: bool) -> None:
+def _print_event(event: Event, console: Console, as_json: bool, dry_run: bool) -> None:
     if as_json:
         row = {
             "status": event.decision.value,
@@ -156,6 +228,8 @@ def _print_event(event: Event, console: Console, as_json: bool) -> None:
             "code": event.code,
             "message": event.message,
             "count": event.count,
+            "dry_run": dry_run,
+            "seconds": {name: round(value, 3) for name, value in event.seconds.items()},
             "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
         }
         typer.echo(json.dumps(row, sort_keys=True))
@@ -165,6 +239,13 @@ def _print_event(event: Event, console: Console, as_json: bool) -> None:
             highlight=False,
             soft_wrap=True,
         )
+    elif dry_run:
+        color = "yellow" if event.is_in_review else "green"
+        console.print(
+            f"[{color}]{event.decision.value}[/] {_safe(event.path)}: {event.asset_id}", highlight=False, soft_wrap=True
+        )
+        for warning in event.warnings if event.is_in_review else ():
+            console.print(f"  {_safe(warning.pointer)}: {_safe(warning.message)}", highlight=False, soft_wrap=True)
 
 
 def _print_others(others: Counter[str], console: Console, as_json: bool) -> None:
@@ -182,20 +263,33 @@ def _print_others(others: Counter[str], console: Console, as_json: bool) -> None
 
 
 def _print_summary(events: list[Event], library: Path, console: Console, explain: bool) -> None:
-    from casa_assets import registry
     from casa_assets.model.issue import Decision
-    from casa_assets.pipeline.ingest.run import tally
     from casa_assets.pipeline.library.entry_table import EntryTable
     from casa_assets.pipeline.library.library import Library
 
-    counts = tally(events)
-    records = registry.load()
-    rejections = records.rejections
     touched = {e.asset_id for e in events}
     rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
     console.print(_accepted_table([e for e in rows.values() if e.decision is Decision.ACCEPTED]))
     if in_review := [e for e in rows.values() if e.decision is Decision.REVIEW]:
         console.print(_review_table(in_review))
+    _print_codes(events, console)
+    if explain:
+        for entry in rows.values():
+            _print_guesses(entry, console)
+    _print_library_checks(library, console)
+    unsure = _print_counts(events, console)
+    place = _safe(str(library))
+    lines = [f"Library: {place}/", f"Index:   {place}/index.sqlite"]
+    lines += [f"Review:  {place}/review.csv; accept or correct there, then run again"] if unsure else []
+    lines += [f"Next:    casa-assets report --library {place}"]
+    console.print("\n".join(lines), highlight=False, soft_wrap=True)
+
+
+def _print_codes(events: list[Event], console: Console) -> None:
+    """How many inputs were rejected for each reason, and what to do about it."""
+    from casa_assets import registry
+
+    records = registry.load()
     codes: Counter[str] = Counter()
     for event in events:
         if event.code:
@@ -205,31 +299,39 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
         for name in ("code", "reason", "inputs", "what to do"):
             table.add_column(name, no_wrap=name == "code")
         why: dict[str, str] = {}
-        if not codes.keys() <= rejections.keys():
+        if not codes.keys() <= records.rejections.keys():
             from casa_assets.checks.table.table import explained
 
             why = explained(records.limits)
         for code, count in codes.most_common():
-            row = rejections.get(code)
+            row = records.rejections.get(code)
             meaning, advice = (
                 (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
             )
             table.add_row(code, meaning, str(count), advice)
         console.print(table)
-    if explain:
-        for entry in rows.values():
-            _print_guesses(entry, console)
-    _print_library_checks(library, console)
+
+
+def _print_counts(events: list[Event], console: Console) -> int:
+    """How fast the stages were, and how many inputs were accepted, in review and rejected; returns those in review."""
+    from casa_assets.model.issue import Decision
+    from casa_assets.pipeline.ingest.run import tally
+    from casa_assets.pipeline.ingest.stage_times import throughput
+
+    if stages := throughput(event.seconds for event in events):
+        table = Table(title="Throughput of one worker", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+        for name in ("stage", "inputs", "seconds", "inputs per second"):
+            table.add_column(name, no_wrap=True, justify="left" if name == "stage" else "right")
+        for one in stages:
+            table.add_row(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
+        console.print(table)
+    counts = tally(events)
     was = "was" if counts["kept"] == 1 else "were"
     kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
     accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
     message = f"[green]{accepted} accepted[/], [yellow]{unsure} in review[/], [red]{rejected} rejected[/]{kept}"
     console.print(f"{pluralize(counts['all'], 'input')}: {message}", highlight=False)
-    place = _safe(str(library))
-    lines = [f"Library: {place}/", f"Index:   {place}/index.sqlite"]
-    lines += [f"Review:  {place}/review.csv; accept or correct there, then run again"] if unsure else []
-    lines += [f"Next:    casa-assets report --library {place}"]
-    console.print("\n".join(lines), highlight=False, soft_wrap=True)
+    return unsure
 
 
 def _print_library_checks(library: Path, console: Console, max_lines: int = 6) -> None:

@@ -82,7 +82,8 @@ class Deduplicator:
         others = (self._fresh_forms, self._fresh) if is_settled else (self._all_forms, self._known)
         original_and_pair = self._original(row, *others)
         if original_and_pair is None:
-            self._add(replace(row, folder=self._library.folder(row.category, row.id)), is_fresh=not result.is_kept)
+            folder = row.folder if result.is_kept else self._library.folder(row.category, row.id)
+            self._add(replace(row, folder=folder), is_fresh=not result.is_kept)
             return result
         original, pair = original_and_pair
         outcome = Outcome(False, NEAR_DUPLICATE_CODE, _message(original, pair))

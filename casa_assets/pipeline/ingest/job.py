@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from casa_assets.errors import OutputError, Rejected
@@ -46,6 +46,7 @@ class Outcome:
         accepted: or rejected, and then code and says. warnings: of an accepted one.
         staged: the finished entry in the staging folder, for the parent to publish; None where there is none.
         trace: where a fault of ours lies; told once, not kept.
+        seconds: that each stage took, by its name, in their order; told once, not kept.
     """
 
     accepted: bool
@@ -54,6 +55,7 @@ class Outcome:
     warnings: tuple[Issue, ...] = ()
     staged: Path | None = None
     trace: str = ""
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def decision(self) -> Decision:
@@ -81,6 +83,7 @@ class Event:
         code, message: of a rejection. warnings: of an accepted one.
         count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
         folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
+        seconds: that each stage took in this run, by its name, in their order.
     """
 
     kind: str
@@ -93,6 +96,7 @@ class Event:
     warnings: tuple[Issue, ...] = ()
     count: int = 1
     folder: Path | None = None
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def was_rejected(self) -> bool:

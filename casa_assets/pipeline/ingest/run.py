@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from casa_assets import registry
 from casa_assets.errors import CasaError, Rejected
@@ -36,6 +38,7 @@ from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.resume import cached_outcome
 from casa_assets.pipeline.reports import attribution, index
+from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Pool
 
@@ -66,6 +69,9 @@ class Options:
         weights: of CLIP, see pipeline.clip; empty: nobody looks at the pictures.
         keep_duplicates: what has the form, size and colours of another asset stays too.
         split: a file that holds several things becomes one asset of each.
+        again: codes of rejections, and subjects of review such as `scale`: what the library has for one of them is
+            worked on again, whatever else is kept. only: the same, and all other inputs are left out.
+        dry_run: say what would become of each input, and write nothing.
     """
 
     library: Path
@@ -77,6 +83,14 @@ class Options:
     weights: str = ""
     keep_duplicates: bool = False
     split: bool = False
+    again: frozenset[str] = frozenset()
+    only: frozenset[str] = frozenset()
+    dry_run: bool = False
+
+    @property
+    def redone(self) -> frozenset[str]:
+        """Codes and subjects whose inputs are worked on again."""
+        return self.again | self.only
 
 
 @dataclass
@@ -84,10 +98,14 @@ class _Run:
     """State of one run: its inputs, the work to be done, and the refusals that have no bytes.
 
     Attributes:
-        steps: inputs that could be read, in their order: what is to be done, or an accepted asset that is there.
+        library: what is written to. before: the one that holds what earlier runs made; they differ in a dry run alone.
+        table: the entries of that one as the run begins. steps: inputs that could be read, in their order: what is to
+            be done, or an accepted asset that is there.
     """
 
     library: disk.Library
+    before: disk.Library
+    table: EntryTable
     cache_key: str
     limits: Mapping[str, float]
     found: Sequence[Found]
@@ -95,6 +113,9 @@ class _Run:
     steps: list[Job | Result] = field(default_factory=list)
     unreadable: unreadable_inputs.UnreadableInputs = field(default_factory=unreadable_inputs.UnreadableInputs)
     overrides: dict[str, UserOverride] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.known = {self.before.root / entry.path: entry for entry in self.table.entries}
 
     def override(self, survey: Survey) -> UserOverride:
         """The override that a person gave for an input."""
@@ -111,7 +132,7 @@ class _Run:
         refusal = self.unreadable.refusal(one, code, message, self.cache_key)
         is_new = unreadable_inputs.write_if_changed(self.library, refusal)
         kind = "rejected" if is_new else "kept"
-        folder = self.library.refusal_folder(refusal.id)
+        folder = self.library.refusal_folder(refusal.id) if self.library is self.before else None
         return Event(kind, self.total, refusal.source.place, refusal.id, code, message, REJECTED, folder=folder)
 
 
@@ -140,38 +161,75 @@ def ingest(
     first = next(inputs, None)
     if first is None and not meshes:
         return
-    library = disk.Library(options.library)
+    with ExitStack() as stack:
+        before = library = disk.Library(options.library)
+        if options.dry_run:
+            library = disk.Library(Path(stack.enter_context(TemporaryDirectory(prefix="casa-assets-"))))
+        stack.enter_context(library.locked())
+        stack.enter_context(writing(library.root))
+        stack.callback(library.sweep)
+        library.sweep()
+        Store(library.cache).sweep()
+        every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
+        yield from _ingest(library, before, every, [*roots, *(Path(mesh.name) for mesh in meshes)], options)
+        if not options.dry_run:
+            write_reports(library, options.weights)
+
+
+def _ingest(
+    library: disk.Library,
+    before: disk.Library,
+    inputs: Iterable[Found | Refused],
+    roots: Sequence[Path],
+    options: Options,
+) -> Generator[Event, None, None]:
+    """Work on all inputs; yields an Event for each, as it is done with."""
+    known = registry.load()
     bounds = {**known.limits, **options.guards}
     seconds = options.seconds or known.limits["input_seconds"]
     limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
-    with library.locked(), writing(options.library):
-        library.sweep()
-        Store(library.cache).sweep()
-        overrides = review.read_overrides(library)
-        try:
-            with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
-                refused = RefusedRows(library)
-                every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
-                found, early = _inputs_with_mesh(every, refused)
-                if options.split:
-                    found = _taken_apart(library, found, bounds, pool)
-                total = len(found) + sum(event.count for event, _ in early)
-                run = _Run(library, cache_key(bounds, options.category), bounds, found, total, overrides=overrides)
-                for event, one in early:
-                    yield replace(event, total=total)
-                    run.unreadable.note_refused(one)
-                yield from _survey(run, pool, options)
-                results: Iterable[Result] = _results(run, pool)
-                if not options.keep_duplicates:
-                    own = frozenset(_job(step).survey.sha256 for step in run.steps)
-                    results = Deduplicator(library, known.limits["alike_form"], own).filter(results)
-                for result in results:
-                    yield _publish_outcome(run, result)
-            run.unreadable.prune(library)
-            refused.write([*roots, *(Path(mesh.name) for mesh in meshes)])
-            write_reports(library, options.weights)
-        finally:
-            library.sweep()
+    overrides = review.read_overrides(before)
+    with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
+        table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
+        refused = RefusedRows(before)
+        found, early = _inputs_with_mesh(inputs, refused)
+        if options.only:
+            wanted = _places_of(table, options.only, with_files=options.split)
+            found = [one for one in found if one.source.place in wanted]
+            early = [(event, one) for event, one in early if event.code in options.only]
+        if options.split:
+            found = _taken_apart(library, found, bounds, pool)
+        total = len(found) + sum(event.count for event, _ in early)
+        key = cache_key(bounds, options.category)
+        run = _Run(library, before, table, key, bounds, found, total, overrides=overrides)
+        for event, one in early:
+            yield replace(event, total=total)
+            run.unreadable.note_refused(one)
+        yield from _survey(run, pool, options)
+        results: Iterable[Result] = _results(run, pool)
+        if not options.keep_duplicates:
+            own = frozenset(_job(step).survey.sha256 for step in run.steps)
+            results = Deduplicator(library, known.limits["alike_form"], own, table).filter(results)
+        for result in results:
+            yield _publish_outcome(run, result)
+    if not options.dry_run:
+        run.unreadable.prune(library)
+    if not options.dry_run and not options.only:
+        refused.write(roots)
+
+
+def _places_of(table: EntryTable, codes: Set[str], with_files: bool) -> frozenset[str]:
+    """Places of the inputs that were rejected for one of some codes, or are in review for one of some subjects.
+
+    Args:
+        with_files: of things in files that were taken apart, the files too.
+    """
+    found = {entry.source_path for entry in table.entries if _is_redone(entry, codes)}
+    return frozenset(found | {path.partition("#")[0] for path in found} if with_files else found)
+
+
+def _is_redone(entry: Entry | None, codes: Set[str]) -> bool:
+    return entry is not None and not codes.isdisjoint((entry.code, *entry.to_decide))
 
 
 def write_reports(library: disk.Library, weights: str = "") -> None:
@@ -217,7 +275,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
     inputs = run.found
     answers = {number: run.heard(answer) for number, answer in _answers(run, pool, options).items()}
     first: dict[str, str] = {}
-    older = run.library.by_input()
+    older = run.before.by_input()
     for number, one in enumerate(inputs):
         answer = answers[number]
         if isinstance(answer, WorkerFailure):
@@ -234,7 +292,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
 
 def _answers(run: _Run, pool: Pool, options: Options) -> dict[int, Survey | Rejected | WorkerFailure]:
     """The survey of every input by its number; those whose files have not changed are remembered."""
-    table = SurveyTable(run.library.cache, options.category, run.limits)
+    table = SurveyTable(run.before.cache, options.category, run.limits, options.dry_run)
     answers: dict[int, Survey | Rejected | WorkerFailure] = {}
     for number, one in enumerate(run.found):
         if (known := table.find(one)) is not None:
@@ -259,13 +317,14 @@ def _due(
     entries = older.get(identity.suffix, ())
     override = run.override(survey)
     key = with_overrides(run.cache_key, override)
-    found = cached_outcome(entries, asset_id, key)
-    job = Job(one, survey, asset_id, options.library, run.limits, key, override)
-    if found is None or (options.keep_duplicates and found[1].code == COPY):
+    found = cached_outcome(entries, asset_id, key, run.known)
+    job = Job(one, survey, asset_id, run.library.root, run.limits, key, override)
+    is_redone = any(_is_redone(run.known.get(folder), options.redone) for folder in entries)
+    if found is None or is_redone or (options.keep_duplicates and found[1].code == COPY):
         run.steps.append(job)
         return
     current, known = found
-    for folder in entries:
+    for folder in entries if run.library is run.before else ():
         if folder != current:  # a run was killed after it had put the current one in place
             run.library.forget(folder)
     if known.accepted:
@@ -342,10 +401,20 @@ def _event(run: _Run, result: Result) -> Event:
     kind = "kept" if result.is_kept else outcome.decision.value
     path, refused = job.found.source.place, not outcome.accepted
     message = f"{outcome.message}\n{outcome.trace}" if outcome.trace else outcome.message
-    library = run.library
+    library = run.before
     folder = library.refusal_folder(job.asset_id) if refused else library.folder(job.survey.category, job.asset_id)
+    is_there = result.is_kept or run.library is run.before
     return Event(
-        kind, run.total, path, job.asset_id, outcome.code, message, outcome.decision, outcome.warnings, folder=folder
+        kind,
+        run.total,
+        path,
+        job.asset_id,
+        outcome.code,
+        message,
+        outcome.decision,
+        outcome.warnings,
+        folder=folder if is_there else None,
+        seconds={} if result.is_kept else outcome.seconds,
     )
 
 

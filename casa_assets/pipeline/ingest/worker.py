@@ -17,6 +17,7 @@ from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, stage_refusal, writing
+from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.stages import build_asset, stage_functions
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
@@ -65,26 +66,31 @@ def _work(job: Job) -> Outcome:
     staged = library.stage(job.asset_id)
     bundle: Bundle | None = None
     report: Report | None = None
+    times = StageTimes()
     try:
         # The input is read a second time. The survey had to read all inputs before the first can be worked on: their
         # digests settle ids, inputs of the same bytes, what a person decided and what an earlier run made. Their bytes
         # (up to --max-size each) cannot be held until then, and a copy on disk would have to be read again too.
-        bundle = collect(job.found, job.limits)
+        with times.of("read"):
+            bundle = collect(job.found, job.limits)
         if bundle.sha256 != job.survey.sha256:
             raise Rejected("RUN005", "the file changed while it was being read; run again")
-        asset, report = _built(job, bundle, category, library)
+        asset, report = _built(job, bundle, category, library, times)
         if not report.passed:
             raise first_error(report)
         made_by = disk.MadeBy(Producer.INGEST, job.cache_key, versions_of({**stage_functions(), **WRITING}))
-        certify(asset, report, staged, made_by)
-        return Outcome(True, warnings=report.issues, staged=staged)
+        with times.of("certify"):
+            certify(asset, report, staged, made_by)
+        return Outcome(True, warnings=report.issues, staged=staged, seconds=times.seconds)
     except Rejected as error:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)
-        return Outcome(False, error.code, error.message, staged=refused)
+        return Outcome(False, error.code, error.message, staged=refused, seconds=times.seconds)
 
 
-def _built(job: Job, bundle: Bundle, category: Category, library: disk.Library) -> tuple[Asset, Report]:
+def _built(
+    job: Job, bundle: Bundle, category: Category, library: disk.Library, times: StageTimes
+) -> tuple[Asset, Report]:
     """The asset, written to the staging folder, and its report.
 
     Where it falls over or its shapes do not fit it may lie on the wrong side: it is built again with other ways up,
@@ -103,9 +109,12 @@ def _built(job: Job, bundle: Bundle, category: Category, library: disk.Library) 
             job.override,
             Store(library.cache),
             failed_ups,
+            times,
         )
-        write_package(asset, staged)
-        report = check_package(asset, staged, category, notes)
+        with times.of("write"):
+            write_package(asset, staged)
+        with times.of("check"):
+            report = check_package(asset, staged, category, notes)
         first = first or (asset, report)
         if report.passed:
             return asset, report
