@@ -39,7 +39,9 @@ class Deduplicator:
         self._library, self._limit, self._own, self._table = library, limit, own, table
         self._store = Store(library.cache)
         self._known: list[AssetRow] = []
-        self._forms = ShapeIndex()
+        self._forms: ShapeIndex | None = None
+        # Kept assets that are not among these yet.
+        self._deferred: list[Result] = []
         # Of these, what this run made.
         self._fresh: list[AssetRow] = []
         self._fresh_forms = ShapeIndex()
@@ -73,13 +75,16 @@ class Deduplicator:
         if result.folder is None:
             return result
         job = result.job
-        row = self._settled.get(result.folder) if result.is_kept else None
-        is_settled = row is not None and row.id not in self._twins
+        is_settled = result.is_kept and self._is_settled(result.folder)
+        if is_settled and not self._fresh:
+            self._deferred.append(result)  # there is nothing new that it could be a copy of
+            return result
+        row = self._rows.get(result.folder) if is_settled else None
         row = replace(row or read_row(result.folder), category=job.survey.category, path=job.found.source.place)
         if row.signature is None:
             return result
         # What was compared by an earlier run and is no copy of anything can be one of what is new alone.
-        others = (self._fresh_forms, self._fresh) if is_settled else (self._all_forms, self._known)
+        others = (self._fresh_forms, self._fresh) if is_settled else (self._all_forms(), self._known)
         original_and_pair = self._original(row, *others)
         if original_and_pair is None:
             folder = row.folder if result.is_kept else self._library.folder(row.category, row.id)
@@ -107,38 +112,56 @@ class Deduplicator:
 
     def _add(self, row: AssetRow, is_fresh: bool) -> None:
         assert row.signature is not None
-        forms = self._all_forms  # with what the library had before, which comes first
+        self._all_forms().add(row.signature.shape)
         self._known.append(row)
-        forms.add(row.signature.shape)
         if is_fresh:
-            self._fresh.append(row)
             self._fresh_forms.add(row.signature.shape)
+            self._fresh.append(row)
 
-    @cached_property
     def _all_forms(self) -> ShapeIndex:
-        """Forms that later inputs may be copies of: at first those of the library from inputs outside this run."""
-        for row in self._entries.rows:
-            if row.sha256 not in self._own and row.signature is not None:
+        """Forms that an input may be a copy of, at first those of the library from inputs outside this run."""
+        if self._forms is None:
+            self._forms = ShapeIndex()
+            self._take(row for row in self._entries.rows if row.sha256 not in self._own)
+        deferred, self._deferred = self._deferred, []
+        for result in deferred:
+            assert result.folder is not None
+            row = self._rows[result.folder]
+            self._take([replace(row, category=result.job.survey.category, path=result.job.found.source.place)])
+        return self._forms
+
+    def _take(self, rows: Iterable[AssetRow]) -> None:
+        assert self._forms is not None
+        for row in rows:
+            if row.signature is not None:
                 self._known.append(row)
                 self._forms.add(row.signature.shape)
-        return self._forms
+
+    def _is_settled(self, folder: Path) -> bool:
+        """True if an earlier run compared an asset with all others, and it is no copy of one of them.
+
+        What has form, size and colours of another one was kept on purpose, and is judged anew.
+        """
+        return self._digests.get(folder, "") in self._compared
+
+    @cached_property
+    def _compared(self) -> Set[str]:
+        """Digests of the assets of the library that are no copies."""
+        copies = self._entries.twins(lambda pair: pair.twins(self._limit))
+        return frozenset() if copies is None else frozenset(self._digests.values()) - copies
 
     @cached_property
     def _entries(self) -> EntryTable:
         return self._table or EntryTable(self._library, skip_damaged=True)
 
     @cached_property
-    def _settled(self) -> dict[Path, AssetRow]:
-        return {row.folder: row for row in self._entries.rows}
+    def _digests(self) -> dict[Path, str]:
+        root = self._entries.root
+        return {root / entry.path: entry.digest for entry in self._entries.entries if entry.accepted}
 
     @cached_property
-    def _twins(self) -> Set[str]:
-        """Ids of assets that have form, size and colours of another one in the library: they were kept on purpose."""
-        try:
-            pairs = self._entries.alike(self._store)
-        except OutputError:  # one is damaged: each is looked at anew
-            return {row.id for row in self._entries.rows}
-        return {name for pair in pairs if pair.twins(self._limit) for name in (pair.one, pair.other)}
+    def _rows(self) -> dict[Path, AssetRow]:
+        return {row.folder: row for row in self._entries.rows}
 
 
 def _message(original: AssetRow, pair: ShapePair) -> str:

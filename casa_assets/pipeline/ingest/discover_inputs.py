@@ -26,13 +26,13 @@ def discover_inputs(
     """
     own_library = Path(os.path.realpath(library))
     real_roots = {Path(os.path.realpath(root)) for root in roots}
-    is_library_folder: dict[Path, bool] = {}
+    is_output: dict[str, bool] = {}
     for found in discover(roots, others):
         if isinstance(found, Found):
             places = [found.root / (found.archive or found.main)]
         else:
             places = [root / found.path for root in roots]
-        if not any(_is_output(place, real_roots, own_library, is_library_folder) for place in places):
+        if not any(_is_output(place, real_roots, own_library, is_output) for place in places):
             yield replace(found, source=_as_text(found.source)) if isinstance(found, Found) else found
 
 
@@ -47,16 +47,25 @@ def _as_text(source: Source) -> Source:
     return source if is_unchanged else source.replace(**texts)
 
 
-def _is_output(place: Path, real_roots: Set[Path], own_library: Path, is_library_folder: dict[Path, bool]) -> bool:
-    """True if a file lies in our library, or in any library that lies below a root (a root may be one)."""
-    for folder in Path(os.path.realpath(place)).parents:
+def _is_output(place: Path, real_roots: Set[Path], own_library: Path, is_output: dict[str, bool]) -> bool:
+    """True if a file lies in our library, or in any library that lies below a root (a root may be one).
+
+    Args:
+        is_output: takes up what is known of folders, by their real path.
+    """
+    folder = os.path.dirname(os.path.realpath(place))  # noqa: PTH120  Path would take longer than all the rest
+    if folder not in is_output:
+        is_output[folder] = _is_output_folder(Path(folder), real_roots, own_library)
+    return is_output[folder]
+
+
+def _is_output_folder(place: Path, real_roots: Set[Path], own_library: Path) -> bool:
+    for folder in (place, *place.parents):
         if folder == own_library:
             return True
         if folder in real_roots:
             # Above it only our own library counts: the user asked for what is in there.
             return own_library in folder.parents
-        if folder not in is_library_folder:
-            is_library_folder[folder] = (folder / ".casa" / "lock").is_file()
-        if is_library_folder[folder]:
+        if (folder / ".casa" / "lock").is_file():
             return True
     return False

@@ -22,7 +22,7 @@ from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
-from casa_assets.pipeline.ingest import unreadable_inputs
+from casa_assets.pipeline.ingest import refused_rows, unreadable_inputs
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
@@ -54,6 +54,8 @@ FAILURE_CODES = {
     "stuck": "RUN008",
 }
 DUPLICATE_CODE = "RUN006"
+# What `write_reports` writes, and what it reads beside the entries.
+DERIVED = (index.NAME, attribution.NAME, review.NAME, library_report.NAME, f"{disk.REJECTED}/{refused_rows.NAME}")
 
 
 @dataclass(frozen=True)
@@ -171,26 +173,33 @@ def ingest(
         library.sweep()
         Store(library.cache).sweep()
         every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
-        yield from _ingest(library, before, every, [*roots, *(Path(mesh.name) for mesh in meshes)], options)
+        table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
+        places = [*roots, *(Path(mesh.name) for mesh in meshes)]
+        yield from _ingest(library, table, every, places, options)
         if not options.dry_run:
-            write_reports(library, options.weights)
+            write_reports(library, options.weights, table)
 
 
 def _ingest(
     library: disk.Library,
-    before: disk.Library,
+    table: EntryTable,
     inputs: Iterable[Found | Refused],
     roots: Sequence[Path],
     options: Options,
 ) -> Generator[Event, None, None]:
-    """Work on all inputs; yields an Event for each, as it is done with."""
+    """Work on all inputs; yields an Event for each, as it is done with.
+
+    Args:
+        library: what is written to. table: entries of the library that holds what earlier runs made: in a dry run it
+            is another one. roots: that the inputs were found under.
+    """
     known = registry.load()
+    before = library if table.root == library.root else disk.Library(table.root)
     bounds = {**known.limits, **options.guards}
     seconds = options.seconds or known.limits["input_seconds"]
     limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
     overrides = review.read_overrides(before)
     with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
-        table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
         refused = RefusedRows(before)
         found, early = _inputs_with_mesh(inputs, refused)
         if options.only:
@@ -232,13 +241,24 @@ def _is_redone(entry: Entry | None, codes: Set[str]) -> bool:
     return entry is not None and not codes.isdisjoint((entry.code, *entry.to_decide))
 
 
-def write_reports(library: disk.Library, weights: str = "") -> None:
-    """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together."""
-    table = EntryTable(library)
+def write_reports(library: disk.Library, weights: str = "", table: EntryTable | None = None) -> None:
+    """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together.
+
+    Where all of it stands as it was written for the same entries it stays.
+
+    Args:
+        table: the entries as they were before the run; None: they are read.
+    """
+    if table is None or not table.is_current():
+        table = EntryTable(library)
+    made_by = digest_of(key_of(write_reports), weights)
+    if table.has_reports(made_by, DERIVED):
+        return
     index.rebuild(library, table.entries)
     attribution.write(library, table.entries)
     review.write(library, table.entries)
     library_report.compare_library(library, table, clip.load_clip(weights) if weights else None)
+    table.keep_reports(made_by, DERIVED)
 
 
 def _inputs_with_mesh(

@@ -10,11 +10,12 @@ import json
 import os
 import sqlite3
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
@@ -23,7 +24,8 @@ from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.asset.signature import ColorHistogram, ShapeDescriptor, Signature
 from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
-from casa_assets.pipeline.cache.cache_key import key_of
+from casa_assets.model.record import Record
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import AssetRow, read_row
 from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair, nearby_pairs
@@ -37,12 +39,15 @@ CREATE TABLE IF NOT EXISTS made_by (key TEXT PRIMARY KEY);
 CREATE TABLE IF NOT EXISTS entries (folder TEXT PRIMARY KEY, state TEXT, entry TEXT, row TEXT, results BLOB);
 CREATE TABLE IF NOT EXISTS thumbnails (folder TEXT PRIMARY KEY, state TEXT, webp BLOB);
 CREATE TABLE IF NOT EXISTS compared (digest TEXT PRIMARY KEY);
+CREATE TABLE IF NOT EXISTS reports (state TEXT PRIMARY KEY);
 CREATE TABLE IF NOT EXISTS pairs (
     first TEXT, second TEXT, most REAL, every REAL, size REAL, colors REAL, PRIMARY KEY (first, second)
 );
 """
 _entries: TypeAdapter[Entry] = TypeAdapter(Entry)
 _rows: TypeAdapter[AssetRow] = TypeAdapter(AssetRow)
+_SEVERITIES = {severity.value: severity for severity in Severity}
+R = TypeVar("R", bound=Record)
 _results: TypeAdapter[tuple[CheckResult, ...]] = TypeAdapter(tuple[CheckResult, ...])
 
 
@@ -83,7 +88,8 @@ class EntryTable:
         with closing(self._open()) as database:
             before = {folder: _Kept(*rest) for folder, *rest in database.execute("SELECT * FROM entries")}
             self._entries: list[Entry] = []
-            self._rows: list[AssetRow] = []
+            self._row_makers: list[Callable[[], AssetRow]] = []
+            self._states: dict[str, str] = {}
             fresh = [(name, *vars(kept).values()) for name, kept in self._read(before)]
             removed = before.keys() - {e.path for e in self._entries}
             self._entries += row_entries(library)
@@ -92,14 +98,55 @@ class EntryTable:
                 database.executemany("DELETE FROM entries WHERE folder = ?", [(name,) for name in removed])
 
     @property
+    def root(self) -> Path:
+        """Folder of the library."""
+        return self._library.root
+
+    @property
     def entries(self) -> Sequence[Entry]:
         """All entries, accepted first; without the results of their checks, of which the numbers are kept, or with."""
         return self._entries
 
-    @property
+    @cached_property
     def rows(self) -> Sequence[AssetRow]:
         """Every accepted asset, sorted by category and id."""
-        return self._rows
+        return [make() for make in self._row_makers]
+
+    def is_current(self) -> bool:
+        """True if the entries stand on the disk as they did when the table was read."""
+        now = {name: _state(folder / file) for folder, name, file in _folders(self._library)}
+        return now == self._states
+
+    def has_reports(self, made_by: str, files: Iterable[str]) -> bool:
+        """True if `keep_reports` was told of these entries and files, and they are as they were then."""
+        with closing(self._open()) as database:
+            return database.execute("SELECT state FROM reports").fetchall() == [(self._reports_state(made_by, files),)]
+
+    def keep_reports(self, made_by: str, files: Iterable[str]) -> None:
+        """Remember that what is derived from the entries has been written.
+
+        Args:
+            made_by: key of what wrote it. files: names in the library of all that was written and read for it.
+        """
+        with closing(self._open()) as database, suppress(sqlite3.OperationalError), database:
+            database.execute("DELETE FROM reports")
+            database.execute("INSERT INTO reports VALUES (?)", (self._reports_state(made_by, files),))
+
+    def _reports_state(self, made_by: str, files: Iterable[str]) -> str:
+        paths = {name: self._library.root / name for name in files}
+        written = {name: _state(path) if os.path.lexists(path) else "" for name, path in paths.items()}
+        return digest_of(made_by, self._states, written)
+
+    def twins(self, is_copy: Callable[[ShapePair], bool]) -> Set[str] | None:
+        """Digests of assets that are copies of another one; None where some were never compared with the others."""
+        with closing(self._open()) as database:
+            compared = {digest for (digest,) in database.execute("SELECT digest FROM compared")}
+            pairs = database.execute("SELECT * FROM pairs").fetchall()
+        own = {entry.digest for entry in self._entries if entry.accepted}
+        if not own <= compared:
+            return None
+        near = [ShapePair(*pair, True) for pair in pairs if {pair[0], pair[1]} <= own]
+        return {digest for pair in near if is_copy(pair) for digest in (pair.one, pair.other)}
 
     def alike(self, store: Store) -> list[ShapePair]:
         """Every pair of assets whose forms are near each other, in the order of the rows; only new ones are compared.
@@ -107,7 +154,8 @@ class EntryTable:
         Args:
             store: keeps how surfaces lie over each other, by the contents of both.
         """
-        signed = [asset for asset in self._rows if asset.signature is not None]
+        signed = [asset for asset in self.rows if asset.signature is not None]
+        digests = {asset.digest for asset in self.rows}
         place = {asset.digest: i for i, asset in enumerate(signed)}
         with closing(self._open()) as database:
             compared = {digest for (digest,) in database.execute("SELECT digest FROM compared")}
@@ -116,8 +164,10 @@ class EntryTable:
             found = [_pair(signed[i], signed[j], store) for i, j in _new_nearby_pairs(signed, new)]
             with suppress(sqlite3.OperationalError), database:
                 database.executemany("INSERT OR REPLACE INTO pairs VALUES (?, ?, ?, ?, ?, ?)", found)
-                database.executemany("INSERT OR REPLACE INTO compared VALUES (?)", [(signed[i].digest,) for i in new])
-                removed = [(digest,) for digest in compared - place.keys()]
+                database.executemany(
+                    "INSERT OR REPLACE INTO compared VALUES (?)", [(digest,) for digest in sorted(digests)]
+                )
+                removed = [(digest,) for digest in compared - digests]
                 database.executemany("DELETE FROM compared WHERE digest = ?", removed)
                 database.executemany("DELETE FROM pairs WHERE first = ?1 OR second = ?1", removed)
         pairs = sorted((*known, *found), key=lambda pair: (place[pair[0]], place[pair[1]]))
@@ -161,9 +211,8 @@ class EntryTable:
                     entry = _entry_of(json.loads(kept.entry))
                     if self._with_results:
                         entry = replace(entry, results=_results.validate_json(zlib.decompress(kept.results)))
-                    row = _row_of(json.loads(kept.row), folder) if is_accepted else None
-                    if entry.path == name:
-                        self._add(entry, row)
+                    if entry.path == name and bool(kept.row) is is_accepted:
+                        self._add(entry, name, state, partial(_row_at, folder, kept.row) if is_accepted else None)
                         continue
             try:
                 entry = entry_at(folder, self._library.root)
@@ -173,15 +222,17 @@ class EntryTable:
                     continue
                 raise
             bare = replace(entry, results=())
-            self._add(entry if self._with_results else bare, row)
+            make = (lambda made=row: made) if row is not None else None
+            self._add(entry if self._with_results else bare, name, state, make)
             results = zlib.compress(_results.dump_json(entry.results))
             row_json = _rows.dump_json(row).decode() if row else ""
             yield name, _Kept(state, _entries.dump_json(bare).decode(), row_json, results)
 
-    def _add(self, entry: Entry, row: AssetRow | None) -> None:
+    def _add(self, entry: Entry, name: str, state: str, make_row: Callable[[], AssetRow] | None) -> None:
         self._entries.append(entry)
-        if row is not None:
-            self._rows.append(row)
+        self._states[name] = state
+        if make_row is not None:
+            self._row_makers.append(make_row)
 
     def _open(self) -> sqlite3.Connection:
         if self._read_only:
@@ -205,7 +256,7 @@ def _ready(database: sqlite3.Connection) -> sqlite3.Connection:
         with database:
             database.executescript(_SCHEMA)
             if database.execute("SELECT key FROM made_by").fetchall() != [(_made_by(),)]:
-                tables = ("made_by", "entries", "thumbnails", "compared", "pairs")
+                tables = ("made_by", "entries", "thumbnails", "compared", "pairs", "reports")
                 database.executescript("".join(f"DROP TABLE IF EXISTS {name};" for name in tables) + _SCHEMA)
                 database.execute("INSERT INTO made_by VALUES (?)", (_made_by(),))
     except sqlite3.DatabaseError:
@@ -225,28 +276,47 @@ def _entry_of(data: dict[str, Any]) -> Entry:
     Raises:
         KeyError, TypeError: this is no such entry.
     """
-    made: dict[str, Any] = dict(data)
-    summary = data["summary"]
-    if summary is not None:
-        made["summary"] = disk.Summary.model_construct(**{**summary, "extents": tuple(summary["extents"])})
-    made["warnings"] = tuple(
-        Issue.model_construct(**{**issue, "severity": Severity(issue["severity"])}) for issue in data["warnings"]
-    )
-    made["guesses"] = tuple(Guess.model_construct(**guess) for guess in data["guesses"])
-    return Entry(**{**made, "results": (), "checks": Tally(**data["checks"])})
+    if (summary := data["summary"]) is not None:
+        data["summary"] = _unchecked(disk.Summary, {**summary, "extents": tuple(summary["extents"])})
+    for issue in data["warnings"]:
+        issue["severity"] = _SEVERITIES[issue["severity"]]
+    data["warnings"] = tuple([_unchecked(Issue, issue) for issue in data["warnings"]])
+    data["guesses"] = tuple([_unchecked(Guess, guess) for guess in data["guesses"]])
+    data["results"] = ()
+    data["checks"] = Tally(**data["checks"])
+    return Entry(**data)
 
 
-def _row_of(data: dict[str, Any], folder: Path) -> AssetRow:
+def _row_of(text: str, folder: Path) -> AssetRow:
     """A row that `_rows` wrote, likewise."""
+    data = json.loads(text)
     signature = data["signature"]
     if signature is not None:
         shape, color = signature["shape"], signature["color"]
         shape = {name: tuple(value) if isinstance(value, list) else value for name, value in shape.items()}
         color = {**color, "tones": tuple(color["tones"]), "names": tuple(map(tuple, color["names"]))}
-        signature = Signature.model_construct(
-            shape=ShapeDescriptor.model_construct(**shape), color=ColorHistogram.model_construct(**color)
+        data["signature"] = _unchecked(
+            Signature, {"shape": _unchecked(ShapeDescriptor, shape), "color": _unchecked(ColorHistogram, color)}
         )
-    return AssetRow(**{**data, "folder": folder, "signature": signature})
+    return AssetRow(**{**data, "folder": folder})
+
+
+def _row_at(folder: Path, text: str) -> AssetRow:
+    """The row of an asset as the table has it, or as its file says where that is no row."""
+    try:
+        return _row_of(text, folder)
+    except (ValueError, KeyError, TypeError):
+        return read_row(folder)
+
+
+def _unchecked(kind: type[R], values: dict[str, Any]) -> R:
+    """A record of values that were checked before; `model_construct` does the same in five times the time."""
+    made = kind.__new__(kind)
+    object.__setattr__(made, "__dict__", values)
+    object.__setattr__(made, "__pydantic_fields_set__", set(values))
+    object.__setattr__(made, "__pydantic_extra__", None)
+    object.__setattr__(made, "__pydantic_private__", None)
+    return made
 
 
 def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:
