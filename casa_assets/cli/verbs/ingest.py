@@ -55,10 +55,7 @@ Examples:
 
 def ingest(
     sources: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Files, folders, Objaverse package folders, manifests (.jsonl).", exists=True, readable=True
-        ),
+        list[Path], typer.Argument(help="Files, folders, Objaverse packages, manifests.", exists=True, readable=True)
     ],
     library: Annotated[
         Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
@@ -73,9 +70,7 @@ def ingest(
         float, typer.Option(min=0, help="Megabytes of one input with its files.", show_default="512")
     ] = 0.0,
     max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input.", show_default="2500000")] = 0,
-    max_texture: Annotated[
-        int, typer.Option(min=0, help="Pixels along a side of a picture.", show_default="16384")
-    ] = 0,
+    max_texture: Annotated[int, typer.Option(min=0, help="Pixels of a side of a picture.", show_default="16384")] = 0,
     max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture.", show_default="67.2")] = 0.0,
     clip_weights: Annotated[
         str, typer.Option(help="Weights of CLIP that look at the pictures: a file, a folder or a name of open_clip's.")
@@ -107,50 +102,45 @@ def ingest(
     Exit 0 when all were accepted, 1 when some were rejected, 4 when none was but a person has to decide something about
     some (review.csv in the library), 2 on misuse.
     """
-    from casa_assets.pipeline.ingest.run import CRASH_CODE, Options
+    from casa_assets.pipeline.ingest.run import Options
+
+    memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
+    codes = _codes(again), _codes(only)
+    options = Options(
+        library, category, jobs, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
+    )
+    if watch:
+        _watch(sources, options, json_)
+    else:
+        _ingest(sources, options, json_, explain)
+
+
+ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
+
+
+def _ingest(sources: list[Path], options: Options, json_: bool, explain: bool) -> None:
+    """Run once, tell what became of the inputs, and end with the exit code for it."""
+    from casa_assets.pipeline.ingest.run import CRASH_CODE
     from casa_assets.pipeline.ingest.run import ingest as run
 
-    if watch and dry_run:
-        raise typer.BadParameter("--watch and --dry-run exclude each other")
-    guards = _guards(max_size, max_faces, max_texture, max_pixels)
-    options = Options(
-        library,
-        category,
-        jobs,
-        timeout,
-        int(memory * 1e9),
-        guards,
-        clip_weights,
-        keep_duplicates,
-        split,
-        _codes(again),
-        _codes(only),
-        dry_run,
-    )
     console = Console(stderr=json_)
-    if watch:
-        _watch(sources, options, console, json_)
-        return
     others: Counter[str] = Counter()
     with closing(run(sources, options, others=others)) as running:
-        events = _print_events(running, console, json_, dry_run)
+        events = _print_events(running, console, json_, options.dry_run)
     _print_others(+others, console, json_)
-    if not events and only:
+    if not events and options.only:
         console.print(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}", highlight=False)
         return
     if not events:
         places = ", ".join(_safe(str(source)) for source in sources)
         Console(stderr=True).print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
         raise typer.Exit(2)
-    if dry_run and not json_:
+    if options.dry_run and not json_:
         _print_codes(events, console)
         _print_counts(events, console)
     elif not json_ or explain:
-        _print_summary(events, library, console, explain)
+        _print_summary(events, options.library, console, explain)
     _end(events, CRASH_CODE)
-
-
-ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 
 def _end(events: list[Event], crash_code: str) -> None:
@@ -173,11 +163,14 @@ def _codes(words: list[str] | None) -> frozenset[str]:
     return frozenset(words or ())
 
 
-def _watch(sources: list[Path], options: Options, console: Console, json_: bool) -> None:
+def _watch(sources: list[Path], options: Options, json_: bool) -> None:
     """Run whenever files have changed and settled, until a signal asks to stop; told is only what is new."""
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.watch import settled_changes
 
+    if options.dry_run or options.redone:
+        raise typer.BadParameter("--watch goes with none of --dry-run, --again and --only")
+    console = Console(stderr=json_)
     try:
         console.print(f"watching {pluralize(len(sources), 'place')}; Ctrl-C ends", highlight=False)
         for _ in settled_changes(sources, options.library):
