@@ -13,7 +13,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -21,6 +20,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from judging.copies import copied_entry
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -74,30 +74,12 @@ def _timed(folder: Path, library: Path) -> float:
 
 
 def _grow(library: Path, count: int) -> None:
-    """Copies of the only entry; of each, asset.json alone is a file of its own."""
+    """Copies of the only entry."""
     (source,) = library.glob("*/*/asset.json")
-    text = source.read_text(encoding="utf-8")
     rng = np.random.default_rng(0)
     for number in range(count):
-        data = json.loads(text)
         digest = hashlib.sha256(f"entry {number}".encode()).hexdigest()
-        name = f"{data['asset']['id'].rpartition('_')[0]}_{digest[:10]}"
-        folder = source.parent.parent / name
-        folder.mkdir()
-        data["asset"]["id"] = name
-        data["asset"]["provenance"].update(path=f"other_{number}.obj", sha256=digest)
-        data["certificate"]["asset_digest"] = hashlib.sha256(digest.encode()).hexdigest()
-        shape = data["certificate"]["signature"]["shape"]
-        stretch = rng.uniform(-0.5, 0.5, 3)
-        for field, shift in zip(("pair_distances", "center_distances", "axis_spread"), stretch, strict=True):
-            bent = np.array(shape[field]) * (1 + shift * np.linspace(0.0, 1.0, len(shape[field])))
-            shape[field] = [round(float(v), 4) for v in bent + rng.normal(0.0, 0.05, len(bent))]
-        (folder / "asset.json").write_text(json.dumps(data), encoding="utf-8")
-        for path in source.parent.rglob("*"):
-            if path.is_file() and path.name != "asset.json":
-                target = folder / path.relative_to(source.parent)
-                target.parent.mkdir(parents=True, exist_ok=True)
-                os.link(path, target)
+        copied_entry(source.parent, digest, f"other_{number}.obj", rng)
 
 
 if __name__ == "__main__":
