@@ -101,7 +101,8 @@ class _Run:
 
     Attributes:
         library: what is written to. before: the one that holds what earlier runs made; they differ in a dry run alone.
-        table: the entries of that one as the run begins. steps: inputs that could be read, in their order: what is to
+        table: the entries of that one as the run begins. left_out: numbers of inputs that this run leaves as they are,
+            and tells nothing of. steps: inputs that could be read, in their order: what is to
             be done, or an accepted asset that is there.
     """
 
@@ -111,13 +112,23 @@ class _Run:
     cache_key: str
     limits: Mapping[str, float]
     found: Sequence[Found]
-    total: int
+    total: int = 0
+    left_out: Set[int] = frozenset()
     steps: list[Job | Result] = field(default_factory=list)
     unreadable: unreadable_inputs.UnreadableInputs = field(default_factory=unreadable_inputs.UnreadableInputs)
     overrides: dict[str, UserOverride] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.known = {self.before.root / entry.path: entry for entry in self.table.entries}
+
+    def leave_out_all_but(self, codes: Set[str]) -> None:
+        """Leave out what was not rejected for one of some codes and is not in review for one of some subjects.
+
+        Of a file that is taken apart now and was not before, all things are worked on.
+        """
+        places = {entry.source_path for entry in self.table.entries if _is_redone(entry, codes)}
+        names = [(one.source.place, one.source.path) for one in self.found]
+        self.left_out = {number for number, name in enumerate(names) if places.isdisjoint(name)}
 
     def override(self, survey: Survey) -> UserOverride:
         """The override that a person gave for an input."""
@@ -132,7 +143,7 @@ class _Run:
     def refuse(self, one: Found, code: str, message: str) -> Event:
         """Remember an input that never became a bundle."""
         refusal = self.unreadable.refusal(one, code, message, self.cache_key)
-        is_new = unreadable_inputs.write_if_changed(self.library, refusal)
+        is_new = unreadable_inputs.write_if_changed(self.library, refusal, self.before)
         kind = "rejected" if is_new else "kept"
         folder = self.library.refusal_folder(refusal.id) if self.library is self.before else None
         return Event(kind, self.total, refusal.source.place, refusal.id, code, message, REJECTED, folder=folder)
@@ -202,15 +213,14 @@ def _ingest(
     with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
         refused = RefusedRows(before)
         found, early = _inputs_with_mesh(inputs, refused)
-        if options.only:
-            wanted = _places_of(table, options.only, with_files=options.split)
-            found = [one for one in found if one.source.place in wanted]
-            early = [(event, one) for event, one in early if event.code in options.only]
         if options.split:
             found = _taken_apart(library, found, bounds, pool)
-        total = len(found) + sum(event.count for event, _ in early)
         key = cache_key(bounds, options.category)
-        run = _Run(library, before, table, key, bounds, found, total, overrides=overrides)
+        run = _Run(library, before, table, key, bounds, found, overrides=overrides)
+        if options.only:
+            run.leave_out_all_but(options.only)
+            early = [(event, one) for event, one in early if event.code in options.only]
+        run.total = total = len(found) - len(run.left_out) + sum(event.count for event, _ in early)
         for event, one in early:
             yield replace(event, total=total)
             run.unreadable.note_refused(one)
@@ -225,16 +235,6 @@ def _ingest(
         run.unreadable.prune(library)
     if not options.dry_run and not options.only:
         refused.write(roots)
-
-
-def _places_of(table: EntryTable, codes: Set[str], with_files: bool) -> frozenset[str]:
-    """Places of the inputs that were rejected for one of some codes, or are in review for one of some subjects.
-
-    Args:
-        with_files: of things in files that were taken apart, the files too.
-    """
-    found = {entry.source_path for entry in table.entries if _is_redone(entry, codes)}
-    return frozenset(found | {path.partition("#")[0] for path in found} if with_files else found)
 
 
 def _is_redone(entry: Entry | None, codes: Set[str]) -> bool:
@@ -298,16 +298,19 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
     older = run.before.by_input()
     for number, one in enumerate(inputs):
         answer = answers[number]
-        if isinstance(answer, WorkerFailure):
-            answer = Rejected(FAILURE_CODES[answer.reason], answer.text)
-        if isinstance(answer, Rejected):
-            yield run.refuse(one, answer.code, answer.message)
-        elif answer.sha256 in first:
-            yield run.refuse(one, DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them")
-        else:
+        if isinstance(answer, Survey) and answer.sha256 not in first:
             first[answer.sha256] = one.source.place
-            run.unreadable.note_readable(one)
-            yield from _due(run, one, answer, older, options)
+            if number not in run.left_out:
+                run.unreadable.note_readable(one)
+                yield from _due(run, one, answer, older, options)
+        elif number in run.left_out:
+            continue
+        elif isinstance(answer, Survey):
+            yield run.refuse(one, DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them")
+        elif isinstance(answer, WorkerFailure):
+            yield run.refuse(one, FAILURE_CODES[answer.reason], answer.text)
+        else:
+            yield run.refuse(one, answer.code, answer.message)
 
 
 def _answers(run: _Run, pool: Pool, options: Options) -> dict[int, Survey | Rejected | WorkerFailure]:

@@ -64,17 +64,21 @@ class UnreadableInputs:
                     library.forget(folder)
 
 
-def write_if_changed(library: disk.Library, refusal: disk.Refusal) -> bool:
-    """Write a refusal to the library and return True; False if the library holds the same one already."""
-    target = library.refusal_folder(refusal.id)
+def write_if_changed(library: disk.Library, refusal: disk.Refusal, before: disk.Library | None = None) -> bool:
+    """Write a refusal to the library and return True; False if `before` holds the same one already.
+
+    Args:
+        before: library that holds what earlier runs made; None: it is the same one.
+    """
+    known = (before or library).refusal_folder(refusal.id)
     try:
-        if (target / disk.REFUSAL).exists() and disk.read_refusal(target) == refusal:
+        if (known / disk.REFUSAL).exists() and disk.read_refusal(known) == refusal:
             return False
     except OutputError:
         pass  # damaged: written anew
     staged = library.stage(refusal.id)
     disk.write_refusal(staged, refusal)
-    library.put(staged, target)
+    library.put(staged, library.refusal_folder(refusal.id))
     return True
 
 

@@ -1,7 +1,8 @@
 """The entries of a library in a table beside it, so that certificates and pictures are opened only when they are new.
 
-What the table keeps of an entry is found again by the state of its file on disk (time, size, inode); it lies in the
-cache, and deleting it costs time and nothing else. In a library that may only be read it is built in memory.
+What the table keeps of an entry is found again by the state of its file on disk (time, size, inode) and of the folders
+in it, whose times tell that a file has come or gone. It lies in the cache, and deleting it costs time and nothing else.
+In a library that may only be read it is built in memory.
 """
 
 from __future__ import annotations
@@ -114,7 +115,9 @@ class EntryTable:
 
     def is_current(self) -> bool:
         """True if the entries stand on the disk as they did when the table was read."""
-        now = {name: _state(folder / file) for folder, name, file in _folders(self._library)}
+        now = {
+            name: _state_again(folder, file, self._states.get(name)) for folder, name, file in _folders(self._library)
+        }
         return now == self._states
 
     def has_reports(self, made_by: str, files: Iterable[str]) -> bool:
@@ -203,10 +206,9 @@ class EntryTable:
     def _read(self, before: dict[str, _Kept]) -> Iterator[tuple[str, _Kept]]:
         """Fill the lists; yields what is to be written down: of entries that are new or have changed."""
         for folder, name, file in _folders(self._library):
-            state = _state(folder / file)
             is_accepted = file == disk.CERTIFICATE
             kept = before.get(name)
-            if kept is not None and kept.state == state:
+            if kept is not None and kept.state == (state := _state_again(folder, file, kept.state)):
                 with suppress(ValueError, TypeError, KeyError, zlib.error):
                     entry = _entry_of(json.loads(kept.entry))
                     if self._with_results:
@@ -214,6 +216,7 @@ class EntryTable:
                     if entry.path == name and bool(kept.row) is is_accepted:
                         self._add(entry, name, state, partial(_row_at, folder, kept.row) if is_accepted else None)
                         continue
+            state = _state_of_entry(folder, file, _folders_in(folder))
             try:
                 entry = entry_at(folder, self._library.root)
                 row = read_row(folder) if is_accepted else None
@@ -324,6 +327,26 @@ def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:
     for folders, file in ((library.accepted(), disk.CERTIFICATE), (library.refused(), disk.REFUSAL)):
         for folder in folders:
             yield folder, f"{folder.parent.name}/{folder.name}", file
+
+
+def _folders_in(folder: Path) -> list[str]:
+    """Relative paths of a folder itself and of all folders below it, sorted."""
+    return sorted(os.path.relpath(place, folder) for place, _, _ in os.walk(folder))
+
+
+def _state_of_entry(folder: Path, file: str, folders: Iterable[str]) -> str:
+    """State of an entry: of the file that says what it is, and of some folders in it, each with its path."""
+    states = (f"{os.lstat(folder / name).st_mtime_ns} {name}" for name in folders)
+    return "\n".join((_state(folder / file), *states))
+
+
+def _state_again(folder: Path, file: str, before: str | None) -> str:
+    """The same for the folders that a state of before names; empty where one of them is gone."""
+    names = [line.partition(" ")[2] for line in (before or "").split("\n")[1:]]
+    try:
+        return _state_of_entry(folder, file, names)
+    except OSError:
+        return ""
 
 
 def _state(path: Path) -> str:

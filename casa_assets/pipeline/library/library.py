@@ -307,6 +307,11 @@ def read_certificate(folder: Path) -> Certificate:
     return _record(Certificate, folder / CERTIFICATE, _upgraded(read_section(folder, "certificate"), folder))
 
 
+def is_whole(folder: Path, certificate: Certificate) -> bool:
+    """True if every file that the certificate of an accepted asset names is there; its bytes are not compared."""
+    return all((folder / name).is_file() for name in certificate.files)
+
+
 def read_asset(folder: Path) -> Asset:
     """The whole Asset, meshes and textures included. Raises OutputError where a file is missing or damaged."""
     return asset_from_manifest(read_section(folder, "asset"), folder)

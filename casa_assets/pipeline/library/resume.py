@@ -46,7 +46,7 @@ def cached_outcome(
             continue  # made under another category
         entry = known.get(folder)
         if entry is not None and entry.accepted:
-            if entry.cache_key == cache_key:
+            if entry.cache_key == cache_key and entry.is_whole:
                 return folder, Outcome(True, warnings=entry.warnings)
             continue
         try:
@@ -61,7 +61,7 @@ def cached_outcome(
 
 def _accepted(folder: Path, cache_key: str) -> Outcome | None:
     certificate = disk.read_certificate(folder)
-    if certificate.cache_key != cache_key:
+    if certificate.cache_key != cache_key or not disk.is_whole(folder, certificate):
         return None
     return Outcome(True, warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING))
 

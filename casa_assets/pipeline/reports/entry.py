@@ -30,6 +30,7 @@ class Entry:
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
         split: train or test, as the asset says; empty where it says none.
         digest: of the asset, empty for rejected ones. producer: ingest, articulate or family. cache_key: of the entry.
+        is_whole: False where a file of an accepted one is missing.
     """
 
     id: str
@@ -56,6 +57,7 @@ class Entry:
     producer: str
     cache_key: str
     checks: Tally = NO_CHECKS
+    is_whole: bool = True
 
     @property
     def to_decide(self) -> tuple[str, ...]:
@@ -125,6 +127,7 @@ def _accepted(folder: Path, root: Path) -> Entry:
         producer=certificate.producer.value,
         cache_key=certificate.cache_key,
         checks=certificate.report.tally,
+        is_whole=disk.is_whole(folder, certificate),
     )
 
 
