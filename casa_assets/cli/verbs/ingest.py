@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -173,8 +174,8 @@ def _watch(sources: list[Path], options: Options, json_: bool) -> None:
     console = Console(stderr=json_)
     try:
         console.print(f"watching {pluralize(len(sources), 'place')}; Ctrl-C ends", highlight=False)
-        for _ in settled_changes(sources, options.library):
-            with closing(run(sources, options)) as running:
+        for time_ns in settled_changes(sources, options.library):
+            with closing(run(sources, replace(options, not_after_ns=time_ns))) as running:
                 events = _print_events((event for event in running if event.kind != "kept"), console, json_)
             if events and not json_:
                 _print_summary(events, options.library, console, explain=False)

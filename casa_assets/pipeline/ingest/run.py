@@ -23,7 +23,7 @@ from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
 from casa_assets.pipeline.ingest import refused_rows, unreadable_inputs
-from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.discover_inputs import discover_inputs, has_changed_since
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
 from casa_assets.pipeline.ingest.refused_rows import RefusedRows, remainder_message, row_id
@@ -74,6 +74,8 @@ class Options:
         again: codes of rejections, and subjects of review such as `scale`: what the library has for one of them is
             worked on again, whatever else is kept. only: the same, and all other inputs are left out.
         dry_run: say what would become of each input, and write nothing.
+        not_after_ns: time in nanoseconds since 1970; an input of which a file has changed since may be half-written
+            and is left as it is, for a later run. None: none is.
     """
 
     library: Path
@@ -88,6 +90,7 @@ class Options:
     again: frozenset[str] = frozenset()
     only: frozenset[str] = frozenset()
     dry_run: bool = False
+    not_after_ns: int | None = None
 
     @property
     def redone(self) -> frozenset[str]:
@@ -113,7 +116,7 @@ class _Run:
     limits: Mapping[str, float]
     found: Sequence[Found]
     total: int = 0
-    left_out: Set[int] = frozenset()
+    left_out: set[int] = field(default_factory=set)
     steps: list[Job | Result] = field(default_factory=list)
     unreadable: unreadable_inputs.UnreadableInputs = field(default_factory=unreadable_inputs.UnreadableInputs)
     overrides: dict[str, UserOverride] = field(default_factory=dict)
@@ -170,7 +173,7 @@ def ingest(
         clip.require_weights(options.weights)
     for category in {options.category, *(mesh.category for mesh in meshes)} - {""}:
         known.category(category)
-    inputs = discover_inputs(roots, options.library, others)
+    inputs = discover_inputs(roots, options.library, others, options.not_after_ns)
     first = next(inputs, None)
     if first is None and not meshes:
         return
@@ -324,9 +327,14 @@ def _answers(run: _Run, pool: Pool, options: Options) -> dict[int, Survey | Reje
     jobs = [(run.found[number], options.category, run.limits) for number in new]
     fresh: list[tuple[Found, Survey]] = []
     for place, answer in pool.run("casa_assets.pipeline.ingest.survey:survey", jobs):
+        number, one = new[place], run.found[new[place]]
+        files = [str(one.root / (one.archive or one.main))]
         if isinstance(answer, Survey):
-            fresh.append((run.found[new[place]], answer))
-        answers[new[place]] = without_states(answer) if isinstance(answer, Survey) else answer
+            fresh.append((one, answer))
+            files = [path for path, _ in answer.looked_at]
+        if options.not_after_ns is not None and any(has_changed_since(path, options.not_after_ns) for path in files):
+            run.left_out.add(number)
+        answers[number] = without_states(answer) if isinstance(answer, Survey) else answer
     table.keep(fresh)
     return answers
 

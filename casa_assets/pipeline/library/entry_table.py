@@ -148,7 +148,11 @@ class EntryTable:
         own = {entry.digest for entry in self._entries if entry.accepted}
         if not own <= compared:
             return None
-        near = [ShapePair(*pair, True) for pair in pairs if {pair[0], pair[1]} <= own]
+        near = [
+            ShapePair(one, other, p95, p995, size, colors, True)
+            for one, other, p95, p995, size, colors in pairs
+            if {one, other} <= own
+        ]
         return {digest for pair in near if is_copy(pair) for digest in (pair.one, pair.other)}
 
     def alike(self, store: Store) -> list[ShapePair]:

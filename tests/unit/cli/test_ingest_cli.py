@@ -33,7 +33,7 @@ def test_json_lines(boxes: Path) -> None:
         ("milk_carton.obj", "accepted", ""),
         ("twin.obj", "rejected", "RUN006"),
     ]
-    keys = {"status", "to_decide", "kept", "path", "id", "code", "message", "warnings", "count"}
+    keys = {"status", "to_decide", "kept", "path", "id", "code", "message", "warnings", "count", "seconds", "dry_run"}
     assert all(set(row) == keys for row in rows)
     assert all(row["message"] for row in rows if row["status"] == "rejected")
 

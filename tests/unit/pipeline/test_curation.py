@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -17,6 +18,7 @@ from casa_assets.pipeline.ingest.stage_times import StageTimes, throughput
 from casa_assets.pipeline.ingest.stages import STAGES
 from casa_assets.pipeline.ingest.watch import settled_changes
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import EntryTable
 from tests.libraries import BOXES, box_obj, tree
 
 
@@ -28,47 +30,87 @@ def told(events: list[Event]) -> list[tuple[str, str, str]]:
     return sorted((event.path, event.kind, event.code) for event in events)
 
 
+class Made(NamedTuple):
+    """A folder with `in`: a milk carton, a copy of that file, a flat sheet and an unknown box; and `library`."""
+
+    folder: Path
+    dry: list[Event]
+    wet: list[Event]
+
+    def again(self, **options: Any) -> list[tuple[str, str, str]]:
+        """What another run tells."""
+        return told(run(self.folder / "in", self.folder / "library", **options))
+
+
+KEPT = [
+    ("milk_carton.obj", "kept", ""),
+    ("qwxz.obj", "kept", ""),
+    ("sheet.obj", "kept", "MSH002"),
+    ("twin.obj", "kept", "RUN006"),
+]
+
+
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with `in`: a milk carton, a flat sheet and an unknown box; and `library`, made of them."""
+def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     folder = tmp_path_factory.mktemp("curation")
     (folder / "in").mkdir()
-    (folder / "in" / "milk_carton.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
+    for name in ("milk_carton", "twin"):
+        (folder / "in" / f"{name}.obj").write_text(box_obj(BOXES["milk_carton"]), encoding="ascii")
     (folder / "in" / "sheet.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", encoding="ascii")
     (folder / "in" / "qwxz.obj").write_text(box_obj((0.11, 0.12, 0.13)), encoding="ascii")
-    return folder
+    before = tree(folder)
+    dry = run(folder / "in", folder / "library", dry_run=True)
+    assert tree(folder) == before
+    return Made(folder, dry, run(folder / "in", folder / "library"))
 
 
-def test_a_dry_run_says_what_the_run_says_and_writes_nothing(made: Path) -> None:
-    before = tree(made)
-    dry = run(made / "in", made / "library", dry_run=True)
-    assert tree(made) == before
-    wet = run(made / "in", made / "library")
-    assert told(dry) == told(wet)
-    assert {event.path: event.code for event in wet}["sheet.obj"] == "MSH002"
-    assert [event.folder for event in dry] == [None] * 3
-    stamps = {path: path.stat().st_mtime_ns for path in sorted((made / "library").rglob("*"))}
-    again = run(made / "in", made / "library", dry_run=True)
-    assert {event.kind for event in again} == {"kept"}
-    assert {path: path.stat().st_mtime_ns for path in sorted((made / "library").rglob("*"))} == stamps
+def test_a_dry_run_says_what_the_run_says_and_writes_nothing(made: Made) -> None:
+    assert told(made.dry) == told(made.wet)
+    assert [event.folder for event in made.dry] == [None] * 4
+    stamps = {path: path.stat().st_mtime_ns for path in sorted(made.folder.rglob("*"))}
+    assert made.again(dry_run=True) == KEPT
+    assert {path: path.stat().st_mtime_ns for path in sorted(made.folder.rglob("*"))} == stamps
 
 
-def test_rejects_and_reviews_are_worked_on_again(made: Path) -> None:
-    run(made / "in", made / "library")
-    assert told(run(made / "in", made / "library", only=frozenset({"MSH002"}))) == [("sheet.obj", "rejected", "MSH002")]
-    assert told(run(made / "in", made / "library", only=frozenset({"FLT005"}))) == []
-    (unsure,) = run(made / "in", made / "library", only=frozenset({"category"}))
-    assert (unsure.path, unsure.kind) == ("qwxz.obj", "review")
-    every = told(run(made / "in", made / "library", again=frozenset({"MSH002"})))
-    assert every == [("milk_carton.obj", "kept", ""), ("qwxz.obj", "kept", ""), ("sheet.obj", "rejected", "MSH002")]
+def test_rejects_and_reviews_are_worked_on_again(made: Made) -> None:
+    assert made.again(only=frozenset({"FLT005"})) == []
+    assert made.again(only=frozenset({"RUN006"})) == KEPT[3:], "it is still a copy, though that file is left out"
+    both = frozenset({"MSH002", "category"})
+    assert made.again(only=both) == [("qwxz.obj", "review", ""), ("sheet.obj", "rejected", "MSH002")]
+    assert made.again(again=frozenset({"MSH002"})) == [*KEPT[:2], ("sheet.obj", "rejected", "MSH002"), KEPT[3]]
 
 
-def test_times_of_stages_are_told_once(made: Path, tmp_path: Path) -> None:
-    (event,) = run(made / "in" / "milk_carton.obj", tmp_path / "library")
-    assert list(event.seconds) == ["read", *(stage.name for stage in STAGES), "write", "check", "certify"]
-    assert all(value >= 0 for value in event.seconds.values())
-    (kept,) = run(made / "in" / "milk_carton.obj", tmp_path / "library")
-    assert kept.seconds == {}
+def test_times_of_stages_are_told_once(made: Made) -> None:
+    (seconds,) = (event.seconds for event in made.wet if event.path == "milk_carton.obj")
+    assert list(seconds) == ["read", *(stage.name for stage in STAGES), "write", "check", "certify"]
+    assert all(value >= 0 for value in seconds.values())
+    assert [event.seconds for event in run(made.folder / "in", made.folder / "library")] == [{}] * 4
+
+
+def test_what_a_person_has_taken_away_or_decided_is_made_anew(made: Made) -> None:
+    library = made.folder / "library"
+    ids = {event.path: event.asset_id for event in made.wet}
+    (layer,) = library.glob(f"*/*/usd/{ids['milk_carton.obj']}.usda")
+    before = layer.read_bytes()
+    layer.unlink()
+    (library / "index.sqlite").unlink()
+    EntryTable(disk.Library(library))  # another command looks at the library in the meantime
+    assert made.again() == [("milk_carton.obj", "accepted", ""), *KEPT[1:]]
+    assert layer.read_bytes() == before
+    assert (library / "index.sqlite").is_file()
+    shutil.rmtree(layer.parents[1])
+    shutil.rmtree(library / "rejected" / ids["sheet.obj"])
+    rows = (library / "review.csv").read_text(encoding="utf-8").splitlines()
+    number = rows[0].split(",").index("set_category")
+    edited = [",".join([*row.split(",")[:number], "bread", *row.split(",")[number + 1 :]]) for row in rows[1:]]
+    (library / "review.csv").write_text("\n".join([rows[0], *edited]) + "\n", encoding="utf-8")
+    found = {path: kind for path, kind, _ in made.again()}
+    assert found.pop("qwxz.obj") in ("accepted", "review", "rejected")
+    assert found == {"milk_carton.obj": "accepted", "sheet.obj": "rejected", "twin.obj": "kept"}
+    assert layer.read_bytes() == before
+    (box,) = (e for e in EntryTable(disk.Library(library)).entries if e.source_path == "qwxz.obj")
+    assert box.category == "bread"
+    assert {kind for _, kind, _ in made.again()} == {"kept"}
 
 
 def test_throughput_sums_up_over_inputs() -> None:
@@ -157,13 +199,38 @@ def test_a_folder_is_watched_until_its_files_settle(tmp_path: Path) -> None:
         if looks > 30:
             raise KeyboardInterrupt
 
-    found: list[int] = []
+    found: list[tuple[int, int]] = []
 
     def watch() -> None:
-        for _ in settled_changes([source], source / "library", pause):
-            found.append(looks)
+        for time_ns in settled_changes([source], source / "library", pause):
+            found.append((looks, time_ns))
 
     with pytest.raises(KeyboardInterrupt):
         watch()
-    assert found == [1, 6]
+    assert [look for look, _ in found] == [1, 6]
+    assert all(state.stat().st_ctime_ns <= found[1][1] for state in (source / "a.obj", source / "b.obj"))
     assert len(list(islice(settled_changes([source / "a.obj"], source / "library", lambda: None), 1))) == 1
+
+
+def test_what_has_changed_since_a_time_waits_for_the_next_run(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    for name in ("first", "second"):
+        (tmp_path / "in" / f"{name}.glb").write_bytes(b"glTF" + name.encode())
+        age(tmp_path / "in")
+    time_ns = (tmp_path / "in" / "first.glb").stat().st_ctime_ns
+    events = run(tmp_path / "in", tmp_path / "library", not_after_ns=time_ns)
+    assert [event.path for event in events] == ["first.glb"]
+    assert {event.path: event.kind for event in run(tmp_path / "in", tmp_path / "library")} == {
+        "first.glb": "kept",
+        "second.glb": "rejected",
+    }
+
+
+def test_an_input_waits_with_the_youngest_of_its_files(tmp_path: Path) -> None:
+    (tmp_path / "in" / "textures").mkdir(parents=True)
+    mesh = tmp_path / "in" / "milk_carton.obj"
+    mesh.write_text("mtllib milk_carton.mtl\n" + box_obj(BOXES["milk_carton"]), encoding="ascii")
+    age(tmp_path / "in")
+    (tmp_path / "in" / "milk_carton.mtl").write_text("newmtl a\n", encoding="ascii")
+    assert run(tmp_path / "in", tmp_path / "library", not_after_ns=mesh.stat().st_ctime_ns) == []
+    assert not list((tmp_path / "library").glob("*/*/*.json"))
