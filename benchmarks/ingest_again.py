@@ -3,11 +3,13 @@
     ./dev bench ingest_again [--count 20000] [--out out/bench]
 
 Ingests five small meshes (three are accepted, one is in review, one is rejected), then writes them again and again
-under other names, each with bytes of its own, and puts the entry of each into the library as `judging/copies.py` does.
-Then it times: the first run, which reads every input and every entry and remembers them; a second and a third run,
-which find nothing new; a run after one more input has come and one was changed. Beside them, in the same process, what
-any program would need at least: the state of every file of the inputs, and their digests. Exit 1 where a run over what
-has not changed takes ten seconds or more, or works on anything.
+under other names, each with bytes of its own, puts the entry of each into the library as `judging/copies.py` does, and
+what a run finds out about each into the table of inputs. Then it times: the first run, which reads every entry and
+compares them all; a second and a third run, which find nothing new; a run after one more input has come and one was
+changed. Beside them, in the same process, what any program would need at least: the state of every file of the inputs,
+and their digests. Of each run it tells the seconds on the clock and those of processors, which are fewer where others
+use the machine. Exit 1 where a run over what has not changed takes ten seconds of processors or more, or works on
+anything.
 """
 
 from __future__ import annotations
@@ -17,12 +19,14 @@ import hashlib
 import json
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from judging.copies import copied_entry
@@ -31,9 +35,12 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from casa_assets import registry  # noqa: E402
-from casa_assets.ingest.sources.bundle import collect  # noqa: E402
-from casa_assets.ingest.sources.discover import discover  # noqa: E402
 from casa_assets.ingest.sources.found import Found  # noqa: E402
+from casa_assets.pipeline.ingest.discover_inputs import discover_inputs  # noqa: E402
+from casa_assets.pipeline.ingest.survey import Survey, survey  # noqa: E402
+from casa_assets.pipeline.ingest.survey_table import SurveyTable  # noqa: E402
+from casa_assets.pipeline.library.identity import DIGITS  # noqa: E402
+from casa_assets.pipeline.library.library import Library  # noqa: E402
 from tests.libraries import BOXES, box_obj, casa  # noqa: E402
 
 MOST_S = 10.0
@@ -41,6 +48,13 @@ PER_FOLDER = 500
 COUNTS = re.compile(
     r"(?P<accepted>\d+) accepted, (?P<review>\d+) in review, (?P<rejected>\d+) rejected(?: \((?P<kept>\d+) w)?"
 )
+
+
+class Seconds(NamedTuple):
+    """Seconds that a run took on the clock, and those of all processors together."""
+
+    clock: float
+    processors: float
 
 
 def main() -> int:
@@ -54,17 +68,17 @@ def main() -> int:
         inputs, library = Path(place) / "inputs", Path(place) / "library"
         _make(inputs, library, asked.count)
         print(f"{asked.count} inputs; cores: {len(os.sched_getaffinity(0))}, load: {os.getloadavg()[0]:.1f}")
-        print(f"state of every input: {_walked(inputs):.2f} s; digest of every input: {_digested(inputs):.2f} s")
-        _told("first run, which reads all", *_run(inputs, library))
+        print(f"of processors: state of every input {_walked(inputs):.2f} s, digest of it {_digested(inputs):.2f} s")
+        _told("first run, which reads every entry", *_run(inputs, library))
         slowest, worked = 0.0, 0
         for name in ("second run", "third run"):
-            seconds, counts = _run(inputs, library)
-            _told(name, seconds, counts)
-            slowest, worked = max(slowest, seconds), worked + asked.count - counts["kept"]
+            timed, counts = _run(inputs, library)
+            _told(name, timed, counts)
+            slowest, worked = max(slowest, timed.processors), worked + asked.count - counts["kept"]
         (inputs / "lot_0" / "new.obj").write_text(box_obj((0.11, 0.13, 0.17)), encoding="ascii")
         (inputs / "lot_0" / "milk_carton_2.obj").write_text(box_obj((0.08, 0.26, 0.08)), encoding="ascii")
         _told("one new input, one changed", *_run(inputs, library))
-    print(f"second and third run: {slowest:.1f} s at most (target below {MOST_S:.0f})")
+    print(f"second and third run: {slowest:.1f} s of processors at most (target below {MOST_S:.0f})")
     return 0 if slowest < MOST_S and not worked else 1
 
 
@@ -85,12 +99,16 @@ def _make(inputs: Path, library: Path, count: int) -> None:
     files = [*library.glob("*/*/asset.json"), *library.glob("rejected/*/reject.json")]
     entries = {_source_of(file).rpartition("_")[0]: file.parent for file in files}
     rng, limits = np.random.default_rng(0), registry.load().limits
-    done = {entry.name[-10:] for entry in entries.values()}
-    for found in discover([inputs]):
+    done = {entry.name[-DIGITS:] for entry in entries.values()}
+    surveys = []
+    for found in discover_inputs([inputs], library):
         assert isinstance(found, Found)
-        digest = collect(found, limits).sha256
-        if digest[:10] not in done:
-            copied_entry(entries[Path(found.main).name.rpartition("_")[0]], digest, found.source.path, rng)
+        answer = survey((found, "", limits))
+        assert isinstance(answer, Survey)
+        surveys.append((found, answer))
+        if answer.sha256[:DIGITS] not in done:
+            copied_entry(entries[Path(found.main).name.rpartition("_")[0]], answer.sha256, found.source.path, rng)
+    SurveyTable(Library(library).cache, "", limits).keep(surveys)
 
 
 def _source_of(file: Path) -> str:
@@ -99,11 +117,13 @@ def _source_of(file: Path) -> str:
     return str((data["asset"]["provenance"] if "asset" in data else data["source"])["path"])
 
 
-def _run(inputs: Path, library: Path) -> tuple[float, Counter[str]]:
+def _run(inputs: Path, library: Path) -> tuple[Seconds, Counter[str]]:
     """Seconds of a run of the command, and how many inputs were kept, accepted, in review and rejected."""
-    begin = time.monotonic()
+    begin, before = time.monotonic(), resource.getrusage(resource.RUSAGE_CHILDREN)
     done = casa("ingest", inputs, "--library", library, "--jobs", 2)
-    seconds = time.monotonic() - begin
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    seconds = Seconds(time.monotonic() - begin, used)
     if done.returncode not in (0, 1, 4):
         raise subprocess.CalledProcessError(done.returncode, "casa-assets ingest", done.stdout, done.stderr)
     found = COUNTS.search(done.stdout)
@@ -111,23 +131,24 @@ def _run(inputs: Path, library: Path) -> tuple[float, Counter[str]]:
     return seconds, Counter({name: int(number or 0) for name, number in found.groupdict().items()})
 
 
-def _told(name: str, seconds: float, counts: Counter[str]) -> None:
-    print(f"{name}: {seconds:.1f} s; " + ", ".join(f"{n} {word}" for word, n in counts.items()), flush=True)
+def _told(name: str, seconds: Seconds, counts: Counter[str]) -> None:
+    numbers = ", ".join(f"{n} {word}" for word, n in counts.items())
+    print(f"{name}: {seconds.clock:.1f} s, of processors {seconds.processors:.1f} s; {numbers}", flush=True)
 
 
 def _walked(folder: Path) -> float:
-    begin = time.monotonic()
+    begin = time.process_time()
     for place, _, names in os.walk(folder):
         for name in names:
             os.stat(os.path.join(place, name))  # noqa: PTH116, PTH118
-    return time.monotonic() - begin
+    return time.process_time() - begin
 
 
 def _digested(folder: Path) -> float:
-    begin = time.monotonic()
+    begin = time.process_time()
     for path in folder.rglob("*.obj"):
         hashlib.sha256(path.read_bytes()).digest()
-    return time.monotonic() - begin
+    return time.process_time() - begin
 
 
 if __name__ == "__main__":
