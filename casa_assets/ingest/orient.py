@@ -13,7 +13,7 @@ from casa_assets.ingest.draft import Draft
 from casa_assets.ingest.pose.evidence import doubts, pose_score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
 from casa_assets.ingest.pose.surface_sample import SurfaceSample, sample_surface
-from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, priors
+from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, origin_evidence, priors
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
@@ -24,7 +24,7 @@ MAX_CONFIDENCE_UNKNOWN = 0.45
 MIN_CONFIDENCE_ANY_POSE = 0.9
 # How many times more probable than the axis that the file states another way up has to be, beyond what the prior of the
 # stated axis says; a choice.
-OVERRULE_ODDS = 2.0
+OVERRULE_ODDS = 1.5
 # Cosine from which on two ways up are opposite ones.
 OPPOSITE_COSINE = 0.99
 # Candidates whose score without rain is so far behind the best one are dropped, nats; rain decides for vessels.
@@ -58,7 +58,8 @@ def orient(
         name, rotation, confidence = override.up.value, UP_ROTATIONS[override.up.value], 1.0
         reason = "a person decided"
     else:
-        name, rotation, confidence = _best_candidate(cloud, category, prior_key, draft.up, failed_ups)
+        points = draft.surface.vertices
+        name, rotation, confidence = _best_candidate(points, cloud, category, prior_key, draft.up, failed_ups)
         reason = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
         if category.upright is RestingPose.ANY:
             confidence = max(confidence, MIN_CONFIDENCE_ANY_POSE)
@@ -82,14 +83,20 @@ def _told(name: str, rotation: Floats) -> str:
 
 
 def _best_candidate(
-    cloud: SurfaceSample, category: Category, prior_key: str, stated_up: str | None, failed_ups: Sequence[str]
+    points: Floats,
+    cloud: SurfaceSample,
+    category: Category,
+    prior_key: str,
+    stated_up: str | None,
+    failed_ups: Sequence[str],
 ) -> tuple[str, Floats, float]:
     """Name and rotation of the best candidate, and the confidence in it, 0..1.
 
     That is the stated one unless another is much more probable.
     """
     options = [(name, rotation) for name, rotation in candidates(cloud) if _told(name, rotation) not in failed_ups]
-    prior = priors(prior_key, [name for name, _ in options])
+    names = [name for name, _ in options]
+    prior = priors(prior_key, names) + origin_evidence(points, names)
     rotations = [rotation for _, rotation in options]
 
     log = prior + np.array([pose_score(stance(cloud, r, with_rain=False), category) for r in rotations])

@@ -61,8 +61,8 @@ DOUBLE_WALL_AREA_RATIO = 1.25
 HULL_FILL, HULL_FILL_SPREAD, BENT_FILL_SPREAD = 0.9, 0.25, 0.6
 
 # How sure a mass is whose estimates differ by up to the agreed ratio to the power of the first number, and beyond.
-SURE = ((0.6, 0.9), (1.0, 0.85), (1.6, 0.75), (2.3, 0.6))
-UNSURE = 0.4
+SURE = ((0.6, 0.9), (1.0, 0.85), (1.6, 0.75))
+UNSURE = 0.6
 # Ratio to the nearer end of a category's range from which on the estimates speak of another thing, or another size.
 FAR_OFF = 5.0
 

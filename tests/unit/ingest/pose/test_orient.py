@@ -124,3 +124,11 @@ def test_confidence_is_a_probability_and_falls_without_a_statement() -> None:
     stated = orient(draft(mug, up=Up.Y, form="glb"), category("mug")).guesses[0].confidence
     silent = orient(draft(mug, up=None, form="obj"), category("mug")).guesses[0].confidence
     assert 0.5 < silent <= stated <= 1
+
+
+@pytest.mark.parametrize("axis", ["y", "minus_y", "z"])
+def test_the_origin_tells_which_end_of_a_symmetric_body_is_its_foot(axis: str) -> None:
+    can = box_mesh((0.066, 0.066, 0.12), (0, 0, 0.06), shared=True)
+    out = orient(draft(in_file(can, axis), up=Up.Y, form="glb"), category("can"))
+    assert up_axis(out) == axis
+    assert points(out)[:, 2].min() == pytest.approx(0, abs=1e-9)
