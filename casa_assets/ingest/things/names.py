@@ -10,7 +10,7 @@ from casa_assets.model.ingest.source import Source
 from casa_assets.model.registry.rows import OtherThingsWords
 from casa_assets.model.registry.vocabulary import Vocabulary, VocabularyMatch, singulars, split_words
 
-# Probabilities are choices, fitted as docs/things.md says. A category told less sure than this is told by a weak word.
+# Probabilities are choices, fitted like those of signs.py. A category told less sure than this is told by a weak word.
 ALWAYS, OTHER, PART, PLURAL, MANY_KINDS, OWN_KINDS = 0.65, 0.6, 0.65, 0.4, 0.7, 0.2
 WEAKLY_TOLD = 0.62
 # Nodes named after so many categories are several things.

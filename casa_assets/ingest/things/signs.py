@@ -15,7 +15,7 @@ from casa_assets.ingest.repair.components import Components, box_gaps, split_com
 from casa_assets.ingest.things.contact import Contacts
 from casa_assets.model.ingest.source import RawModel, Up
 
-# All numbers are choices, fitted on sound meshes and on half of others as docs/things.md says. Sizes are shares of the
+# All numbers are choices, fitted on sound meshes and on half of others. Sizes are shares of the
 # longest side of the whole.
 MAX_COMPONENTS = 4000
 # A group of pieces is a thing of its own where it is so large and touches no other one.
