@@ -25,8 +25,9 @@ MIN_CONFIDENCE_ANY_POSE = 0.9
 # How many times more probable than the axis that the file states another way up has to be, beyond what the prior of the
 # stated axis says; a choice.
 OVERRULE_ODDS = 1.5
-# Cosine from which on two ways up are opposite ones.
-OPPOSITE_COSINE = 0.99
+# Cosine of the angle (15 degrees) up to which two ways up are one; which of them is taken is the file's word, unless
+# another one is so many times as probable by itself; choices.
+SAME_COSINE, TILT_ODDS = 0.966, 3.0
 # Candidates whose score without rain is so far behind the best one are dropped, nats; rain decides for vessels.
 HOPELESS_NATS, HOPELESS_NATS_VESSEL = 8.0, 16.0
 
@@ -108,27 +109,30 @@ def _best_candidate(
         log[kept] = prior[kept] + np.array([pose_score(s, category) for s in stances]) / doubts(stances, category)
     share = np.exp(log - log.max())
     share /= share.sum()
-    if category.upright is RestingPose.LIES and category.build is MatterFill.SOLID:
-        share = _with_other_side(share, rotations)
-    best = int(np.argmax(share))
-    stated = next((k for k, (name, _) in enumerate(options) if name == stated_up), None)
-    if stated is None or stated == best or share[best] > OVERRULE_ODDS * share[stated]:
-        return options[best][0], rotations[best], float(share[best])
-    # Between these two alone: a third way up is no reason to doubt the file.
-    return options[stated][0], rotations[stated], float(share[stated] / (share[stated] + share[best]))
+    lies_on_either_side = category.upright is RestingPose.LIES and category.build is MatterFill.SOLID
+    is_same = _same_poses(rotations, lies_on_either_side)
+    together = is_same @ share
+    group = is_same[int(np.argmax(together))]
+    best = int(np.argmax(np.where(group, share, -1.0)))
+    stated = next((k for k, name in enumerate(names) if name == stated_up), best)
+    if is_same[best, stated]:
+        best = best if share[best] > TILT_ODDS * share[stated] else stated
+    elif together[best] <= OVERRULE_ODDS * together[stated]:
+        # Between these two alone: a third way up is no reason to doubt the file.
+        return names[stated], rotations[stated], float(together[stated] / (together[stated] + together[best]))
+    return names[best], rotations[best], float(min(together[best], 1.0))
 
 
-def _with_other_side(share: Floats, rotations: Sequence[Floats]) -> Floats:
-    """(N,) probabilities of lying as each candidate does on either side, of those where that is the likelier one.
+def _same_poses(rotations: Sequence[Floats], on_either_side: bool) -> Mask:
+    """(N, N) whether two ways up are told as one: a slight tilt is no doubt about how a thing rests.
 
-    A banana lies as well on one side as on the other; which one is up is no doubt about how it lies.
+    Args:
+        on_either_side: a banana lies as well on one side as on the other; which one is up is no doubt either.
     """
     ups = np.array([rotation[2] for rotation in rotations])
-    is_opposite = ups @ ups.T < -OPPOSITE_COSINE
-    other = np.where(is_opposite, share[None], 0.0)
-    is_likelier: Mask = share >= other.max(axis=1)
-    both: Floats = np.where(is_likelier, share + other.sum(axis=1), share)
-    return both
+    cosine = ups @ ups.T
+    is_same: Mask = (np.abs(cosine) if on_either_side else cosine) > SAME_COSINE
+    return is_same
 
 
 def _front(samples: Floats, category: Category, draft: Draft, name: str, override: UserOverride) -> Facing:
