@@ -16,9 +16,10 @@ Surface = tuple[Floats, Ints]
 Solid: TypeAlias = manifold3d.Manifold
 
 
-# Where a hull has too many vertices still, so many coarser tolerances are tried, each so many times the one before.
-TOLERANCE_STEPS = 4
+# Where a solid has too many faces still, or a hull too many vertices, coarser tolerances are tried, each so many times
+# the one before; for a hull so many of them.
 TOLERANCE_GROWTH = 1.5
+TOLERANCE_STEPS = 4
 # Largest factor by which a hull grows to make up for the vertices that it lacks.
 MAX_GROWTH = 1.05
 
@@ -64,11 +65,12 @@ def simplify_solid(solid: Solid, tolerance: float, faces: int = 0, most: float =
     """Simplify a solid; its surface moves by no more than about a tolerance.
 
     Args:
-        tolerance: metres. faces, most: with more faces than these it is doubled, as long as it is no more than `most`.
+        tolerance: metres. faces, most: with more faces than these it grows step by step, as long as it is no more than
+            `most`.
     """
     slim = solid.simplify(tolerance)
-    while slim.num_tri() > faces and 2 * tolerance <= most:
-        tolerance *= 2
+    while slim.num_tri() > faces and TOLERANCE_GROWTH * tolerance <= most:
+        tolerance *= TOLERANCE_GROWTH
         slim = slim.simplify(tolerance)
     return slim if slim.volume() > 0 else solid
 

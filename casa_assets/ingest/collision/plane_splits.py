@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,7 @@ from casa_assets.geometry.solid.cutting import (
     volume_of_hull,
 )
 from casa_assets.geometry.solid.deviation import ReferenceSurface, burial_depths, protrusion
-from casa_assets.geometry.solid.hull import hull_planes
+from casa_assets.geometry.solid.hull import hull_planes, hull_volume
 from casa_assets.geometry.solid.split_planes import Plane, concave_edge_planes, edge_graph, split_hull_volume
 
 # All numbers below are choices.
@@ -38,8 +38,12 @@ MIN_PART_SHARE = 1e-5
 MAX_LOOSE_PARTS = 8
 # Pairs of parts for which one common hull is tried, the cheapest first.
 MAX_MERGE_TRIES = 60
-# Largest share of the volume that a hull holds beyond its part which may be left once that part was cut in two.
+# Largest share of the volume that a hull holds beyond its part which may be left once that part was cut.
 MAX_LEFT_EXCESS = 0.9
+# A part is cut so many times in turn before it is said that cutting does not help: the first of a ring gains nothing.
+MAX_BLIND_CUTS = 2
+# Where the best plane gains less than this share of the hull, one through the middle of the longest way is taken.
+MIN_GAIN = 0.005
 # Share of the whole volume that a merger may always add.
 FREE_MERGE_COST = 1e-3
 
@@ -91,23 +95,31 @@ def split_to_bound(
     return [part.solid for part in parts]
 
 
-def split_to_volume(solids: Sequence[Solid], excess_m3: float, max_parts: int, min_slice_m: float) -> list[Solid]:
-    """Split solids until their hulls together hold no more than `excess_m3` beyond them, or there are `max_parts`.
+def split_to_volume(
+    solids: Sequence[Solid],
+    excess_m3: float,
+    max_parts: int,
+    min_slice_m: float,
+    reduced: Callable[[Floats], Floats] = lambda cloud: cloud,
+) -> list[Solid]:
+    """Split solids until their hulls together are wrong by no more than `excess_m3`, or there are `max_parts`.
 
-    The part whose hull holds most beyond it is cut next.
+    Wrong is what a hull holds beyond its part, and what it lacks for having few vertices. The part whose hull is worst
+    is cut next.
 
     Args:
         min_slice_m: no part is thinner across the plane that it is cut by, metres.
+        reduced: the vertices, (N, 3), that are left of those of a hull.
     """
     min_volume_m3 = MIN_PART_SHARE * sum(float(s.volume()) for s in solids)
     parts = list(solids)
-    excess = [_hull_excess(s) for s in solids]
+    excess = [_hull_error(s, reduced) for s in solids]
     tried: list[Solid] = []
     while len(parts) + len(tried) < max_parts and parts and sum(excess) > excess_m3:
         worst = max(range(len(parts)), key=lambda i: (round(excess[i], 15), -i))
-        pieces = _cut(parts[worst], min_volume_m3, max_parts - len(parts) - len(tried) + 1, min_slice_m)
-        found = [_hull_excess(p) for p in pieces]
-        if len(pieces) < 2 or sum(found) > MAX_LEFT_EXCESS * excess[worst]:
+        room = max_parts - len(parts) - len(tried) + 1
+        pieces, found = _helpful_cut(parts[worst], excess[worst], min_volume_m3, room, min_slice_m, reduced)
+        if len(pieces) < 2:
             tried.append(parts.pop(worst))  # cutting does not help
             excess.pop(worst)
             continue
@@ -116,9 +128,38 @@ def split_to_volume(solids: Sequence[Solid], excess_m3: float, max_parts: int, m
     return [*parts, *tried]
 
 
-def _hull_excess(solid: Solid) -> float:
-    """Volume of the hull of a solid beyond it, m^3."""
-    return max(volume_of_hull([solid]) - float(solid.volume()), 0.0)
+def _helpful_cut(
+    solid: Solid,
+    error_m3: float,
+    min_volume_m3: float,
+    max_parts: int,
+    min_slice_m: float,
+    reduced: Callable[[Floats], Floats],
+) -> tuple[list[Solid], list[float]]:
+    """Parts with less error, and their errors, or the solid; the halves of a ring are cut once more to find them."""
+    pieces = [solid]
+    for _ in range(MAX_BLIND_CUTS):
+        finer: list[Solid] = []
+        for k, piece in enumerate(pieces):
+            finer += _cut(piece, min_volume_m3, max_parts - len(finer) - (len(pieces) - k - 1), min_slice_m)
+        if len(finer) == len(pieces):
+            break
+        pieces = finer
+        errors = [_hull_error(p, reduced) for p in pieces]
+        if sum(errors) <= MAX_LEFT_EXCESS * error_m3:
+            return pieces, errors
+    return [solid], [error_m3]
+
+
+def _hull_error(solid: Solid, reduced: Callable[[Floats], Floats]) -> float:
+    """Volume of the hull of a solid beyond it, and what the reduced hull lacks of that of the whole one, m^3."""
+    return max(volume_of_hull([solid]) - float(solid.volume()), 0.0) + _lack(hull_points([solid]), reduced)
+
+
+def _lack(cloud: Floats, reduced: Callable[[Floats], Floats]) -> float:
+    """Volume that a hull loses with its vertices, m^3."""
+    few = reduced(cloud)
+    return max(hull_volume(cloud) - hull_volume(few), 0.0) if len(few) < len(cloud) else 0.0
 
 
 def _part(solid: Solid, reference: ReferenceSurface, bound: ErrorBound) -> Part:
@@ -177,6 +218,10 @@ def _best_planes(solid: Solid, max_parts: int, min_slice_m: float) -> list[Plane
     steps = [step for _, step in axis_planes] + [0.0] * CONCAVE_PLANES
     planes = [plane for plane, _ in axis_planes] + concave_edge_planes(points, faces, CONCAVE_PLANES)
     gains = [gain(plane) for plane in planes]
+    if max(gains, default=-np.inf) < MIN_GAIN:
+        gains = [
+            MIN_GAIN * _evenness(points, plane) if np.isfinite(g) else g for g, plane in zip(gains, planes, strict=True)
+        ]
     order = sorted(range(len(planes)), key=lambda k: (-gains[k], k))[:MAX_TRIED_PLANES]
     start = planes[order[0]]
     best_plane, best_gain = start, gains[order[0]]
@@ -186,6 +231,12 @@ def _best_planes(solid: Solid, max_parts: int, min_slice_m: float) -> list[Plane
             if steps[order[0]] > 0 and (candidate_gain := gain(candidate)) > best_gain:
                 best_plane, best_gain = candidate, candidate_gain
     return [best_plane, *(planes[k] for k in order)] if np.isfinite(best_gain) else []
+
+
+def _evenness(points: Floats, plane: Plane) -> float:
+    """Extent of the shorter half of some points across a plane, as a share of their longest side; rounded."""
+    along = points @ plane.normal - plane.offset
+    return round(min(float(along.max()), -float(along.min())) / float(np.ptp(points, axis=0).max()), 6)
 
 
 def _axis_planes(points: Floats) -> list[tuple[Plane, float]]:
@@ -213,19 +264,23 @@ def merge_within_bound(
     bound: ErrorBound,
     opening_points: Floats,
     excess_m3: float = np.inf,
+    reduced: Callable[[Floats], Floats] = lambda cloud: cloud,
 ) -> list[list[Solid]]:
     """Group solids that get one hull each: neighbours go together where their hull stays within the bound.
 
     Args:
-        excess_m3: volume that all hulls together may hold beyond the solids; what they hold before is always granted.
+        excess_m3: volume by which all hulls together may be wrong; what they are before is always granted.
+        reduced: as in `split_to_volume`.
         opening_points: (N, 3) points in the opening of a vessel, which a common hull may not fill.
     """
     groups = {k: [solid] for k, solid in enumerate(solids)}
     sizes = {k: volume_of_hull(group) for k, group in groups.items()}
     boxes = {k: _box(group) for k, group in groups.items()}
     whole_volume = sum(sizes.values())
+    lacks = {k: _lack(hull_points(group), reduced) for k, group in groups.items()}
     # What merging may still add, as a share of the whole volume.
-    allowance = max(excess_m3 - whole_volume + sum(float(s.volume()) for s in solids), 0.0) / whole_volume
+    spent_m3 = whole_volume - sum(float(s.volume()) for s in solids) + sum(lacks.values())
+    allowance = max(excess_m3 - spent_m3, 0.0) / whole_volume
     costs: dict[tuple[int, int], float] = {}
     tried = 0
     new_groups = list(groups)
@@ -241,11 +296,16 @@ def merge_within_bound(
                 continue
             tried += 1
             cloud = hull_points(groups[i] + groups[j])
+            lack = _lack(cloud, reduced)
+            cost += (lack - lacks[i] - lacks[j]) / whole_volume
+            if cost > max(allowance, FREE_MERGE_COST):
+                continue
             if normalized_error(cloud, reference, bound) <= 1 and not _fills_opening(cloud, opening_points):
                 allowance -= max(cost, 0.0)
                 merged = max(groups) + 1
                 groups[merged] = groups.pop(i) + groups.pop(j)
                 sizes[merged], boxes[merged] = volume_of_hull(groups[merged]), _box(groups[merged])
+                lacks[merged] = lack
                 costs = {pair: cost for pair, cost in costs.items() if not {i, j} & {*pair}}
                 new_groups = [merged]
                 break

@@ -62,9 +62,9 @@ ONE_HULL_FILL = 0.8
 # something without a resting pose if it fills so much of its hull.
 STALK_ERROR = 2.0
 ROLLING_FILL = 0.88
-# Volume that hulls may hold beyond a solid, as a share of its volume, before it is cut further than the error bound
-# asks for; and the number of parts at which that ends.
-EXCESS_SHARE = 0.05
+# Volume by which hulls may be wrong, beyond a solid and short of it, as a share of its volume, before it is cut further
+# than the error bound asks for; and the number of parts at which that ends.
+EXCESS_SHARE = 0.04
 MAX_FINE_PARTS = 24
 # Smallest share of a primitive that the hull has to fill: of one primitive for everything that is within the bound, of
 # one for packed goods (a can with its rims is a cylinder, a carton a box), and of one for a part.
@@ -130,6 +130,10 @@ class CollisionTask:
         """Distance that reducing vertices may move a hull, metres."""
         return REDUCE_SHARE * self.reference.bound.p95
 
+    def reduced(self, cloud: Floats) -> Floats:
+        """The vertices, (N, 3), of the hull around a cloud that a collision shape has."""
+        return hull_within_tolerance(cloud, self.params.hull_vertices, self.slack)
+
 
 def _by_one(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """One primitive or hull around everything, where it lies close enough."""
@@ -170,11 +174,17 @@ def _by_parts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
 
 
 def _by_rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
-    """A vessel as floor, rings of sectors and handles; none where it has no room, or there is no such cut."""
-    # A vessel without a bottom holds no water, and its room is to be kept all the same.
+    """A vessel as floor, rings of sectors and handles; none where there is no opening, or no such cut."""
+    return _rings(task) if len(task.reference.opening_points) else ([], "")
+
+
+def _by_rings_of_tube(task: CollisionTask) -> tuple[list[PlacedShape], str]:
+    """The same of a vessel without a bottom, which holds no water: what holds some was tried before."""
     is_tube = bool(task.reference.kept_rooms) and task.reference.rooms.encloses(with_gaps=True)
-    if not len(task.reference.opening_points) and not is_tube:
-        return [], ""
+    return _rings(task) if is_tube and not len(task.reference.opening_points) else ([], "")
+
+
+def _rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     min_error_m = min(CHORD_SHARE * task.proxy.mean_wall_m, AIM_SHARE * task.reference.bound.p95)
     solid = simplify_solid(task.proxy.solid, task.slack / 2)
     hollow_error_m, foot_height_m = (
@@ -191,14 +201,14 @@ def _by_rings(task: CollisionTask) -> tuple[list[PlacedShape], str]:
             [*vessel.wall_parts, *vessel.handles], task.reference.surface, task.reference.bound, max_wall_parts
         ),
     ]
-    floors = [hull_within_tolerance(hull_points([p]), task.params.hull_vertices, task.slack) for p in vessel.floors]
+    floors = [task.reduced(hull_points([p])) for p in vessel.floors]
     walls = [_shifted_wall_hull(piece, task) for piece in pieces[len(vessel.floors) :]]
     return _primitives_or_hulls([*floors, *walls], task), vessel.message
 
 
 def _shifted_wall_hull(piece: Solid, task: CollisionTask) -> Floats:
     """The hull around a part of a wall, shifted horizontally outwards where it fills much of the hollow side."""
-    cloud = hull_within_tolerance(hull_points([piece]), task.params.hull_vertices, task.slack)
+    cloud = task.reduced(hull_points([piece]))
     excess = protrusion(cloud, task.reference.surface)
     error = float(np.percentile(excess, 95)) if len(excess) else 0.0
     if error <= task.aim.p95:
@@ -221,11 +231,13 @@ def _shifted_wall_hull(piece: Solid, task: CollisionTask) -> Floats:
 
 def _by_cuts(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     """Cut by planes where hulls would stick out most."""
-    solid = simplify_solid(task.proxy.solid, task.slack / 2, CUT_FACES, 2 * task.slack)
+    solid = simplify_solid(task.proxy.solid, task.slack / 16, CUT_FACES, 2 * task.slack)
     pieces = split_to_bound([solid], task.reference.surface, task.aim, task.part_count)
     excess_m3 = EXCESS_SHARE * float(solid.volume())
-    pieces = split_to_volume(pieces, excess_m3, max(MAX_FINE_PARTS, len(pieces)), task.aim.p95)
-    groups = merge_within_bound(pieces, task.reference.surface, task.aim, task.reference.opening_points, excess_m3)
+    pieces = split_to_volume(pieces, excess_m3, max(MAX_FINE_PARTS, len(pieces)), task.aim.p95, task.reduced)
+    groups = merge_within_bound(
+        pieces, task.reference.surface, task.aim, task.reference.opening_points, excess_m3, task.reduced
+    )
     return _hulls(groups, task), "cut by planes where hulls would stick out"
 
 
@@ -237,7 +249,7 @@ def _by_closed_windows(task: CollisionTask) -> tuple[list[PlacedShape], str]:
     rooms, kept = task.reference.rooms, task.reference.kept_rooms
     points, faces = surface_of(proxy.solid)
     closed = replace(task, proxy=proxy, reference=fit_reference(points, faces, proxy.solid, True, rooms, kept))
-    shapes, message = _by_rings(closed)
+    shapes, message = _rings(closed)
     if not shapes:
         shapes, message = _by_cuts(closed)
     return shapes, f"windows closed; {message}"
@@ -268,6 +280,7 @@ STRATEGIES: tuple[tuple[Callable[[CollisionTask], tuple[list[PlacedShape], str]]
     (_by_parts, np.inf),
     (_by_rings, 1.0),
     (_by_cuts, 1.0),
+    (_by_rings_of_tube, 1.0),
     (_by_closed_windows, WINDOWS_FROM_ERROR),
     (_by_coacd, COACD_FROM_ERROR),
     (_by_vhacd, VHACD_FROM_ERROR),
@@ -278,7 +291,7 @@ def _hulls(groups: list[list[Solid]], task: CollisionTask) -> list[PlacedShape]:
     """A hull of few vertices, or the primitive that it is, around each group of solids."""
     clouds = [
         hull_with_volume(
-            hull_within_tolerance(hull_points(group), task.params.hull_vertices, task.slack),
+            task.reduced(hull_points(group)),
             sum(float(solid.volume()) for solid in group),
             task.reference.box,
         )
