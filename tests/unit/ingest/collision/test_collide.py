@@ -370,13 +370,13 @@ class TestLadder:
         out = collide(draft(CUP), category("mug"), PARAMS, Fake({}))
         assert len(out.colliders) == 1
         assert is_touched(out, (0.0, 0.0, 0.05))
-        assert {n.code for n in out.notes} == {"MSH019", "MSH020"}
+        assert {n.code for n in out.notes} == {"MSH019", "MSH020", "REV001"}
 
     def test_an_answer_that_covers_little_is_not_taken(self) -> None:
         crumb = walls(CUP)[:1]
         out = collide(draft(CUP), category("mug"), PARAMS, Fake({"coacd": crumb, "vhacd": crumb}))
         assert len(out.colliders) == 1
-        assert codes(out.notes) == ["MSH020"]
+        assert codes(out.notes) == ["MSH020", "REV001"]
 
     def test_an_answer_of_too_many_hulls_is_not_taken(self) -> None:
         many = walls(CUP) * 3
