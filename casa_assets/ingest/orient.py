@@ -16,10 +16,8 @@ from casa_assets.ingest.pose.surface_sample import SurfaceSample, sample_surface
 from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, origin_evidence, priors
 from casa_assets.model.ingest.source import RawPart
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
-from casa_assets.model.registry.category import Category, MatterFill, RestingPose
+from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, RestingPose
 
-# Largest confidence in a pose if the category is unknown; a choice, as the numbers below.
-MAX_CONFIDENCE_UNKNOWN = 0.45
 # Smallest confidence in a pose if the category rests in any pose.
 MIN_CONFIDENCE_ANY_POSE = 0.9
 # How many times more probable than the axis that the file states another way up has to be, beyond what the prior of the
@@ -62,12 +60,11 @@ def orient(
         points = draft.surface.vertices
         name, rotation, confidence = _best_candidate(points, cloud, category, prior_key, draft.up, failed_ups)
         reason = f"{stated}; weighed with the usual shape, room and balance of a {category.id}"
-        if category.upright is RestingPose.ANY:
+        if category.upright is RestingPose.ANY and category.id != FALLBACK:
             confidence = max(confidence, MIN_CONFIDENCE_ANY_POSE)
             reason = f"{stated}; a {category.id} rests in any pose"
-        if category.id == "object":
-            confidence = min(confidence, MAX_CONFIDENCE_UNKNOWN)
-            reason = f"{stated}; nobody knows what it is and how it rests"
+        if category.id == FALLBACK:
+            reason = f"{stated}; weighed with its room and foot, since nobody knows what it is"
         if failed_ups:
             reason += f"; with {' and '.join(failed_ups)} up it failed"
     front = _front(cloud.samples @ rotation.T, category, draft, name, override)
@@ -101,7 +98,7 @@ def _best_candidate(
     rotations = [rotation for _, rotation in options]
 
     log = prior + np.array([pose_score(stance(cloud, r, with_rain=False), category) for r in rotations])
-    if category.upright is not RestingPose.ANY and category.id != "object":
+    if category.upright is not RestingPose.ANY or category.id == FALLBACK:
         margin = HOPELESS_NATS_VESSEL if category.build is MatterFill.VESSEL else HOPELESS_NATS
         kept = np.flatnonzero(log > log.max() - margin)
         stances = [stance(cloud, rotations[k], with_rain=True) for k in kept]

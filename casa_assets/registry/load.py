@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.asset.material import Density, Substance
 from casa_assets.model.record import Record
-from casa_assets.model.registry.category import Category, Certainty, QCode
+from casa_assets.model.registry.category import FALLBACK, Category, Certainty, QCode
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of, fields_at
@@ -37,7 +37,6 @@ FILES = (
     "waivers",
     "words",
 )
-FALLBACK = "object"  # category of an asset that has no other; not found by name, since many nodes are called so
 YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
 R = TypeVar("R", bound=Record)
 

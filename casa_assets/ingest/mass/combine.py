@@ -17,10 +17,8 @@ from casa_assets.ingest.mass.unknown_kind import combine_unknown
 from casa_assets.model.asset.asset import Inertial
 from casa_assets.model.asset.material import Substance
 from casa_assets.model.issue import Issue
-from casa_assets.model.registry.category import Category, MatterFill
+from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 
-# Category of what could not be named.
-UNKNOWN = "object"
 # Smallest over largest variance of a body whose inertia stays valid when it is rounded to nine digits.
 MIN_THICKNESS_RATIO = 1e-7
 # Largest difference between the boxes of a mesh and of its closed part, as a share of the longest side, for that part
@@ -49,13 +47,13 @@ def mass(
     if override_kg > 0:
         kg, confidence, reason = override_kg, 1.0, "a person decided"
     else:
-        if category.id == UNKNOWN:
+        if category.id == FALLBACK:
             combined = combine_unknown(points, faces, solid, draft.parts)
         else:
             estimates = estimate_masses(points, faces, solid, category, substance)
             combined = combine_estimates(estimates, category, agreement_ratio)
         kg, confidence, reason = combined.kg, combined.confidence, combined.message
-        if confidence < DOUBTFUL_CONFIDENCE and category.id != UNKNOWN:
+        if confidence < DOUBTFUL_CONFIDENCE and category.id != FALLBACK:
             notes = (warning("MSH021", "mass", f"{kg:.3g} kg, but the estimates disagree: {reason}"),)
     kg = significant(kg, 6)
     tensor = _thick_enough(inertia) * (kg / volume)

@@ -16,10 +16,8 @@ from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.size.size_phrases import StatedSize, parse_size_phrases
 from casa_assets.model.issue import ASKED_CODE, Issue
-from casa_assets.model.registry.category import Category, MatterFill
+from casa_assets.model.registry.category import FALLBACK, Category, MatterFill
 
-# Category of what could not be named.
-UNKNOWN = "object"
 # Units that meshes are drawn in, metres.
 UNITS: dict[str, float] = {"metre": 1.0, "centimetre": 0.01, "millimetre": 0.001, "inch": 0.0254}
 # Prior of each unit if the format states none, if the stated one is implausible, and for generated meshes; estimates.
@@ -143,11 +141,11 @@ def _weighed_with_category(
     """
     unit_m = draft.metres_per_unit
     if decision.value in ("as_stated", "metre"):
-        return decision if says_nothing or category.id == UNKNOWN else _borne_out(decision, draft)
+        return decision if says_nothing or category.id == FALLBACK else _borne_out(decision, draft)
     if unit_m is None or decision.factor == unit_m:
         return decision
     size_m = longest * unit_m
-    if says_nothing or category.id == UNKNOWN or not HOUSEHOLD_M[0] <= size_m <= HOUSEHOLD_M[1]:
+    if says_nothing or category.id == FALLBACK or not HOUSEHOLD_M[0] <= size_m <= HOUSEHOLD_M[1]:
         return replace(decision, is_overruled=True)
     sure = draft.confidence_in("category")
     beyond = max(log(size_m / category.longest_m.high), log(category.longest_m.low / size_m), 0.0)
@@ -242,7 +240,7 @@ def _decide(
         confidence = 0.97 if longest_range.low <= longest * file_unit_m <= longest_range.high else 0.8
         if is_normalised:
             confidence = min(confidence, 0.45)
-        if category.id == UNKNOWN:
+        if category.id == FALLBACK:
             confidence = min(confidence, MAX_CONFIDENCE_UNKNOWN)
         return ScaleDecision(
             file_unit_m, "as_stated", confidence, f"the file's unit gives {longest * file_unit_m:.3g} m; {usual}"
@@ -264,7 +262,7 @@ def _decide(
         size = longest * UNITS[name]
         plural = "inches" if name == "inch" else f"{name}s"
         message = f"{longest:.4g} units read as {plural} are {size:.3g} m; {usual}"
-        max_confidence = MAX_CONFIDENCE_UNKNOWN if category.id == UNKNOWN else 0.97
+        max_confidence = MAX_CONFIDENCE_UNKNOWN if category.id == FALLBACK else 0.97
         return ScaleDecision(UNITS[name], name, min(max_confidence, odds[name] / total), message)
     factor = float(np.exp(prior.center))
     confidence = erf(log(CORRECT_FACTOR) / (sqrt(2) * prior.spread)) * (no_unit_odds / total)

@@ -12,6 +12,8 @@ from casa_assets.model.registry.contract import RobocasaRelease
 
 # How far `size_m` and `longest_m` may differ, of the length: rounding to a millimetre and no more.
 SAME_SIZE = 0.02
+# Id of the category of what has no other; not found by name, since many nodes are called so.
+FALLBACK = "object"
 
 
 class Certainty(StrEnum):

@@ -101,8 +101,14 @@ def test_a_ruling_is_obeyed_exactly() -> None:
     assert [g.confidence for g in out.guesses] == [1.0, 1.0]
 
 
-def test_what_nobody_knows_is_never_sure() -> None:
-    out = posed(CUP, np.eye(3), "object")
+def test_what_nobody_knows_rests_on_a_side_that_it_can_rest_on() -> None:
+    brick = box_mesh((0.05, 0.08, 0.1), (0, 0, 0), shared=True)
+    out = orient(draft(moved(brick, matrix=spin(0, 35)), up=None, form="obj"), category("object"))
+    assert sorted(np.ptp(out.surface.vertices, axis=0)) == pytest.approx([0.05, 0.08, 0.1], abs=1e-6)
+
+
+def test_a_body_alike_on_all_sides_is_not_sure() -> None:
+    out = orient(draft(box_mesh((0.1, 0.1, 0.1), (0, 0, 0), True), up=None, form="unknown"), category("object"))
     assert next(g for g in out.guesses if g.subject == "up_axis").confidence < 0.5
 
 
