@@ -1,5 +1,6 @@
 """The only door to registry/: YAML files into frozen records, with errors that name file, line and pointer."""
 
-from casa_assets.registry.load import FALLBACK, FILES, Registry, data_root, load, read_document, read_record
+from casa_assets.model.registry.category import FALLBACK
+from casa_assets.registry.load import FILES, Registry, data_root, load, read_document, read_record
 
 __all__ = ["FALLBACK", "FILES", "Registry", "data_root", "load", "read_document", "read_record"]
