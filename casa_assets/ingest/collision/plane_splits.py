@@ -44,6 +44,9 @@ MAX_LEFT_EXCESS = 0.9
 MAX_BLIND_CUTS = 2
 # Where the best plane gains less than this share of the hull, one through the middle of the longest way is taken.
 MIN_GAIN = 0.005
+# Share of the volume by which one part more has to make hulls better, where they are near enough, and which a merger of
+# two may cost at most.
+PART_WORTH = 0.004
 # Share of the whole volume that a merger may always add.
 FREE_MERGE_COST = 1e-3
 
@@ -105,7 +108,7 @@ def split_to_volume(
     """Split solids until their hulls together are wrong by no more than `excess_m3`, or there are `max_parts`.
 
     Wrong is what a hull holds beyond its part, and what it lacks for having few vertices. The part whose hull is worst
-    is cut next.
+    is cut next; what is near enough is cut on where that gains much, as of built things with flat sides.
 
     Args:
         min_slice_m: no part is thinner across the plane that it is cut by, metres.
@@ -115,13 +118,18 @@ def split_to_volume(
     parts = list(solids)
     excess = [_hull_error(s, reduced) for s in solids]
     tried: list[Solid] = []
-    while len(parts) + len(tried) < max_parts and parts and sum(excess) > excess_m3:
+    left_m3 = 0.0  # of what was tried
+    worth_m3 = PART_WORTH * sum(float(s.volume()) for s in solids)
+    while parts and len(parts) + len(tried) < max_parts:
         worst = max(range(len(parts)), key=lambda i: (round(excess[i], 15), -i))
+        is_near = sum(excess) + left_m3 <= excess_m3
+        if is_near and excess[worst] <= worth_m3:
+            break
         room = max_parts - len(parts) - len(tried) + 1
         pieces, found = _helpful_cut(parts[worst], excess[worst], min_volume_m3, room, min_slice_m, reduced)
-        if len(pieces) < 2:
+        if len(pieces) < 2 or (is_near and excess[worst] - sum(found) < worth_m3 * (len(pieces) - 1)):
             tried.append(parts.pop(worst))  # cutting does not help
-            excess.pop(worst)
+            left_m3 += excess.pop(worst)
             continue
         parts[worst : worst + 1] = pieces
         excess[worst : worst + 1] = found
@@ -292,13 +300,13 @@ def merge_within_bound(
         while costs and tried < MAX_MERGE_TRIES:
             i, j = min(costs, key=lambda pair: (costs[pair], pair))
             cost = costs.pop((i, j))
-            if cost > max(allowance, FREE_MERGE_COST):
+            if cost > max(min(allowance, PART_WORTH), FREE_MERGE_COST):
                 continue
             tried += 1
             cloud = hull_points(groups[i] + groups[j])
             lack = _lack(cloud, reduced)
             cost += (lack - lacks[i] - lacks[j]) / whole_volume
-            if cost > max(allowance, FREE_MERGE_COST):
+            if cost > max(min(allowance, PART_WORTH), FREE_MERGE_COST):
                 continue
             if normalized_error(cloud, reference, bound) <= 1 and not _fills_opening(cloud, opening_points):
                 allowance -= max(cost, 0.0)

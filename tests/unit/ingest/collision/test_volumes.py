@@ -47,9 +47,13 @@ class TestSplitToVolume:
         parts = split_to_volume([angle_iron()], 1e-6, 8, 0.001)
         assert sum(float(p.volume()) for p in parts) == pytest.approx(float(angle_iron().volume()))
 
-    def test_what_may_be_left_is_left(self) -> None:
-        whole = angle_iron()
-        assert len(split_to_volume([whole], excess([whole]) + 1e-9, 8, 0.001)) == 1
+    def test_what_may_be_left_is_left_where_cutting_gains_little(self) -> None:
+        dented = block((0.1, 0.1, 0.1), (0.0, 0.0, 0.0)) - block((0.1, 0.02, 0.002), (0.0, 0.0, 0.05))
+        assert len(split_to_volume([dented], 1.1 * excess([dented]), 8, 0.001)) == 1
+        assert len(split_to_volume([dented], 0.5 * excess([dented]), 8, 0.001)) > 1
+
+    def test_what_is_near_enough_is_cut_on_where_that_gains_much(self) -> None:
+        assert len(split_to_volume([angle_iron()], 2 * excess([angle_iron()]), 8, 0.001)) == 2
 
     def test_the_number_of_parts_is_kept(self) -> None:
         ring = Solid.cylinder(0.05, 0.1, circular_segments=48) - Solid.cylinder(0.05, 0.06, circular_segments=48)
