@@ -22,7 +22,7 @@ from casa_assets.model.pose import Pose
 FOOT_M = 0.001
 FOOT_RATIO = 0.03
 # What is so little above the lowest point, as a share of the height of the foot, stands on the floor too.
-LEVEL_SHARE = 0.25
+LEVEL_SHARE = 0.5
 # A foot is flat if its outline takes at least this share of the box around the thing, seen from above; and one, not
 # several legs, if matter with its hollows fills this share of the outline.
 MIN_OUTLINE_SHARE = 0.08
