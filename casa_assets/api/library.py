@@ -46,9 +46,9 @@ class IngestResult:
 
     Attributes:
         source: path of the input as its source calls it, or the name of a mesh in memory.
-        status: `accepted`: there is a new asset. `review`: there is one, and `Library.in_review` says what a person has to
-            decide about it. `skipped`: an earlier run made the asset of the same bytes, and it
-            stays as it is. `rejected`: no asset can be made of it, now or in an earlier run. `failed`: the work on it
+        status: `accepted`: there is a new asset. `review`: there is one, and `Library.in_review` says what a person
+            has to decide about it. `skipped`: an earlier run made the asset of the same bytes, and it stays as it is.
+            `rejected`: no asset can be made of it, now or in an earlier run. `failed`: the work on it
             ended without a verdict (its limits on time or memory, a crash); the next run tries again.
         asset_id: None where it was rejected or failed.
         folder: of the asset, or of what is kept of the rejected input; None for inputs without a mesh, such as a
