@@ -67,8 +67,9 @@ def test_a_set_is_one_asset_of_each_thing(made: Path) -> None:
     assert (said["path"], said["node"]) == ("breakfast.obj", "milk_carton")
     again = run(made, split=True)
     assert {(event.kind, event.asset_id) for event in again} == {("kept", event.asset_id) for event in events}
-    with (made / "library" / "review.csv").open(encoding="utf-8", newline="") as handle:
-        assert {row["input"] for row in csv.DictReader(handle)} <= set(found)
+    listed = made / "library" / "review.csv"  # there is none where nothing is left to decide
+    rows = list(csv.DictReader(listed.read_text(encoding="utf-8").splitlines())) if listed.exists() else []
+    assert {row["input"] for row in rows} <= set(found)
 
 
 def test_a_single_object_of_many_parts_is_left_whole(tmp_path: Path) -> None:
