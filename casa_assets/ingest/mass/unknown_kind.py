@@ -30,7 +30,7 @@ class SizeLaw:
 
 # Fits over the typical sizes and masses of the categories of the registry, by their build.
 SIZE_LAWS: Mapping[MatterFill, SizeLaw] = {
-    MatterFill.SOLID: SizeLaw(61.4, 0.777, 0.63),
+    MatterFill.SOLID: SizeLaw(31.8, 0.704, 0.83),
     MatterFill.VESSEL: SizeLaw(19.8, 0.620, 0.48),
     MatterFill.HOLLOW: SizeLaw(61.8, 0.822, 0.76),
 }
