@@ -31,6 +31,8 @@ KINDS = (
     ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
     "a manifest .jsonl or an Objaverse folder"
 )
+# Where a run has more inputs than this, what was in the library already is counted and not listed.
+MOST_LISTED = 200
 EXAMPLES = """
 Examples:
 
@@ -207,7 +209,8 @@ def _print_events(running: Iterable[Event], console: Console, as_json: bool, dry
             unsure += event.is_in_review
             words = f"[green]{done - bad - unsure} accepted[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
             progress.update(task, total=event.total, completed=done, description=words)
-            _print_event(event, progress.console, as_json, dry_run)
+            if as_json or event.kind != "kept" or event.total <= MOST_LISTED:
+                _print_event(event, progress.console, as_json, dry_run)
     return events
 
 
@@ -262,8 +265,11 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
     from casa_assets.pipeline.library.library import Library
 
     touched = {e.asset_id for e in events}
-    rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched}
-    console.print(_accepted_table([e for e in rows.values() if e.decision is Decision.ACCEPTED]))
+    if len(touched) > MOST_LISTED:
+        touched = {e.asset_id for e in events if e.kind != "kept"}
+    rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched} if touched else {}
+    if accepted := [e for e in rows.values() if e.decision is Decision.ACCEPTED]:
+        console.print(_accepted_table(accepted))
     if in_review := [e for e in rows.values() if e.decision is Decision.REVIEW]:
         console.print(_review_table(in_review))
     _print_codes(events, console)

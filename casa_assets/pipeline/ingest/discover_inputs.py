@@ -64,11 +64,13 @@ def _is_output(place: Path, real_roots: Set[Path], own_library: Path, is_output:
     """True if a file lies in our library, or in any library that lies below a root (a root may be one).
 
     Args:
-        is_output: takes up what is known of folders, by their real path.
+        is_output: takes up what is known of folders, by their path.
     """
-    folder = os.path.dirname(os.path.realpath(place))  # noqa: PTH120  Path would take longer than all the rest
+    # Path would take longer than all the rest, and the real path of a folder is looked for once, not for each file.
+    file = str(place)
+    folder = os.path.dirname(os.path.realpath(file) if os.path.islink(file) else file)  # noqa: PTH114, PTH120
     if folder not in is_output:
-        is_output[folder] = _is_output_folder(Path(folder), real_roots, own_library)
+        is_output[folder] = _is_output_folder(Path(os.path.realpath(folder)), real_roots, own_library)
     return is_output[folder]
 
 

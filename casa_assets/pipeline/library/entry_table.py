@@ -340,8 +340,9 @@ def _folders_in(folder: Path) -> list[str]:
 
 def _state_of_entry(folder: Path, file: str, folders: Iterable[str]) -> str:
     """State of an entry: of the file that says what it is, and of some folders in it, each with its path."""
-    states = (f"{os.lstat(folder / name).st_mtime_ns} {name}" for name in folders)
-    return "\n".join((_state(folder / file), *states))
+    base = str(folder)  # Path would take longer than all the rest
+    states = [f"{os.lstat(f'{base}/{name}').st_mtime_ns} {name}" for name in folders]
+    return "\n".join((_state(f"{base}/{file}"), *states))
 
 
 def _state_again(folder: Path, file: str, before: str | None) -> str:
@@ -353,7 +354,7 @@ def _state_again(folder: Path, file: str, before: str | None) -> str:
         return ""
 
 
-def _state(path: Path) -> str:
+def _state(path: Path | str) -> str:
     """State of a file that changes whenever it is written anew."""
     found = os.lstat(path)
     return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
