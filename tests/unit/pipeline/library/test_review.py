@@ -56,7 +56,7 @@ def unknown(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_nobody_names_is_on_the_list_with_its_reasons(unknown: Path) -> None:
     (row,) = rows(unknown)
     assert row["category"] == "object"
-    assert {"category", "up_axis", "mass"} <= set(row["look_at"].split())
+    assert {"category", "mass"} <= set(row["look_at"].split())
     assert float(row["size_m"]) == pytest.approx(max(only(unknown).summary.extents), rel=1e-3)  # type: ignore[union-attr]
     assert {w.pointer for w in only(unknown).warnings if w.code == "REV001"} == set(row["look_at"].split())
     assert read_overrides(Library(unknown / "library")) == {}
