@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import io
+import re
 import struct
 import tarfile
 import zipfile
@@ -129,6 +130,10 @@ def _fbx() -> Iterator[Hostile]:
     yield Hostile("fbx_lies_about_counts.fbx", count, (SOUND, *broken, codes.NO_FACES, codes.NO_GEOMETRY))
     yield Hostile("fbx_no_such_points.fbx", made.fbx(indices="0,1,-99999999,2,70000000,-3"),
                   (*broken, codes.NO_FACES, codes.NON_FINITE, SOUND))  # fmt: skip
+    corners = re.compile(rb"PolygonVertexIndex: \*\d+ \{\s+a: [^}]*\}")
+    assert corners.search(text)
+    yield Hostile("fbx_points_alone.fbx", corners.sub(b"PolygonVertexIndex: *0 { a: }", text),
+                  (*broken, codes.NO_FACES, codes.NO_GEOMETRY))  # fmt: skip
     points = ",".join("nan" for _ in made.BOX.vertices.ravel())
     yield Hostile("fbx_nan.fbx", made.fbx(points=points), (*broken, codes.NON_FINITE))
     yield Hostile("fbx_of_itself.fbx", text.replace(b'C: "OO",11,0', b'C: "OO",11,11'),

@@ -187,7 +187,9 @@ def _corner_values(attribute: Any, count: int, width: int) -> Floats | None:
         return None
     values = np.array(attribute.values, dtype=np.float64).reshape(-1, width)
     places = np.array(attribute.indices, dtype=np.int64).reshape(-1)
-    if len(places) != count or not len(values) or not (int(places.min()) >= 0 and int(places.max()) < len(values)):
+    if not count or len(places) != count or not len(values):
+        return None
+    if int(places.min()) < 0 or int(places.max()) >= len(values):
         return None
     return values[places]
 
