@@ -42,7 +42,7 @@ WALL_THICKNESS_M: Mapping[str, float] = {
 }
 # Substances whose density is the mean over the whole object, with the air in it. Of those but water that mean differs
 # by a factor of twenty (popcorn, a candy bar), so it is told from the usual size and mass of the category.
-BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "unknown"})
+BULK_DENSITY_SUBSTANCES = frozenset({"water_filled", "dry_goods", "electronics", "mixed", "sponge_foam", "unknown"})
 # Mass of such things over the volume to this power, a fit over the categories of the registry: a larger package or
 # machine holds more air.
 BULK_EXPONENT = 0.8
