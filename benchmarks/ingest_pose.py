@@ -56,6 +56,7 @@ class Row:
     front: str = ""
     front_sure: float = 0.0
     copies: dict[str, str] = field(default_factory=dict)
+    copies_sure: dict[str, float] = field(default_factory=dict)
     mass_kg: float = 0.0
     mass_sure: float = 0.0
     mass_span: tuple[float, float] = (0.0, 0.0)
@@ -135,8 +136,10 @@ def _judge(
     orient = {stage.name: stage.function for stage in STAGES}["orient"]
     for name, turn in pose.COPIES.items() if copies else ():
         other = pose.copy(draft, turn)
-        back = pose.rotation(other, orient(other, told)) @ turn
+        posed_copy = orient(other, told)
+        back = pose.rotation(other, posed_copy) @ turn
         row.copies[name] = pose.grade(points, back, up, category).value
+        row.copies_sure[name] = next(g.confidence for g in posed_copy.guesses if g.subject == "up_axis")
 
 
 def main() -> None:

@@ -83,7 +83,11 @@ def _pose_lines(rows: Sequence[Any]) -> list[str]:
     for name in dict.fromkeys(n for r in judged for n in r.copies):
         of = [r for r in judged if name in r.copies]
         kinds = _kinds([r.copies[name] for r in of])
+        asked = sum(r.copies[name] not in GOOD and r.copies_sure[name] < SURE for r in of)
         lines.append(_line(f"copies {name}, righted", 0.95, sum(r.copies[name] in GOOD for r in of), len(of), kinds))
+        lines.append(
+            f"| of those not righted, for review | | {asked} of {sum(r.copies[name] not in GOOD for r in of)} | |"
+        )
     wrong = [r for r in judged if r.grade not in GOOD]
     lines.append(
         f"| poses for review | | {sum(r.up_sure < SURE for r in rows)} of {len(rows)}, "
