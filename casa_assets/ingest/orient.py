@@ -10,7 +10,7 @@ import numpy as np
 from casa_assets.core.typing import Floats, Mask
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.ingest.draft import Draft
-from casa_assets.ingest.pose.evidence import doubts, pose_score, stance
+from casa_assets.ingest.pose.evidence import balance_score, doubts, pose_score, stance
 from casa_assets.ingest.pose.front import Facing, facing, straightened
 from casa_assets.ingest.pose.surface_sample import SurfaceSample, sample_surface
 from casa_assets.ingest.pose.ups import UP_ROTATIONS, candidates, origin_evidence, priors
@@ -104,6 +104,7 @@ def _best_candidate(
         stances = [stance(cloud, rotations[k], with_rain=True) for k in kept]
         log = np.full(len(options), -np.inf)
         log[kept] = prior[kept] + np.array([pose_score(s, category) for s in stances]) / doubts(stances, category)
+        log[kept] += [balance_score(s, category) for s in stances]
     share = np.exp(log - log.max())
     share /= share.sum()
     lies_on_either_side = category.upright is RestingPose.LIES and category.build is MatterFill.SOLID
