@@ -20,7 +20,7 @@ CELLS = 36
 # nothing any way up has lost its best evidence.
 DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2
 DOUBTS = {MatterFill.FILLED: 2.0, MatterFill.HOLLOW: 1.5}
-# Log likelihood of a pose of something that stands, in which it would fall over or has a foot of less than this share of
+# Log likelihood of a pose of something that stands, in which it would fall or has a foot of less than this share of
 # its outline: of 74 such meshes of docs/ingest_pose.md none lies so in its file, while wrong ways up do in a third.
 FALLING_NATS, LEAST_FOOT = -4.0, 0.05
 # A vessel whose share of room, as `pose_score` counts it, is below this is a closed one; a choice.
