@@ -39,6 +39,7 @@ def discover(roots: Sequence[Path], others: Counter[str] | None = None) -> Itera
     """
     found_keys: set[tuple[str, str]] = set()
     refused_digests: set[bytes] = set()
+    real_folders: dict[str, str] = {}
     for root in roots:
         folder = root if root.is_dir() else root.parent
         for one in _discover(root, Counter() if others is None else others):
@@ -50,11 +51,25 @@ def discover(roots: Sequence[Path], others: Counter[str] | None = None) -> Itera
                     continue
                 refused_digests.add(digest)
             if isinstance(one, Found):
-                key = (os.path.realpath(one.root / one.archive / one.main), one.source.uid)
+                key = (_real_path(os.path.join(one.root, one.archive, one.main), real_folders), one.source.uid)  # noqa: PTH118
                 if key in found_keys:
                     continue
                 found_keys.add(key)
             yield one
+
+
+def _real_path(path: str, real_folders: dict[str, str]) -> str:
+    """The same as `os.path.realpath`, which looks at every folder above.
+
+    Args:
+        real_folders: takes up what is known of folders.
+    """
+    folder, name = os.path.split(path)
+    if os.path.islink(path):  # noqa: PTH114
+        return os.path.realpath(path)
+    if folder not in real_folders:
+        real_folders[folder] = os.path.realpath(folder)
+    return os.path.join(real_folders[folder], name)  # noqa: PTH118
 
 
 def _discover(root: Path, others: Counter[str]) -> Iterator[Found | Refused]:
@@ -111,7 +126,7 @@ def _folder(package: Package, claimed: set[str], depth: int, others: Counter[str
         if entry.is_dir(follow_symlinks=False) and suffix_of(entry.name) not in SUFFIXES:
             if not (is_objaverse and entry.name in ("glbs", "metadata")):
                 folders.append(entry.name)
-        elif os.path.realpath(entry.path) in claimed:
+        elif claimed and os.path.realpath(entry.path) in claimed:
             continue
         elif kind := kind_of_other(entry.name, names):
             others[kind] += 1

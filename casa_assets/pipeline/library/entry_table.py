@@ -83,6 +83,8 @@ class EntryTable:
         self._library, self._skip_damaged, self._with_results = library, skip_damaged, with_results
         self._read_only = read_only
         self._path = (library.cache / NAME).absolute()
+        # Looked at before the entries: what changes while they are read is told as a change.
+        self._shelf_times = library.shelf_times()
         if force:
             with suppress(OSError):
                 self._path.unlink(missing_ok=True)
@@ -114,11 +116,8 @@ class EntryTable:
         return [make() for make in self._row_makers]
 
     def is_current(self) -> bool:
-        """True if the entries stand on the disk as they did when the table was read."""
-        now = {
-            name: _state_again(folder, file, self._states.get(name)) for folder, name, file in _folders(self._library)
-        }
-        return now == self._states
+        """True if no entry has come, gone or been replaced since the table was read."""
+        return self._library.shelf_times() == self._shelf_times
 
     def has_reports(self, made_by: str, files: Iterable[str]) -> bool:
         """True if `keep_reports` was told of these entries and files, and they are as they were then."""

@@ -231,14 +231,35 @@ class Library:
 
     def accepted(self) -> Iterator[Path]:
         """Folders of all accepted assets, sorted by category and id."""
-        for path in sorted(self.root.glob(f"*/*/{CERTIFICATE}")):
-            if path.parent.parent.name != REJECTED:
-                yield path.parent
+        for shelf in _folder_names(self.root):
+            if shelf not in (REJECTED, self.private.name):
+                yield from _folders_with(self.root / shelf, CERTIFICATE)
+
+    def shelf_times(self) -> dict[str, int]:
+        """When a folder last came to, or went from, each folder of entries, nanoseconds since 1970, by its name."""
+        names = [name for name in _folder_names(self.root) if name != self.private.name]
+        return {name: os.stat(self.root / name).st_mtime_ns for name in names}  # noqa: PTH116
 
     def refused(self) -> Iterator[Path]:
         """Folders of all rejected inputs, sorted by id."""
-        for path in sorted((self.root / REJECTED).glob(f"*/{REFUSAL}")):
-            yield path.parent
+        yield from _folders_with(self.root / REJECTED, REFUSAL)
+
+
+def _folder_names(place: Path) -> list[str]:
+    """Names of the folders in a folder, sorted; none where there is none."""
+    try:
+        with os.scandir(place) as inside:
+            return sorted(entry.name for entry in inside if entry.is_dir())
+    except OSError:
+        return []
+
+
+def _folders_with(place: Path, file: str) -> Iterator[Path]:
+    """Folders right in a folder that hold a file of that name, sorted."""
+    base = str(place)  # Path would take longer than all the rest
+    for name in _folder_names(place):
+        if os.path.exists(f"{base}/{name}/{file}"):  # noqa: PTH110
+            yield place / name
 
 
 def identity_of(folder: Path) -> Identity | None:
