@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import os
 import signal
 import sys
@@ -83,6 +84,8 @@ def run() -> int:
     # Names of strangers may hold what the terminal's encoding lacks.
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    # No record of a large library is in a cycle: to look for cycles among so many took a third of a run.
+    gc.set_threshold(100_000, 20, 20)
     try:
         unblock()
         return _run_app()

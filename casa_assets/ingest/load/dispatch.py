@@ -7,34 +7,12 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.blender.reader import read_blend
-from casa_assets.ingest.load.collada.reader import read_dae
 from casa_assets.ingest.load.formats import ALIASES, SUFFIX_OF, Format, sniff, suffix_of
-from casa_assets.ingest.load.gltf.scene import read_gltf
-from casa_assets.ingest.load.max3ds.reader import read_3ds
 from casa_assets.ingest.load.notes import Notes, printable
-from casa_assets.ingest.load.ply.reader import read_ply
 from casa_assets.ingest.load.raw_parts import check_face_count
-from casa_assets.ingest.load.stl import read_stl
-from casa_assets.ingest.load.vrml.reader import read_vrml
-from casa_assets.ingest.load.wavefront.reader import read_obj
-from casa_assets.ingest.things.split import model_of_thing
 from casa_assets.model.ingest.source import Bundle, RawModel
 
 Reader = Callable[[Bundle, Mapping[str, float], Notes], RawModel]
-
-_READERS: Mapping[Format, Reader] = {
-    Format.GLB: read_gltf,
-    Format.GLTF: read_gltf,
-    Format.OBJ: read_obj,
-    Format.PLY: read_ply,
-    Format.STL: read_stl,
-    Format.DAE: read_dae,
-    Format.VRML: read_vrml,
-    Format.X3D: read_vrml,
-    Format.MAX_3DS: read_3ds,
-    Format.BLEND: read_blend,
-}
 
 
 def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
@@ -70,13 +48,18 @@ def load(bundle: Bundle, limits: Mapping[str, float]) -> RawModel:
 
 def _meant(bundle: Bundle, model: RawModel) -> RawModel:
     """The model, or the one thing in it that is meant."""
-    return model_of_thing(model, bundle.thing, printable(bundle.main)) if bundle.thing else model
+    if not bundle.thing:
+        return model
+    from casa_assets.ingest.things.split import model_of_thing
+
+    return model_of_thing(model, bundle.thing, printable(bundle.main))
 
 
 def _reader_of(file_format: Format) -> Reader:
-    """The reader of a format; what needs libraries that take long to import is imported where it is used."""
-    if file_format in _READERS:
-        return _READERS[file_format]
+    """The reader of a format; libraries that take long to import are so imported where they are used."""
+    readers = _common_readers()
+    if file_format in readers:
+        return readers[file_format]
     if file_format is Format.USD:
         from casa_assets.ingest.load.usd.reader import read_usd
 
@@ -88,3 +71,33 @@ def _reader_of(file_format: Format) -> Reader:
     from casa_assets.ingest.load.by_trimesh.reader import read_3mf, read_off, read_xaml
 
     return {Format.OFF: read_off, Format.THREE_MF: read_3mf, Format.XAML: read_xaml}[file_format]
+
+
+def _common_readers() -> Mapping[Format, Reader]:
+    """The readers that need nothing but what a worker has loaded for other stages anyway."""
+    from casa_assets.ingest.load.blender.reader import read_blend
+    from casa_assets.ingest.load.collada.reader import read_dae
+    from casa_assets.ingest.load.gltf.scene import read_gltf
+    from casa_assets.ingest.load.max3ds.reader import read_3ds
+    from casa_assets.ingest.load.ply.reader import read_ply
+    from casa_assets.ingest.load.stl import read_stl
+    from casa_assets.ingest.load.vrml.reader import read_vrml
+    from casa_assets.ingest.load.wavefront.reader import read_obj
+
+    return {
+        Format.GLB: read_gltf,
+        Format.GLTF: read_gltf,
+        Format.OBJ: read_obj,
+        Format.PLY: read_ply,
+        Format.STL: read_stl,
+        Format.DAE: read_dae,
+        Format.VRML: read_vrml,
+        Format.X3D: read_vrml,
+        Format.MAX_3DS: read_3ds,
+        Format.BLEND: read_blend,
+    }
+
+
+def warm() -> None:
+    """Import the readers of common formats, once for all workers that are forked later."""
+    _common_readers()

@@ -9,7 +9,7 @@ from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.blender.reader import blender_program
+from casa_assets.ingest.load.blender.program import blender_program
 from casa_assets.ingest.load.formats import Format, sniff
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.ingest.load.references import (

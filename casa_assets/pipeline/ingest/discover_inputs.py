@@ -51,6 +51,9 @@ def has_changed_since(path: str, time_ns: int) -> bool:
 
 def _as_text(source: Source) -> Source:
     """The source's words as text that every file can hold."""
+    # That all of it is ASCII, as nearly always, is told at once.
+    if "".join(["".join(value) for value in vars(source).values()]).isascii():
+        return source
     texts: dict[str, Any] = {
         name: tuple(map(utf8_escaped, value)) if isinstance(value, tuple) else utf8_escaped(value)
         for name, value in source

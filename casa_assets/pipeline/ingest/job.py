@@ -12,12 +12,16 @@ from casa_assets.errors import OutputError, Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
+from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
 
 # What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
 _DISK_FAULTS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EMFILE, errno.ENFILE})
+
+# Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
+ADMISSION_LIMITS = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
 
 
 @dataclass(frozen=True)
@@ -165,6 +169,16 @@ def stage_refusal(
         (staged / "preview.png").write_bytes(picture)
     disk.write_refusal(staged, refusal)
     return staged
+
+
+def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:
+    """Limits that change what comes out, sorted."""
+    return {name: value for name, value in sorted(limits.items()) if name not in ADMISSION_LIMITS}
+
+
+def with_overrides(key: str, override: UserOverride) -> str:
+    """The cache key of an input about which a person decided something: another decision makes it anew."""
+    return key if override.is_empty else digest_of(key, override.digest)
 
 
 def first_error(report: Report) -> Rejected:

@@ -25,10 +25,19 @@ from casa_assets.pipeline.dedup.deduplicator import Deduplicator
 from casa_assets.pipeline.ingest import refused_rows, unreadable_inputs
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs, has_changed_since
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
-from casa_assets.pipeline.ingest.job import Event, Job, Outcome, Result, RunAborted, stage_refusal, writing
+from casa_assets.pipeline.ingest.job import (
+    Event,
+    Job,
+    Outcome,
+    Result,
+    RunAborted,
+    limits_in_key,
+    stage_refusal,
+    with_overrides,
+    writing,
+)
 from casa_assets.pipeline.ingest.refused_rows import RefusedRows, remainder_message, row_id
 from casa_assets.pipeline.ingest.split import taken_apart
-from casa_assets.pipeline.ingest.stages import limits_in_key, with_overrides
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.ingest.survey_table import SurveyTable, without_states
 from casa_assets.pipeline.library import library as disk

@@ -33,6 +33,7 @@ from casa_assets.model.record import Record
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.ingest.job import limits_in_key
 from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library.review import NAME, REJECTED_CODE, doubtful_guesses
@@ -165,8 +166,6 @@ STAGES: tuple[Stage, ...] = (
     Stage("backs", _backs),
     Stage("assemble", _assemble),
 )
-# Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
-ADMISSION_LIMITS = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
 
 
 def stage_key(stage: Stage) -> str:
@@ -177,11 +176,6 @@ def stage_key(stage: Stage) -> str:
 def stage_functions() -> dict[str, CodeRef]:
     """Every stage and what does it, in the order in which they run."""
     return {stage.name: stage.function for stage in STAGES}
-
-
-def with_overrides(key: str, override: UserOverride) -> str:
-    """The cache key of an input about which a person decided something: another decision makes it anew."""
-    return key if override.is_empty else digest_of(key, override.digest)
 
 
 def run_stages(
@@ -256,11 +250,6 @@ def build_asset(
     if override.decision is Word.ACCEPT:
         return asset, tuple(note for note in notes if note.code not in (ASKED_CODE, REVIEW_CODE))
     return asset, (*notes, *doubtful_guesses(asset.provenance.guesses))
-
-
-def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:
-    """Limits that change what comes out, sorted."""
-    return {name: value for name, value in sorted(limits.items()) if name not in ADMISSION_LIMITS}
 
 
 def _keys(context: BuildContext) -> list[str]:

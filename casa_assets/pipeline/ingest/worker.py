@@ -9,6 +9,7 @@ from casa_assets import registry
 from casa_assets.checks.package import usd
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.ingest.load import load
+from casa_assets.ingest.load.dispatch import warm as warm_readers
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Bundle
@@ -38,6 +39,7 @@ def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
     usd.load_rules()
+    warm_readers()
 
 
 def check_renderer(_: None) -> RunAborted | None:

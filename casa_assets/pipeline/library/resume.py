@@ -27,8 +27,8 @@ RETRIED_CODES = frozenset(
         rejection_codes.TOO_LARGE,
     }
 )
-
-
+# What an entry in a table does not tell enough of: the asset that an input is a copy of may be gone.
+_TOLD_BY_FILE = RETRIED_CODES | {"RUN007"}
 NOTHING_KNOWN: Mapping[Path, Entry] = MappingProxyType({})
 
 
@@ -39,16 +39,20 @@ def cached_outcome(
 
     Args:
         entries: folders of all that the producer made of the same bytes. asset_id, cache_key: of this run.
-        known: entries that were read already, by their folder: accepted ones are not opened again.
+        known: entries that were read already, by their folder: their files are not opened again.
     """
     for folder in entries:
         if folder.name != asset_id:
             continue  # made under another category
         entry = known.get(folder)
+        if entry is not None and entry.cache_key != cache_key:
+            continue
         if entry is not None and entry.accepted:
-            if entry.cache_key == cache_key and entry.is_whole:
+            if entry.is_whole:
                 return folder, Outcome(True, warnings=entry.warnings)
             continue
+        if entry is not None and entry.code not in _TOLD_BY_FILE:
+            return folder, Outcome(False, entry.code, entry.message)
         try:
             read = _refused if folder.parent.name == disk.REJECTED else _accepted
             outcome = read(folder, cache_key)

@@ -64,7 +64,7 @@ class _Queue:
 
 
 class Pool:
-    """Workers for one run; a context manager, at whose end no process is left.
+    """Workers for one run; a context manager, at whose end no process is left. None is started before there is a job.
 
     Fewer run at once, or each with less memory, where they would not fit into the memory of the machine together. A job
     that runs out of memory then, or is killed, is tried once more alone.
@@ -92,7 +92,6 @@ class Pool:
         self._running: dict[int, _Running] = {}
 
     def __enter__(self) -> Self:
-        self._start_server()  # it gets ready while the caller looks for work
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:

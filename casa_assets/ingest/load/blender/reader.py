@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Mapping
@@ -12,32 +11,13 @@ from pathlib import Path
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load.blender.program import blender_program
 from casa_assets.ingest.load.formats import Format
 from casa_assets.ingest.load.gltf.scene import read_gltf
 from casa_assets.ingest.load.notes import Notes, printable
 from casa_assets.model.ingest.source import Bundle, RawModel, Up
 
-# Names the program `blender`, or a Python that has the module bpy.
-VARIABLE = "CASA_BLENDER"
-_CHECKOUT = Path(__file__).parents[4] / ".venv-blender" / "bin" / "python"
 _SCRIPT = Path(__file__).with_name("convert.py")
-INSTALL = (
-    "python3.11 -m venv blender-env && blender-env/bin/pip install bpy && "
-    f"export {VARIABLE}=$PWD/blender-env/bin/python"
-)
-
-
-def blender_program(name: str) -> str:
-    """Path of a Blender, or of a Python with bpy: as CASA_BLENDER says, of the checkout, or `blender` on the PATH.
-
-    Raises:
-        Rejected: NEEDS_BLENDER where there is none.
-    """
-    named = os.environ.get(VARIABLE, "")
-    for path in (named, str(_CHECKOUT), shutil.which("blender") or ""):
-        if path and os.access(path, os.X_OK):
-            return path
-    raise Rejected(codes.NEEDS_BLENDER, f"{name}: a Blender file, which Blender reads; install it: {INSTALL}")
 
 
 def read_blend(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> RawModel:
