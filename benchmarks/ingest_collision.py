@@ -1,7 +1,7 @@
 """Collision shapes of ingest against CoACD, V-HACD and obj2mjcf 0.0.25, on the same meshes, in the same run.
 
-    ./dev bench ingest_collision [folders of meshes] [--limit 20] [--every 6] [--only mug bowl] [--unknown] [--drop 20]
-                                 [--peers coacd=4 vhacd=20 obj2mjcf=4] [--fresh]
+    ./dev bench ingest_collision [folders of meshes] [--limit 20] [--every 6] [--only mug bowl] [--unknown] [--closed]
+                                 [--drop 20] [--peers coacd=4 vhacd=20 obj2mjcf=4] [--fresh]
 
 Writes out/bench/ingest_collision.json and .md after each input, and prints the latter at the end: a page for each
 folder. A run goes on where the one before it ended: what stands in the JSON is not done again (--fresh: all anew).
@@ -100,11 +100,19 @@ def _placed(clouds: Sequence[Floats]) -> list[PlacedShape]:
     return [PlacedShape.model_construct(shape=shape, pose=Pose()) for shape in shapes]
 
 
-def judged(item: Prepared, names: Sequence[str], cpu_s: int) -> Iterator[tuple[Row, list[PlacedShape]]]:
-    """Every tool on an input, and what it made, as each is done: a process's peak of memory never goes down again."""
+def judged(
+    item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool
+) -> Iterator[tuple[Row, list[PlacedShape]]]:
+    """Every tool on an input, and what it made, as each is done: a process's peak of memory never goes down again.
+
+    Args:
+        is_closed_only: peers see nothing of a mesh that is not closed.
+    """
     full = item.category.build in (MatterFill.SOLID, MatterFill.FILLED)
     of = truth(item.mesh, full)
     for name in names:
+        if is_closed_only and of.solid is None and name != "ours":
+            continue
         title, tool = TOOLS[name]
         before = _cpu()
         try:
@@ -138,18 +146,20 @@ def _cpu() -> float:
     return now.user + now.system + now.children_user + now.children_system
 
 
-def _child(item: Prepared, names: Sequence[str], cpu_s: int, answer: Connection) -> None:
+def _child(item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool, answer: Connection) -> None:
     rows = []
-    for row, shapes in judged(item, names, cpu_s):
+    for row, shapes in judged(item, names, cpu_s, is_closed_only):
         own, others = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
         rows.append((Row(**{**asdict(row), "memory_mb": max(own, others) // 1024}), shapes))
     answer.send(rows)
 
 
-def apart(item: Prepared, names: Sequence[str], cpu_s: int) -> list[tuple[Row, list[PlacedShape]]]:
+def apart(
+    item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool = False
+) -> list[tuple[Row, list[PlacedShape]]]:
     """`judged` in a process of its own; what kills it is said in the rows."""
     here, there = multiprocessing.Pipe(duplex=False)
-    child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, there))
+    child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, is_closed_only, there))
     child.start()
     there.close()
     try:
@@ -189,7 +199,7 @@ def main() -> None:
             done = {r.tool for r in rows if (r.folder, r.path) == (label, item.path)}
             wanted = ["ours", *(n for n, count in most.items() if number < count)]
             names = [n for n in wanted if TOOLS[n][0] not in done]
-            for row, shapes in apart(taken, names, given.cpu) if names else []:
+            for row, shapes in apart(taken, names, given.cpu, given.closed) if names else []:
                 rows.append(replace(row, folder=label))
                 made.setdefault(row.tool, []).append(shapes)
                 print(_told(row), flush=True)
@@ -206,6 +216,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--limit", type=int, default=None, help="only so many inputs of each folder")
     parser.add_argument("--only", nargs="*", default=[], help="only inputs of these categories")
     parser.add_argument("--unknown", action="store_true", help="take every input for something of no known kind")
+    parser.add_argument("--closed", action="store_true", help="show peers only meshes that are closed")
     parser.add_argument("--peers", nargs="*", default=["coacd", "vhacd"], help="others; NAME=8: on the first 8 inputs")
     parser.add_argument("--cpu", type=int, default=120, help="CPU seconds for a peer on one input")
     parser.add_argument("--drop", type=int, default=0, help="drop so many on a table, ours and V-HACD's; 0: none")

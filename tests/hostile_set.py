@@ -16,6 +16,8 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
+from casa_assets.ingest.sources.other_files import TWINS as OTHER_FORMS
+from casa_assets.ingest.sources.other_files import kind_of_other
 from tests.libraries import casa, input_rows
 
 # Words of the index for a reason to reject -> codes; where there are none, the code whose name is that word.
@@ -249,7 +251,7 @@ class HostileSet:
 
         What was taken for a copy of another row's mesh goes in again without that one, until each had its own verdict.
         """
-        alone = [row for row in self.rows if self._is_alone(row)]
+        alone = [row for row in self.rows if self.is_alone(row)]
         copies = [row for row in self.rows if row.kind == "duplicate"]
         self._together("together", [r for r in self.rows if r not in alone and r not in copies], "--keep-duplicates")
         self._together("copies", copies)
@@ -272,9 +274,15 @@ class HostileSet:
         """All that were made."""
         yield from sorted(self.work.glob("library_*"))
 
-    def _is_alone(self, row: Row) -> bool:
-        """A manifest takes meshes that have rows of their own; what is not called a mesh has to be named."""
-        return suffix_of(row.path) not in SUFFIXES
+    def is_alone(self, row: Row) -> bool:
+        """A manifest takes meshes that have rows of their own; what is not called a mesh has to be named.
+
+        So has another form of a mesh that lies beside it: in its folder it is counted and not read.
+        """
+        folder = (self.root / row.file).parent
+        names = frozenset(path.name.lower() for path in folder.iterdir()) if folder.is_dir() else frozenset()
+        is_other = kind_of_other(Path(row.path).name, names) == OTHER_FORMS
+        return is_other or suffix_of(row.path) not in SUFFIXES
 
     def _is_overshadowed(self, row: Row) -> bool:
         """Taken for a copy of another row's mesh, where the index asks about something else."""

@@ -30,6 +30,8 @@ from casa_assets.model.registry.category import Category, MatterFill
 UNKNOWN = "object"
 # Share of a mesh's area whose normals may look backwards; smoothing over sharp edges turns up to 0.6 %.
 MAX_BACKWARD_SHARE = 0.01
+# A normal that lies in its face, but for half a degree, looks backwards once rounding has moved it.
+LEAST_COSINE = 0.01
 
 
 def clean(model: RawModel, category: Category | None = None) -> Draft:
@@ -119,7 +121,9 @@ def _without_wrong_normals(draft: Draft) -> Draft:
 
 def _normals_are_wrong(mesh: Mesh) -> bool:
     normals = mesh.normals
-    return normals is not None and backward_share(mesh.vertices, mesh.faces, normals) > MAX_BACKWARD_SHARE
+    if normals is None:
+        return False
+    return backward_share(mesh.vertices, mesh.faces, normals, LEAST_COSINE) > MAX_BACKWARD_SHARE
 
 
 def _measured(draft: Draft, full: bool) -> Draft:

@@ -119,6 +119,11 @@ def test_every_id_and_alias_finds_its_own_category(shipped: Registry) -> None:
     assert min(match[1] for match in found.values() if match) >= 0.9
 
 
+def test_what_nobody_can_name_weighs_what_any_category_may(shipped: Registry) -> None:
+    unknown = shipped.categories[registry.FALLBACK].mass_kg
+    assert unknown.high >= max(c.mass_kg.high for c in shipped.categories.values())
+
+
 @pytest.mark.parametrize(("name", "category"), OTHER_SOURCES.items())
 def test_names_of_other_sources(shipped: Registry, name: str, category: str) -> None:
     match = shipped.find_category([name])

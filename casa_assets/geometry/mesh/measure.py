@@ -57,14 +57,17 @@ def solid_moments(points: Floats, faces: Ints) -> tuple[float, Floats, Floats]:
     return volume, center + apex, inertia
 
 
-def backward_share(vertices: Floats, faces: npt.NDArray[np.integer[Any]], normals: Floats) -> float:
+def backward_share(
+    vertices: Floats, faces: npt.NDArray[np.integer[Any]], normals: Floats, least_cosine: float = 0.0
+) -> float:
     """Share of the area whose normals, one per vertex, look against the fronts of its faces.
 
     Args:
         vertices: (V, 3). faces: (F, 3). normals: (V, 3).
+        least_cosine: of the angle between a normal and the front of its face, up to which it looks backwards.
     """
     fronts, areas = face_normals(vertices, faces.astype(np.int64))
-    behind = np.einsum("fkj,fj->fk", normals[faces], fronts) < 0
+    behind = np.einsum("fkj,fj->fk", normals[faces], fronts) < least_cosine
     return float((behind.mean(axis=1) * areas).sum() / max(float(areas.sum()), 1e-300))
 
 

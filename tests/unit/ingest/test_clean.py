@@ -189,6 +189,14 @@ class TestWinding:
         inverted = Mesh(vertices=split.vertices, faces=split.faces[:, ::-1], normals=split.normals)
         assert clean(raw(inverted)).parts[0].mesh.normals is None
 
+    def test_normals_in_the_plane_of_their_faces_go(self) -> None:
+        """Rounding moves them to either side, so that they look forwards in one pose and backwards in the next."""
+        split = box_mesh((1, 1, 1), (0, 0, 0))
+        leaning = Mesh(vertices=split.vertices, faces=split.faces, normals=np.roll(split.normals, 1, axis=1))
+        draft = clean(raw(leaning))
+        assert draft.parts[0].mesh.normals is None
+        assert "MSH025" in codes(draft.notes)
+
 
 class TestNotes:
     def test_a_strap_on_an_edge_is_no_manifold(self) -> None:
