@@ -172,8 +172,17 @@ def _fan_normal(rim: Floats) -> Floats | None:
 
 
 def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
-    """The mesh with a face from each of the (K, 2) edges to a new vertex."""
+    """The mesh with a face from each of the (K, 2) edges to a new vertex.
+
+    Where a normal of the rim looks away from the new faces, as on a rim between two sides of a thing, these get
+    vertices and normals of their own.
+    """
     rim = edges.ravel()
+    if mesh.normals is not None and not _looks_along(mesh, edges, middle):
+        used, local = np.unique(rim, return_inverse=True)
+        edges = local.reshape(-1, 2) + len(mesh.vertices)
+        mesh = _with_copies(mesh, used, _flat_normal(mesh.vertices[rim.reshape(-1, 2)], middle))
+        rim = edges.ravel()
     center_index = len(mesh.vertices)
     normals = None
     if mesh.normals is not None:
@@ -189,4 +198,37 @@ def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
         uv=None if mesh.uv is None else np.vstack([mesh.uv, mesh.uv[rim].mean(axis=0)]),
         normals=normals,
         colors=colors,
+    )
+
+
+def _looks_along(mesh: Mesh, edges: Ints, middle: Floats) -> bool:
+    """True if every normal of a rim lies on the side to which the faces of its fan look."""
+    assert mesh.normals is not None
+    fronts = _fronts(mesh.vertices[edges], middle)
+    return bool((np.einsum("kej,kj->ke", mesh.normals[edges], fronts) > 0).all())
+
+
+def _fronts(edges: Floats, middle: Floats) -> Floats:
+    """(K, 3) normals, as long as twice the area, of the faces of a fan over (K, 2, 3) edges."""
+    found: Floats = np.cross(edges[:, 1] - edges[:, 0], middle - edges[:, 0])
+    return found
+
+
+def _flat_normal(edges: Floats, middle: Floats) -> Floats:
+    """Unit normal of a fan over (K, 2, 3) edges; up where it has none."""
+    total = _fronts(edges, middle).sum(axis=0)
+    length = float(np.linalg.norm(total))
+    unit: Floats = total / length if length > 0 else np.array([0.0, 0.0, 1.0])
+    return unit
+
+
+def _with_copies(mesh: Mesh, vertices: Ints, normal: Floats) -> Mesh:
+    """The mesh with copies of some vertices behind its own, all with one normal."""
+    assert mesh.normals is not None
+    return Mesh(
+        vertices=np.vstack([mesh.vertices, mesh.vertices[vertices]]),
+        faces=mesh.faces,
+        uv=None if mesh.uv is None else np.vstack([mesh.uv, mesh.uv[vertices]]),
+        normals=np.vstack([mesh.normals, np.tile(normal, (len(vertices), 1))]),
+        colors=None if mesh.colors is None else np.vstack([mesh.colors, mesh.colors[vertices]]),
     )

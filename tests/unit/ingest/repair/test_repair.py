@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from casa_assets.geometry.mesh.measure import backward_share
 from casa_assets.geometry.mesh.topology import edge_counts, weld
 from casa_assets.ingest.clean import clean
 from casa_assets.ingest.collision.solid_proxy import SurfaceKind
@@ -155,6 +156,17 @@ class TestHoles:
         assert codes(draft.notes) == ["MSH026"]
         assert open_edges(draft) == 0
         assert volume(welded(draft.parts[0].mesh)) == pytest.approx(volume(BOX))
+
+    def test_new_faces_have_normals_of_their_own_where_those_of_the_rim_look_elsewhere(self) -> None:
+        split = box_mesh((1.0, 0.6, 0.3), (0.2, 0.0, 5.0))
+        assert split.normals is not None
+        mids = split.vertices[split.faces].mean(axis=1)
+        torn = split.replace(faces=split.faces[mids[:, 2] > mids[:, 2].min() + 1e-6])
+        mesh = clean(raw(torn), category("cereal")).parts[0].mesh
+        assert volume(welded(mesh)) == pytest.approx(volume(BOX))
+        assert mesh.normals is not None
+        assert backward_share(mesh.vertices, mesh.faces, mesh.normals, 0.5) == 0
+        assert np.isin(split.normals, mesh.normals).all()
 
     def test_a_rim_with_something_on_both_sides_stays(self) -> None:
         mids = BOX.vertices[BOX.faces].mean(axis=1)
