@@ -20,6 +20,8 @@ from casa_assets.model.ingest.source import RawModel, Up
 MAX_COMPONENTS = 4000
 # A group of pieces is a thing of its own where it is so large and touches no other one.
 LARGE_GROUP = 0.3
+# So are so many smaller ones whose middle lies beside the largest.
+SMALL_GROUP, MIN_SMALL = 0.05, 3
 # Sides of alike pieces differ by no more than this share; they are so large, and compact ones have no side shorter
 # than this share of the longest.
 ALIKE, ALIKE_SIZE, COMPACT = 0.06, 0.2, 0.65
@@ -55,7 +57,13 @@ def signs_of_form(model: RawModel) -> list[Sign]:
         return [Sign(0.6, f"it is made of {components.count} separate pieces")]
     contacts = Contacts(components)
     ups = up_axes(model)
-    found = [_apart(contacts, ups), _alike(components, ups), *(_on_ground(contacts, up) for up in ups), _room(contacts)]
+    found = [
+        _apart(contacts, ups),
+        _beside(contacts, ups),
+        _alike(components, ups),
+        *(_on_ground(contacts, up) for up in ups),
+        _room(contacts),
+    ]
     return [sign for sign in found if sign is not None]
 
 
@@ -82,6 +90,28 @@ def _apart(contacts: Contacts, ups: Sequence[int]) -> Sign | None:
     if min(counts) > 1:
         return Sign(0.8, f"{min(counts)} groups of pieces stand apart from each other")
     return Sign(0.3, f"{len(large)} groups of pieces do not touch each other")
+
+
+def _beside(contacts: Contacts, ups: Sequence[int]) -> Sign | None:
+    """Smaller groups of pieces that lie on the floor beside the largest one, such as men beside a chess board.
+
+    They differ in form, or in how they lie: wheels, feet and knobs that hang in the air next to a thing do not.
+    """
+    groups = contacts.groups(np.ones(contacts.components.count, dtype=bool))
+    lower = np.array([contacts.components.lower[rows].min(axis=0) for rows in groups])
+    upper = np.array([contacts.components.upper[rows].max(axis=0) for rows in groups])
+    extents, middle = upper - lower, (lower + upper) / 2
+    main = int(np.argmax(extents.max(axis=1)))
+    longest = float(extents[main].max())
+    is_small = (extents.max(axis=1) >= SMALL_GROUP * longest) & (extents.max(axis=1) < LARGE_GROUP * longest)
+    counts = []
+    for up in ups:
+        plan = np.delete(np.arange(3), up)
+        apart = (middle[:, plan] > upper[main, plan]).any(axis=1) | (middle[:, plan] < lower[main, plan]).any(axis=1)
+        found = is_small & apart & (lower[:, up] <= lower[:, up].min() + LEG_SLACK * longest)
+        differ = found.any() and bool((np.ptp(extents[found], axis=0) > ALIKE * extents[found].max()).any())
+        counts.append(int(found.sum()) if differ else 0)
+    return Sign(0.75, f"{min(counts)} smaller things lie beside it") if min(counts) >= MIN_SMALL else None
 
 
 def _alike(components: Components, ups: Sequence[int]) -> Sign | None:

@@ -72,9 +72,11 @@ def ball(center: Vec3, scale: float = 1.0) -> Mesh:
         [box((0.2, 0.2, 0.02), (0, 0, 0.01)), box((0.02, 0.02, 0.4), (0, 0, 0.2)), box((0.3, 0.3, 0.2), (0, 0, 0.51))],
         [box((0.8, 0.8, 0.2), (0, 0, 0.4)), box((0.8, 0.1, 0.6), (0, 0.35, 0.8)),
          *(box((0.2, 0.2, 0.3), (x, y, 0.15)) for x in (-0.3, 0.3) for y in (-0.3, 0.3))],
+        [box((0.6, 0.4, 0.3), (0, 0, 0.2)),
+         *(box((0.1, 0.03, 0.1), (x, y, 0.05)) for x in (-0.2, 0.2) for y in (-0.23, 0.23))],
         [box((0.3, 0.3, 0.02), (0, 0, 0.01)), *(box((0.02, 0.02, 0.01), (x / 20, 0, 0.025)) for x in range(-5, 6))],
     ],
-    ids=["box", "stool", "shelf", "lamp whose shade hovers", "chair on thick legs", "scale with keys"],
+    ids=["box", "stool", "shelf", "lamp whose shade hovers", "chair on thick legs", "cart beside its wheels", "keys"],
 )  # fmt: skip
 def test_one_object_of_many_parts_is_one(parts: list[RawPart]) -> None:
     assert not is_in_review(model(*parts))
@@ -88,8 +90,11 @@ def test_one_object_of_many_parts_is_one(parts: list[RawPart]) -> None:
          "one ground"),
         ([box((3, 3, 0.05), (0, 0, -0.03)), box((0.05, 3, 2.5), (-1.5, 0, 1.2)), box((3, 0.05, 2.5), (0, 1.5, 1.2)),
           *stool(), *stool(0.8, "second"), *stool(-0.8, "third")], "walls stand around"),
+        ([box((0.4, 0.4, 0.06), (0, 0, 0.03)), box((0.03, 0.03, 0.06), (0.24, 0, 0.03)),
+          box((0.06, 0.03, 0.03), (-0.26, 0.1, 0.015)), box((0.03, 0.06, 0.03), (-0.26, -0.1, 0.015))],
+         "lie beside it"),
     ],
-    ids=["two stools", "five jars on a board", "a corner of a room"],
+    ids=["two stools", "five jars on a board", "a corner of a room", "men beside a board"],
 )  # fmt: skip
 def test_several_things_are_for_a_person(parts: list[RawPart], reason: str) -> None:
     found = guess(model(*parts))
