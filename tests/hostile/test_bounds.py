@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -182,3 +183,24 @@ def test_a_file_that_is_exchanged_while_it_is_opened(tmp_path: Path, monkeypatch
     with pytest.raises(Rejected, match="exchanged") as error:
         bounded_reads.read_file(str(folder / "a.obj"), folder, 1e6)
     assert error.value.code == rejection_codes.UNREADABLE
+
+
+def test_a_file_that_is_exchanged_while_it_is_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder, secret = tmp_path / "set", tmp_path / "secret.obj"
+    folder.mkdir()
+    place = folder / "a.obj"
+    for path in (place, secret):
+        path.write_text(OBJ_TRIANGLE, encoding="ascii")
+    look = os.lstat
+
+    def exchange_once(path: str, **options: int) -> os.stat_result:
+        found = look(path, **options)
+        if os.fspath(path) == str(place) and not stat.S_ISLNK(found.st_mode):
+            place.unlink()
+            place.symlink_to(secret)
+        return found
+
+    monkeypatch.setattr(os, "lstat", exchange_once)
+    with pytest.raises(Rejected) as error:
+        bounded_reads.read_file(str(place), folder, 1e6)
+    assert error.value.code in (rejection_codes.UNREADABLE, rejection_codes.LINK_OUTSIDE)

@@ -30,12 +30,16 @@ def check_file(path: str, root: Path) -> os.stat_result:
         Rejected: MISSING_FILE, LINK_OUTSIDE, NOT_A_FILE, UNREADABLE.
     """
     name = printable(posixpath.basename(utf8_escaped(path)))
-    # Path would take longer than all the rest.
-    is_link = os.path.islink(path)  # noqa: PTH114
-    if is_link and not is_inside(path, root):
-        raise Rejected(codes.LINK_OUTSIDE, f"{name}: a link that leaves its package; put the file itself there")
+    is_link = False
     try:
-        found = os.stat(path)  # noqa: PTH116
+        # Not the state of what a link leads to: a link that takes the place of a file later has another inode, which
+        # `read_file` tells. Path would take longer than all the rest.
+        found = os.lstat(path)
+        is_link = stat.S_ISLNK(found.st_mode)
+        if is_link and not is_inside(path, root):
+            raise Rejected(codes.LINK_OUTSIDE, f"{name}: a link that leaves its package; put the file itself there")
+        if is_link:
+            found = os.stat(path)  # noqa: PTH116
     except (FileNotFoundError, NotADirectoryError) as error:
         if is_link:
             raise Rejected(codes.NOT_A_FILE, f"{name}: a link to nothing; put the file itself there") from error
