@@ -30,7 +30,7 @@ from casa_assets.model.registry.category import Category, MatterFill
 UNKNOWN = "object"
 # Share of a mesh's area whose normals may look backwards; smoothing over sharp edges turns up to 0.6 %.
 MAX_BACKWARD_SHARE = 0.01
-# A normal that lies in its face, but for half a degree, looks backwards once rounding has moved it.
+# Normals within half a degree of the plane of their face count as backwards: rounding moves them to either side.
 LEAST_COSINE = 0.01
 
 

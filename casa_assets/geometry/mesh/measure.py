@@ -64,7 +64,7 @@ def backward_share(
 
     Args:
         vertices: (V, 3). faces: (F, 3). normals: (V, 3).
-        least_cosine: of the angle between a normal and the front of its face, up to which it looks backwards.
+        least_cosine: a normal whose cosine with the front of its face is smaller looks against it.
     """
     fronts, areas = face_normals(vertices, faces.astype(np.int64))
     behind = np.einsum("fkj,fj->fk", normals[faces], fronts) < least_cosine

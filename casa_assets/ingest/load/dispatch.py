@@ -56,7 +56,7 @@ def _meant(bundle: Bundle, model: RawModel) -> RawModel:
 
 
 def _reader_of(file_format: Format) -> Reader:
-    """The reader of a format; libraries that take long to import are so imported where they are used."""
+    """The reader of a format. They are imported when one is asked for: some need libraries that take long to import."""
     readers = _common_readers()
     if file_format in readers:
         return readers[file_format]

@@ -56,10 +56,10 @@ def signs_of_form(model: RawModel) -> list[Sign]:
     if components.count > MAX_COMPONENTS:
         return [Sign(0.6, f"it is made of {components.count} separate pieces")]
     contacts = Contacts(components)
-    ups = up_axes(model)
+    ups, groups = up_axes(model), contacts.groups(np.ones(components.count, dtype=bool))
     found = [
-        _apart(contacts, ups),
-        _beside(contacts, ups),
+        _apart(contacts, groups, ups),
+        _beside(contacts, groups, ups),
         _alike(components, ups),
         *(_on_ground(contacts, up) for up in ups),
         _room(contacts),
@@ -72,9 +72,8 @@ def up_axes(model: RawModel) -> tuple[int, ...]:
     return {Up.X: (0,), Up.Y: (1,), Up.Z: (2,)}[model.up] if model.up else (1, 2)
 
 
-def _apart(contacts: Contacts, ups: Sequence[int]) -> Sign | None:
+def _apart(contacts: Contacts, groups: Sequence[Ints], ups: Sequence[int]) -> Sign | None:
     """Large groups of pieces that touch nothing of each other and lie side by side."""
-    groups = contacts.groups(np.ones(contacts.components.count, dtype=bool))
     largest = float(contacts.extents(groups[0]).max())
     large = [rows for rows in groups if float(contacts.extents(rows).max()) >= LARGE_GROUP * largest]
     if len(large) < 2:
@@ -92,12 +91,11 @@ def _apart(contacts: Contacts, ups: Sequence[int]) -> Sign | None:
     return Sign(0.3, f"{len(large)} groups of pieces do not touch each other")
 
 
-def _beside(contacts: Contacts, ups: Sequence[int]) -> Sign | None:
+def _beside(contacts: Contacts, groups: Sequence[Ints], ups: Sequence[int]) -> Sign | None:
     """Smaller groups of pieces that lie on the floor beside the largest one, such as men beside a chess board.
 
     They differ in form, or in how they lie: wheels, feet and knobs that hang in the air next to a thing do not.
     """
-    groups = contacts.groups(np.ones(contacts.components.count, dtype=bool))
     lower = np.array([contacts.components.lower[rows].min(axis=0) for rows in groups])
     upper = np.array([contacts.components.upper[rows].max(axis=0) for rows in groups])
     extents, middle = upper - lower, (lower + upper) / 2

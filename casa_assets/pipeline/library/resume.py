@@ -9,6 +9,7 @@ from types import MappingProxyType
 from casa_assets.errors import OutputError
 from casa_assets.ingest import rejection_codes
 from casa_assets.model.issue import Severity
+from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE
 from casa_assets.pipeline.ingest.job import Outcome
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import file_inside
@@ -27,8 +28,6 @@ RETRIED_CODES = frozenset(
         rejection_codes.TOO_LARGE,
     }
 )
-# What an entry in a table does not tell enough of: the asset that an input is a copy of may be gone.
-_TOLD_BY_FILE = RETRIED_CODES | {"RUN007"}
 NOTHING_KNOWN: Mapping[Path, Entry] = MappingProxyType({})
 
 
@@ -45,22 +44,23 @@ def cached_outcome(
         if folder.name != asset_id:
             continue  # made under another category
         entry = known.get(folder)
-        if entry is not None and entry.cache_key != cache_key:
-            continue
-        if entry is not None and entry.accepted:
-            if entry.is_whole:
-                return folder, Outcome(True, warnings=entry.warnings)
-            continue
-        if entry is not None and entry.code not in _TOLD_BY_FILE:
-            return folder, Outcome(False, entry.code, entry.message)
         try:
-            read = _refused if folder.parent.name == disk.REJECTED else _accepted
-            outcome = read(folder, cache_key)
+            if entry is not None and entry.code != NEAR_DUPLICATE_CODE:
+                outcome = _of_entry(entry, cache_key)
+            else:  # of a copy only the file tells which asset it is a copy of, and that may be gone
+                read = _refused if folder.parent.name == disk.REJECTED else _accepted
+                outcome = read(folder, cache_key)
         except OutputError:
             continue  # damaged: it is made anew
         if outcome is not None:
             return folder, outcome
     return None
+
+
+def _of_entry(entry: Entry, cache_key: str) -> Outcome | None:
+    if entry.cache_key != cache_key or entry.code in RETRIED_CODES or not entry.is_whole:
+        return None
+    return Outcome(entry.accepted, entry.code, entry.message, entry.warnings)
 
 
 def _accepted(folder: Path, cache_key: str) -> Outcome | None:

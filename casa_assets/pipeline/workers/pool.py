@@ -64,7 +64,7 @@ class _Queue:
 
 
 class Pool:
-    """Workers for one run; a context manager, at whose end no process is left. None is started before there is a job.
+    """Workers for one run; a context manager, at whose end no process is left. The first job starts the first one.
 
     Fewer run at once, or each with less memory, where they would not fit into the memory of the machine together. A job
     that runs out of memory then, or is killed, is tried once more alone.
