@@ -13,7 +13,7 @@ from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import DegenerateShape
 from casa_assets.geometry.grid.voxel import Grid, voxelise
 from casa_assets.geometry.solid.coverage import surface_samples
-from casa_assets.geometry.solid.hull import hull_volume, small_hull
+from casa_assets.geometry.solid.hull import hull_planes, hull_volume, small_hull
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.shape import Box, Hull, Shape
 from casa_assets.model.pose import Pose
@@ -30,6 +30,8 @@ MIN_OUTLINE_FILL = 0.95
 # Voxels along the longest side: the finest grid that needs few enough shapes is taken.
 VOXEL_COUNTS = (28, 18, 12, 8)
 MIN_THICKNESS_M = 0.002
+# Part of that thickness by which rounding may fall short of it.
+ROUNDING_SHARE = 0.01
 SAMPLES = 6000
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=np.float64)
 
@@ -99,10 +101,32 @@ def fit_shape(cloud: Floats) -> tuple[Shape, Pose]:
         return _box(size), Pose(position=_vec(middle))
     center = np.array(_vec(middle))
     try:
-        points, faces = small_hull((cloud - center).astype(np.float32).astype(np.float64))
+        points, faces = small_hull(with_thickness(cloud - center).astype(np.float32).astype(np.float64))
     except DegenerateShape:
         return _box(size), Pose(position=_vec(middle))
     return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose(position=_vec(middle))
+
+
+def with_thickness(cloud: Floats) -> Floats:
+    """Return a convex cloud that is at least MIN_THICKNESS_M wide in every direction.
+
+    A sheet that is tilted against all axes has a bounding box as thick as any solid's, but a hull without a volume,
+    which MuJoCo refuses to load. It becomes a plate of that thickness, with the sheet in its middle.
+    """
+    for _ in range(3):  # a sheet is thin in one direction, a straight rod in two, a point in three
+        # Qhull is asked only for what is no sheet: of one it gives a hull that rounding alone made.
+        normals = np.linalg.svd(cloud - cloud.mean(axis=0))[2][-1:]
+        if float(np.ptp(cloud @ normals[0])) >= MIN_THICKNESS_M:
+            normals = hull_planes(cloud)[:, :3]
+        reach = cloud @ normals.T
+        width = np.ptp(reach, axis=0)
+        thinnest = int(np.argmin(width))
+        if width[thinnest] >= MIN_THICKNESS_M * (1.0 - ROUNDING_SHARE):
+            break
+        normal, middle = normals[thinnest], (reach[:, thinnest].min() + reach[:, thinnest].max()) / 2
+        flat = cloud - np.outer(reach[:, thinnest] - middle, normal)
+        cloud = np.concatenate([flat - normal * MIN_THICKNESS_M / 2, flat + normal * MIN_THICKNESS_M / 2])
+    return cloud
 
 
 def snap_to_box(cloud: Floats) -> Floats:

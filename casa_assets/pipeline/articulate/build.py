@@ -11,6 +11,7 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
+from casa_assets.articulate.drop_empty_links import drop_empty_links
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.infer import infer_articulation
@@ -133,9 +134,10 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     )
     found = found.replace(frame=frame.replace(metres=metres_per_file_unit / frame.scale), category=kind.id)
     found = apply_decisions(found, placed, request.decisions)
+    model, placed, found = cut_shell_parts(model, fragmentation, found)
+    found = drop_empty_links(found, placed)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
-    model, placed, found = cut_shell_parts(model, fragmentation, found)
     model, placed, found = add_interiors(model, placed, found, kind.id, request.decisions, request.complete)
     guesses = (
         Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from casa_assets.articulate.decisions import hinge_at_face
 from casa_assets.articulate.plan import JointPlan
 from casa_assets.checks.motion.joint_travel import JointTravel, joint_travels
+from casa_assets.errors import Rejected
 from casa_assets.export import mjcf
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.articulate.build import ArticulateResult
@@ -51,8 +52,15 @@ def limit_ranges(built: ArticulateResult) -> ArticulateResult:
 
 
 def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:
-    """Return how far each part moves before it meets something, by its name."""
-    found = joint_travels(built.asset, mjcf.write(built.asset), pushed=False)
+    """Return how far each part moves before it meets something, by its name.
+
+    Raises:
+        Rejected: MuJoCo cannot read the model (MJC001).
+    """
+    try:
+        found = joint_travels(built.asset, mjcf.write(built.asset), pushed=False)
+    except ValueError as error:
+        raise Rejected("MJC001", f"MuJoCo cannot read the model: {error}") from error
     return {j.child: t for j, t in zip(built.asset.joints, found, strict=True)}
 
 
