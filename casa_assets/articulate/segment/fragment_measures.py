@@ -68,8 +68,19 @@ class MeasuredFragments:
         return found
 
 
-def measure_fragments(mesh: WeldedMesh, label: Ints, pixels: int = PIXELS) -> MeasuredFragments:
-    """Measure the fragments of a mesh that is in the frame, from rendered depth images of six sides."""
+def render_sides(mesh: WeldedMesh, pixels: int = PIXELS) -> tuple[DepthImage, ...]:
+    """Render a mesh that is in the frame from each of SIDES."""
+    return tuple(render_depth(mesh.points, mesh.faces, axes, pixels) for axes in SIDES)
+
+
+def measure_fragments(
+    mesh: WeldedMesh, label: Ints, pixels: int = PIXELS, images: tuple[DepthImage, ...] | None = None
+) -> MeasuredFragments:
+    """Measure the fragments of a mesh that is in the frame, from rendered depth images of six sides.
+
+    Args:
+        label: (F,) fragment of each face. images: those of `render_sides`, None to render them.
+    """
     count = int(label.max()) + 1 if len(label) else 0
     alive = np.flatnonzero(label >= 0)
     corners = mesh.points[mesh.faces[alive]]
@@ -77,7 +88,7 @@ def measure_fragments(mesh: WeldedMesh, label: Ints, pixels: int = PIXELS) -> Me
     np.minimum.at(lower, label[alive], corners.min(axis=1))
     np.maximum.at(upper, label[alive], corners.max(axis=1))
     area = np.bincount(label[alive], mesh.areas[alive], count).astype(np.float64)
-    images = tuple(render_depth(mesh.points, mesh.faces, axes, pixels) for axes in SIDES)
+    images = render_sides(mesh, pixels) if images is None else images
     seen = np.zeros((count, len(SIDES)))
     for i, image in enumerate(images):
         visible = label[image.face[image.face >= 0]]

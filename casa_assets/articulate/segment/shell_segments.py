@@ -85,15 +85,19 @@ class Fragmentation:
     labels: Ints
 
 
-def fragment_mesh(mesh: WeldedMesh) -> Fragmentation:
-    """Split a mesh that is in its frame into fragments, along existing triangle edges."""
-    shell = find_shell(mesh)
-    return Fragmentation(mesh, shell, mesh.fragment_labels if shell is None else _split_shell(shell, mesh))
+def fragment_mesh(mesh: WeldedMesh, label: Ints | None = None) -> Fragmentation:
+    """Split a mesh that is in its frame into fragments, along existing triangle edges.
+
+    Args:
+        label: (F,) fragment of each face, of which a shell is split further; None for the welded ones.
+    """
+    label = mesh.fragment_labels if label is None else label
+    shell = find_shell(mesh, label)
+    return Fragmentation(mesh, shell, label if shell is None else _split_shell(shell, mesh, label))
 
 
-def _split_shell(shell: FusedShell, mesh: WeldedMesh) -> Ints:
+def _split_shell(shell: FusedShell, mesh: WeldedMesh, label: Ints) -> Ints:
     """Return the (F,) fragment labels of a mesh with the parts of its shell as fragments of their own."""
-    label = mesh.fragment_labels
     zone = shell_zones(shell, mesh, np.arange(len(label)))
     fresh = int(label.max()) + 1
     number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
@@ -103,9 +107,8 @@ def _split_shell(shell: FusedShell, mesh: WeldedMesh) -> Ints:
     return out
 
 
-def find_shell(mesh: WeldedMesh) -> FusedShell | None:
-    """Find the one piece of a mesh that holds several fused parts; None where each part is its own piece."""
-    label = mesh.fragment_labels
+def find_shell(mesh: WeldedMesh, label: Ints) -> FusedShell | None:
+    """Find the one fragment of a mesh that holds several fused parts; None where each part is its own fragment."""
     mine = _shell_faces(mesh, label)
     if not mine.any():
         return None

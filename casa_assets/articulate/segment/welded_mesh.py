@@ -8,7 +8,8 @@ welding.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +20,8 @@ from scipy.sparse.csgraph import connected_components
 from casa_assets.articulate.plan import Frame
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.mesh.topology import merge_rows, weld
+from casa_assets.geometry.mesh.topology import face_components, merge_rows, weld
+from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel
 
 Bools = npt.NDArray[np.bool_]
@@ -42,8 +44,10 @@ class WeldedMesh:
         faces: (F, 3) over the points, as many and in the order in which they came in; a triangle that welding
             collapses stays, with no area.
         normals: (F, 3) unit, zero where a face has no area. areas: (F,).
-        duplicate_of: (F,) the first face with the same three points and the same side; itself where it is the first.
+        duplicate_of: (F,) the first face with the same three points, on either side; itself where it is the first.
         material_index: (F,) number of the material of each face.
+        piece_index: (F,) number of the connected piece of the file that each face is part of, before welding.
+        node_index: (F,) number of the node of the file that carries each face; one number where it has no nodes.
     """
 
     points: Floats
@@ -52,22 +56,13 @@ class WeldedMesh:
     areas: Floats
     duplicate_of: Ints
     material_index: Ints
+    piece_index: Ints
+    node_index: Ints
 
     @cached_property
     def fragment_labels(self) -> Ints:
-        """Return the (F,) fragment of each face, numbered by first face; -1 for faces without area."""
-        alive = (self.duplicate_of == np.arange(len(self.faces))) & (self.areas > 0.0)
-        index = np.flatnonzero(alive)
-        labels = np.full(len(self.faces), -1, dtype=np.int64)
-        if not len(index):
-            return labels
-        left, right = _adjacent_faces(self, index)
-        alike = self.material_index[index[left]] == self.material_index[index[right]]
-        left, right = left[alike], right[alike]
-        graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(len(index), len(index)))
-        _, component = connected_components(graph, directed=False)
-        _, labels[index] = merge_rows(component[:, None].astype(np.float64))
-        return np.where(self.areas > 0.0, labels[self.duplicate_of], -1)
+        """Return the (F,) fragment of each face, as `weld_by_edges` gives it."""
+        return weld_by_edges(self)
 
     @property
     def diagonal(self) -> float:
@@ -87,16 +82,22 @@ class WeldedMesh:
     def transformed(self, rotation: Floats, origin: Floats, scale: float) -> WeldedMesh:
         """Return the mesh in another frame: `scale * rotation @ (point - origin)`; the rotation is proper."""
         points = (self.points - origin) @ rotation.T * scale
-        return WeldedMesh(
-            points, self.faces, self.normals @ rotation.T, self.areas * scale**2, self.duplicate_of, self.material_index
-        )
+        return replace(self, points=points, normals=self.normals @ rotation.T, areas=self.areas * scale**2)
 
 
-def weld_triangles(vertices: Floats, faces: Ints, materials: Ints | None = None) -> WeldedMesh:
+def weld_triangles(
+    vertices: Floats,
+    faces: Ints,
+    materials: Ints | None = None,
+    nodes: Ints | None = None,
+    joined: Ints | None = None,
+) -> WeldedMesh:
     """Weld triangles whose vertices nearly coincide.
 
     Args:
         vertices: (V, 3) finite. faces: (F, 3) within range. materials: (F,) number of each, None where all have one.
+        nodes: (F,) number of the node of each, None where there are none.
+        joined: (V,) number of the vertex of the file that each vertex is a copy of; None where each is one.
     """
     extent = float(np.ptp(vertices, axis=0).max()) if len(vertices) else 0.0
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0))) if len(vertices) else 0.0
@@ -105,9 +106,18 @@ def weld_triangles(vertices: Floats, faces: Ints, materials: Ints | None = None)
     normals, areas = face_normals(points, ids)
     collapsed = (ids[:, 0] == ids[:, 1]) | (ids[:, 1] == ids[:, 2]) | (ids[:, 2] == ids[:, 0])
     areas = np.where(collapsed, 0.0, areas)
-    if materials is None:
-        materials = np.zeros(len(ids), dtype=np.int64)
-    return WeldedMesh(points, ids, normals, areas, _first_duplicates(ids), materials)
+    none = np.zeros(len(ids), dtype=np.int64)
+    corners = faces if joined is None else joined[faces]
+    return WeldedMesh(
+        points,
+        ids,
+        normals,
+        areas,
+        _first_duplicates(ids),
+        none if materials is None else materials,
+        face_components(corners, int(corners.max()) + 1 if len(corners) else 0),
+        none if nodes is None else nodes,
+    )
 
 
 def weld_model(model: RawModel, by_material: bool = True) -> WeldedMesh:
@@ -118,20 +128,75 @@ def weld_model(model: RawModel, by_material: bool = True) -> WeldedMesh:
     """
     starts = np.cumsum([0, *(len(p.mesh.vertices) for p in model.parts[:-1])])
     faces = [p.mesh.faces.astype(np.int64) + s for p, s in zip(model.parts, starts, strict=True)]
-    numbers: dict[str, int] = {}
     ids = ["" if p.material is None else p.material.id for p in model.parts]
-    materials = [np.full(len(f), numbers.setdefault(k, len(numbers))) for f, k in zip(faces, ids, strict=True)]
-    vertices = np.concatenate([p.mesh.vertices for p in model.parts])
-    return weld_triangles(vertices, np.concatenate(faces), np.concatenate(materials) if by_material else None)
+    places = [(*p.nodes, str(p.copy_number)) for p in model.parts]
+    joined = [_copied_vertices(p.mesh) + s for p, s in zip(model.parts, starts, strict=True)]
+    return weld_triangles(
+        np.concatenate([p.mesh.vertices for p in model.parts]),
+        np.concatenate(faces),
+        _numbered(ids, faces) if by_material else None,
+        _numbered(places, faces),
+        np.concatenate(joined),
+    )
+
+
+def _numbered(words: Sequence[Hashable], faces: Sequence[Ints]) -> Ints:
+    """Return the (F,) number of the word of each face, numbered by first use."""
+    numbers: dict[Hashable, int] = {}
+    return np.concatenate(
+        [np.full(len(f), numbers.setdefault(w, len(numbers))) for f, w in zip(faces, words, strict=True)]
+    )
+
+
+def _copied_vertices(mesh: Mesh) -> Ints:
+    """Return the (V,) first vertex that each vertex is a copy of: same position, other normal or texture coordinates.
+
+    Formats store a vertex of a sharp edge several times, once for each normal. Vertices that agree in everything are
+    not copies: no writer stores those twice but for separate pieces.
+    """
+    count = len(mesh.vertices)
+    extras = [a for a in (mesh.uv, mesh.normals) if a is not None]
+    if not extras or not count:
+        return np.arange(count)
+    first, place = merge_rows(mesh.vertices)
+    _, whole = merge_rows(np.column_stack([mesh.vertices, *extras]))
+    # The rank of a vertex among those that agree in everything tells the pieces at one place apart.
+    order = np.argsort(whole, kind="stable")
+    start = np.flatnonzero(np.r_[True, np.diff(whole[order]) != 0])
+    rank = np.empty(count, dtype=np.int64)
+    rank[order] = np.arange(count) - np.repeat(start, np.diff(np.r_[start, count]))
+    single = np.bincount(place, rank > 0, len(first))[place] == 0
+    found: Ints = np.where(single, first[place], np.arange(count))
+    return found
+
+
+def weld_by_edges(mesh: WeldedMesh, by_material: bool = True) -> Ints:
+    """Return the (F,) fragment of each face, numbered by first face; -1 for faces without area.
+
+    Args:
+        by_material: faces of different materials are different fragments.
+    """
+    alive = (mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0)
+    index = np.flatnonzero(alive)
+    labels = np.full(len(mesh.faces), -1, dtype=np.int64)
+    if not len(index):
+        return labels
+    left, right = _adjacent_faces(mesh, index)
+    if by_material:
+        alike = mesh.material_index[index[left]] == mesh.material_index[index[right]]
+        left, right = left[alike], right[alike]
+    graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(len(index), len(index)))
+    _, component = connected_components(graph, directed=False)
+    _, labels[index] = merge_rows(component[:, None].astype(np.float64))
+    return np.where(mesh.areas > 0.0, labels[mesh.duplicate_of], -1)
 
 
 def _first_duplicates(faces: Ints) -> Ints:
-    """Return the (F,) index of the first face that has the same points in the same winding."""
+    """Return the (F,) index of the first face that has the same points, in either winding."""
     if not len(faces):
         return np.empty(0, dtype=np.int64)
-    start = np.argmin(faces, axis=1)
     rows = np.arange(len(faces))
-    turned = np.stack([faces[rows, (start + k) % 3] for k in range(3)], axis=1)
+    turned = np.sort(faces, axis=1)
     order = np.lexsort((rows, turned[:, 2], turned[:, 1], turned[:, 0]))
     new = np.ones(len(faces), dtype=bool)
     new[1:] = (turned[order][1:] != turned[order][:-1]).any(axis=1)

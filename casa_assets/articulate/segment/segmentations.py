@@ -1,0 +1,82 @@
+"""List the ways in which a mesh may fall into fragments; each is followed to a plan before one is chosen.
+
+No single rule fits all makers: some export each part as a piece of its own that shares positions with the body, so that
+welding by position joins door and body; others split one board into many pieces, and welding puts it together again.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import numpy as np
+
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges
+from casa_assets.core.typing import Ints
+from casa_assets.geometry.mesh.topology import merge_rows
+
+# A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
+# pieces say nothing about its parts.
+MAX_PIECES, MIN_FACES_PER_PIECE = 1500, 3.0
+# Pieces of a fragment are told apart only where it spans this share of the object along two axes.
+LARGE_EXTENT_SHARE = 0.6
+# Fewest and most nodes that may be the parts of an object.
+MIN_NODES, MAX_NODES = 3, 300
+
+
+class Segmentation(StrEnum):
+    """Way in which a mesh is split into fragments."""
+
+    WELDED = "welded"
+    PIECES = "pieces"
+    LARGE_SPLIT = "pieces of large fragments"
+    COLOURLESS = "welded across materials"
+    NODES = "nodes"
+
+
+def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
+    """Return the (F,) fragment labels of each different way to split a mesh, the usual way first.
+
+    Labels are numbered by first face; faces without area have -1.
+    """
+    welded = mesh.fragment_labels
+    found = {Segmentation.WELDED: welded}
+    alive = welded >= 0
+    if not alive.any():
+        return found
+    candidates: dict[Segmentation, Ints] = {}
+    pieces = mesh.piece_index[mesh.duplicate_of]
+    count = len(np.unique(pieces[alive]))
+    if 1 < count <= MAX_PIECES and alive.sum() >= MIN_FACES_PER_PIECE * count:
+        colours = mesh.material_index[mesh.duplicate_of]
+        candidates[Segmentation.PIECES] = _numbered(alive, pieces, colours)
+        large = _is_large(mesh, welded)
+        split = np.where(large[np.maximum(welded, 0)], pieces + 1, 0)
+        candidates[Segmentation.LARGE_SPLIT] = _numbered(alive, welded, split)
+    if len(np.unique(mesh.material_index[alive])) > 1:
+        candidates[Segmentation.COLOURLESS] = weld_by_edges(mesh, by_material=False)
+    if MIN_NODES <= len(np.unique(mesh.node_index[alive])) <= MAX_NODES:
+        candidates[Segmentation.NODES] = _numbered(alive, mesh.node_index[mesh.duplicate_of])
+    for way, labels in candidates.items():
+        if not any(np.array_equal(labels, other) for other in found.values()):
+            found[way] = labels
+    return found
+
+
+def _is_large(mesh: WeldedMesh, label: Ints) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Mark the (N,) fragments that span most of the object along two axes."""
+    count = int(label.max()) + 1
+    alive = label >= 0
+    corners = mesh.points[mesh.faces[alive]]
+    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(lower, label[alive], corners.min(axis=1))
+    np.maximum.at(upper, label[alive], corners.max(axis=1))
+    wide = (upper - lower) >= LARGE_EXTENT_SHARE * np.ptp(mesh.points, axis=0)
+    found: np.ndarray[tuple[int], np.dtype[np.bool_]] = wide.sum(axis=1) >= 2
+    return found
+
+
+def _numbered(alive: np.ndarray[tuple[int], np.dtype[np.bool_]], *keys: Ints) -> Ints:
+    """Return (F,) labels of faces that agree in all keys, numbered by first face; -1 for faces without area."""
+    labels = np.full(len(alive), -1, dtype=np.int64)
+    _, labels[alive] = merge_rows(np.column_stack(keys)[alive].astype(np.float64))
+    return labels
