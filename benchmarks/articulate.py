@@ -9,6 +9,8 @@ there: a run can be stopped and taken up, and several may share a folder (one fo
 `--families` scores 40 appliances of this project's own families instead (CASA_SHARED is needed for score.py alone);
 `--travel` also builds each case and prints the share of joints that reach their declared range in MuJoCo under 20 N
 without a contact of over 1 mm beyond the rest one; and of each case its kind, and whether it holds its contract.
+`--predict OUT.json` runs the whole command on any folder of cases, also without ground truth, and writes predictions
+in the format of score.py (see benchmarks/articulate_predict.py).
 `--true-frame` gives the tool the up and front that the ground truth has: what the frame guess costs is the difference.
 """
 
@@ -30,11 +32,11 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from articulate_predict import predict
 
+from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joint_travel import joint_travels
 from casa_assets.errors import Rejected
@@ -135,8 +137,7 @@ def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
     mesh = weld_triangles(case.V, case.F)
     up, front = truth(case)
     frame = given_frame(mesh, up, front or (0, -1, 0)) if true_frame else guess_frame(mesh)
-    placed = mesh.in_frame(frame)
-    return infer_articulation(fragment_mesh(placed), frame), time.process_time() - begin
+    return choose_plan(mesh.in_frame(frame), frame).articulation, time.process_time() - begin
 
 
 def options(message: str) -> argparse.ArgumentParser:
@@ -174,7 +175,18 @@ def main() -> None:
     parser.add_argument("--travel", action="store_true", help="Also build each and print how far its joints go.")
     parser.add_argument("--keep", type=Path, help="Folder for what each case gave, of this version of the tool.")
     parser.add_argument("--out", type=Path, help="Folder for the predictions.")
+    parser.add_argument("--predict", type=Path, metavar="OUT.json", help="Run the whole command; write what it finds.")
+    parser.add_argument("--jobs", type=int, default=2, help="Processes of --predict.")
+    parser.add_argument("--anonymous", action="store_true", help="With --predict: hide the names of files and folders.")
     args = parser.parse_args()
+    if args.predict is not None:
+        if args.cases is None:
+            parser.error("--predict needs --cases")
+        for variant in args.variant:
+            several = len(args.variant) > 1
+            out = args.predict.with_stem(f"{args.predict.stem}_{variant}") if several else args.predict
+            predict(args.cases, variant, out, args.jobs, args.anonymous)
+        return
     with scored(args) as score:
         for variant in args.variant:
             run(score, args, variant)

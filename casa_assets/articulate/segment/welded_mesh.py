@@ -31,6 +31,8 @@ Bools = npt.NDArray[np.bool_]
 WELD_RELATIVE = 1e-5
 # Edges with more faces are faults of the mesh and join no fragments.
 MAX_FACES_AT_EDGE = 12
+# A piece is doubled where this share of its area has a face on either side.
+MIN_DOUBLED_SHARE = 0.9
 # Faces whose directions around an edge differ by less, radians, lie on each other.
 SAME_ANGLE = 1e-3
 
@@ -44,7 +46,8 @@ class WeldedMesh:
         faces: (F, 3) over the points, as many and in the order in which they came in; a triangle that welding
             collapses stays, with no area.
         normals: (F, 3) unit, zero where a face has no area. areas: (F,).
-        duplicate_of: (F,) the first face with the same three points, on either side; itself where it is the first.
+        duplicate_of: (F,) the first face with the same three points and the same side, or on either side where the
+            maker doubled whole sheets; itself where it is the first.
         material_index: (F,) number of the material of each face.
         piece_index: (F,) number of the connected piece of the file that each face is part of, before welding.
         node_index: (F,) number of the node of the file that carries each face; one number where it has no nodes.
@@ -108,14 +111,15 @@ def weld_triangles(
     areas = np.where(collapsed, 0.0, areas)
     none = np.zeros(len(ids), dtype=np.int64)
     corners = faces if joined is None else joined[faces]
+    pieces = face_components(corners, int(corners.max()) + 1 if len(corners) else 0)
     return WeldedMesh(
         points,
         ids,
         normals,
         areas,
-        _first_duplicates(ids),
+        _without_back_sheets(ids, areas, pieces),
         none if materials is None else materials,
-        face_components(corners, int(corners.max()) + 1 if len(corners) else 0),
+        pieces,
         none if nodes is None else nodes,
     )
 
@@ -191,12 +195,31 @@ def weld_by_edges(mesh: WeldedMesh, by_material: bool = True) -> Ints:
     return np.where(mesh.areas > 0.0, labels[mesh.duplicate_of], -1)
 
 
+def _without_back_sheets(faces: Ints, areas: Floats, pieces: Ints) -> Ints:
+    """Return the (F,) face that stands for each: one of those with the same points and the same side.
+
+    Some programs write each face twice, once for either side. Where whole pieces are doubled in this way, one face
+    stands for both sides. Where only some faces of a piece lie on another piece, solids touch, and both remain.
+    """
+    same = _first_duplicates(faces)
+    either = _first_duplicates(np.sort(faces, axis=1))
+    doubled = np.bincount(either[same == np.arange(len(same))], minlength=len(faces))[either] > 1
+    count = int(pieces.max(initial=-1)) + 1
+    whole = np.bincount(pieces, areas, count)
+    full = np.bincount(pieces[doubled], areas[doubled], count) >= MIN_DOUBLED_SHARE * whole
+    sheet = doubled & full[pieces]
+    # Both sides have to belong to doubled pieces.
+    sides = np.bincount(either[doubled & ~sheet], minlength=len(faces))[either] > 0
+    return np.where(sheet & ~sides, either, same)
+
+
 def _first_duplicates(faces: Ints) -> Ints:
-    """Return the (F,) index of the first face that has the same points, in either winding."""
+    """Return the (F,) index of the first face that has the same points in the same winding."""
     if not len(faces):
         return np.empty(0, dtype=np.int64)
+    start = np.argmin(faces, axis=1)
     rows = np.arange(len(faces))
-    turned = np.sort(faces, axis=1)
+    turned = np.stack([faces[rows, (start + k) % 3] for k in range(3)], axis=1)
     order = np.lexsort((rows, turned[:, 2], turned[:, 1], turned[:, 0]))
     new = np.ones(len(faces), dtype=bool)
     new[1:] = (turned[order][1:] != turned[order][:-1]).any(axis=1)

@@ -10,15 +10,14 @@ import numpy as np
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble
+from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
 from casa_assets.articulate.drop_empty_links import drop_empty_links
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan
 from casa_assets.articulate.segment.fragment_measures import TOP
 from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
-from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.articulate.semantics.rename import rename_for_runtime
 from casa_assets.errors import CasaError, Rejected
@@ -75,12 +74,15 @@ class ArticulateResult:
 
     Attributes:
         articulation: the parts and joints as decided. placed: the mesh in the frame, a diagonal of 1. model: as read.
+        planned: the parts over the faces of `read`, the model before shells are cut and interiors built.
         spec: what the asset needs besides its geometry. confidence: of the category, and why; `size`, of the scale.
         joints: part name -> joint name, once renamed. unmet_checks: what keeps it from meeting its category's contract.
     """
 
     asset: Asset
     articulation: Articulation
+    planned: Articulation
+    read: RawModel
     placed: WeldedMesh
     model: RawModel
     spec: AssetSpec
@@ -123,9 +125,9 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     mesh = weld_model(model)
     frame = _choose_frame(mesh, model, request)
     placed = mesh.in_frame(frame)
-    fragmentation = fragment_mesh(placed)
     stated = stated_category(source_file, request.category or request.decisions.category or "")
-    found = infer_articulation(fragmentation, frame, stated)
+    plan = choose_plan(placed, frame, stated)
+    found = plan.articulation
     kind = _choose_category(source_file, request, model, placed, found)
     category, confidence, reason = kind.category, kind.confidence, kind.reason
     longest = float(np.ptp(placed.points, axis=0).max()) / frame.scale
@@ -134,7 +136,8 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     )
     found = found.replace(frame=frame.replace(metres=metres_per_file_unit / frame.scale), category=kind.id)
     found = apply_decisions(found, placed, request.decisions)
-    model, placed, found = cut_shell_parts(model, fragmentation, found)
+    planned, read = found, model
+    model, placed, found = cut_shell_parts(model, plan.fragmentation, found)
     found = drop_empty_links(found, placed)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
@@ -159,7 +162,17 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     asset = assemble(model, placed, found, spec)
     confidences = ((confidence, reason), (scale_confidence, scale_reason))
     return ArticulateResult(
-        asset, found, placed, model, spec, category, *confidences, longest * metres_per_file_unit, source_file.source
+        asset,
+        found,
+        planned,
+        read,
+        placed,
+        model,
+        spec,
+        category,
+        *confidences,
+        longest * metres_per_file_unit,
+        source_file.source,
     )
 
 

@@ -210,6 +210,11 @@ def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
     )
 
 
+def publish_result(request: ArticulateRequest, result: ArticulateResult) -> ArticulateOutcome:
+    """Write, check and publish what was built, as `articulate_one` does; for callers that need the result too."""
+    return _publish(request, result, _entry_key(request))
+
+
 def _publish(request: ArticulateRequest, result: ArticulateResult, key: _EntryKey) -> ArticulateOutcome:
     """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files."""
     library = disk.Library(request.out)

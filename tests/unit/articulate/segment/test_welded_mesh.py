@@ -51,6 +51,15 @@ def test_a_doubled_face_goes_with_its_twin_and_a_flat_one_with_none() -> None:
     assert mesh.fragment_labels.tolist() == [0] * 13 + [-1]
 
 
+def test_a_sheet_that_is_written_twice_is_one_fragment() -> None:
+    vertices, faces, owner = microwave()
+    both = np.concatenate([faces, faces[:, [0, 2, 1]]])
+    label = weld_triangles(vertices, both).fragment_labels
+    assert label[: len(faces)].tolist() == label[len(faces) :].tolist()
+    assert pure(label, np.tile(owner, 2))
+    assert int(label.max()) == int(owner.max())
+
+
 def test_a_frame_turns_normals_and_scales_areas() -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 2, 3)))
     mesh = weld_triangles(vertices, faces)

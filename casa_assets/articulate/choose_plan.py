@@ -1,0 +1,59 @@
+"""Follow each way of splitting a mesh into fragments to a plan of moving parts, and choose the best plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.frame.axes import SCORE_WEIGHTS
+from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_articulation
+from casa_assets.articulate.infer import articulate_fragments
+from casa_assets.articulate.plan import Articulation, Frame
+from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
+from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What would move if a mesh were split in one way.
+
+    Attributes:
+        way: of splitting. fragmentation: the fragments. articulation: the parts found. score: higher is more plausible.
+    """
+
+    way: Segmentation
+    fragmentation: Fragmentation
+    articulation: Articulation
+    score: float
+
+
+def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "") -> Plan:
+    """Return the most plausible plan of a mesh in its frame; of equal ones the first in the order of Segmentation.
+
+    Args:
+        mesh: z up, the front faces -y, a diagonal of 1, the middle at the origin.
+        category: id of a category where it is known, empty otherwise.
+    """
+    plans = candidate_plans(mesh, frame, category)
+    return max(plans, key=lambda p: round(p.score, 9))
+
+
+def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "") -> list[Plan]:
+    """Return the plan of each way to split a mesh."""
+    images = render_sides(mesh)
+    found = []
+    for way, labels in segmentations(mesh).items():
+        fragmentation = fragment_mesh(mesh, labels)
+        measured = measure_fragments(mesh, fragmentation.labels, images=images)
+        articulation = articulate_fragments(measured, frame, category)
+        found.append(Plan(way, fragmentation, articulation, _score(articulation, measured)))
+    return found
+
+
+def _score(articulation: Articulation, measured: MeasuredFragments) -> float:
+    """Return how plausible a plan is."""
+    weights = np.array([SCORE_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
+    return float(weights @ score_articulation(articulation, measured))
