@@ -1,0 +1,1 @@
+"""Labelled cases of the articulation benchmark's form: read, changed, drawn and written."""
