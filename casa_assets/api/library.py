@@ -329,8 +329,8 @@ def articulate(
         CasaError: there is no such file, what is asked for does not go together, or this machine cannot make assets.
     """
     from casa_assets.articulate.decisions import Decisions, parse_direction
+    from casa_assets.pipeline.articulate.batch import articulate as run_articulate
     from casa_assets.pipeline.articulate.build import ArticulateRequest
-    from casa_assets.pipeline.articulate.run import articulate as run_articulate
     from casa_assets.pipeline.articulate.sidecar import read as read_decisions
 
     (path,) = _existing([mesh])
@@ -343,8 +343,11 @@ def articulate(
         raise CasaError(f"up or front: {error}") from error
     with tempfile.TemporaryDirectory(prefix="casa-assets-") as temporary:
         place = Path(temporary if library is None else library)
-        (done,) = run_articulate([ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete)])
-        return _articulated(done, kept=library is not None)
+        request = ArticulateRequest(path, place, category, *axes, size_m, given, complete=complete)
+        found = list(run_articulate([path], place, lambda one, _: replace(request, source_file=one), jobs=1))
+        if len(found) != 1:
+            raise CasaError(f"{path}: holds {len(found)} meshes; give one mesh of one thing")
+        return _articulated(found[0], kept=library is not None)
 
 
 def _articulated(done: ArticulateOutcome, kept: bool) -> Articulated:

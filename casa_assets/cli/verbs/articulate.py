@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +12,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
 from casa_assets.cli.options import Force, OldForce, OldSizeM
+from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
@@ -18,16 +22,17 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from casa_assets.articulate.decisions import Decisions
+    from casa_assets.ingest.sources.found import Found
     from casa_assets.model.record import Vec3
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
 
+# Names of meshes that the progress bar shows at once.
+MAX_NAMES = 3
+
 
 def articulate(
-    meshes: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="MESH...", help="OBJ, GLB, glTF, PLY, STL or DAE, each of one thing.", exists=True, dir_okay=False
-        ),
+    sources: Annotated[
+        list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
     ],
     out: Annotated[Path, typer.Option(help="Library to write to, made where it is missing.")] = Path("out/articulated"),
     category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name, then its shape.")] = "",
@@ -47,40 +52,91 @@ def articulate(
     ] = None,
     complete: Annotated[bool, typer.Option(help="Build an interior where a door or drawer opens onto nothing.")] = True,
     force: Force = False,
-    jobs: Annotated[int, typer.Option(min=1, help="Meshes at once.")] = 1,
+    jobs: Annotated[int, typer.Option(min=0, help="Meshes at once.", show_default="one per core")] = 0,
     size: OldSizeM = 0.0,
     anew: OldForce = False,
 ) -> None:
     """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
 
-    What an earlier run made of the same file with the same options is kept.
+    What an earlier run made of the same file with the same options is kept, and so is why it made nothing; a run that
+    was stopped goes on where it ended.
     Every decision stands in decisions.yaml beside the model: change a line and give the file back with --decisions.
     Exit 0 when all are in the library, 1 when something was rejected (nothing moves: ART001), 2 on misuse.
 
-    Example:  casa-assets articulate microwave.obj --preview --report
+    Examples:
+
+      casa-assets articulate microwave.obj --preview --report
+
+      casa-assets articulate ~/appliances --jobs 8 --review
     """
     from casa_assets.pipeline.articulate import review_page
+    from casa_assets.pipeline.articulate.batch import articulate as run
     from casa_assets.pipeline.articulate.build import ArticulateRequest
-    from casa_assets.pipeline.articulate.run import articulate as run
 
-    given = _read_decisions(decisions, len(meshes))
+    given = _read_decisions(decisions, sources)
     axes = _axis(up, "--up"), _axis(front, "--front")
-    requests = [
-        ArticulateRequest(
-            m, out, category, *axes, size_m or size, given, preview or review, clip, complete, force or anew
+
+    def request_for(found: Found, _: str) -> ArticulateRequest:
+        return ArticulateRequest(
+            Path(found.source.place),
+            out,
+            category,
+            *axes,
+            size_m or size,
+            given,
+            preview or review,
+            clip,
+            complete,
+            force or anew,
+            found,
         )
-        for m in meshes
-    ]
+
     console = Console()
-    outcomes = []
-    for outcome in run(requests, jobs):
-        outcomes.append(outcome)
-        _print_outcome(outcome, console)
-        if report and outcome.articulation is not None:
-            _print_parts(outcome, console)
+    others: Counter[str] = Counter()
+    outcomes: list[ArticulateOutcome] = []
+    with bar(console) as progress:
+        task = progress.add_task("looking", total=None)
+
+        def show_work(names: Sequence[str]) -> None:
+            progress.update(task, description=_progress_text(outcomes, names))
+
+        with closing(run(sources, out, request_for, jobs, others, show_work)) as running:
+            for outcome in running:
+                outcomes.append(outcome)
+                progress.update(task, total=outcome.total, completed=sum(o.count for o in outcomes))
+                if not outcome.kept or outcome.total <= MOST_LISTED:
+                    _print_outcome(outcome, progress.console)
+                    if report and outcome.articulation is not None:
+                        _print_parts(outcome, progress.console)
+    print_others(+others, console)
+    if not outcomes:
+        print_no_mesh_found(sources)
+        raise typer.Exit(2)
+    if len(outcomes) > 1:
+        _print_summary(outcomes, console)
     if review:
         console.print(f"{review_page.write(out, outcomes)}", highlight=False)
     _exit_with(outcomes)
+
+
+def _progress_text(outcomes: Sequence[ArticulateOutcome], names: Sequence[str]) -> str:
+    """Return the text of the progress bar: how many were accepted and rejected, and what is being worked on."""
+    accepted = sum(outcome.accepted for outcome in outcomes)
+    rejected = sum(outcome.count for outcome in outcomes) - accepted
+    shown = ", ".join(escape(terminal_safe(Path(name).name)) for name in names[:MAX_NAMES])
+    more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
+    return f"[green]{accepted} accepted[/], [red]{rejected} rejected[/]; at work on {shown}{more}"
+
+
+def _print_summary(outcomes: Sequence[ArticulateOutcome], console: Console) -> None:
+    """Print how many were rejected for each reason, and how many were accepted."""
+    codes: Counter[str] = Counter()
+    for outcome in outcomes:
+        codes[outcome.code] += outcome.count * bool(outcome.code)
+    print_codes(+codes, console)
+    accepted = sum(outcome.accepted for outcome in outcomes)
+    rejected = sum(outcome.count for outcome in outcomes) - accepted
+    print_outcomes(accepted, 0, rejected, sum(outcome.count for outcome in outcomes if outcome.kept), console)
 
 
 def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
@@ -93,14 +149,14 @@ def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
         raise typer.Exit(1)
 
 
-def _read_decisions(path: Path | None, meshes: int) -> Decisions:
+def _read_decisions(path: Path | None, sources: Sequence[Path]) -> Decisions:
     """Read the decisions of a person, none where no file is given. Raises typer.BadParameter for more than one mesh."""
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.pipeline.articulate.sidecar import read
 
     if path is None:
         return Decisions()
-    if meshes > 1:
+    if len(sources) > 1 or sources[0].is_dir():
         raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
     return read(path)
 
@@ -119,7 +175,8 @@ def _print_outcome(outcome: ArticulateOutcome, console: Console) -> None:
     """Print one line for the outcome of a mesh, and one for each warning."""
     name = escape(terminal_safe(outcome.mesh.name))
     if outcome.articulation is None:
-        console.print(f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))}", highlight=False)
+        message = "\n".join(escape(terminal_safe(line)) for line in outcome.message.split("\n"))
+        console.print(f"[red]{outcome.code}[/] {name}: {message}", highlight=False, soft_wrap=True)
         return
     count = sum(not p.added for p in outcome.articulation.parts)
     whole = sum(t.is_full for t in outcome.travels.values())

@@ -17,6 +17,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
 from casa_assets.cli.progress import bar
 from casa_assets.cli.supervise import StopRequested
 from casa_assets.cli.text import pluralize, terminal_safe
@@ -27,12 +28,6 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.reports.entry import Entry
 
-KINDS = (
-    ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
-    "a manifest .jsonl or an Objaverse folder"
-)
-# Where a run has more inputs than this, what was in the library already is counted and not listed.
-MOST_LISTED = 200
 EXAMPLES = """
 Examples:
 
@@ -130,16 +125,15 @@ def _ingest(sources: list[Path], options: Options, json_: bool, explain: bool) -
     others: Counter[str] = Counter()
     with closing(run(sources, options, others=others)) as running:
         events = _print_events(running, console, json_, options.dry_run)
-    _print_others(+others, console, json_)
+    print_others(+others, console, json_)
     if not events and options.only:
         console.print(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}", highlight=False)
         return
     if not events:
-        places = ", ".join(_safe(str(source)) for source in sources)
-        Console(stderr=True).print(f"[red]no mesh found[/] in {places}; name {KINDS}", highlight=False, soft_wrap=True)
+        print_no_mesh_found(sources)
         raise typer.Exit(2)
     if options.dry_run and not json_:
-        _print_codes(events, console)
+        print_codes(_codes_of(events), console)
         _print_counts(events, console)
     elif not json_ or explain:
         _print_summary(events, options.library, console, explain)
@@ -245,20 +239,6 @@ def _print_event(event: Event, console: Console, as_json: bool, dry_run: bool) -
             console.print(f"  {_safe(warning.pointer)}: {_safe(warning.message)}", highlight=False, soft_wrap=True)
 
 
-def _print_others(others: Counter[str], console: Console, as_json: bool) -> None:
-    """Say how many files were no meshes, by what they are; nothing where all were."""
-    if not others:
-        return
-    counts = dict(sorted(others.items()))
-    words = ", ".join(f"{count} {kind}" for kind, count in counts.items())
-    if as_json:
-        blank = {"to_decide": [], "kept": False, "path": "", "id": "", "code": "", "warnings": []}
-        row = {**blank, "status": "no_mesh", "message": words, "count": others.total(), "kinds": counts}
-        typer.echo(json.dumps(row, sort_keys=True))
-    else:
-        console.print(f"No meshes: {pluralize(others.total(), 'file')} ({words})", highlight=False, soft_wrap=True)
-
-
 def _print_summary(events: list[Event], library: Path, console: Console, explain: bool) -> None:
     from casa_assets.model.issue import Decision
     from casa_assets.pipeline.library.entry_table import EntryTable
@@ -272,7 +252,7 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
         console.print(_accepted_table(accepted))
     if in_review := [e for e in rows.values() if e.decision is Decision.REVIEW]:
         console.print(_review_table(in_review))
-    _print_codes(events, console)
+    print_codes(_codes_of(events), console)
     if explain:
         for entry in rows.values():
             _print_guesses(entry, console)
@@ -285,31 +265,12 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
     console.print("\n".join(lines), highlight=False, soft_wrap=True)
 
 
-def _print_codes(events: list[Event], console: Console) -> None:
-    """How many inputs were rejected for each reason, and what to do about it."""
-    from casa_assets import registry
-
-    records = registry.load()
+def _codes_of(events: list[Event]) -> Counter[str]:
+    """Inputs by the code that they were rejected with."""
     codes: Counter[str] = Counter()
     for event in events:
-        if event.code:
-            codes[event.code] += event.count
-    if codes:
-        table = Table(title="Rejected by reason", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-        for name in ("code", "reason", "inputs", "what to do"):
-            table.add_column(name, no_wrap=name == "code")
-        why: dict[str, str] = {}
-        if not codes.keys() <= records.rejections.keys():
-            from casa_assets.checks.table.table import explained
-
-            why = explained(records.limits)
-        for code, count in codes.most_common():
-            row = records.rejections.get(code)
-            meaning, advice = (
-                (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
-            )
-            table.add_row(code, meaning, str(count), advice)
-        console.print(table)
+        codes[event.code] += event.count * bool(event.code)
+    return +codes
 
 
 def _print_counts(events: list[Event], console: Console) -> int:
@@ -326,11 +287,8 @@ def _print_counts(events: list[Event], console: Console) -> int:
             table.add_row(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
         console.print(table)
     counts = tally(events)
-    was = "was" if counts["kept"] == 1 else "were"
-    kept = f" ({counts['kept']} {was} there already)" if counts["kept"] else ""
     accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
-    message = f"[green]{accepted} accepted[/], [yellow]{unsure} in review[/], [red]{rejected} rejected[/]{kept}"
-    console.print(f"{pluralize(counts['all'], 'input')}: {message}", highlight=False)
+    print_outcomes(accepted, unsure, rejected, counts["kept"], console)
     return unsure
 
 

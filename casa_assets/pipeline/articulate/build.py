@@ -53,6 +53,7 @@ class ArticulateRequest:
         preview: write a strip of pictures. clip: weights of CLIP, which then names what the user does not.
         complete: build interiors where doors and drawers open onto nothing.
         anew: even where an earlier run made the same.
+        source_file: the input, where it was discovered before; None: it is looked up at `mesh`.
     """
 
     mesh: Path
@@ -66,6 +67,7 @@ class ArticulateRequest:
     clip: Path | None = None
     complete: bool = True
     anew: bool = False
+    source_file: Found | None = None
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         CasaError: what the user asks for does not exist, or does not go together.
     """
     known = registry.load()
-    source_file = find_input(request.mesh)
+    source_file = find_input(request)
     bundle = collect(source_file, known.limits)
     model = load(bundle, known.limits)
     mesh = weld_model(model)
@@ -228,10 +230,12 @@ def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest)
     return guess_frame(mesh, up, front, stated)
 
 
-def find_input(mesh: Path) -> Found:
-    """Return the input that a file is. Raises Rejected where it holds none, or cannot be read."""
-    for source_file in discover([mesh]):
+def find_input(request: ArticulateRequest) -> Found:
+    """Return the input of a request. Raises Rejected where the file holds none, or cannot be read."""
+    if request.source_file is not None:
+        return request.source_file
+    for source_file in discover([request.mesh]):
         if isinstance(source_file, Refused):
             raise Rejected(source_file.code, source_file.message)
         return source_file
-    raise Rejected("SRC001", f"{mesh}: no mesh")
+    raise Rejected("SRC001", f"{request.mesh}: no mesh")

@@ -1,10 +1,11 @@
-"""Articulate static meshes into a library; each is processed in a child process of its own."""
+"""Articulate one static mesh into a library; runs in a child process of its own (see `batch.py`)."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 from casa_assets import registry
@@ -13,11 +14,13 @@ from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.checks.motion.joint_travel import JointTravel, joint_travels
-from casa_assets.errors import CasaError, OutputError, Rejected
+from casa_assets.errors import CasaError, Rejected
 from casa_assets.export import mjcf
+from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.ingest.source import Source
 from casa_assets.model.issue import Report
 from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
@@ -28,16 +31,20 @@ from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, ver
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
 from casa_assets.pipeline.ingest.job import RunAborted, first_error, writing
-from casa_assets.pipeline.ingest.run import FAILURE_CODES
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import Pool
+from casa_assets.pipeline.library.resume import NOTHING_KNOWN, cached_outcome
+from casa_assets.pipeline.library.resume import RETRIED_CODES as RETRIED_BY_INGEST
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.strip import MovingJoint, joint_strip
 
 STRIP = "strip.png"
+# The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
+# What broke one of them breaks it again.
+RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
 # Parts whose motion is too small to see, or that look the same all the way round, have no picture of their own.
 _WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
 
@@ -61,6 +68,7 @@ class ArticulateOutcome:
         articulation: the decisions. category, size: what it was taken to be, and why. report: of all checks.
         travels: of each part, by its name. contract: that it holds. unmet_checks: why it does not hold one.
         code, message: of a refusal. kept: an earlier run made it, and nothing has changed.
+        total: inputs of the run. count: inputs that it stands for: many rows of a manifest may be told of at once.
     """
 
     mesh: Path
@@ -75,40 +83,13 @@ class ArticulateOutcome:
     code: str = ""
     message: str = ""
     kept: bool = False
+    total: int = 1
+    count: int = 1
 
     @property
     def accepted(self) -> bool:
         """Return whether it is in the library."""
         return self.folder is not None and not self.code
-
-
-def articulate(requests: Sequence[ArticulateRequest], jobs: int = 1) -> Iterator[ArticulateOutcome]:
-    """Articulate meshes, each in a child process with limits; yield outcomes in the order in which they finish.
-
-    Args:
-        requests: all with one `out`. jobs: children at once.
-    Raises:
-        CasaError: a file cannot be found, what is asked for does not exist, or this machine cannot start a worker.
-    """
-    limits = registry.load().limits
-    bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    library = disk.Library(requests[0].out)
-    with library.locked(), writing(library.root):
-        library.sweep()
-        try:
-            with Pool(jobs, bounds, "casa_assets.pipeline.ingest.worker:warm") as pool:
-                for number, answer in pool.run("casa_assets.pipeline.articulate.run:articulate_one", list(requests)):
-                    if isinstance(answer, WorkerFailure):
-                        yield ArticulateOutcome(
-                            requests[number].mesh, code=FAILURE_CODES[answer.reason], message=answer.text
-                        )
-                    elif isinstance(answer, RunAborted):
-                        raise CasaError(answer.message)
-                    else:
-                        assert isinstance(answer, ArticulateOutcome)
-                        yield answer
-        finally:
-            library.sweep()
 
 
 def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted:
@@ -118,9 +99,10 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
     """
     try:
         with writing(request.out):
-            key = _entry_key(request)
-            kept = None if request.anew else _kept_outcome(request, key)
-            return _publish(request, build(request), key) if kept is None else kept
+            key = _key_of_file(request)
+            entries = list(disk.Library(request.out).entries_of(key.identity))
+            kept = None if request.anew else kept_outcome(request, key, entries)
+            return _made(request, key) if kept is None else kept
     except Rejected as error:
         return ArticulateOutcome(request.mesh, code=error.code, message=error.message)
     except (CasaError, NoRenderer) as error:
@@ -128,17 +110,25 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
 
 
 @dataclass(frozen=True)
-class _EntryKey:
+class EntryKey:
     """Identity of an entry, and the cache key of everything else that decides it."""
 
     identity: Identity
     cache_key: str
 
 
-def _entry_key(request: ArticulateRequest) -> _EntryKey:
-    """Return identity and cache key of a request. Raises Rejected where the file cannot be read."""
-    one = find_input(request.mesh)
-    sha256 = collect(one, registry.load().limits).sha256
+def _key_of_file(request: ArticulateRequest) -> EntryKey:
+    """Return the key of a request. Raises Rejected where the file cannot be read."""
+    one = find_input(request)
+    return entry_key(request, collect(one, registry.load().limits).sha256, one.source)
+
+
+def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryKey:
+    """Return the key of a request for an input.
+
+    Args:
+        sha256: of the input with all its files. source: what is said of it, which may name its category.
+    """
     options = {
         "category": request.category,
         "up": request.up,
@@ -149,38 +139,86 @@ def _entry_key(request: ArticulateRequest) -> _EntryKey:
         "clip": "" if request.clip is None else weights_digest(str(request.clip)),
         "complete": request.complete,
     }
-    code = key_of(build, limit_ranges, with_contract, _write_and_check, certify)
-    return _EntryKey(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", code, options, one.source.digest))
+    return EntryKey(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", _code_key(), options, source.digest))
 
 
-def _kept_outcome(request: ArticulateRequest, entry_key: _EntryKey) -> ArticulateOutcome | None:
-    """Return the outcome of an earlier run with the same key, where its entry and record both exist; else None."""
+@cache
+def _code_key() -> str:
+    """Return the key of the code that makes an entry."""
+    return key_of(build, limit_ranges, with_contract, _write_and_check, certify)
+
+
+def kept_outcome(
+    request: ArticulateRequest, key: EntryKey, entries: Sequence[Path], known: Mapping[Path, Entry] = NOTHING_KNOWN
+) -> ArticulateOutcome | None:
+    """Return what an earlier run made, or why it refused, under the same key; None where the mesh has to be worked on.
+
+    Args:
+        entries: folders of all that was made of the same bytes.
+        known: entries that were read already, by their folder: their files are not opened again.
+    """
     library = disk.Library(request.out)
-    entries = [(folder, key) for folder in library.entries_of(entry_key.identity) if (key := _stored_key(folder))]
-    current = next((folder for folder, key in entries if key == entry_key.cache_key), None)
-    record = Store(library.cache).get(_record_key(entry_key))
-    if current is None or record is None:
+    found = cached_outcome(entries, None, key.cache_key, known, RETRIED_CODES)
+    if found is None:
         return None
-    outcome = replace(from_json(record, request.mesh), folder=current, kept=True)
-    if bool(outcome.code) != (current.parent.name == disk.REJECTED):
+    current, kept = found
+    record = Store(library.cache).get(_record_key(key))
+    if record is not None:
+        outcome = replace(from_json(record, request.mesh), folder=current, kept=True)
+    elif kept.accepted:
+        return None  # nothing tells what moves in it
+    else:
+        outcome = ArticulateOutcome(request.mesh, current, code=kept.code, message=kept.message, kept=True)
+    if bool(outcome.code) == kept.accepted:
         return None
-    for folder in list(library.entries_of(entry_key.identity)):
+    for folder in entries:
         if folder != current:  # a run was killed after it had put the current one in place
             library.forget(folder)
     return outcome
 
 
-def _stored_key(folder: Path) -> str:
-    """Return the cache key of an entry; empty where it is damaged."""
+def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
+    """Return the outcome of the work on a mesh, with its entry in place."""
     try:
-        if folder.parent.name == disk.REJECTED:
-            return disk.read_refusal(folder).cache_key
-        return disk.read_certificate(folder).cache_key
-    except OutputError:
-        return ""
+        return _publish(request, build(request), key)
+    except Rejected as error:
+        return publish_refusal(request, key, find_input(request).source, error, _picture_of_input(request))
 
 
-def _record_key(key: _EntryKey) -> str:
+def _picture_of_input(request: ArticulateRequest) -> bytes:
+    """Return a PNG of the mesh as it came; empty where it cannot be read or drawn."""
+    limits = registry.load().limits
+    try:
+        return render_model(load(collect(find_input(request), limits), limits))
+    except CasaError:
+        return b""
+
+
+def publish_refusal(
+    request: ArticulateRequest, key: EntryKey, source: Source, error: Rejected, picture: bytes = b""
+) -> ArticulateOutcome:
+    """Publish why nothing was made of a mesh, so that the next run need not try again; return the outcome.
+
+    Args:
+        source: what is said of the input. picture: PNG of it; empty where there is none.
+    """
+    library = disk.Library(request.out)
+    refusal = disk.Refusal(
+        producer=Producer.ARTICULATE,
+        id=key.identity.asset_id(registry.FALLBACK),
+        code=error.code,
+        message=error.message,
+        category=registry.FALLBACK,
+        cache_key=key.cache_key,
+        sha256=key.identity.sha256,
+        source=source,
+    )
+    folder = library.refusal_folder(refusal.id)
+    library.publish(library.stage_refusal(refusal, picture), folder)
+    return ArticulateOutcome(request.mesh, folder, code=error.code, message=error.message)
+
+
+def _record_key(key: EntryKey) -> str:
     """Return the cache key of the record of an outcome."""
     return digest_of("articulate/outcome", key.identity.sha256, key.cache_key, key_of(to_json, from_json))
 
@@ -212,10 +250,10 @@ def from_json(data: bytes, mesh: Path) -> ArticulateOutcome:
 
 def publish_result(request: ArticulateRequest, result: ArticulateResult) -> ArticulateOutcome:
     """Write, check and publish what was built, as `articulate_one` does; for callers that need the result too."""
-    return _publish(request, result, _entry_key(request))
+    return _publish(request, result, _key_of_file(request))
 
 
-def _publish(request: ArticulateRequest, result: ArticulateResult, key: _EntryKey) -> ArticulateOutcome:
+def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey) -> ArticulateOutcome:
     """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files."""
     library = disk.Library(request.out)
     if result.asset.provenance.sha256 != key.identity.sha256:
@@ -255,8 +293,9 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: _EntryKe
         disk.write_refusal(staged, refusal)
         outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
-    library.publish(staged, outcome.folder)
+    # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
     Store(library.cache).put(_record_key(key), to_json(outcome))
+    library.publish(staged, outcome.folder)
     return outcome
 
 

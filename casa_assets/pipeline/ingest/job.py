@@ -152,7 +152,6 @@ def stage_refusal(
         report: of the checks, as far as they ran. picture: PNG of the input, where there is one.
         twin: folder, relative to the library, of the asset that it is a copy of.
     """
-    staged = library.stage(job.asset_id)
     refusal = disk.Refusal(
         id=job.asset_id,
         code=error.code,
@@ -165,10 +164,7 @@ def stage_refusal(
         report=report,
         twin=twin,
     )
-    if picture is not None:
-        (staged / "preview.png").write_bytes(picture)
-    disk.write_refusal(staged, refusal)
-    return staged
+    return library.stage_refusal(refusal, picture or b"")
 
 
 def limits_in_key(limits: Mapping[str, float]) -> dict[str, float]:

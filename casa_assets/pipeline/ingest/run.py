@@ -224,7 +224,7 @@ def _ingest(
     overrides = review.read_overrides(before)
     with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
         refused = RefusedRows(before)
-        found, early = _inputs_with_mesh(inputs, refused)
+        found, early = inputs_with_mesh(inputs, refused)
         if options.split:
             found = _taken_apart(library, found, bounds, pool)
         key = cache_key(bounds, options.category)
@@ -273,7 +273,7 @@ def write_reports(library: disk.Library, weights: str = "", table: EntryTable | 
     table.keep_reports(made_by, DERIVED)
 
 
-def _inputs_with_mesh(
+def inputs_with_mesh(
     inputs: Iterable[Found | Refused], refused: RefusedRows
 ) -> tuple[list[Found], list[tuple[Event, Refused]]]:
     """The inputs that have a mesh, and events of all others: one each for the first of a file, one for the rest."""
@@ -329,22 +329,14 @@ def _answers(run: _Run, pool: Pool, options: Options) -> dict[int, Survey | Reje
     """The survey of every input by its number; those whose files have not changed are remembered."""
     table = SurveyTable(run.before.cache, options.category, run.limits, options.dry_run)
     answers: dict[int, Survey | Rejected | WorkerFailure] = {}
-    for number, one in enumerate(run.found):
-        if (known := table.find(one)) is not None:
-            answers[number] = known
-    new = [number for number in range(len(run.found)) if number not in answers]
-    jobs = [(run.found[number], options.category, run.limits) for number in new]
-    fresh: list[tuple[Found, Survey]] = []
-    for place, answer in pool.run("casa_assets.pipeline.ingest.survey:survey", jobs):
-        number, one = new[place], run.found[new[place]]
+    for number, answer in table.survey(run.found, pool):
+        one = run.found[number]
         files = [str(one.root / (one.archive or one.main))]
         if isinstance(answer, Survey):
-            fresh.append((one, answer))
             files = [path for path, _ in answer.looked_at]
         if options.not_after_ns is not None and any(has_changed_since(path, options.not_after_ns) for path in files):
             run.left_out.add(number)
         answers[number] = without_states(answer) if isinstance(answer, Survey) else answer
-    table.keep(fresh)
     return answers
 
 

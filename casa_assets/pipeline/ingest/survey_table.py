@@ -9,14 +9,17 @@ import hashlib
 import json
 import sqlite3
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from pathlib import Path
 
+from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.ingest.survey import Survey, state_of
+from casa_assets.pipeline.workers.limits import WorkerFailure
+from casa_assets.pipeline.workers.pool import Pool
 
 NAME = "surveys.sqlite"
 _SCHEMA = """
@@ -38,11 +41,32 @@ class SurveyTable:
     def __init__(self, cache: Path, requested: str, limits: Mapping[str, float], read_only: bool = False) -> None:
         self._path, self._read_only = (cache / NAME).absolute(), read_only
         self._made_by = key_of("casa_assets.pipeline.ingest.survey:survey")
+        self._requested, self._limits = requested, limits
         self._said = f"{requested}\0{limits['input_bytes']}"
         self._kept: dict[str, str] = {}
         with suppress(sqlite3.Error, OSError), closing(self._open()) as database:
             rows = database.execute("SELECT input, survey FROM surveys WHERE made_by = ?", (self._made_by,))
             self._kept = dict(rows.fetchall())
+
+    def survey(self, inputs: Sequence[Found], pool: Pool) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
+        """Yield the number and the survey of every input, those that are known first; what is new is kept at the end.
+
+        Args:
+            pool: whose workers read what is new. Those surveys alone have `looked_at`.
+        """
+        new: list[int] = []
+        for number, one in enumerate(inputs):
+            if (known := self.find(one)) is not None:
+                yield number, known
+            else:
+                new.append(number)
+        fresh: list[tuple[Found, Survey]] = []
+        jobs = [(inputs[number], self._requested, self._limits) for number in new]
+        for place, answer in pool.run("casa_assets.pipeline.ingest.survey:survey", jobs):
+            if isinstance(answer, Survey):
+                fresh.append((inputs[new[place]], answer))
+            yield new[place], answer
+        self.keep(fresh)
 
     def find(self, found: Found) -> Survey | None:
         """What an earlier run found out, where every file is as it was then."""

@@ -9,15 +9,21 @@ from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.library.identity import Identity, Producer
 
-PREFIX = "unread_"
+# Stands in ids for the category, which nobody can know.
+SHELF = "unread"
 
 
 class UnreadableInputs:
-    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered."""
+    """The unreadable inputs of one run; several at one place (rows that name one mesh) are numbered.
 
-    def __init__(self) -> None:
+    Args:
+        producer: that the run is of.
+    """
+
+    def __init__(self, producer: Producer = Producer.INGEST) -> None:
+        self._producer = producer
         self._count_by_place: Counter[str] = Counter()
         self._places: set[str] = set()
         self._ids: set[str] = set()
@@ -30,10 +36,10 @@ class UnreadableInputs:
         self._count_by_place[place] += 1
         # Stands in for the digest of the bytes, which could not be read.
         digest = hashlib.sha256(f"{place}:{self._count_by_place[place]}".encode()).hexdigest()
-        asset_id = f"{PREFIX}{digest[:10]}"
+        asset_id = Identity(self._producer, digest).asset_id(SHELF)
         self._ids.add(asset_id)
         return disk.Refusal(
-            producer=Producer.INGEST,
+            producer=self._producer,
             id=asset_id,
             code=code,
             message=message,
@@ -54,10 +60,11 @@ class UnreadableInputs:
     def prune(self, library: disk.Library) -> None:
         """Remove refusals of places that this run looked at and did not refuse."""
         for folder in list(library.refused()):
-            if folder.name.startswith(PREFIX) and folder.name not in self._ids:
+            if folder.name.startswith(f"{SHELF}_") and folder.name not in self._ids:
                 try:
-                    source = disk.read_refusal(folder).source
-                    is_obsolete = _place_key(source.path, source.uid) in self._places
+                    refusal = disk.read_refusal(folder)
+                    place = _place_key(refusal.source.path, refusal.source.uid)
+                    is_obsolete = refusal.producer is self._producer and place in self._places
                 except OutputError:
                     is_obsolete = True  # it is damaged
                 if is_obsolete:
@@ -76,9 +83,7 @@ def write_if_changed(library: disk.Library, refusal: disk.Refusal, before: disk.
             return False
     except OutputError:
         pass  # damaged: written anew
-    staged = library.stage(refusal.id)
-    disk.write_refusal(staged, refusal)
-    library.put(staged, library.refusal_folder(refusal.id))
+    library.put(library.stage_refusal(refusal), library.refusal_folder(refusal.id))
     return True
 
 

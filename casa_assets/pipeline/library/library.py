@@ -32,7 +32,7 @@ from casa_assets.model.ingest.source import Source
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.pipeline.library.asset_json import asset_from_manifest, manifest_of
-from casa_assets.pipeline.library.entry_files import file_inside
+from casa_assets.pipeline.library.entry_files import PICTURE, file_inside
 from casa_assets.pipeline.library.identity import Identity, Producer, suffix_of
 
 REJECTED = "rejected"
@@ -166,6 +166,18 @@ class Library:
         shutil.rmtree(path.parent, ignore_errors=True)
         path.mkdir(parents=True)
         return path
+
+    def stage_refusal(self, refusal: Refusal, picture: bytes = b"") -> Path:
+        """The finished entry of a rejected input, in the staging folder.
+
+        Args:
+            picture: PNG of the input; empty where there is none.
+        """
+        staged = self.stage(refusal.id)
+        if picture:
+            (staged / PICTURE).write_bytes(picture)
+        write_refusal(staged, refusal)
+        return staged
 
     def publish(self, staged: Path, target: Path) -> None:
         """Put a finished entry in its place by one rename, then remove what its producer made of that input before.

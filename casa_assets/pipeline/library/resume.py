@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 from types import MappingProxyType
 
@@ -32,24 +32,30 @@ NOTHING_KNOWN: Mapping[Path, Entry] = MappingProxyType({})
 
 
 def cached_outcome(
-    entries: Sequence[Path], asset_id: str, cache_key: str, known: Mapping[Path, Entry] = NOTHING_KNOWN
+    entries: Sequence[Path],
+    asset_id: str | None,
+    cache_key: str,
+    known: Mapping[Path, Entry] = NOTHING_KNOWN,
+    retried: Set[str] = RETRIED_CODES,
 ) -> tuple[Path, Outcome] | None:
     """The entry of an earlier run under the same key and what it says; None if the input must be processed.
 
     Args:
-        entries: folders of all that the producer made of the same bytes. asset_id, cache_key: of this run.
+        entries: folders of all that the producer made of the same bytes. cache_key: of this run.
+        asset_id: of this run; None where it is known only once the work is done.
         known: entries that were read already, by their folder: their files are not opened again.
+        retried: codes of refusals whose input is tried again.
     """
     for folder in entries:
-        if folder.name != asset_id:
+        if asset_id not in (None, folder.name):
             continue  # made under another category
         entry = known.get(folder)
         try:
             if entry is not None and entry.code != NEAR_DUPLICATE_CODE:
-                outcome = _of_entry(entry, cache_key)
+                outcome = _of_entry(entry, cache_key, retried)
             else:  # of a copy only the file tells which asset it is a copy of, and that may be gone
-                read = _refused if folder.parent.name == disk.REJECTED else _accepted
-                outcome = read(folder, cache_key)
+                is_refused = folder.parent.name == disk.REJECTED
+                outcome = _refused(folder, cache_key, retried) if is_refused else _accepted(folder, cache_key)
         except OutputError:
             continue  # damaged: it is made anew
         if outcome is not None:
@@ -57,8 +63,8 @@ def cached_outcome(
     return None
 
 
-def _of_entry(entry: Entry, cache_key: str) -> Outcome | None:
-    if entry.cache_key != cache_key or entry.code in RETRIED_CODES or not entry.is_whole:
+def _of_entry(entry: Entry, cache_key: str, retried: Set[str]) -> Outcome | None:
+    if entry.cache_key != cache_key or entry.code in retried or not entry.is_whole:
         return None
     return Outcome(entry.accepted, entry.code, entry.message, entry.warnings)
 
@@ -70,9 +76,9 @@ def _accepted(folder: Path, cache_key: str) -> Outcome | None:
     return Outcome(True, warnings=tuple(i for i in certificate.report.issues if i.severity is Severity.WARNING))
 
 
-def _refused(folder: Path, cache_key: str) -> Outcome | None:
+def _refused(folder: Path, cache_key: str, retried: Set[str]) -> Outcome | None:
     refusal = disk.read_refusal(folder)
-    if refusal.cache_key != cache_key or refusal.code in RETRIED_CODES:
+    if refusal.cache_key != cache_key or refusal.code in retried:
         return None
     if refusal.twin and not _is_in_library(folder, refusal.twin):
         return None  # the asset that it was a copy of is gone

@@ -11,7 +11,7 @@ import struct
 import subprocess
 import sys
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
@@ -104,12 +104,14 @@ class Pool:
             with suppress(OSError):
                 self._control.send(pickle.dumps(("call", warm)))
 
-    def run(self, function: str, jobs: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    def run(
+        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+    ) -> Iterator[tuple[int, Any]]:
         """Yield (number of the job, answer or WorkerFailure) as they finish.
 
         Args:
             function: `module:name` of a function of one argument; it answers with something picklable.
-            jobs: picklable.
+            jobs: picklable. started: is called with the number of each job when a worker takes it.
         """
         if len(jobs) > self._workers and self._plan.message:
             LOG.warning("%s", self._plan.message)
@@ -121,6 +123,8 @@ class Pool:
                     control = self._control or self._start_server()
                     limits = self._limits_alone if number in queue.was_alone else self._limits
                     self._start(control, number, (function, jobs[number]), limits)
+                    if started is not None:
+                        started(number)
                 finished = list(self._finished())
             except _ServerDied:
                 finished = list(self._answers_of_ended_server())

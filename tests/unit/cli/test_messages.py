@@ -48,7 +48,7 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
         (["find", "mug", "--words", "--library", "{empty}"], "is no library"),
         (["index", "--library", "{empty}"], "is no library"),
         (["preview", "{file}"], "is no MJCF"),
-        (["articulate", "{empty}"], "is a directory"),
+        (["articulate", "{empty}"], "no mesh found"),
         (["articulate", "{file}", "--up", "sideways"], "--up"),
         (["articulate", "{file}", "--decisions", "{empty}"], "--decisions"),
         (["scenes", "preview", "l_small__coastal", "--out", "{empty}"], "casa-assets scenes build l_small__coastal"),

@@ -75,7 +75,9 @@ def test_what_does_not_move_and_what_cannot_be_are_told_apart(tmp_path: Path) ->
     mesh = obj(tmp_path / "cube.obj", vertices, faces)
     done = articulate_one(ArticulateRequest(mesh, tmp_path / "lib"))
     assert isinstance(done, ArticulateOutcome)
-    assert (done.code, done.folder, done.accepted) == ("ART001", None, False)
+    assert (done.code, done.accepted) == ("ART001", False)
+    assert done.folder is not None
+    assert disk.read_refusal(done.folder).code == "ART001"
     decisions = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", up=(0.0, 0.0, 1.0), front=(0.0, 0.0, 1.0)))
     assert isinstance(decisions, RunAborted)
     assert "not at a right angle" in decisions.message

@@ -1,0 +1,183 @@
+"""Articulate all meshes under folders and files into a library, many at once; what is done is not done again.
+
+Inputs are found, digested and refused as `ingest` does it (`pipeline/ingest`). A run that is killed at any moment and
+started again does what is missing.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.pipeline.articulate.build import ArticulateRequest
+from casa_assets.pipeline.articulate.run import (
+    ArticulateOutcome,
+    EntryKey,
+    entry_key,
+    kept_outcome,
+    publish_refusal,
+)
+from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
+from casa_assets.pipeline.ingest.job import RunAborted, writing
+from casa_assets.pipeline.ingest.refused_rows import RefusedRows
+from casa_assets.pipeline.ingest.run import DUPLICATE_CODE, FAILURE_CODES, inputs_with_mesh
+from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.ingest.survey_table import SurveyTable
+from casa_assets.pipeline.ingest.unreadable_inputs import UnreadableInputs, write_if_changed
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.pool import Pool
+
+# Makes the request for an input, given the sha256 of its bytes.
+RequestMaker = Callable[[Found, str], ArticulateRequest]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """A mesh that has to be worked on."""
+
+    found: Found
+    request: ArticulateRequest
+    key: EntryKey
+
+
+def articulate(
+    roots: Sequence[Path],
+    out: Path,
+    request_for: RequestMaker,
+    jobs: int = 0,
+    others: Counter[str] | None = None,
+    working: Callable[[Sequence[str]], None] | None = None,
+) -> Generator[ArticulateOutcome, None, None]:
+    """Articulate every mesh under `roots`, each in a child process with limits; yield an outcome for each as it ends.
+
+    Where there is no input, nothing is written.
+
+    Args:
+        roots: files, folders, archives, manifests. out: the library.
+        jobs: children at once; 0: one per core.
+        others: counts the files that are no meshes, by what they are.
+        working: is called with the names of the meshes that are being worked on whenever another one is begun.
+    Raises:
+        CasaError: what is asked for does not exist, or this machine cannot start a worker or draw.
+        OutputError: the library cannot be written to, or another run holds it.
+    """
+    inputs = discover_inputs(roots, out, others)
+    first = next(inputs, None)
+    if first is None:
+        return
+    library = disk.Library(out)
+    with library.locked(), writing(library.root):
+        library.sweep()
+        Store(library.cache).sweep()
+        try:
+            yield from _run(library, roots, chain([first], inputs), request_for, jobs, working or (lambda _: None))
+        finally:
+            library.sweep()
+
+
+def _run(
+    library: disk.Library,
+    roots: Sequence[Path],
+    inputs: Iterable[Found | Refused],
+    request_for: RequestMaker,
+    jobs: int,
+    working: Callable[[Sequence[str]], None],
+) -> Iterator[ArticulateOutcome]:
+    """Yield the outcomes of all inputs: those that have no mesh, those that are known, then the others as they end."""
+    limits = dict(registry.load().limits)
+    refused, unreadable = RefusedRows(library), UnreadableInputs(Producer.ARTICULATE)
+    found, early = inputs_with_mesh(inputs, refused)
+    total = len(found) + sum(event.count for event, _ in early)
+    for event, one in early:
+        unreadable.note_refused(one)
+        yield ArticulateOutcome(
+            Path(event.path),
+            code=event.code,
+            message=event.message,
+            kept=event.kind == "kept",
+            total=total,
+            count=event.count,
+        )
+    due: list[_Job] = []
+    bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
+    with Pool(jobs, bounds, "casa_assets.pipeline.ingest.survey:warm") as pool:
+        answers = dict(SurveyTable(library.cache, "", limits).survey(found, pool))
+        for step in _known_or_due(library, found, answers, unreadable, request_for):
+            if isinstance(step, _Job):
+                due.append(step)
+            else:
+                yield replace(step, total=total)
+        if due:
+            pool.prepare("casa_assets.pipeline.ingest.worker:warm")
+            for outcome in _worked_on(due, pool, working):
+                yield replace(outcome, total=total)
+    unreadable.prune(library)
+    refused.write(roots)
+
+
+def _known_or_due(
+    library: disk.Library,
+    found: Sequence[Found],
+    answers: Mapping[int, Survey | Rejected | WorkerFailure],
+    unreadable: UnreadableInputs,
+    request_for: RequestMaker,
+) -> Iterator[_Job | ArticulateOutcome]:
+    """Yield for each input what earlier runs made of it, why it cannot be read, or what is to be done."""
+    known = {library.root / entry.path: entry for entry in EntryTable(library, skip_damaged=True).entries}
+    older = library.by_input()
+    first: dict[str, str] = {}
+    for number, one in enumerate(found):
+        answer = answers[number]
+        if isinstance(answer, Survey) and answer.sha256 not in first:
+            first[answer.sha256] = one.source.place
+            unreadable.note_readable(one)
+            request = request_for(one, answer.sha256)
+            key = entry_key(request, answer.sha256, one.source)
+            entries = older.get(key.identity.suffix, ())
+            kept = None if request.anew else kept_outcome(request, key, entries, known)
+            yield _Job(one, request, key) if kept is None else kept
+            continue
+        if isinstance(answer, Survey):
+            code, message = DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them"
+        elif isinstance(answer, WorkerFailure):
+            code, message = FAILURE_CODES[answer.reason], answer.text
+        else:
+            code, message = answer.code, answer.message
+        refusal = unreadable.refusal(one, code, message, "")
+        is_new = write_if_changed(library, refusal)
+        folder = library.refusal_folder(refusal.id)
+        yield ArticulateOutcome(Path(one.source.place), folder, code=code, message=message, kept=not is_new)
+
+
+def _worked_on(
+    due: Sequence[_Job], pool: Pool, working: Callable[[Sequence[str]], None]
+) -> Iterator[ArticulateOutcome]:
+    """Yield the outcome of each mesh as a worker is done with it. Raises CasaError where the run has to end."""
+    busy: dict[int, str] = {}
+
+    def begin(number: int) -> None:
+        busy[number] = due[number].found.source.place
+        working(tuple(busy.values()))
+
+    requests = [job.request for job in due]
+    for number, answer in pool.run("casa_assets.pipeline.articulate.run:articulate_one", requests, begin):
+        busy.pop(number, None)
+        job = due[number]
+        if isinstance(answer, RunAborted):
+            raise CasaError(answer.message)
+        if isinstance(answer, WorkerFailure):
+            error = Rejected(FAILURE_CODES[answer.reason], answer.text)
+            yield publish_refusal(job.request, job.key, job.found.source, error)
+        else:
+            assert isinstance(answer, ArticulateOutcome)
+            yield answer
