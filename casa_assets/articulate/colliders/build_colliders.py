@@ -29,6 +29,8 @@ from casa_assets.model.pose import Pose
 MAX_SHAPES_BEFORE_CUTS = 22
 # Most collision shapes of a link. Ref: registry/limits.yaml, hull_count.
 MAX_SHAPES = 32
+# Shapes of the body that are left for the floors of slots, which come when an asset gets its runtime names.
+RESERVED_SHAPES = 4
 # Most collision shapes of a handle before those that _cover_extremes adds.
 MAX_HANDLE_SHAPES = 6
 # Fewest shapes that are kept of the mesh's own faces where a built interior adds shapes to a link.
@@ -96,6 +98,7 @@ def build_colliders(
         solid = _link_solid(points, mesh, fragment_of_face, np.flatnonzero(owner == i), part)
         door = blocking_parts[i]
         solid.carrier = names.index(part.parent) + 1 if part.parent else 0
+        solid.is_whole = part.kind in SINGLE_SHAPE_KINDS
         solid.blocking_link = None if door is None else door + 1
         solids.append(solid)
     _set_joints(solids, articulation, points, mesh, metres_per_unit)
@@ -277,7 +280,7 @@ def _colliders(
     Args:
         anchor: origin of the frame of the link. name: of the link. kind: of the part, None for the body.
     """
-    body_clouds = _largest(solid.clouds, MAX_SHAPES - len(solid.grips))
+    body_clouds = _largest(solid.clouds, MAX_SHAPES - (RESERVED_SHAPES if kind is None else len(solid.grips)))
     groups = (
         (solid.grips, f"{name}_handle_main", "handle"),
         (body_clouds, f"{name}_main", None if kind is None else part_label(kind)),

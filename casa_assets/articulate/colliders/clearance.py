@@ -39,6 +39,9 @@ CROSSING_SHARE = 0.6
 MAX_NOTCH_SHARE, SHALLOW_NOTCH_SHARE = 0.5, 0.2
 # A shape that stands for visible matter keeps at least this share of its volume, else it is not cut.
 MIN_VOLUME_LEFT = 0.5
+# The shapes of a link end no farther short of what is seen than this, or than this share of its longest side where that
+# is more: nine tenths of collider_bounds_m and collider_bounds_ratio in registry/limits.yaml (AST009).
+MAX_SHORTFALL_M, MAX_SHORTFALL_SHARE = 0.0036, 0.018
 # Visible surface this near to the side of an empty box bounds it, if that side has at least this share of the surface.
 BOUND_TOLERANCE_M, MIN_SIDE_SHARE = 0.0005, 0.15
 # Visible surface farther inside a box than this share of its size lies in it, and does not bound it.
@@ -56,6 +59,7 @@ class LinkSolid:
         blocking_link: index of the link that has to stand open before this one moves, or None.
         skin: (N, 3) points of what is seen of it, metres, or None.
         is_behind_front: it is seen only when a front is open, as racks on their rails are: deeper cuts are allowed.
+        is_whole: its one shape is never cut, but what it meets: a knob or a key would lose what fingers take.
     """
 
     carrier: int | None
@@ -67,6 +71,7 @@ class LinkSolid:
     max_travel: float = 0.0
     blocking_link: int | None = None
     is_behind_front: bool = False
+    is_whole: bool = False
     skin: Floats | None = None
 
 
@@ -97,7 +102,38 @@ def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
                 cuts.setdefault(pair[:2], []).extend(boxes)
         for (link, index), boxes in sorted(cuts.items(), reverse=True):
             min_left = MIN_VOLUME_LEFT if (link, index) in matter else 0.0
-            solids[link].clouds[index : index + 1] = _subtract_boxes(solids[link].clouds[index], boxes, min_left)
+            _cut(solids[link], index, boxes, min_left)
+
+
+def _cut(solid: LinkSolid, index: int, boxes: list[Floats], min_left: float) -> None:
+    """Subtract boxes from one shape of a link, unless its shapes would then fall short of what is seen; in place."""
+    if solid.is_whole:
+        return
+    clouds = solid.clouds.copy()
+    clouds[index : index + 1] = _subtract_boxes(clouds[index], boxes, min_left)
+    if _still_fits(solid, clouds):
+        solid.clouds = clouds
+
+
+def _still_fits(solid: LinkSolid, clouds: list[Floats]) -> bool:
+    """Return whether a link with other shapes reaches as far as what is seen of it, where it did before.
+
+    Ref: AST009 for the box, and AST008 for the spread of mass, which lies in a sheet over what is seen.
+    """
+    if solid.skin is None or not len(solid.skin):
+        return True
+    new, old = (_bounds([*shapes, *solid.grips]) for shapes in (clouds, solid.clouds))
+    seen = np.array([solid.skin.min(axis=0), solid.skin.max(axis=0)])
+    slack = max(MAX_SHORTFALL_M, MAX_SHORTFALL_SHARE * float(np.ptp(seen, axis=0).max()))
+    short = np.array([new[0] - np.maximum(seen[0], old[0]), np.minimum(seen[1], old[1]) - new[1]])
+    half, spread = np.ptp(new, axis=0) / 2, solid.skin.std(axis=0)
+    return bool((short <= slack).all() and ((half >= spread) | (np.ptp(old, axis=0) / 2 < spread)).all())
+
+
+def _bounds(clouds: Sequence[Floats]) -> Floats:
+    """Return the (2, 3) corners of the box around clouds; of none it is empty."""
+    lower = np.min([c.min(axis=0) for c in clouds], axis=0, initial=np.inf)
+    return np.array([lower, np.max([c.max(axis=0) for c in clouds], axis=0, initial=-np.inf)])
 
 
 def _record_overlaps(
@@ -123,11 +159,9 @@ def _record_overlaps(
                     and _is_notch(moving_clouds[p], other_clouds[q], solids[mover])
                 )
                 # The larger of the two shapes is cut: it loses the smaller share.
-                cuts_other = (
-                    notch
-                    or _bounding_volume(other_clouds[q]) >= _bounding_volume(moving_clouds[p])
-                    or p >= len(solids[a].clouds)
-                )
+                is_larger = _bounding_volume(other_clouds[q]) >= _bounding_volume(moving_clouds[p])
+                is_kept = solids[a].is_whole or p >= len(solids[a].clouds)
+                cuts_other = notch or is_kept or (is_larger and not solids[b].is_whole)
                 pair = (
                     (_inflate(moving_clouds[p]), other_clouds[q])
                     if cuts_other

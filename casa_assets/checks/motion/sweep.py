@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -128,8 +128,25 @@ def _positions(model: mujoco.MjModel, data: mujoco.MjData, joint: int, geoms: In
 def _deepest_contact(
     model: mujoco.MjModel, data: mujoco.MjData, joint: int, position: float, moved: Mask, against: Mask
 ) -> Penetration:
-    """The deepest contact between what moved and what it may not touch, at one position of the joint."""
+    """The deepest contact between what moved and what it may not touch, at one position of the joint.
+
+    MuJoCo widens shapes by their margin before it looks how far they are in each other. Of two thin shapes that are
+    near and do not touch it then names any direction, and tells a depth of centimetres: what seems to touch is measured
+    again without margins.
+    """
     data.qpos[model.jnt_qposadr[joint]] = position
+    seeming = _deepest_counted(model, data, moved, against)
+    if seeming.depth <= 0.0:
+        return seeming
+    margins = model.geom_margin.copy()
+    model.geom_margin[:] = 0.0
+    touching = _deepest_counted(model, data, moved, against)
+    model.geom_margin[:] = margins
+    return touching if touching.geom1 else replace(seeming, depth=0.0)
+
+
+def _deepest_counted(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask, against: Mask) -> Penetration:
+    """The deepest contact between what moved and what it may not touch, as the joints stand in `data`."""
     find_contacts(model, data)
     if data.ncon == 0:
         return Penetration()

@@ -136,6 +136,9 @@ def _holds(model: mujoco.MjModel, data: mujoco.MjData, region: ReadRegion) -> bo
 
 
 def _beside_all(data: mujoco.MjData, regions: Mapping[str, ReadRegion], site: str, pattern: str) -> Iterator[Problem]:
+    if mujoco.mj_name2id(data.model, mujoco.mjtObj.mjOBJ_SITE, site) < 0:
+        yield f"model.xml/site/{site}", f"is missing; it has to be above one of the regions {pattern!r}"
+        return
     at = (data.site(site).xpos - data.body("object").xpos)[:2]
     into = [region for name, region in regions.items() if re.fullmatch(pattern, name)]
     if not any((region.lower[:2] < at).all() and (at < region.upper[:2]).all() for region in into):
