@@ -19,7 +19,10 @@ Change = Callable[[LabelledMesh, np.random.Generator], LabelledMesh]
 def axes(mesh: LabelledMesh, rng: np.random.Generator) -> LabelledMesh:
     """Another up axis, yaw, unit and place, and the truth with it."""
     truth = copy.deepcopy(mesh.truth)
-    case = SimpleNamespace(V=mesh.points, A=mesh.areas, diag=mesh.diagonal, J=truth, parts=truth["parts"])
+    moving = [row for row in truth["parts"] if "joint" in row]
+    for row in moving:
+        row.setdefault("bbox", [[0.0] * 3] * 2)  # measured again when the case is written
+    case = SimpleNamespace(V=mesh.points, A=mesh.areas, diag=mesh.diagonal, J=truth, parts=moving)
     turned(case, rng)
     return LabelledMesh(case.V, mesh.faces, mesh.part, mesh.handle, truth)
 

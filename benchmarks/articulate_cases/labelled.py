@@ -12,6 +12,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.mesh.topology import weld
 
 AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 # Types of parts that close an opening, and of those that are pressed or turned on a surface.
@@ -90,8 +91,14 @@ def read_case(folder: Path, variant: str = "input") -> LabelledMesh:
     return LabelledMesh(points, faces, part, handle, truth)
 
 
-def write_case(folder: Path, mesh: LabelledMesh, fused: LabelledMesh | None = None) -> None:
-    """Write a case: `input.obj`, where it is given `fused.obj`, and gt.json, whose runs of faces fit both."""
+def write_case(
+    folder: Path, mesh: LabelledMesh, fused: LabelledMesh | None = None, *, welded: float | None = None
+) -> None:
+    """Write a case: `input.obj`, where it is given `fused.obj`, and gt.json, whose runs of faces fit both.
+
+    Args:
+        welded: also write `welded.obj`, in which vertices within this share of the diagonal are one.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     truth = copy.deepcopy(mesh.truth)
     truth["name"] = folder.name
@@ -118,6 +125,9 @@ def write_case(folder: Path, mesh: LabelledMesh, fused: LabelledMesh | None = No
             row["bbox"] = [cloud.min(axis=0).tolist(), cloud.max(axis=0).tolist()]
     truth["welded"], truth["fused"] = {}, {}
     write_obj(folder / "input.obj", mesh.points, mesh.faces)
+    if welded is not None:
+        points, place = weld(mesh.points, welded * mesh.diagonal / float(np.ptp(mesh.points, axis=0).max()))
+        write_obj(folder / "welded.obj", points, place[mesh.faces])
     if fused is not None:
         ids = [p["id"] for p in truth["parts"]]
         truth["fused"] = {"parts": {str(i): runs_of(np.flatnonzero(fused.part == i)) for i in ids}}
