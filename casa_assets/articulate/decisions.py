@@ -17,6 +17,7 @@ from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.ingest.user_override import Word
 from casa_assets.model.record import Id, Record, Vec3
 
 Angle = Annotated[float, Field(gt=0, le=360)]
@@ -27,6 +28,8 @@ BODY = "body"
 GIVEN_REASON = "given in the decisions"
 # Values of decisions.yaml that differ by less are the guessed ones, rounded for reading.
 ANGLE_TOLERANCE_DEG, LENGTH_TOLERANCE_M = 0.06, 6e-5
+# A piece that reaches no farther than this over the edges of a front, diagonals, leaves its hinge; a choice.
+PIECE_TOLERANCE = 0.006
 KNOB_RANGE_RAD, BUTTON_TRAVEL, LEVER_RANGE = 2 * math.pi, 0.004, math.pi / 2
 _AXES = "xyz"
 
@@ -36,7 +39,9 @@ class PartDecision(Record):
 
     Attributes:
         remove: it does not move, and stays with what carries it.
+        merge: part that it is a piece of and moves with, or `body`.
         kind: what it is. hinge: the side that it hinges on, for a door or a lid.
+        flip: it opens the other way: turned or moved in the opposite direction about or along the same axis.
         opens_deg, travel_m: how far it goes. endless: it turns round and round.
         on: part that carries it, or `body`.
         axis: such as `+z`, or three numbers, asset frame; the way that it slides, or turns right-handed about.
@@ -45,8 +50,10 @@ class PartDecision(Record):
     """
 
     remove: bool = False
+    merge: Id | None = None
     kind: PartKind | None = None
     hinge: HingeEdge | None = None
+    flip: bool = False
     opens_deg: Angle | None = None
     travel_m: Length | None = None
     endless: bool | None = None
@@ -62,7 +69,14 @@ class PartDecision(Record):
             parse_direction(self.axis)
         if self.box_m is not None and self.kind is None:
             raise ValueError("a part that is given by a box needs a kind")
+        if self.remove and self.merge is not None:
+            raise ValueError("a part is removed or merged, not both")
         return self
+
+    @property
+    def taken_by(self) -> str | None:
+        """Return the part that gets its faces, empty for what carries it; None where it stays a part."""
+        return "" if self.remove else self.merge
 
 
 class CavityDecision(Record):
@@ -84,12 +98,14 @@ class Decisions(Record):
     """The decisions.yaml of one mesh.
 
     Attributes:
+        decision: accept the asset as it is told, or reject it; None: neither.
         category: id in the registry. up, front: such as `+y`, or three numbers, axes of the file.
         size_m: longest side, metres.
         parts: by name.
         cavities: by the name of the part that closes each, the left one of two; `rooms` in older files.
     """
 
+    decision: Word | None = None
     category: Id | None = None
     up: Direction | None = None
     front: Direction | None = None
@@ -136,23 +152,79 @@ def apply_decisions(articulation: Articulation, mesh: WeldedMesh, decisions: Dec
         articulation: as inferred, with `frame.metres` set. mesh: in the frame.
     Raises:
         UnknownId: a part is named that was not found and is not given by a box either.
-        CasaError: nothing lies in a box.
+        CasaError: nothing lies in a box, or parts are merged in a circle.
     """
     names = [p.name for p in articulation.parts]
     for name, decision in decisions.parts.items():
         if name not in names and decision.box_m is None:
             raise UnknownId("part", name, names)
     parts = [_apply_decision(p, decisions.parts.get(p.name), mesh, articulation) for p in articulation.parts]
-    removed = {n for n, w in decisions.parts.items() if w.remove}
     new = [_new_part(n, w, mesh, articulation) for n, w in decisions.parts.items() if n not in names and not w.remove]
     taken_faces = {int(f) for p in new for f in p.faces}
-    kept = [_without_faces(p, taken_faces) for p in parts if p.name not in removed]
+    kept = [_without_faces(p, taken_faces) for p in parts]
     all_parts = [p for p in (*kept, *new) if len(p.faces)]
     carriers = {p.name for p in all_parts}
     for part in all_parts:
-        if part.parent and part.parent not in carriers and part.parent not in removed:
+        if part.parent and part.parent not in carriers and part.parent not in names:
             raise UnknownId("part", part.parent, sorted(carriers))
-    return articulation.replace(parts=tuple(p if p.parent in carriers else p.replace(parent="") for p in all_parts))
+    all_parts = [p if p.parent in carriers else p.replace(parent="") for p in all_parts]
+    return articulation.replace(parts=tuple(_with_pieces(all_parts, decisions, mesh)))
+
+
+def _with_pieces(parts: list[PartPlan], decisions: Decisions, mesh: WeldedMesh) -> list[PartPlan]:
+    """Return the parts that stay, with the faces of those that are removed or merged into them.
+
+    Raises:
+        UnknownId: a part is merged into one that is not there.
+        CasaError: parts are merged in a circle.
+    """
+    by_name = {p.name: p for p in parts}
+    taken_by: dict[str, str] = {}
+    for part in parts:
+        decision = decisions.parts.get(part.name)
+        if decision is None or (taker := decision.taken_by) is None:
+            continue
+        if taker not in ("", BODY, *by_name):
+            raise UnknownId("part", taker, sorted(by_name))
+        taken_by[part.name] = "" if taker == BODY else taker or part.parent
+
+    def taker_of(name: str) -> str:
+        passed: list[str] = []
+        while name in taken_by:
+            if name in passed:
+                raise CasaError(f"parts are merged in a circle: {', '.join(passed)}")
+            passed.append(name)
+            name = taken_by[name]
+        return name
+
+    pieces: dict[str, list[PartPlan]] = {}
+    for name in taken_by:
+        pieces.setdefault(taker_of(name), []).append(by_name[name])
+    return [
+        _with_faces_of(p.replace(parent=taker_of(p.parent)), pieces.get(p.name, []), mesh)
+        for p in parts
+        if p.name not in taken_by
+    ]
+
+
+def _with_faces_of(part: PartPlan, pieces: list[PartPlan], mesh: WeldedMesh) -> PartPlan:
+    """Return a part with the faces of its pieces; its hinge moves to the edge of the panel that they make together."""
+    if not pieces:
+        return part
+    whole = part.replace(
+        faces=np.unique(np.concatenate([p.faces for p in (part, *pieces)])),
+        grip=np.unique(np.concatenate([p.grip for p in (part, *pieces)])),
+        confidence=1.0,
+        reason=GIVEN_REASON,
+    )
+    if part.joint.edge is None:
+        return whole
+    before, after = (np.stack(_panel_box(p, mesh)) for p in (part, whole))
+    in_plane = [0, 1] if part.kind is PartKind.LID else [0, 2]
+    if np.abs(after - before)[:, in_plane].max() <= PIECE_TOLERANCE:
+        return whole
+    moved = _default_hinge(part.joint.edge, part.kind, *after)
+    return whole.replace(joint=moved.replace(range=part.joint.range))
 
 
 def _without_faces(part: PartPlan, taken: set[int]) -> PartPlan:
@@ -209,6 +281,9 @@ def _apply_decision(
     if decision.endless is not None and joint.kind is JointKind.HINGE and decision.endless is not joint.endless:
         span = (0.0, KNOB_RANGE_RAD) if decision.endless else joint.range
         joint = joint.replace(endless=decision.endless, range=span, reason=GIVEN_REASON, confidence=1.0)
+    if decision.flip:
+        x, y, z = joint.axis
+        joint = joint.replace(axis=(-x, -y, -z), confidence=1.0, reason=GIVEN_REASON)
     parent = part.parent if decision.on is None else "" if decision.on == BODY else decision.on
     if kind is not part.kind or parent != part.parent:
         changed = part.replace(kind=kind, parent=parent, confidence=1.0, reason=GIVEN_REASON)
@@ -244,8 +319,7 @@ def _with_range(joint: JointPlan, decision: PartDecision, metres: float) -> Join
 
 def _default_joint(kind: PartKind, edge: HingeEdge | None, part: PartPlan, mesh: WeldedMesh) -> JointPlan:
     """Return the usual joint of a part of a kind at its place."""
-    panel_faces = np.setdiff1d(part.faces, part.grip)
-    lower, upper = _box(panel_faces if len(panel_faces) else part.faces, mesh)
+    lower, upper = _panel_box(part, mesh)
     middle = to_vec3((lower + upper) / 2)
     confidence = {"confidence": 1.0, "reason": GIVEN_REASON}
     if kind in (PartKind.DOOR, PartKind.LID):
@@ -281,13 +355,18 @@ def _default_hinge(edge: HingeEdge, kind: PartKind, lower: Floats, upper: Floats
 
 def hinge_at_face(part: PartPlan, mesh: WeldedMesh) -> JointPlan:
     """Return the hinge of a part with its axis in the plane of its face, as inset doors have it, not near its back."""
-    panel_faces = np.setdiff1d(part.faces, part.grip)
-    lower, upper = _box(panel_faces if len(panel_faces) else part.faces, mesh)
+    lower, upper = _panel_box(part, mesh)
     x, y, z = part.joint.anchor
     reason = f"{part.joint.reason}; set in: the axis lies at its face"
     if part.kind is PartKind.LID:
         return part.joint.replace(anchor=(x, y, float(upper[2])), reason=reason)
     return part.joint.replace(anchor=(x, float(lower[1]), z), reason=reason)
+
+
+def _panel_box(part: PartPlan, mesh: WeldedMesh) -> tuple[Floats, Floats]:
+    """Return the (3,) lower and upper corner of a part without what a hand takes of it."""
+    panel_faces = np.setdiff1d(part.faces, part.grip)
+    return _box(panel_faces if len(panel_faces) else part.faces, mesh)
 
 
 def _box(faces: FaceIndex, mesh: WeldedMesh) -> tuple[Floats, Floats]:

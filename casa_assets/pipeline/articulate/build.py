@@ -28,14 +28,16 @@ from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.ingest.source import RawModel, Source, Up
+from casa_assets.model.ingest.user_override import Word
 from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.articulate.interiors import add_interiors
 from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE, CategoryGuess, guess_category, stated_category
 from casa_assets.pipeline.clip import classify_by_look, load_scorer
 from casa_assets.pipeline.library.identity import Identity, Producer
+from casa_assets.pipeline.library.review import REJECTED_CODE
 
-NOTHING_MOVES = "ART001"
+NOTHING_MOVES, MISFIT = "ART001", "ART002"
 # Side of the frame guess that a stated up axis makes the top.
 _TOPS = {Up.Z: TOP, Up.Y: 1, Up.X: 3}
 # Sizes that differ by less are one size, rounded for reading.
@@ -117,9 +119,12 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     """Build the asset of a mesh, and record the decisions.
 
     Raises:
-        Rejected: the file cannot be read, or nothing of it moves (ART001).
+        Rejected: the file cannot be read, nothing of it moves (ART001), the decisions on it do not fit it (ART002), or
+            a person rejects it (REV002).
         CasaError: what the user asks for does not exist, or does not go together.
     """
+    if request.decisions.decision is Word.REJECT:
+        raise Rejected(REJECTED_CODE, "a person rejected it")
     known = registry.load()
     source_file = find_input(request)
     bundle = collect(source_file, known.limits)
@@ -137,7 +142,10 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         longest, model, request, category if kind.id else None
     )
     found = found.replace(frame=frame.replace(metres=metres_per_file_unit / frame.scale), category=kind.id)
-    found = apply_decisions(found, placed, request.decisions)
+    try:
+        found = apply_decisions(found, placed, request.decisions)
+    except CasaError as error:
+        raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
     planned, read = found, model
     model, placed, found = cut_shell_parts(model, plan.fragmentation, found)
     found = drop_empty_links(found, placed)

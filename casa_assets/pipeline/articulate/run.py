@@ -322,7 +322,7 @@ def _write_and_check(
     """Write both formats, pictures and decisions; return the report of every check, and the travel of each part."""
     asset = result.asset
     write_package(asset, staged)
-    (staged / sidecar.NAME).write_text(sidecar.text(result), encoding="utf-8")
+    (staged / sidecar.NAME).write_text(sidecar.text(result, request.decisions), encoding="utf-8")
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
     if request.preview:

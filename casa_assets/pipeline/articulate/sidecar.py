@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from casa_assets import registry
-from casa_assets.articulate.decisions import Decisions, Direction, axis_word
+from casa_assets.articulate.decisions import Decisions, Direction, PartDecision, axis_word
 from casa_assets.articulate.plan import Cavity, InteriorKind, PartKind, PartPlan
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
@@ -16,10 +18,13 @@ from casa_assets.pipeline.articulate.build import ArticulateResult
 from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE
 
 NAME = "decisions.yaml"
+# Fields of a decision that cannot be told from the plan that was made with it.
+_NOT_IN_PLAN = ("flip", "axis", "anchor_m", "box_m")
 _HEAD = """\
 # What was decided on {name}. Change a line and run again with `--decisions {file}`; a line that is left out is guessed.
 #   hinge: left, right, top or bottom, seen by who stands before it.   kind: {kinds}
-#   A part can also have: remove: true | on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
+#   A part can also have: remove: true | merge: <part that it is a piece of> | flip: true (opens the other way) |
+#   on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
 #   cavities: the space behind a door or in a drawer. build: true | false   interior: {interiors}
 #   A part that was missed: a new name with kind and box_m: [[x, y, z], [x, y, z]], two corners in metres of all that
 #   belongs to it (x right, y back, z up, origin under the middle).
@@ -32,14 +37,19 @@ def read(path: Path) -> Decisions:
     return registry.read_record(Decisions, document.value, document, ())
 
 
-def text(built: ArticulateResult) -> str:
-    """Return the decisions.yaml of a mesh, with confidence and next likely choice as comments."""
+def text(built: ArticulateResult, given: Decisions) -> str:
+    """Return the decisions.yaml of a mesh, with confidence and next likely choice as comments.
+
+    Args:
+        given: decisions that it was built with; what of them the result does not show is repeated.
+    """
     frame = built.articulation.frame
     up, front = (frame.direction_to_file(v) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
     kinds = ", ".join(PartKind)
     lines = [
         _HEAD.format(name=built.source.path or "the mesh", file=NAME, kinds=kinds, interiors=", ".join(InteriorKind))
     ]
+    lines += [] if given.decision is None else [f"decision: {given.decision.value}"]
     # A guess that is not sure is not repeated as if somebody had said so.
     lines.append(
         _row(
@@ -52,8 +62,11 @@ def text(built: ArticulateResult) -> str:
     lines.append(_row("front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
     lines.append(_row("size_m", f"{built.longest_m:.6g}", built.size))
     lines.append("parts:")
-    for part in built.articulation.parts:
-        lines += [] if part.added else _part(part, frame.metres or 1.0)
+    shown = [part for part in built.articulation.parts if not part.added]
+    for part in shown:
+        lines += _part(part, frame.metres or 1.0) + _given_fields(given.parts.get(part.name), _NOT_IN_PLAN)
+    for name in sorted(given.parts.keys() - {part.name for part in shown}):
+        lines += [f"  {name}:", *_given_fields(given.parts[name], ("remove", "merge"))]
     lines += ["cavities:"] if built.articulation.cavities else []
     for cavity in built.articulation.cavities:
         lines += _cavity(cavity, frame.metres or 1.0, built.placed.footprint_center)
@@ -75,6 +88,12 @@ def _part(part: PartPlan, metres: float) -> list[str]:
     else:
         lines.append(f"    opens_deg: {math.degrees(joint.range[1]):.1f}")
     return lines
+
+
+def _given_fields(given: PartDecision | None, names: Sequence[str]) -> list[str]:
+    """Return the lines of those fields of a part that a person gave."""
+    stated = {} if given is None else given.model_dump(mode="json", exclude_defaults=True)
+    return [f"    {name}: {json.dumps(stated[name])}" for name in names if name in stated]
 
 
 def _cavity(cavity: Cavity, metres: float, origin: Floats) -> list[str]:

@@ -10,8 +10,9 @@ import pytest
 
 from casa_assets.articulate.decisions import Decisions, PartDecision, axis_word, parse_direction
 from casa_assets.articulate.plan import HingeEdge, PartKind
-from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.errors import RegistryError, Rejected
 from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.ingest.user_override import Word
 from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
 from tests.unit.articulate.blocks import microwave
@@ -49,7 +50,24 @@ def test_a_sidecar_given_back_unchanged_makes_the_same_asset(mesh: Path, tmp_pat
     wish = ArticulateRequest(mesh, tmp_path)
     first = build(wish)
     path = tmp_path / "d.yaml"
-    path.write_text(sidecar.text(first), encoding="utf-8")
+    path.write_text(sidecar.text(first, Decisions()), encoding="utf-8")
+    again = build(ArticulateRequest(mesh, tmp_path, decisions=sidecar.read(path)))
+    assert again.asset.digest == first.asset.digest
+
+
+def test_a_sidecar_repeats_what_was_decided(mesh: Path, tmp_path: Path) -> None:
+    decisions = Decisions(
+        decision=Word.ACCEPT,
+        parts={
+            "door_0": PartDecision(flip=True),
+            "knob_0": PartDecision(remove=True),
+            "button_0": PartDecision(merge="button_1"),
+            "mine": PartDecision(kind=PartKind.LEVER, box_m=((0.15, -0.3, 0.15), (0.19, -0.14, 0.19)), axis="-y"),
+        },
+    )
+    first = build(ArticulateRequest(mesh, tmp_path, decisions=decisions))
+    path = tmp_path / "d.yaml"
+    path.write_text(sidecar.text(first, decisions), encoding="utf-8")
     again = build(ArticulateRequest(mesh, tmp_path, decisions=sidecar.read(path)))
     assert again.asset.digest == first.asset.digest
 
@@ -62,6 +80,44 @@ def test_a_part_that_is_removed_stays_with_the_body(mesh: Path) -> None:
     assert len(names) == len(before.asset.links) - 1
     faces = [sum(len(v.mesh.faces) for k in b.asset.links for v in k.visuals) for b in (before, built)]
     assert faces[0] == faces[1]
+
+
+def test_a_part_that_is_a_piece_of_another_moves_with_it(mesh: Path) -> None:
+    before = {p.name: p for p in made(mesh, Decisions()).articulation.parts}
+    decisions = Decisions(parts={"knob_0": PartDecision(merge="button_0"), "button_0": PartDecision(merge="button_1")})
+    parts = {p.name: p for p in made(mesh, decisions).articulation.parts}
+    assert before.keys() - parts.keys() == {"knob_0", "button_0"}
+    pieces = [before[name].faces for name in ("knob_0", "button_0", "button_1")]
+    assert parts["button_1"].faces.tolist() == sorted(np.concatenate(pieces).tolist())
+    assert parts["button_1"].joint == before["button_1"].joint
+    circle = Decisions(parts={"knob_0": PartDecision(merge="door_0"), "door_0": PartDecision(merge="knob_0")})
+    with pytest.raises(Rejected, match="circle"):
+        made(mesh, circle)
+
+
+def test_a_piece_that_widens_a_door_moves_its_hinge(mesh: Path) -> None:
+    # The panel with the controls is no part; given by a box, it is merged into the door at its left.
+    before = made(mesh, one("door_0", PartDecision(hinge=HingeEdge.RIGHT)))
+    panel = PartDecision(kind=PartKind.BUTTON, box_m=((0.12, -0.25, -0.01), (0.26, -0.1, 0.31)), merge="door_0")
+    decisions = Decisions(parts={"door_0": PartDecision(hinge=HingeEdge.RIGHT), "panel": panel})
+    after = made(mesh, decisions)
+    x = [built.asset.asset_from_link("door_0").position[0] for built in (before, after)]
+    assert x[1] - x[0] == pytest.approx(0.13, abs=0.01)
+
+
+def test_a_part_is_made_to_open_the_other_way(mesh: Path) -> None:
+    door = made(mesh, Decisions()).asset.joint_of("door_0")
+    flipped = made(mesh, one("door_0", PartDecision(flip=True))).asset.joint_of("door_0")
+    assert door is not None
+    assert flipped is not None
+    assert flipped.axis == pytest.approx(tuple(-v for v in door.axis))
+    assert flipped.range == door.range
+
+
+def test_what_a_person_rejects_is_rejected(mesh: Path) -> None:
+    with pytest.raises(Rejected) as caught:
+        made(mesh, Decisions(decision=Word.REJECT))
+    assert caught.value.code == "REV002"
 
 
 def test_a_part_that_was_missed_is_given_by_a_box(mesh: Path) -> None:
@@ -97,9 +153,9 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
 
 
 def test_what_is_not_there_is_named(mesh: Path) -> None:
-    with pytest.raises(UnknownId, match="did you mean door_0"):
+    with pytest.raises(Rejected, match="did you mean door_0"):
         made(mesh, one("door_9", PartDecision(hinge=HingeEdge.LEFT)))
-    with pytest.raises(UnknownId):
+    with pytest.raises(Rejected, match="nobody"):
         made(mesh, one("door_0", PartDecision(on="nobody")))
 
 

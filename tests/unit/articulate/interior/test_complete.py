@@ -210,7 +210,7 @@ def test_what_is_carved_is_gone_and_the_rest_is_whole() -> None:
 def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     first = made(block(*door()), tmp_path, "wall_oven")
     path = tmp_path / "d.yaml"
-    path.write_text(sidecar.text(first), encoding="utf-8")
+    path.write_text(sidecar.text(first, Decisions()), encoding="utf-8")
     decisions = sidecar.read(path)
     assert decisions.cavities["door_0"].build is True
     assert made(block(*door()), tmp_path, "wall_oven", decisions).asset.digest == first.asset.digest
@@ -221,7 +221,7 @@ def test_a_sidecar_with_cavities_makes_the_same_asset(tmp_path: Path) -> None:
     path.write_text(former, encoding="utf-8")
     assert sidecar.read(path) == decisions, "the keys of older files are read"
     bare = made(block(*door()), tmp_path, "wall_oven", complete=False)
-    path.write_text(sidecar.text(bare), encoding="utf-8")
+    path.write_text(sidecar.text(bare, Decisions()), encoding="utf-8")
     assert made(block(*door()), tmp_path, "wall_oven", sidecar.read(path)).asset.digest == bare.asset.digest
 
 

@@ -1,0 +1,18 @@
+"""What was learned from labelled cases, handed in by whoever reads the registry."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from casa_assets.core.forest import Forest
+
+
+@dataclass(frozen=True)
+class Models:
+    """Forests that decide where rules decide worse.
+
+    Attributes:
+        plans: tells how good a plan is (PLAN_FEATURES to GRADES).
+    """
+
+    plans: Forest
