@@ -193,9 +193,8 @@ def _reliability(chances: Floats, grades: npt.NDArray[np.int64]) -> None:
         if rows.any():
             right = float((grades[rows] == GRADES.index("right")).mean())
             wrong = float((grades[rows] == GRADES.index("wrong")).mean())
-            print(
-                f"{low:.1f} to {min(high, 1):.1f}  {int(rows.sum()):5d}  {sure[rows].mean():.2f}  {right:5.2f}  {wrong:5.2f}"
-            )
+            shares = f"{sure[rows].mean():.2f}  {right:5.2f}  {wrong:5.2f}"
+            print(f"{low:.1f} to {min(high, 1):.1f}  {int(rows.sum()):5d}  {shares}")
 
 
 if __name__ == "__main__":

@@ -78,7 +78,8 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
         articulation = articulate_fragments(measured, frame, category)
         features = plan_features(articulation, measured, way, fragmentation.shell is not None)
-        chances = None if models is None else models.plans.probabilities(features[None])[0]
+        forest = None if models is None else models.plans
+        chances = None if forest is None else forest.probabilities(features[None])[0]
         guess = float(weights @ features[: len(SCORE_NAMES)])
         found.append(Plan(way, fragmentation, articulation, features, guess, chances))
     return found

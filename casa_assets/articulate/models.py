@@ -12,7 +12,7 @@ class Models:
     """Forests that decide where rules decide worse.
 
     Attributes:
-        plans: tells how good a plan is (PLAN_FEATURES to GRADES).
+        plans: tells how good a plan is, in GRADES, from PLAN_FEATURES; None where rules decide.
     """
 
-    plans: Forest
+    plans: Forest | None = None

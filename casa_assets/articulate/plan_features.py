@@ -157,5 +157,5 @@ def _share_alone(articulation: Articulation) -> float:
 
 def _spread(boxes: list[Floats]) -> float:
     """Return the spread of sizes of boxes relative to their mean; 0 for fewer than two."""
-    sizes = [float((b[1, :2] - b[0, :2]).max()) for b in boxes]
-    return float(np.std(sizes) / max(np.mean(sizes), 1e-9)) if len(sizes) > 1 else 0.0
+    sizes = np.array([float((b[1, :2] - b[0, :2]).max()) for b in boxes])
+    return float(sizes.std()) / max(float(sizes.mean()), 1e-9) if len(sizes) > 1 else 0.0

@@ -1,4 +1,4 @@
-"""Evaluate a forest of decision trees that a script in benchmarks/ has fitted: probabilities of classes from features."""
+"""Evaluate a forest of decision trees that a script in benchmarks/ has fitted: probabilities of classes."""
 
 from __future__ import annotations
 

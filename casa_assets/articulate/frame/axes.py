@@ -11,7 +11,8 @@ from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_cand
 from casa_assets.articulate.frame.side_views import measure_side
 from casa_assets.articulate.frame.wall_alignment import align_walls
 from casa_assets.articulate.plan import Frame
-from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, measure_fragments
+from casa_assets.articulate.segment.fragment_measures import SIDES, MeasuredFragments, measure_fragments, render_sides
+from casa_assets.articulate.segment.segmentations import segmentations
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 
@@ -126,11 +127,12 @@ def guess_frame(
     straight = align_walls(mesh, [] if kept is None else [kept])
     plain = _frame_with_axes(mesh, straight, GUESSED_REASON)
     placed = mesh.in_frame(plain)
-    pieces = measure_fragments(placed, placed.fragment_labels, FRAME_IMAGE_PX)
+    images = render_sides(placed, FRAME_IMAGE_PX)
+    ways = [measure_fragments(placed, label, images=images) for label in segmentations(placed).values()]
     outward = OUTWARD @ straight
     allowed = [(f, t) for f, t in CANDIDATES if _fits(front, outward[f]) and _fits(up, outward[t])]
     log_prior = {(f, t): float(np.log(_prior(outward[t], stated))) for f, t in allowed}
-    probabilities = candidate_probabilities(pieces, log_prior)
+    probabilities = candidate_probabilities(ways[0], log_prior, ways[1:])
     ranked = sorted(probabilities, key=lambda k: (-round(probabilities[k], 9), k))
     face, top = ranked[0]
     y, z = -outward[face], outward[top]
@@ -142,12 +144,15 @@ def guess_frame(
 
 
 def candidate_probabilities(
-    measured: MeasuredFragments, log_prior: Mapping[tuple[int, int], float]
+    measured: MeasuredFragments,
+    log_prior: Mapping[tuple[int, int], float],
+    others: Sequence[MeasuredFragments] = (),
 ) -> dict[tuple[int, int], float]:
     """Return the probability of each candidate (front, top), by appearance and by the parts that it would move.
 
     Args:
         log_prior: of each candidate, the logarithm of its prior probability.
+        others: the same mesh split in other ways; the parts of the best way count.
     """
     sides = [measure_side(measured, i) for i in range(len(SIDES))]
     inside = hidden_area(measured)
@@ -163,7 +168,7 @@ def candidate_probabilities(
     rescored = {
         c: APPEARANCE_WEIGHT * (scores[c] - log_prior[c])
         + log_prior[c]
-        + float(weights @ score_candidate(measured, *c))
+        + max(float(weights @ score_candidate(way, *c)) for way in (measured, *others))
         for c in likely
     }
     # The candidates that were scored again share the probability that they had together.
