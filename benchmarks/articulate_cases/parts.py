@@ -268,7 +268,11 @@ def touching(mesh: LabelledMesh, rng: np.random.Generator) -> LabelledMesh:
             continue
         most = seen.level - ABOVE if row["type"] in CONTROLS else seen.deepest - BACK
         least = seen.bottom + 1e-5
-        height = float(np.clip(_surface_around(mesh, seen) + ABOVE, least, max(least, most)))
+        if row["type"] in FRONTS:
+            most = max(most, min(least, seen.level - ABOVE))
+        if most < least:  # a flat part has no back
+            continue
+        height = float(np.clip(_surface_around(mesh, seen) + ABOVE, least, most))
         cuts.append((seen, height))
     for group in _planes(cuts):
         mesh = _sheet(mesh, group, keeps_boxes)
