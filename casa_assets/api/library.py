@@ -101,8 +101,8 @@ class Articulated:
     """Outcome of searching one mesh for doors, drawers and controls.
 
     Attributes:
-        source: path of the input. asset: None where it was rejected.
-        rejection: None where it was accepted; ART001 where nothing moves.
+        source: path of the input. asset: accepted or in review; None where it was rejected.
+        rejection: None where there is an asset; ART001 where nothing moves.
         report: every check; None where it was rejected before the checks.
         category, size: what it was taken to be and how large, and why.
         missing: what keeps it from what RoboCasa's fixture class of its kind reads; empty where nothing does.
@@ -119,9 +119,14 @@ class Articulated:
     folder: Path | None = None
 
     @property
+    def to_decide(self) -> tuple[str, ...]:
+        """What is too uncertain and a person has to decide: `frame`, `plan`, `contacts`; the report says why."""
+        return self.report.to_decide if self.asset is not None and self.report is not None else ()
+
+    @property
     def accepted(self) -> bool:
-        """True if there is an asset."""
-        return self.asset is not None
+        """True if there is an asset and nothing about it is for a person to decide."""
+        return self.asset is not None and not self.to_decide
 
 
 class Library:
@@ -351,8 +356,9 @@ def articulate(
 
 
 def _articulated(done: ArticulateOutcome, kept: bool) -> Articulated:
-    asset = disk.read_asset(done.folder) if done.accepted and done.folder is not None else None
-    rejection = None if done.accepted else Rejection(done.code, done.message)
+    is_made = done.decision is not Decision.REJECTED and done.folder is not None
+    asset = disk.read_asset(done.folder) if is_made and done.folder is not None else None
+    rejection = None if is_made else Rejection(done.code, done.message)
     folder = done.folder if kept else None
     source = str(done.mesh)
     return Articulated(source, asset, rejection, done.report, done.category, done.size, done.unmet_checks, folder)

@@ -145,6 +145,7 @@ class Cavity(Record):
         cut: corners of what is taken away of the body for it, None where it is hollow.
         fronts: corners in which the body has nothing to be, for the panels of its parts are there; where it is cut.
         furnish: shelves, racks or a turntable come in too.
+        in_doubt: it would be built, but a front before it is too uncertain.
     """
 
     parts: tuple[str, ...]
@@ -158,6 +159,7 @@ class Cavity(Record):
     cut: tuple[Vec3, Vec3] | None = None
     fronts: tuple[tuple[Vec3, Vec3], ...] = ()
     furnish: bool = True
+    in_doubt: bool = False
     confidence: Confidence = 0.5
     reason: str = ""
 

@@ -1,6 +1,7 @@
 """The only door to registry/: YAML files into frozen records, with errors that name file, line and pointer."""
 
 from casa_assets.model.registry.category import FALLBACK
+from casa_assets.registry.confidence import load_confidence
 from casa_assets.registry.load import FILES, Registry, data_root, load, read_document, read_record
 
-__all__ = ["FALLBACK", "FILES", "Registry", "data_root", "load", "read_document", "read_record"]
+__all__ = ["FALLBACK", "FILES", "Registry", "data_root", "load", "load_confidence", "read_document", "read_record"]

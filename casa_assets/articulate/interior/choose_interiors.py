@@ -20,12 +20,18 @@ LINER_SHARE = 0.04
 
 
 def apply_cavity_decisions(
-    cavities: Sequence[Cavity], articulation: Articulation, mesh: WeldedMesh, decisions: Decisions, build: bool
+    cavities: Sequence[Cavity],
+    articulation: Articulation,
+    mesh: WeldedMesh,
+    decisions: Decisions,
+    build: bool,
+    least_sure: float,
 ) -> tuple[Cavity, ...]:
     """Return the cavities with the user's decisions applied.
 
     Args:
         mesh: in the frame. build: whether what is missing is built where nothing is said.
+        least_sure: behind a front whose confidence is less, nothing is built where nothing is said.
     Raises:
         UnknownId: a cavity is named after a part that closes none.
     """
@@ -38,8 +44,24 @@ def apply_cavity_decisions(
         decision = decisions.cavities.get(cavity.parts[0])
         cavity = _with_decision(cavity, decision, articulation, mesh) if decision is not None else cavity
         is_built = build if decision is None or decision.build is None else decision.build
-        out.append(cavity if is_built or not cavity.built else cavity.replace(built=False, empty=True))
+        if not cavity.built:
+            out.append(cavity)
+        elif not is_built:
+            out.append(cavity.replace(built=False, empty=True))
+        elif decision is None or decision.build is None:
+            out.append(_unless_in_doubt(cavity, articulation, least_sure))
+        else:
+            out.append(cavity)
     return tuple(out)
+
+
+def _unless_in_doubt(cavity: Cavity, articulation: Articulation, least_sure: float) -> Cavity:
+    """Return a cavity that is to be built, as one that is left closed where one of its fronts is not sure enough."""
+    front = min((p for p in articulation.parts if p.name in cavity.parts), key=lambda p: p.confidence)
+    if front.confidence >= least_sure:
+        return cavity
+    reason = f"not built: {front.name} is {front.confidence:.0%} sure"
+    return cavity.replace(built=False, empty=True, in_doubt=True, reason=reason)
 
 
 def _with_decision(cavity: Cavity, decision: CavityDecision, articulation: Articulation, mesh: WeldedMesh) -> Cavity:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from contextlib import closing
 from pathlib import Path
@@ -53,6 +54,7 @@ def articulate(
     complete: Annotated[bool, typer.Option(help="Build an interior where a door or drawer opens onto nothing.")] = True,
     force: Force = False,
     jobs: Annotated[int, typer.Option(min=0, help="Meshes at once.", show_default="one per core")] = 0,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
     size: OldSizeM = 0.0,
     anew: OldForce = False,
 ) -> None:
@@ -61,7 +63,8 @@ def articulate(
     What an earlier run made of the same file with the same options is kept, and so is why it made nothing; a run that
     was stopped goes on where it ended.
     Every decision stands in decisions.yaml beside the model: change a line and give the file back with --decisions.
-    Exit 0 when all are in the library, 1 when something was rejected (nothing moves: ART001), 2 on misuse.
+    Exit 0 when all were accepted, 1 when some were rejected (nothing moves: ART001), 4 when none was but a person has
+    to decide something about some (review.csv in the library), 2 on misuse.
 
     Examples:
 
@@ -91,7 +94,7 @@ def articulate(
             found,
         )
 
-    console = Console()
+    console = Console(stderr=json_)
     others: Counter[str] = Counter()
     outcomes: list[ArticulateOutcome] = []
     with bar(console) as progress:
@@ -104,49 +107,88 @@ def articulate(
             for outcome in running:
                 outcomes.append(outcome)
                 progress.update(task, total=outcome.total, completed=sum(o.count for o in outcomes))
-                if not outcome.kept or outcome.total <= MOST_LISTED:
+                if json_:
+                    typer.echo(_json_row(outcome))
+                elif not outcome.kept or outcome.total <= MOST_LISTED:
                     _print_outcome(outcome, progress.console)
                     if report and outcome.articulation is not None:
                         _print_parts(outcome, progress.console)
-    print_others(+others, console)
+    print_others(+others, console, json_)
     if not outcomes:
         print_no_mesh_found(sources)
         raise typer.Exit(2)
-    if len(outcomes) > 1:
-        _print_summary(outcomes, console)
+    if len(outcomes) > 1 and not json_:
+        _print_summary(outcomes, out, console)
     if review:
         console.print(f"{review_page.write(out, outcomes)}", highlight=False)
     _exit_with(outcomes)
 
 
+def _json_row(outcome: ArticulateOutcome) -> str:
+    """Return the line of an outcome for --json."""
+    row = {
+        "status": outcome.decision.value,
+        "to_decide": outcome.to_decide,
+        "kept": outcome.kept,
+        "path": str(outcome.mesh),
+        "id": "" if outcome.folder is None else outcome.folder.name,
+        "code": outcome.code,
+        "message": outcome.message,
+        "count": outcome.count,
+        "parts": [
+            {"name": p.name, "kind": p.kind.value, "on": p.parent or "body", "confidence": p.confidence}
+            for p in (outcome.articulation.parts if outcome.articulation is not None else ())
+        ],
+        "warnings": [
+            {"code": i.code, "pointer": i.pointer, "message": i.message}
+            for i in (outcome.report.issues if outcome.report is not None else ())
+            if i.severity.value == "warning"
+        ],
+    }
+    return json.dumps(row, sort_keys=True)
+
+
+def _counts(outcomes: Sequence[ArticulateOutcome]) -> tuple[int, int, int]:
+    """Return how many inputs were accepted, are in review, and were rejected."""
+    from casa_assets.model.issue import Decision
+
+    accepted, in_review, rejected = (sum(o.count for o in outcomes if o.decision is decision) for decision in Decision)
+    return accepted, in_review, rejected
+
+
 def _progress_text(outcomes: Sequence[ArticulateOutcome], names: Sequence[str]) -> str:
-    """Return the text of the progress bar: how many were accepted and rejected, and what is being worked on."""
-    accepted = sum(outcome.accepted for outcome in outcomes)
-    rejected = sum(outcome.count for outcome in outcomes) - accepted
+    """Return the text of the progress bar: what became of the meshes so far, and what is being worked on."""
+    accepted, in_review, rejected = _counts(outcomes)
     shown = ", ".join(escape(terminal_safe(Path(name).name)) for name in names[:MAX_NAMES])
     more = f" and {len(names) - MAX_NAMES} more" if len(names) > MAX_NAMES else ""
-    return f"[green]{accepted} accepted[/], [red]{rejected} rejected[/]; at work on {shown}{more}"
+    counts = f"[green]{accepted} accepted[/], [yellow]{in_review} in review[/], [red]{rejected} rejected[/]"
+    return f"{counts}; at work on {shown}{more}"
 
 
-def _print_summary(outcomes: Sequence[ArticulateOutcome], console: Console) -> None:
-    """Print how many were rejected for each reason, and how many were accepted."""
+def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, console: Console) -> None:
+    """Print how many were rejected for each reason, and what became of all of them."""
     codes: Counter[str] = Counter()
     for outcome in outcomes:
         codes[outcome.code] += outcome.count * bool(outcome.code)
     print_codes(+codes, console)
-    accepted = sum(outcome.accepted for outcome in outcomes)
-    rejected = sum(outcome.count for outcome in outcomes) - accepted
-    print_outcomes(accepted, 0, rejected, sum(outcome.count for outcome in outcomes if outcome.kept), console)
+    counts = _counts(outcomes)
+    print_outcomes(*counts, sum(outcome.count for outcome in outcomes if outcome.kept), console)
+    if counts[1]:
+        place = escape(terminal_safe(str(out)))
+        console.print(f"Review: {place}/review.csv; accept or correct there, then run again", highlight=False)
 
 
 def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
-    """End with exit 3 after a fault of the program, 1 after a rejection; return where all were accepted."""
+    """End with exit 3 after a fault of the program, 1 after a rejection, 4 where some are in review; else return."""
     from casa_assets.pipeline.ingest.run import CRASH_CODE
 
     if faults := [str(outcome.mesh) for outcome in outcomes if outcome.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))
-    if not all(outcome.accepted for outcome in outcomes):
+    _, in_review, rejected = _counts(outcomes)
+    if rejected:
         raise typer.Exit(1)
+    if in_review:
+        raise typer.Exit(4)
 
 
 def _read_decisions(path: Path | None, sources: Sequence[Path]) -> Decisions:
@@ -181,11 +223,14 @@ def _print_outcome(outcome: ArticulateOutcome, console: Console) -> None:
     count = sum(not p.added for p in outcome.articulation.parts)
     whole = sum(t.is_full for t in outcome.travels.values())
     cavities = sum(r.built for r in outcome.articulation.cavities)
+    closed = sum(r.in_doubt for r in outcome.articulation.cavities)
     added = f", {pluralize(cavities, 'interior')} added" if cavities else ""
+    added += f", {pluralize(closed, 'interior')} not built behind fronts in doubt" if closed else ""
     reached = f"full range: {whole} of {pluralize(len(outcome.travels), 'joint')}"
     message = f"{pluralize(count, 'moving part')}, {reached}{added}"
-    if outcome.accepted:
-        mark = f"[green]{'kept' if outcome.kept else 'accepted'}[/]"
+    if not outcome.code:
+        kept = " (there already)" if outcome.kept else ""
+        mark = f"[{'green' if outcome.accepted else 'yellow'}]{outcome.decision.value}{kept}[/]"
     else:
         mark = f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))};"
     console.print(f"{mark} {name}: {message}", highlight=False)
@@ -234,8 +279,15 @@ def _table(outcome: ArticulateOutcome) -> Table:
             part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", part.full_reason, joint.runner_up
         )
     for cavity in outcome.articulation.cavities:
-        if cavity.built:
+        if cavity.built or cavity.in_doubt:
+            mark = "+" if cavity.built else "no"
             table.add_row(
-                f"+ {cavity.interior.value}", cavity.parts[0], "", "", f"{cavity.confidence:.0%}", cavity.reason, ""
+                f"{mark} {cavity.interior.value}",
+                cavity.parts[0],
+                "",
+                "",
+                f"{cavity.confidence:.0%}",
+                cavity.reason,
+                "",
             )
     return table

@@ -15,7 +15,9 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.model.ingest.user_override import NO_OVERRIDE
 from casa_assets.pipeline.articulate.build import ArticulateRequest
+from casa_assets.pipeline.articulate.overrides import with_override
 from casa_assets.pipeline.articulate.run import (
     ArticulateOutcome,
     EntryKey,
@@ -32,6 +34,7 @@ from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.ingest.survey_table import SurveyTable
 from casa_assets.pipeline.ingest.unreadable_inputs import UnreadableInputs, write_if_changed
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
@@ -123,6 +126,7 @@ def _run(
                 yield replace(outcome, total=total)
     unreadable.prune(library)
     refused.write(roots)
+    review.write(library, EntryTable(library, skip_damaged=True).entries)
 
 
 def _known_or_due(
@@ -135,13 +139,14 @@ def _known_or_due(
     """Yield for each input what earlier runs made of it, why it cannot be read, or what is to be done."""
     known = {library.root / entry.path: entry for entry in EntryTable(library, skip_damaged=True).entries}
     older = library.by_input()
+    overrides = review.read_overrides(library)
     first: dict[str, str] = {}
     for number, one in enumerate(found):
         answer = answers[number]
         if isinstance(answer, Survey) and answer.sha256 not in first:
             first[answer.sha256] = one.source.place
             unreadable.note_readable(one)
-            request = request_for(one, answer.sha256)
+            request = with_override(request_for(one, answer.sha256), overrides.get(answer.sha256, NO_OVERRIDE))
             key = entry_key(request, answer.sha256, one.source)
             entries = older.get(key.identity.suffix, ())
             kept = None if request.anew else kept_outcome(request, key, entries, known)

@@ -11,6 +11,7 @@ import numpy as np
 from casa_assets import registry
 from casa_assets.articulate.assemble import AssetSpec, assemble
 from casa_assets.articulate.choose_plan import choose_plan
+from casa_assets.articulate.confidence import CERTAIN, calibrate_parts
 from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_decisions, axis_word, parse_direction
 from casa_assets.articulate.drop_empty_links import drop_empty_links
 from casa_assets.articulate.frame.axes import guess_frame
@@ -142,6 +143,7 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         longest, model, request, category if kind.id else None
     )
     found = found.replace(frame=frame.replace(metres=metres_per_file_unit / frame.scale), category=kind.id)
+    found = calibrate_parts(found, registry.load_confidence())
     try:
         found = apply_decisions(found, placed, request.decisions)
     except CasaError as error:
@@ -223,7 +225,7 @@ def _scale(
 
 
 def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest) -> Frame:
-    """Return the frame that is given, or the guess; decisions that repeat the guess leave it a guess."""
+    """Return the frame that is given, or the guess; decisions that repeat a guess that is sure leave it a guess."""
     said = request.decisions
     up = request.up or (parse_direction(said.up) if said.up is not None else None)
     front = request.front or (parse_direction(said.front) if said.front is not None else None)
@@ -232,10 +234,16 @@ def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest)
         if abs(float(np.dot(up, front))) > 1e-3:
             message = f"the front {axis_word(front)} is not at a right angle to up {axis_word(up)}"
             raise CasaError(f"{request.mesh.name}: {message}; give another --front or --up")
-        given = guess_frame(mesh, up, front, stated)
-        guess = guess_frame(mesh, stated=stated)
-        return guess if np.allclose(guess.rotation, given.rotation, atol=1e-4) else given
-    return guess_frame(mesh, up, front, stated)
+        given = guess_frame(mesh, up, front, stated).replace(confidence=CERTAIN)
+        guess = _calibrated(guess_frame(mesh, stated=stated))
+        is_same = np.allclose(guess.rotation, given.rotation, atol=1e-4)
+        return guess if is_same and guess.confidence >= registry.load_confidence().bars.frame else given
+    return _calibrated(guess_frame(mesh, up, front, stated))
+
+
+def _calibrated(frame: Frame) -> Frame:
+    """Return a guessed frame with its confidence as the share of such guesses that are right."""
+    return frame.replace(confidence=registry.load_confidence().frame.at(frame.confidence))
 
 
 def find_input(request: ArticulateRequest) -> Found:

@@ -88,9 +88,9 @@ def add_interiors(
         model: its faces, part by part, are those of `placed`. articulation: its parts, with `frame.metres` set.
         category: id where it is known, else empty. build: build what is missing; else only what the decisions ask for.
     """
-    cavities = apply_cavity_decisions(
-        find_cavities(placed, articulation, category), articulation, placed, decisions, build
-    )
+    found = find_cavities(placed, articulation, category)
+    least_sure = registry.load_confidence().bars.front
+    cavities = apply_cavity_decisions(found, articulation, placed, decisions, build, least_sure)
     spaces = [_cavity_space(r) for r in cavities if not (r.empty or (r.built and r.interior is InteriorKind.DRAWER))]
     articulation = articulation.replace(cavities=cavities, spaces=tuple(spaces))
     to_build = [r for r in cavities if r.built]

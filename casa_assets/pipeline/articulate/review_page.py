@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from casa_assets.model.issue import Decision
 from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.run import STRIP, ArticulateOutcome
 from casa_assets.pipeline.reports.page_template import render_template
@@ -23,7 +24,7 @@ def write(out: Path, done: Sequence[ArticulateOutcome]) -> Path:
         "articulate_review.html",
         title="Articulated meshes",
         rows=[_row(d, out) for d in ranked],
-        rejected=sum(not d.accepted for d in done),
+        rejected=sum(d.decision is Decision.REJECTED for d in done),
         sidecar=sidecar.NAME,
         strip=STRIP,
     )

@@ -21,10 +21,12 @@ from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Source
-from casa_assets.model.issue import Report
+from casa_assets.model.ingest.user_override import Word
+from casa_assets.model.issue import Decision, Report
 from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
 from casa_assets.pipeline.articulate.contract import unmet_checks, without_contract
+from casa_assets.pipeline.articulate.doubts import doubts
 from casa_assets.pipeline.articulate.interiors import add_interiors
 from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
@@ -67,7 +69,7 @@ class ArticulateOutcome:
         mesh: the input. folder: of the entry, under `rejected` where a check found an error; None where there is none.
         articulation: the decisions. category, size: what it was taken to be, and why. report: of all checks.
         travels: of each part, by its name. contract: that it holds. unmet_checks: why it does not hold one.
-        code, message: of a refusal. kept: an earlier run made it, and nothing has changed.
+        code, message: of a refusal; an asset in review has none. kept: an earlier run made it, and nothing has changed.
         total: inputs of the run. count: inputs that it stands for: many rows of a manifest may be told of at once.
     """
 
@@ -87,9 +89,21 @@ class ArticulateOutcome:
     count: int = 1
 
     @property
+    def decision(self) -> Decision:
+        """Return whether it was accepted, is in review, or was rejected."""
+        if self.folder is None or self.code:
+            return Decision.REJECTED
+        return Decision.REVIEW if self.to_decide else Decision.ACCEPTED
+
+    @property
     def accepted(self) -> bool:
-        """Return whether it is in the library."""
-        return self.folder is not None and not self.code
+        """Return whether there is an asset and nothing about it is for a person to decide."""
+        return self.decision is Decision.ACCEPTED
+
+    @property
+    def to_decide(self) -> tuple[str, ...]:
+        """Return what a person has to decide: `frame`, `plan`, `contacts`."""
+        return self.report.to_decide if self.report is not None else ()
 
 
 def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted:
@@ -254,7 +268,10 @@ def publish_result(request: ArticulateRequest, result: ArticulateResult) -> Arti
 
 
 def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey) -> ArticulateOutcome:
-    """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files."""
+    """Write, check and publish an entry; where a check finds an error, it goes to `rejected`, with all its files.
+
+    What is in doubt is published as what is accepted, with a warning for each thing that a person has to decide.
+    """
     library = disk.Library(request.out)
     if result.asset.provenance.sha256 != key.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
@@ -329,7 +346,9 @@ def _write_and_check(
         (staged / STRIP).write_bytes(
             joint_strip(staged / "model.xml", _moving_joints(result, travel), _heading(result, asset))
         )
-    return check_package(asset, staged, result.category), travel
+    is_decided = request.decisions.decision is Word.ACCEPT
+    notes = () if is_decided else doubts(result.articulation, registry.load_confidence())
+    return check_package(asset, staged, result.category, notes), travel
 
 
 def _moving_joints(result: ArticulateResult, travel: Mapping[str, JointTravel]) -> list[MovingJoint]:

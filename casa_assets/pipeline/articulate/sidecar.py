@@ -25,6 +25,7 @@ _HEAD = """\
 #   hinge: left, right, top or bottom, seen by who stands before it.   kind: {kinds}
 #   A part can also have: remove: true | merge: <part that it is a piece of> | flip: true (opens the other way) |
 #   on: <part or body> | endless: true | axis: +z | anchor_m: [x, y, z]
+#   decision: accept (it leaves review as it is) or reject.
 #   cavities: the space behind a door or in a drawer. build: true | false   interior: {interiors}
 #   A part that was missed: a new name with kind and box_m: [[x, y, z], [x, y, z]], two corners in metres of all that
 #   belongs to it (x right, y back, z up, origin under the middle).
@@ -58,8 +59,9 @@ def text(built: ArticulateResult, given: Decisions) -> str:
             built.confidence,
         )
     )
-    lines.append(_row("up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
-    lines.append(_row("front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
+    mark = "" if frame.confidence >= registry.load_confidence().bars.frame else "# "
+    lines.append(_row(f"{mark}up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
+    lines.append(_row(f"{mark}front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
     lines.append(_row("size_m", f"{built.longest_m:.6g}", built.size))
     lines.append("parts:")
     shown = [part for part in built.articulation.parts if not part.added]
@@ -102,7 +104,7 @@ def _cavity(cavity: Cavity, metres: float, origin: Floats) -> list[str]:
     words = ", ".join("[" + ", ".join(f"{v:.4f}" for v in c) + "]" for c in box)
     return [
         _row(f"  {cavity.parts[0]}", "", (cavity.confidence, cavity.reason)),
-        f"    build: {str(cavity.built).lower()}",
+        f"    {'# ' if cavity.in_doubt else ''}build: {str(cavity.built).lower()}",
         f"    interior: {cavity.interior.value}",
         f"    furnish: {str(cavity.furnish).lower()}",
         f"    box_m: [{words}]",

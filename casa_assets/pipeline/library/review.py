@@ -30,7 +30,7 @@ REJECTED_CODE = "REV002"
 # A guess less sure than this is for a person to look at.
 DOUBTFUL = 0.5
 # What a person can decide. The front is left out: a wrong one spoils nothing, and most things have none.
-SUBJECTS = ("things", "category", "up_axis", "scale", "mass")
+SUBJECTS = ("things", "category", "up_axis", "scale", "mass", "frame", "plan", "contacts")
 INFO_COLUMNS = ("sha256", "id", "input", "look_at", "category", "size_m", "up", "mass_kg", "reason")
 # Fields of UserOverride.
 OVERRIDE_NAMES = ("decision", "category", "up", "turn_deg", "size_m", "mass_kg")
@@ -142,9 +142,17 @@ def _info_cells(entry: Entry, subjects: Sequence[str]) -> dict[str, str]:
         "size_m": "" if size is None else f"{size:.4g}",
         "up": guesses["up_axis"].value if "up_axis" in guesses else "",
         "mass_kg": "" if entry.summary is None else f"{entry.summary.mass:.4g}",
-        "reason": " | ".join(guesses[s].reason for s in subjects if s in guesses) or entry.message,
+        "reason": " | ".join(_reason(s, guesses, entry) for s in subjects) or entry.message,
     }
     return {name: _spreadsheet_safe(value) for name, value in cells.items()}
+
+
+def _reason(subject: str, guesses: Mapping[str, Guess], entry: Entry) -> str:
+    """Why a person should look at something: the reason of the guess, or the words of the warning about it."""
+    if subject in guesses:
+        return guesses[subject].reason
+    told = (issue.message for issue in entry.warnings if issue.pointer == subject)
+    return next(told, entry.message)
 
 
 def _spreadsheet_safe(value: str) -> str:

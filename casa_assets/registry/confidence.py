@@ -1,0 +1,15 @@
+"""registry/confidence.yaml: how sure `articulate` is. Written by benchmarks/articulate_confidence.py."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from casa_assets.model.registry.confidence import ConfidenceModel
+from casa_assets.registry.load import data_root, read_document, read_record
+
+
+@cache
+def load_confidence() -> ConfidenceModel:
+    """Return the curves, weights and bars. Raises RegistryError where the file is wrong."""
+    document = read_document(data_root() / "confidence.yaml")
+    return read_record(ConfidenceModel, document.value, document, ())
