@@ -13,7 +13,9 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -37,34 +39,40 @@ def main() -> None:
     parser.add_argument("--only", default="", help="Part of the names of the families or kinds.")
     parser.add_argument("--jobs", type=int, default=1)
     args = parser.parse_args()
+    manners = [m for m in args.manner if m != PLAIN]
+    jobs = [(args.out, manners, n, args.seed, i) for i, n in _members(args, (*FAMILIES, *MORE)) if manners]
+    jobs += [(args.out, [PLAIN], n, args.seed, i) for i, n in _members(args, KINDS) if PLAIN in args.manner]
+    with ProcessPoolExecutor(args.jobs) as pool:
+        written = sum(pool.map(_write, *zip(*jobs, strict=True)))
     for manner in args.manner:
-        names = [n for n in (KINDS if manner == PLAIN else (*FAMILIES, *MORE)) if args.only in n]
-        cases = args.out / manner / "cases"
-        wanted = [(cases, manner, n, args.seed, i) for i in range(args.each) for n in names]
-        wanted = [w for w in wanted if not (cases / f"{w[2]}_{w[4]}" / "gt.json").exists()]
-        if args.jobs == 1:
-            for one in wanted:
-                _write(*one)
-        else:
-            with ProcessPoolExecutor(args.jobs) as pool:
-                list(pool.map(_write, *zip(*wanted, strict=True))) if wanted else None
-        rows = []
+        cases, rows = args.out / manner / "cases", []
         for path in sorted(cases.glob("*/gt.json")):
             truth = json.loads(path.read_text(encoding="utf-8"))
             rows.append({k: truth[k] for k in ("name", "category", "source")} | {"tags": ["core", "proc"]})
         (cases / "index.json").write_text(json.dumps({"cases": rows}), encoding="utf-8")
-        print(f"{manner}: {len(wanted)} written, {len(rows)} in all")
+        print(f"{manner}: {len(rows)} in all")
+    print(f"{written} written")
 
 
-def _write(cases: Path, manner: str, name: str, seed: int, index: int) -> None:
-    """Draw and write one case."""
-    if manner == PLAIN:
-        mesh = draw(name, seed, index)
-    else:
-        mesh, taken = in_manner(family_case(name, seed, index), manner, seed)
-        mesh.truth["changes"] = taken
-    mesh.truth["source"] = {"repo": name}
-    write_case(cases / f"{name}_{index}", *fused(mesh))
+def _members(args: argparse.Namespace, names: Iterable[str]) -> list[tuple[int, str]]:
+    """Number and name of each member that is asked for, the first of every name before the second of any."""
+    return [(i, n) for i in range(args.each) for n in names if args.only in n]
+
+
+def _write(out: Path, manners: list[str], name: str, seed: int, index: int) -> int:
+    """Write one member in each manner in which it is not there; returns how many were written."""
+    missing = [m for m in manners if not (out / m / "cases" / f"{name}_{index}" / "gt.json").exists()]
+    if not missing:
+        return 0
+    drawn = draw(name, seed, index) if missing == [PLAIN] else family_case(name, seed, index)
+    drawn.truth["source"] = {"repo": name}
+    for manner in missing:
+        mesh = drawn
+        if manner != PLAIN:
+            mesh, taken = in_manner(drawn, manner, seed)
+            mesh = replace(mesh, truth={**mesh.truth, "changes": taken})
+        write_case(out / manner / "cases" / f"{name}_{index}", *fused(mesh))
+    return len(missing)
 
 
 if __name__ == "__main__":

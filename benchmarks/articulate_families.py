@@ -7,6 +7,7 @@ gave it as ground truth. Used by `benchmarks/articulate.py --families`.
 
 from __future__ import annotations
 
+import functools
 import json
 import tempfile
 from collections.abc import Sequence
@@ -88,8 +89,7 @@ def write_cases(folder: Path, names: Sequence[str] = FAMILIES, each: int = EACH)
 
 def family_case(name: str, seed: int, index: int) -> LabelledMesh:
     """A member of a family as one mesh, with the parts that its joints move."""
-    with tempfile.TemporaryDirectory() as cache:
-        asset = build_asset(family(name), params_of(FamilyRequest(name, seed=seed, index=index)), Path(cache))
+    asset = build_asset(family(name), params_of(FamilyRequest(name, seed=seed, index=index)), Path(_cache().name))
     points, faces, owner, handle = _merged(asset)
     parts: list[dict[str, Any]] = []
     for joint in asset.joints:
@@ -108,6 +108,12 @@ def family_case(name: str, seed: int, index: int) -> LabelledMesh:
         "parts": parts,
     }
     return LabelledMesh(points, faces, owner, handle, truth)
+
+
+@functools.cache
+def _cache() -> tempfile.TemporaryDirectory[str]:
+    """A folder for what members have in common, gone when the process ends."""
+    return tempfile.TemporaryDirectory()
 
 
 def _merged(asset: Asset) -> tuple[Floats, Ints, Ints, Mask]:
