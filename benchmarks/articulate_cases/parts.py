@@ -109,7 +109,7 @@ def facing(mesh: LabelledMesh, row: dict[str, Any]) -> Facing | None:
     spread = share + np.append(share[1:], 0.0)
     level = int(np.flatnonzero(spread >= min(LEVEL_SHARE, spread.max()))[-1])
     near = seen[(bins >= level) & (bins <= level + 1)]
-    return Facing(row["id"], axes, float(near.max()), float(np.quantile(seen, 0.03)), float(height.min()))
+    return Facing(row["id"], axes, float(near.max()), float(np.quantile(seen, 0.005)), float(height.min()))
 
 
 def no_handles(mesh: LabelledMesh, rng: np.random.Generator) -> LabelledMesh:
@@ -275,7 +275,7 @@ def touching(mesh: LabelledMesh, rng: np.random.Generator) -> LabelledMesh:
         height = float(np.clip(_surface_around(mesh, seen) + ABOVE, least, most))
         cuts.append((seen, height))
     for group in _planes(cuts):
-        mesh = _sheet(mesh, group, keeps_boxes)
+        mesh = _sheet(mesh, group, [seen for seen, _ in cuts], keeps_boxes)
     return mesh.with_points(mesh.points * unit)
 
 
@@ -294,14 +294,17 @@ def _planes(cuts: list[tuple[Facing, float]]) -> list[list[tuple[Facing, float]]
     return groups
 
 
-def _sheet(mesh: LabelledMesh, group: list[tuple[Facing, float]], keeps_boxes: bool) -> LabelledMesh:
-    """Cut the parts of a group and put a sheet of the body around them."""
+def _sheet(
+    mesh: LabelledMesh, group: list[tuple[Facing, float]], every: list[Facing], keeps_boxes: bool
+) -> LabelledMesh:
+    """Cut the parts of a group and put a sheet of the body around them, but not before other parts."""
     axes, level = group[0][0].axes, group[0][1]
     corners: list[Floats] = []
     regions: list[manifold3d.CrossSection] = []
     margins: list[manifold3d.CrossSection] = []
     kinds = {p["id"]: p["type"] for p in mesh.parts}
     for seen, _ in group:
+        flat, others = mesh.points @ axes.T, mesh.faces[mesh.part != seen.part]
         mesh, segments = _cut(mesh, seen, level, keeps_boxes and kinds[seen.part] == "drawer")
         outline = _outline(segments)
         if outline is None:
@@ -310,21 +313,49 @@ def _sheet(mesh: LabelledMesh, group: list[tuple[Facing, float]], keeps_boxes: b
         reach = MARGIN if kinds[seen.part] in FRONTS else min(MARGIN, 0.3 * float((high - low).min()))
         corners.append(segments.reshape(-1, 2))
         regions.append(outline)
-        margins.append(manifold3d.CrossSection([_rectangle(low - reach, high + reach)]))
+        margins.append(manifold3d.CrossSection([_rectangle(*_supported(flat, others, low, high, reach, level))]))
     if not regions:
         return mesh
-    used = (mesh.points[mesh.faces].reshape(-1, 3)) @ axes.T
-    frame = manifold3d.CrossSection([_rectangle(used[:, :2].min(axis=0), used[:, :2].max(axis=0))])
-    sheet = (manifold3d.CrossSection.batch_boolean(margins, manifold3d.OpType.Add) ^ frame) - (
+    sheet = manifold3d.CrossSection.batch_boolean(margins, manifold3d.OpType.Add) - (
         manifold3d.CrossSection.batch_boolean(regions, manifold3d.OpType.Add)
     )
+    own = {seen.part for seen, _ in group}
+    boxes = [np.array(r.bounds()) for r in regions]
+    for seen in every:
+        if seen.part in own or seen.level > level or float(seen.axes[2] @ axes[2]) < 1 - 1e-9:
+            continue
+        cloud = (mesh.points[mesh.faces[mesh.part == seen.part].ravel()] @ axes.T)[:, :2]
+        low, high = cloud.min(axis=0), cloud.max(axis=0)
+        if not any((low <= b[:2]).all() and (b[2:] <= high).all() for b in boxes):  # else they sit on it
+            sheet -= manifold3d.CrossSection([_rectangle(low, high)])
     if sheet.is_empty():
         return mesh
     polygons = [_with_corners(np.asarray(p), np.unique(np.concatenate(corners), axis=0)) for p in sheet.to_polygons()]
     polygons = [p for p in polygons if len(p) >= 3]
     faces = np.asarray(manifold3d.triangulate(polygons), dtype=np.int64).reshape(-1, 3)
-    flat = np.concatenate(polygons)
-    return mesh.added(np.column_stack([flat, np.full(len(flat), level)]) @ axes, faces, 0)
+    sheet_flat = np.concatenate(polygons)
+    return mesh.added(np.column_stack([sheet_flat, np.full(len(sheet_flat), level)]) @ axes, faces, 0)
+
+
+def _supported(
+    flat: Floats, faces: Ints, low: Floats, high: Floats, reach: float, level: float
+) -> tuple[Floats, Floats]:
+    """A rectangle made larger by `reach` on the sides where there is something behind; on all a little if on none."""
+    near = flat[faces]
+    near_low, near_high = near[..., :2].min(axis=1), near[..., :2].max(axis=1)
+    faces = faces[((near_high > low - reach) & (near_low < high + reach)).all(axis=1)]
+    along = np.linspace(0.1, 0.9, 7)
+    wider_low, wider_high = low.copy(), high.copy()
+    for k in (0, 1):
+        for sign, edge, wider in ((-1, low, wider_low), (1, high, wider_high)):
+            spots = low + along[:, None] * (high - low)
+            spots[:, k] = edge[k] + 0.5 * sign * reach
+            heights = _heights(flat, faces, spots)
+            if (np.isfinite(heights) & (heights < level + MARGIN)).mean() > 0.5:
+                wider[k] += sign * reach
+    if (wider_low == low).all() and (wider_high == high).all():
+        return low - 0.2 * reach, high + 0.2 * reach
+    return wider_low, wider_high
 
 
 def _rectangle(low: Floats, high: Floats) -> list[tuple[float, float]]:
