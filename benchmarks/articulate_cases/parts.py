@@ -74,7 +74,7 @@ def outward(mesh: LabelledMesh, row: dict[str, Any]) -> Floats | None:
     elif kind == "knob":
         found = axis if (center - middle) @ axis > 0 else -axis
     elif kind in FRONTS and joint["type"] != "prismatic":
-        found = np.cross(opening, center - np.asarray(joint["origin"], dtype=np.float64))
+        found = _across_leaf(cloud, np.cross(opening, center - np.asarray(joint["origin"], dtype=np.float64)))
     elif kind in FRONTS and mesh.direction("front") is not None:
         found = mesh.direction("front")
     else:
@@ -83,8 +83,22 @@ def outward(mesh: LabelledMesh, row: dict[str, Any]) -> Floats | None:
     if length < 1e-9:
         return None
     found = found / length
+    up, front = mesh.direction("up"), mesh.direction("front")
+    if kind in CONTROLS and up is not None and found @ up < -SNAP_COSINE:
+        found = -found
+    if kind == "door" and front is not None and found @ front < -SNAP_COSINE:
+        found = -found
     nearest = int(np.abs(found).argmax())
     return np.eye(3)[nearest] * np.sign(found[nearest]) if abs(found[nearest]) > SNAP_COSINE else found
+
+
+def _across_leaf(cloud: Floats, way: Floats) -> Floats:
+    """The direction in which a leaf moves at first, along its thinnest side where it is thin."""
+    size = np.ptp(cloud, axis=0)
+    order = np.argsort(size)
+    if size[order[0]] < 0.4 * size[order[1]] and abs(way[order[0]]) > 0.02 * np.linalg.norm(way):
+        return np.eye(3)[order[0]] * np.sign(way[order[0]])
+    return way
 
 
 def facing(mesh: LabelledMesh, row: dict[str, Any]) -> Facing | None:
