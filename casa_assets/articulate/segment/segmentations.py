@@ -9,9 +9,11 @@ from __future__ import annotations
 from enum import StrEnum
 
 import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges
-from casa_assets.core.typing import Ints
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.topology import merge_rows
 
 # A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
@@ -19,6 +21,9 @@ from casa_assets.geometry.mesh.topology import merge_rows
 MAX_PIECES, MIN_FACES_PER_PIECE = 1500, 3.0
 # Pieces of a fragment are told apart only where it spans this share of the object along two axes.
 LARGE_EXTENT_SHARE = 0.6
+# Pieces whose longest side is at most this share of the diagonal join those of their kind that they share edges with:
+# they are facets of knobs, posts and bars of handles. Ref: knobs and buttons are at most 0.121 long (controls.py).
+SMALL_PIECE = 0.14
 # Fewest and most nodes that may be the parts of an object.
 MIN_NODES, MAX_NODES = 3, 300
 
@@ -47,6 +52,7 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
     pieces = mesh.piece_index[mesh.duplicate_of]
     count = len(np.unique(pieces[alive]))
     if 1 < count <= MAX_PIECES and alive.sum() >= MIN_FACES_PER_PIECE * count:
+        pieces = _with_small_ones_joined(mesh, pieces)
         colours = mesh.material_index[mesh.duplicate_of]
         candidates[Segmentation.PIECES] = _numbered(alive, pieces, colours)
         large = _is_large(mesh, welded)
@@ -62,14 +68,36 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
     return found
 
 
-def _is_large(mesh: WeldedMesh, label: Ints) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Mark the (N,) fragments that span most of the object along two axes."""
+def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints) -> Ints:
+    """Return the (F,) pieces with those joined that are small, share an edge, and are small together."""
+    lower, upper = _corners(mesh, pieces)
+    small = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
+    left, right = (pieces[faces] for faces in mesh.solid_neighbors)
+    both = small[left] & small[right] & (left != right)
+    count = len(small)
+    graph = coo_matrix((np.ones(int(both.sum()), dtype=np.int8), (left[both], right[both])), shape=(count, count))
+    _, joined = connected_components(graph, directed=False)
+    joined = joined.astype(np.int64)
+    lower, upper = _corners(mesh, joined[pieces])
+    together = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
+    found: Ints = np.where(together[joined], joined, joined.max(initial=0) + 1 + np.arange(count))[pieces]
+    return found
+
+
+def _corners(mesh: WeldedMesh, label: Ints) -> tuple[Floats, Floats]:
+    """Return the (N, 3) lower and upper corner of the faces of each label; -1 is none."""
     count = int(label.max()) + 1
     alive = label >= 0
     corners = mesh.points[mesh.faces[alive]]
     lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
     np.minimum.at(lower, label[alive], corners.min(axis=1))
     np.maximum.at(upper, label[alive], corners.max(axis=1))
+    return lower, upper
+
+
+def _is_large(mesh: WeldedMesh, label: Ints) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Mark the (N,) fragments that span most of the object along two axes."""
+    lower, upper = _corners(mesh, label)
     wide = (upper - lower) >= LARGE_EXTENT_SHARE * np.ptp(mesh.points, axis=0)
     found: np.ndarray[tuple[int], np.dtype[np.bool_]] = wide.sum(axis=1) >= 2
     return found

@@ -67,6 +67,15 @@ class WeldedMesh:
         """Return the (F,) fragment of each face, as `weld_by_edges` gives it."""
         return weld_by_edges(self)
 
+    @cached_property
+    def solid_neighbors(self) -> tuple[Ints, Ints]:
+        """Return the faces (N,) and (N,) of pairs that share an edge and bound one solid; the first of doubled ones."""
+        index = np.flatnonzero((self.duplicate_of == np.arange(len(self.faces))) & (self.areas > 0.0))
+        if not len(index):
+            return index, index
+        left, right = _adjacent_faces(self, index)
+        return index[left], index[right]
+
     @property
     def diagonal(self) -> float:
         """Return the diagonal of the box around all triangles."""
@@ -180,18 +189,16 @@ def weld_by_edges(mesh: WeldedMesh, by_material: bool = True) -> Ints:
     Args:
         by_material: faces of different materials are different fragments.
     """
-    alive = (mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0)
-    index = np.flatnonzero(alive)
-    labels = np.full(len(mesh.faces), -1, dtype=np.int64)
-    if not len(index):
-        return labels
-    left, right = _adjacent_faces(mesh, index)
+    index = np.flatnonzero((mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0))
+    left, right = mesh.solid_neighbors
     if by_material:
-        alike = mesh.material_index[index[left]] == mesh.material_index[index[right]]
+        alike = mesh.material_index[left] == mesh.material_index[right]
         left, right = left[alike], right[alike]
-    graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(len(index), len(index)))
+    shape = (len(mesh.faces), len(mesh.faces))
+    graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=shape)
     _, component = connected_components(graph, directed=False)
-    _, labels[index] = merge_rows(component[:, None].astype(np.float64))
+    labels = np.full(len(mesh.faces), -1, dtype=np.int64)
+    _, labels[index] = merge_rows(component[index][:, None].astype(np.float64))
     return np.where(mesh.areas > 0.0, labels[mesh.duplicate_of], -1)
 
 
