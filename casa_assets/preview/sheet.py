@@ -45,14 +45,20 @@ def contact_sheet(shots: Sequence[SheetCell], heading: str, columns: int = 8, ce
     room_px = width - 2 * _MARGIN_PX
     pen.text((_MARGIN_PX, _MARGIN_PX), _cut(heading, 22, room_px), fill=_INK, font=ImageFont.load_default(22))
     for i, shot in enumerate(shots):
-        x = _MARGIN_PX + i % columns * (cell_px + _GAP_PX)
-        y = _MARGIN_PX + _HEADER_PX + i // columns * (cell_px + _CAPTION_PX + _GAP_PX)
+        x, y = cell_corner(i, columns, cell_px)
         pen.rectangle((x, y, x + cell_px - 1, y + cell_px - 1), fill=_CELL)
         if shot.png:
             page.paste(_fitted(shot.png, cell_px), (x, y))
         pen.text((x, y + cell_px + 4), _cut(shot.title, 13, cell_px), fill=_INK, font=ImageFont.load_default(13))
         pen.text((x, y + cell_px + 21), _cut(shot.subtitle, 12, cell_px), fill=_FAINT, font=ImageFont.load_default(12))
     return tonemap.png(np.asarray(page))
+
+
+def cell_corner(number: int, columns: int, cell_px: int) -> tuple[int, int]:
+    """Return the pixel (x, y) of the upper left corner of a picture on a sheet, by its number from 0."""
+    x = _MARGIN_PX + number % columns * (cell_px + _GAP_PX)
+    y = _MARGIN_PX + _HEADER_PX + number // columns * (cell_px + _CAPTION_PX + _GAP_PX)
+    return x, y
 
 
 def contact_sheets(

@@ -16,11 +16,11 @@ from PIL import Image, ImageDraw, ImageFont
 from casa_assets.core.typing import Floats
 from casa_assets.preview import studio, tonemap
 from casa_assets.preview.camera import Camera, View, fit
-from casa_assets.preview.sheet import SheetCell, contact_sheet
+from casa_assets.preview.sheet import SheetCell, cell_corner, contact_sheet
 from casa_assets.preview.still import load_into_studio
 from casa_assets.preview.tonemap import Pixels
 
-CELL_PX = 320
+CELL_PX, COLUMNS = 320, 6
 # A review wants to see what is there, not soft shadows.
 _VIEW = View(size_px=CELL_PX, passes=6)
 _BODY = (0.82, 0.83, 0.85)
@@ -43,7 +43,7 @@ class MovingJoint:
     alone: bool = True
 
 
-def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str, columns: int = 6) -> bytes:
+def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str) -> bytes:
     """PNG: closed, coloured with axes, taken apart, all open, then each joint of `moving` open alone.
 
     Args:
@@ -67,7 +67,17 @@ def joint_strip(model_xml: Path, moving: Sequence[MovingJoint], heading: str, co
         if m.alone:
             pose = {m.joint: every[m.joint], **{b: ends[b] for b in before.get(m.joint, ()) if b in ends}}
             shots.append(SheetCell(m.title, m.subtitle, _shot(model, data, pose)))
-    return contact_sheet(shots, heading, min(columns, len(shots)), CELL_PX)
+    return contact_sheet(shots, heading, min(COLUMNS, len(shots)), CELL_PX)
+
+
+def strip_corners(moving: Sequence[MovingJoint]) -> dict[str, tuple[int, int]]:
+    """Return the pixel (x, y) of the upper left corner of pictures on the strip of some joints.
+
+    Those of the whole are `closed`, `parts` and `taken apart`; that of a joint that is shown alone has its name.
+    """
+    alone = [m.joint for m in moving if m.alone]
+    names = ["closed", "parts", "taken apart", *(["all open"] if len(alone) > 1 else []), *alone]
+    return {name: cell_corner(i, min(COLUMNS, len(names)), CELL_PX) for i, name in enumerate(names)}
 
 
 def _behind(model: Any) -> dict[str, tuple[str, ...]]:
@@ -121,7 +131,7 @@ def _painted(model: Any, data: Any, names: Sequence[str]) -> bytes:
     """Every part in a colour of its own, see the axes drawn over it; the model keeps its looks."""
     kept = model.geom_matid.copy(), model.geom_rgba.copy()
     points = _stand(model, data, {})
-    colour = {int(model.jnt_bodyid[model.joint(n).id]): _colour(i) for i, n in enumerate(names)}
+    colour = {int(model.jnt_bodyid[model.joint(n).id]): part_color(i) for i, n in enumerate(names)}
     floor = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) == 0 and model.geom_type[g] == 0]
     for g in range(model.ngeom):
         if g in floor:
@@ -154,7 +164,7 @@ def _with_axes(picture: Pixels, camera: Camera, model: Any, data: Any, names: Se
         turns = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
         x, y, _ = camera.project(np.array([middle - half if turns else middle, middle + half]))
         at = [((float(a) + 1) / 2 * CELL_PX, (1 - float(b)) / 2 * CELL_PX) for a, b in zip(x, y, strict=True)]
-        ink = tuple(int(255 * 0.62 * c) for c in _colour(i))
+        ink = tuple(int(255 * 0.62 * c) for c in part_color(i))
         pen.line(at, fill=(255, 255, 255), width=5)
         pen.line(at, fill=ink, width=3)
         pen.ellipse((at[1][0] - 5, at[1][1] - 5, at[1][0] + 5, at[1][1] + 5), fill=ink, outline=(255, 255, 255))
@@ -166,6 +176,6 @@ def _with_axes(picture: Pixels, camera: Camera, model: Any, data: Any, names: Se
     return out.getvalue()
 
 
-def _colour(i: int) -> tuple[float, float, float]:
-    """The i-th of colours that differ well from their neighbours."""
+def part_color(i: int) -> tuple[float, float, float]:
+    """Red, green and blue, 0..1, of the i-th part where parts are coloured; neighbours differ well."""
     return colorsys.hsv_to_rgb((0.02 + i * 0.61803398875) % 1.0, (0.72, 0.5)[i % 2], (0.95, 0.85)[i // 2 % 2])

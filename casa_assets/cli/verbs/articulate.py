@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections import Counter
 from contextlib import closing
 from pathlib import Path
@@ -20,7 +21,7 @@ from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.ingest.sources.found import Found
@@ -42,11 +43,15 @@ def articulate(
     size_m: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
     decisions: Annotated[
         Path | None,
-        typer.Option(help="The decisions.yaml of an earlier run, changed by hand.", exists=True, dir_okay=False),
+        typer.Option(
+            help="The decisions.yaml of an earlier run, changed by hand, or the review.json of its page.",
+            exists=True,
+            dir_okay=False,
+        ),
     ] = None,
     preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
-    review: Annotated[bool, typer.Option("--review", help="Write review.html with the strips of all meshes.")] = False,
+    review: Annotated[bool, typer.Option("--review", help="Write review.html, a page to correct them on.")] = False,
     clip: Annotated[
         Path | None,
         typer.Option(help="Weights of CLIP (open_clip), which then name what --category does not.", exists=True),
@@ -76,10 +81,10 @@ def articulate(
     from casa_assets.pipeline.articulate.batch import articulate as run
     from casa_assets.pipeline.articulate.build import ArticulateRequest
 
-    given = _read_decisions(decisions, sources)
+    given, reviewed = _read_decisions(decisions, sources)
     axes = _axis(up, "--up"), _axis(front, "--front")
 
-    def request_for(found: Found, _: str) -> ArticulateRequest:
+    def request_for(found: Found) -> ArticulateRequest:
         return ArticulateRequest(
             Path(found.source.place),
             out,
@@ -103,7 +108,7 @@ def articulate(
         def show_work(names: Sequence[str]) -> None:
             progress.update(task, description=_progress_text(outcomes, names))
 
-        with closing(run(sources, out, request_for, jobs, others, show_work)) as running:
+        with closing(run(sources, out, request_for, jobs, others, show_work, reviewed)) as running:
             for outcome in running:
                 outcomes.append(outcome)
                 progress.update(task, total=outcome.total, completed=sum(o.count for o in outcomes))
@@ -120,7 +125,9 @@ def articulate(
     if len(outcomes) > 1 and not json_:
         _print_summary(outcomes, out, console)
     if review:
-        console.print(f"{review_page.write(out, outcomes)}", highlight=False)
+        options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m or size, "--clip": clip}
+        command = _review_command(sources, out, options, complete)
+        console.print(f"{review_page.write(out, outcomes, command)}", highlight=False)
     _exit_with(outcomes)
 
 
@@ -191,16 +198,30 @@ def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
         raise typer.Exit(4)
 
 
-def _read_decisions(path: Path | None, sources: Sequence[Path]) -> Decisions:
-    """Read the decisions of a person, none where no file is given. Raises typer.BadParameter for more than one mesh."""
+def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, object], complete: bool) -> str:
+    """Return the command that applies the review.json of the page of this run."""
+    words = ["casa-assets", "articulate", *map(str, sources), "--out", str(out)]
+    words += [f"{name}={value}" for name, value in options.items() if value]
+    words += [] if complete else ["--no-complete"]
+    return shlex.join([*words, "--review", "--decisions", "review.json"])
+
+
+def _read_decisions(path: Path | None, sources: Sequence[Path]) -> tuple[Decisions, Mapping[str, Decisions]]:
+    """Read the decisions of a person: those on the one mesh, and those on many by their sha256; none without a file.
+
+    Raises typer.BadParameter where decisions on one mesh are given for more.
+    """
     from casa_assets.articulate.decisions import Decisions
-    from casa_assets.pipeline.articulate.sidecar import read
+    from casa_assets.pipeline.articulate import review_file, sidecar
 
     if path is None:
-        return Decisions()
+        return Decisions(), {}
+    if path.suffix.lower() == ".json":
+        return Decisions(), review_file.read(path)
     if len(sources) > 1 or sources[0].is_dir():
-        raise typer.BadParameter("the decisions are those on one mesh", param_hint="--decisions")
-    return read(path)
+        message = "a decisions.yaml is that of one mesh; for many, give the review.json of the page of --review"
+        raise typer.BadParameter(message, param_hint="--decisions")
+    return sidecar.read(path), {}
 
 
 def _axis(word: str, option: str) -> Vec3 | None:

@@ -11,11 +11,14 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
+from types import MappingProxyType
 
 from casa_assets import registry
+from casa_assets.articulate.decisions import Decisions
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.ingest.user_override import NO_OVERRIDE
+from casa_assets.pipeline.articulate import review_file, strip
 from casa_assets.pipeline.articulate.build import ArticulateRequest
 from casa_assets.pipeline.articulate.overrides import with_override
 from casa_assets.pipeline.articulate.run import (
@@ -40,8 +43,9 @@ from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Pool
 
-# Makes the request for an input, given the sha256 of its bytes.
-RequestMaker = Callable[[Found, str], ArticulateRequest]
+# Makes the request for an input.
+RequestMaker = Callable[[Found], ArticulateRequest]
+NO_DECISIONS: Mapping[str, Decisions] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,7 @@ def articulate(
     jobs: int = 0,
     others: Counter[str] | None = None,
     working: Callable[[Sequence[str]], None] | None = None,
+    decisions: Mapping[str, Decisions] = NO_DECISIONS,
 ) -> Generator[ArticulateOutcome, None, None]:
     """Articulate every mesh under `roots`, each in a child process with limits; yield an outcome for each as it ends.
 
@@ -70,6 +75,7 @@ def articulate(
         jobs: children at once; 0: one per core.
         others: counts the files that are no meshes, by what they are.
         working: is called with the names of the meshes that are being worked on whenever another one is begun.
+        decisions: by the sha256 of meshes; they are kept in the library, and this and later runs obey them.
     Raises:
         CasaError: what is asked for does not exist, or this machine cannot start a worker or draw.
         OutputError: the library cannot be written to, or another run holds it.
@@ -82,6 +88,7 @@ def articulate(
     with library.locked(), writing(library.root):
         library.sweep()
         Store(library.cache).sweep()
+        review_file.keep(library, decisions)
         try:
             yield from _run(library, roots, chain([first], inputs), request_for, jobs, working or (lambda _: None))
         finally:
@@ -138,7 +145,7 @@ def _known_or_due(
 ) -> Iterator[_Job | ArticulateOutcome]:
     """Yield for each input what earlier runs made of it, why it cannot be read, or what is to be done."""
     known = {library.root / entry.path: entry for entry in EntryTable(library, skip_damaged=True).entries}
-    older = library.by_input()
+    older, decided = library.by_input(), review_file.decided(library)
     overrides = review.read_overrides(library)
     first: dict[str, str] = {}
     for number, one in enumerate(found):
@@ -146,11 +153,15 @@ def _known_or_due(
         if isinstance(answer, Survey) and answer.sha256 not in first:
             first[answer.sha256] = one.source.place
             unreadable.note_readable(one)
-            request = with_override(request_for(one, answer.sha256), overrides.get(answer.sha256, NO_OVERRIDE))
+            request = request_for(one)
+            if request.decisions == Decisions():
+                request = replace(request, decisions=decided.get(answer.sha256, Decisions()))
+            request = with_override(request, overrides.get(answer.sha256, NO_OVERRIDE))
             key = entry_key(request, answer.sha256, one.source)
             entries = older.get(key.identity.suffix, ())
             kept = None if request.anew else kept_outcome(request, key, entries, known)
-            yield _Job(one, request, key) if kept is None else kept
+            is_due = kept is None or (request.preview and strip.is_missing(kept))
+            yield _Job(one, request, key) if kept is None or is_due else kept
             continue
         if isinstance(answer, Survey):
             code, message = DUPLICATE_CODE, f"same bytes as {first[answer.sha256]}; remove one of them"

@@ -1,4 +1,7 @@
-"""Write review.html: a page with pictures of all articulated meshes of a run, the least certain first."""
+"""Write review.html: a page on which a person looks at articulated meshes, the least certain first, and corrects them.
+
+The page lies beside the pictures that it shows, loads nothing else, and writes a review.json (see `review_file.py`).
+"""
 
 from __future__ import annotations
 
@@ -7,26 +10,38 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from casa_assets import registry
+from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.model.issue import Decision
-from casa_assets.pipeline.articulate import sidecar
-from casa_assets.pipeline.articulate.run import STRIP, ArticulateOutcome
-from casa_assets.pipeline.reports.page_template import render_template
+from casa_assets.pipeline.articulate import review_file, strip
+from casa_assets.pipeline.articulate.run import ArticulateOutcome
+from casa_assets.pipeline.cache.cache_key import digest_of
+from casa_assets.pipeline.library.entry_files import PICTURE
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.reports.page_template import relative_link, render_template
+from casa_assets.preview.strip import CELL_PX, part_color, strip_corners
 
 NAME = "review.html"
-# Below this a decision is worth a look.
-_LOW = 0.6
+# Directions of a file that may be up or the front.
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
 
-def write(out: Path, done: Sequence[ArticulateOutcome]) -> Path:
-    """Write the page into the folder of the library; return its path."""
-    ranked = sorted(done, key=lambda d: (d.accepted, _least(d), str(d.mesh)))
+def write(out: Path, done: Sequence[ArticulateOutcome], command: str) -> Path:
+    """Write the page into the folder of the library; return its path.
+
+    Args:
+        command: that applies the review.json that the page writes.
+    """
+    library = Library(out)
+    ranked = sorted(done, key=lambda d: (_RANKS[d.decision], _least(d), str(d.mesh)))
     page = render_template(
         "articulate_review.html",
         title="Articulated meshes",
-        rows=[_row(d, out) for d in ranked],
-        rejected=sum(d.decision is Decision.REJECTED for d in done),
-        sidecar=sidecar.NAME,
-        strip=STRIP,
+        count=len(ranked),
+        data=_data(ranked, library),
+        command=command,
+        without_scripts="decisions.yaml beside each model",
+        scripts=("review_common.js", "articulate_decisions.js", "articulate_review.js"),
     )
     out.mkdir(parents=True, exist_ok=True)
     target = out / NAME
@@ -34,6 +49,9 @@ def write(out: Path, done: Sequence[ArticulateOutcome]) -> Path:
     fresh.write_text(page, encoding="utf-8")
     fresh.replace(target)
     return target
+
+
+_RANKS = {Decision.REJECTED: 0, Decision.REVIEW: 1, Decision.ACCEPTED: 2}
 
 
 def _least(done: ArticulateOutcome) -> float:
@@ -45,23 +63,77 @@ def _least(done: ArticulateOutcome) -> float:
     )
 
 
-def _row(done: ArticulateOutcome, out: Path) -> dict[str, Any]:
-    """Return the section of one mesh."""
-    row: dict[str, Any] = {"name": done.mesh.name, "folder": None, "code": done.code, "message": done.message}
-    if done.articulation is None or done.folder is None:
+def _data(done: Sequence[ArticulateOutcome], library: Library) -> dict[str, Any]:
+    """Return all that the page shows: `rows` of meshes, and the words that a person can choose from."""
+    decided = review_file.decided(library)
+    rows = []
+    for one in done:
+        said = decided.get(one.sha256)
+        stated = {} if said is None else said.model_dump(mode="json", exclude_defaults=True)
+        rows.append({**_row(one, library.root), "decisions": stated})
+    return {
+        "rows": rows,
+        "kinds": [kind.value for kind in PartKind],
+        "edges": [edge.value for edge in HingeEdge],
+        "axes": AXES,
+        "categories": sorted(registry.load().fixtures),
+        "cell_px": CELL_PX,
+        # What is kept in the browser belongs to these rows alone.
+        "digest": digest_of([(row["sha256"], row["decisions"]) for row in rows]),
+    }
+
+
+def _row(done: ArticulateOutcome, root: Path) -> dict[str, Any]:
+    """Return the facts of one mesh."""
+    folder = done.folder
+    place = None if folder is None else Path(os.path.relpath(folder, root)).as_posix()
+    row: dict[str, Any] = {
+        "sha256": done.sha256,
+        "name": str(done.mesh),
+        "status": done.decision.value,
+        "code": done.code,
+        "message": done.message,
+        "to_decide": done.to_decide,
+        "link": None if place is None else f"{relative_link(place)}/",
+        "summary": "",
+        "parts": [],
+        "corners": {},
+    }
+    for name, file in (("strip", strip.NAME), ("picture", PICTURE)):
+        row[name] = relative_link(f"{place}/{file}") if folder is not None and (folder / file).exists() else ""
+    if done.articulation is None:
         return row
-    parts = []
-    for part in done.articulation.parts:
-        joint, way = part.joint, done.travels.get(part.name)
-        confidence = min(part.confidence, joint.confidence)
-        goes = (
-            "" if way is None or way.is_full else f"goes {min(way.free_share, way.pushed_share):.0%} {way.blocked_by}"
-        )
-        how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
-        cells = (part.name, part.parent or "body", how, f"{confidence:.0%}", part.full_reason, joint.runner_up, goes)
-        parts.append({"cells": cells, "is_doubtful": confidence < _LOW})
+    moving = strip.moving_joints(done)
+    corners = strip_corners(moving)
     frame = done.articulation.frame
     held = f"holds the contract {done.contract}" if done.contract else ": ".join(done.unmet_checks[:2])
-    summary = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
-    folder = Path(os.path.relpath(done.folder, out)).as_posix()
-    return {**row, "folder": folder, "summary": summary, "parts": parts}
+    row["summary"] = "; ".join(w for w in (done.category, done.size, f"frame {frame.confidence:.0%} sure", held) if w)
+    row["corners"] = corners
+    row["parts"] = [
+        {**_part(done, i), "corner": corners.get(m.joint), "color": _css(part_color(i))} for i, m in enumerate(moving)
+    ]
+    return row
+
+
+def _part(done: ArticulateOutcome, number: int) -> dict[str, Any]:
+    """Return the facts of one part of a mesh."""
+    assert done.articulation is not None
+    part = done.articulation.parts[number]
+    joint, travel = part.joint, done.travels[part.name]
+    share = min(travel.free_share, travel.pushed_share)
+    return {
+        "name": part.name,
+        "kind": part.kind.value,
+        "on": part.parent or "body",
+        "joint": joint.kind.value,
+        "edge": joint.edge.value if joint.edge else "",
+        "runner_up": joint.runner_up,
+        "confidence": round(min(part.confidence, joint.confidence), 3),
+        "reason": part.full_reason,
+        "goes": "" if travel.is_full else f"{share:.0%} {travel.blocked_by}".strip(),
+    }
+
+
+def _css(color: tuple[float, float, float]) -> str:
+    """Return a colour as a style sheet has it."""
+    return f"rgb({', '.join(str(round(255 * c)) for c in color)})"

@@ -12,18 +12,17 @@ from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.infer import infer_articulation
-from casa_assets.articulate.plan import Articulation, PartKind
+from casa_assets.articulate.plan import Articulation
 from casa_assets.checks.motion.joint_travel import JointTravel, joint_travels
 from casa_assets.errors import CasaError, Rejected
 from casa_assets.export import mjcf
 from casa_assets.ingest import rejection_codes
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
-from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Source
 from casa_assets.model.ingest.user_override import Word
 from casa_assets.model.issue import Decision, Report
-from casa_assets.pipeline.articulate import sidecar
+from casa_assets.pipeline.articulate import sidecar, strip
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build, find_input
 from casa_assets.pipeline.articulate.contract import unmet_checks, without_contract
 from casa_assets.pipeline.articulate.doubts import doubts
@@ -41,15 +40,10 @@ from casa_assets.pipeline.library.resume import RETRIED_CODES as RETRIED_BY_INGE
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer
-from casa_assets.preview.strip import MovingJoint, joint_strip
 
-STRIP = "strip.png"
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.
 RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
-# Parts whose motion is too small to see, or that look the same all the way round, have no picture of their own.
-_WITHOUT_PICTURE = frozenset({PartKind.KNOB, PartKind.BUTTON})
-
 # The code that turns a mesh into an asset, by the name under which certificates list its version.
 STEPS: Mapping[str, CodeRef] = {
     "load": load,
@@ -70,6 +64,7 @@ class ArticulateOutcome:
         articulation: the decisions. category, size: what it was taken to be, and why. report: of all checks.
         travels: of each part, by its name. contract: that it holds. unmet_checks: why it does not hold one.
         code, message: of a refusal; an asset in review has none. kept: an earlier run made it, and nothing has changed.
+        sha256: of the mesh with all its files; empty where it could not be read.
         total: inputs of the run. count: inputs that it stands for: many rows of a manifest may be told of at once.
     """
 
@@ -85,6 +80,7 @@ class ArticulateOutcome:
     code: str = ""
     message: str = ""
     kept: bool = False
+    sha256: str = ""
     total: int = 1
     count: int = 1
 
@@ -116,7 +112,11 @@ def articulate_one(request: ArticulateRequest) -> ArticulateOutcome | RunAborted
             key = _key_of_file(request)
             entries = list(disk.Library(request.out).entries_of(key.identity))
             kept = None if request.anew else kept_outcome(request, key, entries)
-            return _made(request, key) if kept is None else kept
+            if kept is None:
+                return _made(request, key)
+            if request.preview and strip.is_missing(kept):
+                strip.add(kept, disk.Library(request.out))
+            return kept
     except Rejected as error:
         return ArticulateOutcome(request.mesh, code=error.code, message=error.message)
     except (CasaError, NoRenderer) as error:
@@ -149,7 +149,6 @@ def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryK
         "front": request.front,
         "size_m": request.size_m,
         "decisions": request.decisions.digest,
-        "preview": request.preview,
         "clip": "" if request.clip is None else weights_digest(str(request.clip)),
         "complete": request.complete,
     }
@@ -178,11 +177,13 @@ def kept_outcome(
     current, kept = found
     record = Store(library.cache).get(_record_key(key))
     if record is not None:
-        outcome = replace(from_json(record, request.mesh), folder=current, kept=True)
+        outcome = replace(from_json(record, request.mesh), folder=current, sha256=key.identity.sha256, kept=True)
     elif kept.accepted:
         return None  # nothing tells what moves in it
     else:
-        outcome = ArticulateOutcome(request.mesh, current, code=kept.code, message=kept.message, kept=True)
+        outcome = ArticulateOutcome(
+            request.mesh, current, code=kept.code, message=kept.message, sha256=key.identity.sha256, kept=True
+        )
     if bool(outcome.code) == kept.accepted:
         return None
     for folder in entries:
@@ -229,7 +230,7 @@ def publish_refusal(
     )
     folder = library.refusal_folder(refusal.id)
     library.publish(library.stage_refusal(refusal, picture), folder)
-    return ArticulateOutcome(request.mesh, folder, code=error.code, message=error.message)
+    return ArticulateOutcome(request.mesh, folder, code=error.code, message=error.message, sha256=key.identity.sha256)
 
 
 def _record_key(key: EntryKey) -> str:
@@ -289,6 +290,7 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
         travels=travel,
         contract=asset.contract or "",
         unmet_checks=result.unmet_checks,
+        sha256=key.identity.sha256,
     )
     if report.passed:
         made_by = disk.MadeBy(Producer.ARTICULATE, key.cache_key, versions_of({**STEPS, **WRITING}))
@@ -310,6 +312,8 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
         disk.write_refusal(staged, refusal)
         outcome = replace(outcome, folder=library.refusal_folder(asset.id), code=worst.code, message=worst.message)
     assert outcome.folder is not None
+    if request.preview:
+        strip.write(outcome, staged)
     # The record comes first: once the entry is in place, a run that was killed has nothing left to do for this mesh.
     Store(library.cache).put(_record_key(key), to_json(outcome))
     library.publish(staged, outcome.folder)
@@ -336,37 +340,12 @@ def with_contract(result: ArticulateResult, folder: Path) -> ArticulateResult:
 def _write_and_check(
     request: ArticulateRequest, result: ArticulateResult, staged: Path
 ) -> tuple[Report, dict[str, JointTravel]]:
-    """Write both formats, pictures and decisions; return the report of every check, and the travel of each part."""
+    """Write both formats, a picture and decisions; return the report of every check, and the travel of each part."""
     asset = result.asset
     write_package(asset, staged)
     (staged / sidecar.NAME).write_text(sidecar.text(result, request.decisions), encoding="utf-8")
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
-    if request.preview:
-        (staged / STRIP).write_bytes(
-            joint_strip(staged / "model.xml", _moving_joints(result, travel), _heading(result, asset))
-        )
     is_decided = request.decisions.decision is Word.ACCEPT
     notes = () if is_decided else doubts(result.articulation, registry.load_confidence())
     return check_package(asset, staged, result.category, notes), travel
-
-
-def _moving_joints(result: ArticulateResult, travel: Mapping[str, JointTravel]) -> list[MovingJoint]:
-    """Return the moving parts with their captions for the strip of pictures."""
-    out = []
-    for part in result.articulation.parts:
-        joint, reach = part.joint, travel[part.name]
-        how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
-        other = f", else {joint.runner_up}" if joint.runner_up else ""
-        message = f"{how}, {part.confidence:.0%} sure{other}" + (
-            "" if reach.free_share >= 1.0 else f"; runs into {reach.blocked_by}"
-        )
-        out.append(MovingJoint(result.joints[part.name], part.name, message, alone=part.kind not in _WITHOUT_PICTURE))
-    return out
-
-
-def _heading(result: ArticulateResult, asset: Asset) -> str:
-    """Return the heading of the strip of pictures."""
-    frame = result.articulation.frame
-    x, y, z = (asset.bounds[1] - asset.bounds[0]).tolist()
-    return f"{result.source.path}: {asset.id}, {x:.2f} x {y:.2f} x {z:.2f} m; frame {frame.confidence:.0%} sure"

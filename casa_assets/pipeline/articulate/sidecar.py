@@ -68,7 +68,8 @@ def text(built: ArticulateResult, given: Decisions) -> str:
     for part in shown:
         lines += _part(part, frame.metres or 1.0) + _given_fields(given.parts.get(part.name), _NOT_IN_PLAN)
     for name in sorted(given.parts.keys() - {part.name for part in shown}):
-        lines += [f"  {name}:", *_given_fields(given.parts[name], ("remove", "merge"))]
+        if given.parts[name].taken_by is not None:
+            lines += [f"  {name}:", *_given_fields(given.parts[name], ("remove", "merge", "kind", "box_m"))]
     lines += ["cavities:"] if built.articulation.cavities else []
     for cavity in built.articulation.cavities:
         lines += _cavity(cavity, frame.metres or 1.0, built.placed.footprint_center)

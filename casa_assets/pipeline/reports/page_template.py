@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 FOLDER = "templates"
 # Every page extends the first and shows the others, so the cache key of a page has to contain them.
-SHARED = ("base.html", "base.css", "document.css")
+SHARED = ("base.html", "base.css", "document.css", "review_base.html", "review_common.js")
 
 
 def render_template(name: str, **values: Any) -> str:

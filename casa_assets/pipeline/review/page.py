@@ -25,7 +25,14 @@ def render_page(waiting: Sequence[Entry], decided: Mapping[str, Mapping[str, str
         "categories": sorted(registry.load().categories),
         "ups": [axis.value for axis in UpAxis],
     }
-    return render_template("review.html", title=title, count=len(waiting), data=data, script="review.js")
+    return render_template(
+        "review.html",
+        title=title,
+        count=len(waiting),
+        data=data,
+        without_scripts="review.csv of the library",
+        scripts=("review_common.js", "review.js"),
+    )
 
 
 def _row(number: int, entry: Entry, cells: Mapping[str, str]) -> dict[str, Any]:

@@ -1,20 +1,9 @@
-// Shows one input after the other and sends what is decided. Text only ever becomes text nodes, never markup.
+// Shows one input after the other and sends what is decided.
 (function () {
 "use strict";
-const facts = JSON.parse(document.getElementById("data").textContent);
-const byId = function (id) { return document.getElementById(id); };
+const { byId, make, say } = review;
+const facts = JSON.parse(byId("data").textContent);
 let at = 0;
-
-function make(tag, attributes) {
-  const node = document.createElement(tag);
-  Object.keys(attributes || {}).forEach(function (key) {
-    if (key === "text") { node.textContent = attributes[key]; } else { node.setAttribute(key, attributes[key]); }
-  });
-  for (let i = 2; i < arguments.length; i++) { if (arguments[i]) { node.append(arguments[i]); } }
-  return node;
-}
-
-function say(text, kind) { byId("said").textContent = text; byId("said").className = kind || ""; }
 
 function field(row, name, label, options) {
   const input = options
@@ -27,7 +16,7 @@ function field(row, name, label, options) {
 
 function show() {
   const row = facts.rows[at];
-  const table = make("table", {}, make("tr", {}, ...["", "guess", "sure", "why"].map(function (h) { return make("th", { text: h }); })));
+  const table = review.tableOf(["", "guess", "sure", "why"]);
   row.guesses.forEach(function (g) {
     const doubted = row.decide.includes(g[0]);
     table.append(make("tr", {}, make("td", { text: g[0], "class": doubted ? "doubt" : "" }), make("td", { text: g[1] }),
@@ -70,20 +59,16 @@ function go(step) {
   show();
 }
 
-document.addEventListener("keydown", function (event) {
-  const inside = /^(INPUT|SELECT)$/.test(document.activeElement.tagName);
-  if (event.key === "Escape") { document.activeElement.blur(); return; }
-  if (inside || event.ctrlKey || event.metaKey || event.altKey) { return; }
-  const focus = { c: "category", s: "size_m", m: "mass_kg" }[event.key];
-  if (event.key === "a") { save("accept"); }
-  else if (event.key === "x") { save("reject"); }
-  else if (event.key === "j") { go(1); }
-  else if (event.key === "k") { go(-1); }
-  else if (event.key === "u") { const up = byId("up"); up.selectedIndex = (up.selectedIndex + 1) % up.options.length; }
-  else if (event.key === "Enter") { save(); }
-  else if (focus) { byId(focus).focus(); }
-  else { return; }
-  event.preventDefault();
+review.onKeys({
+  a: function () { save("accept"); },
+  x: function () { save("reject"); },
+  j: function () { go(1); },
+  k: function () { go(-1); },
+  u: function () { const up = byId("up"); up.selectedIndex = (up.selectedIndex + 1) % up.options.length; },
+  c: function () { byId("category").focus(); },
+  s: function () { byId("size_m").focus(); },
+  m: function () { byId("mass_kg").focus(); },
+  Enter: function () { save(); },
 });
 
 const kinds = make("datalist", { id: "kinds" }, ...facts.categories.map(function (name) { return make("option", { value: name }); }));

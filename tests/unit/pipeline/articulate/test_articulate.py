@@ -16,7 +16,8 @@ from casa_assets.export import mjcf
 from casa_assets.pipeline.articulate import review_page
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
-from casa_assets.pipeline.articulate.run import STRIP, ArticulateOutcome, articulate_one, with_contract
+from casa_assets.pipeline.articulate.run import ArticulateOutcome, articulate_one, with_contract
+from casa_assets.pipeline.articulate.strip import NAME as STRIP
 from casa_assets.pipeline.ingest.job import RunAborted
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.strip import CELL_PX
@@ -139,8 +140,9 @@ def test_the_review_page_begins_with_the_doubtful(tmp_path: Path) -> None:
     )
     assert isinstance(good, ArticulateOutcome)
     bad = ArticulateOutcome(tmp_path / "<cube>.obj", code="ART001", message="no moving part found")
-    page = review_page.write(out, [good, bad]).read_text(encoding="utf-8")
-    assert page.index("&lt;cube&gt;.obj") < page.index("microwave.obj")
+    page = review_page.write(out, [good, bad], "casa-assets articulate").read_text(encoding="utf-8")
+    assert "<cube>" not in page
+    assert page.index("cube") < page.index("microwave.obj")
     assert f"{STRIP}" in page
     assert good.folder is not None
     assert (out / "microwave" / good.folder.name / STRIP).is_file()

@@ -37,7 +37,7 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def request_maker(out: Path, anew: bool = False) -> RequestMaker:
-    def make(found: Found, _: str) -> ArticulateRequest:
+    def make(found: Found) -> ArticulateRequest:
         return ArticulateRequest(
             Path(found.source.place), out, up=(0, 0, 1), front=(0, -1, 0), anew=anew, source_file=found
         )
@@ -101,7 +101,7 @@ def test_what_broke_a_limit_is_not_tried_again(meshes: Path, tmp_path: Path, cod
     (first,) = run(folder, out).values()
     assert first.folder is not None
     (found,) = (one for one in discover([folder]) if isinstance(one, Found))
-    request = request_maker(out)(found, "")
+    request = request_maker(out)(found)
     key = entry_key(request, disk.read_refusal(first.folder).sha256, found.source)
     publish_refusal(request, key, found.source, Rejected(code, "as an earlier run"))
     (second,) = run(folder, out).values()

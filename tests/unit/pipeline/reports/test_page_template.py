@@ -31,6 +31,7 @@ PAGES = {
     "articulate_review.html": review_page,
     "review.html": page,
 }
+SCRIPTS = ("review.js", "articulate_decisions.js", "articulate_review.js")
 
 
 def pages() -> dict[str, str]:
@@ -63,7 +64,7 @@ def test_a_changed_template_makes_a_page_anew(name: str) -> None:
 
 
 def test_every_template_belongs_to_a_page() -> None:
-    known = {*PAGES, *page_template.SHARED, "library.css", "library.js", "review.js"}
+    known = {*PAGES, *page_template.SHARED, "library.css", "library.js", *SCRIPTS}
     assert {path.name for path in FOLDER.iterdir()} == known
 
 

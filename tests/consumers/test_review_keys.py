@@ -1,0 +1,82 @@
+"""The keys of the page of review for articulated meshes, pressed in Node.js, and the decisions that come of them."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.articulate.decisions import Decisions
+from casa_assets.checks.motion.joint_travel import JointTravel
+from casa_assets.pipeline.articulate import review_file, review_page
+from casa_assets.pipeline.articulate.build import ArticulateRequest, build
+from casa_assets.pipeline.articulate.run import ArticulateOutcome
+from tests.unit.articulate.blocks import microwave
+from tests.unit.articulate.test_assemble import obj
+
+pytestmark = pytest.mark.consumers
+SHA256 = "1" * 64
+
+
+# Parts of the mesh, in their order on the page.
+FIRST, SECOND = "door_0", "button_0"
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a microwave with a door hinged at the left."""
+    place = tmp_path_factory.mktemp("page")
+    vertices, faces, _ = microwave()
+    mesh = obj(place / "microwave.obj", vertices, faces)
+    built = build(ArticulateRequest(mesh, place, up=(0, 0, 1), front=(0, -1, 0)))
+    travels = {part.name: JointTravel(part.name, 1.0, "", 1.0) for part in built.articulation.parts}
+    done = ArticulateOutcome(mesh, place / "x", built.articulation, "microwave", travels=travels, sha256=SHA256)
+    assert [part.name for part in built.articulation.parts[:2]] == [FIRST, SECOND]
+    return review_page.write(place, [done], "casa-assets articulate in --decisions review.json")
+
+
+def press(page: Path, *keys: str) -> Decisions:
+    """What the page writes after some keys."""
+    node = shutil.which("node")
+    assert node is not None, "Node.js is needed"
+    words = [node, str(Path(__file__).with_name("press_keys.js")), str(page), *keys, "w"]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    file = page.with_name("review.json")
+    file.write_text(done.stdout, encoding="utf-8")
+    return review_file.read(file).get(SHA256, Decisions())
+
+
+@pytest.mark.parametrize(
+    ("keys", "parts"),
+    [
+        ("", {}),
+        ("h", {FIRST: {"hinge": "another"}}),
+        ("hhhh", {FIRST: {"hinge": "left"}}),
+        ("r", {FIRST: {"remove": True}}),
+        ("rr", {}),
+        ("nf", {SECOND: {"flip": True}}),
+        ("n1", {SECOND: {"kind": "door"}}),
+        ("n1hz", {SECOND: {"kind": "door"}}),
+        ("ngpg", {SECOND: {"merge": FIRST}}),
+        ("ngpgz", {}),
+        ("gg", {}),
+        ("9", {FIRST: {"remove": True}}),
+        ("h2", {FIRST: {"kind": "drawer"}}),
+    ],
+)
+def test_keys_make_decisions_on_parts(page: Path, keys: str, parts: dict[str, Any]) -> None:
+    found = press(page, *keys).model_dump(mode="json", exclude_defaults=True).get("parts", {})
+    if keys == "h":
+        assert found[FIRST]["hinge"] in ("right", "top", "bottom")
+    else:
+        assert found == parts
+
+
+def test_keys_make_decisions_on_a_mesh(page: Path) -> None:
+    assert press(page, "a").decision == "accept"
+    assert press(page, "a", "x").decision == "reject"
+    assert press(page, "u", "u").up == "-x"
+    assert press(page, "a", "z") == Decisions()

@@ -1,0 +1,117 @@
+"""From the page of review to the asset: what it shows, the review.json that it writes, and the run that obeys it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from casa_assets.articulate.decisions import Decisions
+from casa_assets.cli.main import app
+from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.pipeline.articulate import review_file
+from casa_assets.pipeline.articulate.review_page import NAME
+from casa_assets.pipeline.library import library as disk
+from tests.unit.articulate.blocks import drawers, microwave
+from tests.unit.articulate.test_assemble import obj
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """`in` with a microwave and a chest of drawers, and `lib`, made of it, with the page."""
+    place = tmp_path_factory.mktemp("place")
+    (place / "in").mkdir()
+    for name, (vertices, faces, _) in {"microwave": microwave(), "<b>drawers": drawers()}.items():
+        obj(place / "in" / f"{name}.obj", vertices, faces)
+    articulate(place, "--review")
+    return place
+
+
+def articulate(place: Path, *options: str) -> str:
+    words = ["articulate", str(place / "in"), "--out", str(place / "lib"), "--up=+z", "--front=-y", *options]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code in (0, 4), result.output
+    return result.output
+
+
+def facts(place: Path) -> dict[str, Any]:
+    """What the page of a library shows, by the name of the mesh."""
+    page = (place / "lib" / NAME).read_text(encoding="utf-8")
+    match = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)
+    assert match is not None
+    assert "<b>drawers" not in page
+    return {row["name"]: row for row in json.loads(match[1])["rows"]}
+
+
+def test_the_page_shows_each_part_with_its_picture(place: Path) -> None:
+    row = facts(place)["microwave.obj"]
+    parts = {part["name"]: part for part in row["parts"]}
+    assert parts["door_0"]["corner"] is not None
+    assert parts["knob_0"]["corner"] is None
+    assert parts["door_0"]["edge"] == "left"
+    assert (place / "lib" / row["strip"]).is_file()
+    assert {"closed", "parts", "taken apart"} <= row["corners"].keys()
+    assert row["decisions"] == {}
+
+
+def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) -> None:
+    sha256 = facts(place)["microwave.obj"]["sha256"]
+    parts = {
+        "door_0": {"hinge": "bottom"},
+        "knob_0": {"remove": True},
+        "button_0": {"merge": "button_1"},
+        "button_2": {"kind": "lever"},
+        "button_3": {"flip": True},
+    }
+    file = place / "review.json"
+    file.write_text(json.dumps({"meshes": {sha256: {"decision": "accept", "parts": parts}}}), encoding="utf-8")
+    output = articulate(place, "--review", "--decisions", str(file))
+    row = facts(place)["microwave.obj"]
+    assert row["decisions"]["parts"] == parts
+    assert {part["name"] for part in row["parts"]} == {"door_0", "button_1", "button_2", "button_3"}
+    assert row["status"] == "accepted"
+    (folder,) = (place / "lib" / "microwave").iterdir()
+    asset = disk.read_asset(folder)
+    assert sum(joint.kind is JointKind.HINGE for joint in asset.joints) == 2, "the door, and what was a button"
+    assert [j.axis[1] for j in asset.joints if j.kind is JointKind.SLIDE] == [1.0, -1.0], "one key was flipped"
+    assert "1 was there already" in output, "nothing was decided about the drawers"
+    assert "2 were there already" in articulate(place), "the decisions are those of the library now"
+    # What is undone on the page is given back as nothing.
+    file.write_text(json.dumps({"meshes": {sha256: {}}}), encoding="utf-8")
+    articulate(place, "--review", "--decisions", str(file))
+    assert len(facts(place)["microwave.obj"]["parts"]) == 6
+    assert review_file.decided(disk.Library(place / "lib")) == {}
+
+
+def test_a_strip_is_drawn_for_what_an_earlier_run_made_without(place: Path, tmp_path: Path) -> None:
+    before = {path: path.read_bytes() for path in (place / "lib").glob("*/*/asset.json")}
+    for path in before:
+        (path.parent / "strip.png").unlink(missing_ok=True)
+    assert "2 were there already" in articulate(place, "--preview")
+    for path, data in before.items():
+        assert (path.parent / "strip.png").is_file()
+        assert path.read_bytes() == data
+
+
+def test_a_review_file_that_means_nothing_is_told_with_its_line(tmp_path: Path) -> None:
+    path, sha256 = tmp_path / "review.json", "0" * 64
+    path.write_text(json.dumps({"meshes": {sha256: {"parts": {"door_0": {"hinge": "middle"}}}}}, indent=1))
+    with pytest.raises(RegistryError, match=r"review.json:6: meshes.*hinge"):
+        review_file.read(path)
+    path.write_text(json.dumps({"meshes": {sha256: {"category": "no_such_thing"}}}), encoding="utf-8")
+    with pytest.raises(UnknownId):
+        review_file.read(path)
+
+
+def test_decisions_on_a_mesh_replace_older_ones(tmp_path: Path) -> None:
+    library = disk.Library(tmp_path)
+    one, two = "1" * 64, "2" * 64
+    with library.locked():
+        review_file.keep(library, {one: Decisions(size_m=0.5), two: Decisions(category="microwave")})
+        kept = review_file.keep(library, {one: Decisions()})
+    assert kept == review_file.decided(library) == {two: Decisions(category="microwave")}
