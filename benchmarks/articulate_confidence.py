@@ -4,17 +4,18 @@
         [--variant input fused] [--every 3] [--group WORD]
     python benchmarks/articulate_confidence.py fit ROWS.json... [--out registry/confidence.yaml] [--precision 0.85]
 
-`collect` writes what the tool is sure of on each case of a set and whether that is right; what is in OUT already is kept,
-so that a run can be stopped and taken up. `fit` prints reliability tables, each case told by a fit that saw no case of its
-source (`source` in index.json of the open bench, `--group` for sets that have none), then fits on all cases and writes the
-file. A frame is right where up and front are; a part where its surface (IoU of 0.5), type and joint are, with its axis
-within 5 degrees, its hinge within a tenth of the part and its direction of opening; a plan where all parts are, or all but
-one, and at least two of three are.
+`collect` writes what the tool is sure of on each case of a set and whether that is right; what is in OUT already is
+kept, so that a run can be stopped and taken up. `fit` prints reliability tables, each case told by a fit that saw no
+case of its source (`origin` in index.json of the open bench, `--group` for sets that have none), then fits on all cases
+and writes the file. A frame is right where up and front are; a part where its surface (IoU of 0.5), type and joint are,
+with its axis within 5 degrees, its hinge within a tenth of the part and its direction of opening; a plan where all
+parts are, or all but one, and at least two of three are.
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 from collections.abc import Sequence
 from pathlib import Path
@@ -24,7 +25,6 @@ import numpy as np
 import numpy.typing as npt
 from articulate import frame_is_right, one, prediction, scored
 from scipy.optimize import minimize
-from scipy.special import expit
 
 from casa_assets import registry
 from casa_assets.articulate.confidence import part_score
@@ -50,8 +50,9 @@ def collect(args: argparse.Namespace) -> None:
     """Write the rows of a set of cases."""
     rows: dict[str, Any] = json.loads(args.rows.read_text(encoding="utf-8")) if args.rows.exists() else {}
     with scored(argparse.Namespace(cases=args.cases, families=False)) as score:
-        index = json.loads((Path(score.CASES) / "index.json").read_text(encoding="utf-8"))["cases"]
-        groups = {c["name"]: args.group or c.get("origin") or c["name"] for c in index}
+        listed = Path(score.CASES) / "index.json"
+        index = json.loads(listed.read_text(encoding="utf-8"))["cases"] if listed.exists() else []
+        groups = {} if args.group else {c["name"]: c["origin"] for c in index if "origin" in c}
         for variant in args.variant:
             for name in score.case_names("all", args.only)[:: args.every]:
                 key = f"{args.cases.resolve().name}/{variant}/{name}"
@@ -59,7 +60,10 @@ def collect(args: argparse.Namespace) -> None:
                     continue
                 case = score.Case(f"{score.CASES}/{name}", variant)
                 found, _ = one(case, true_frame=False)
-                rows[key] = {"group": groups[name], **_row(score.score_case(case, prediction(found)), found)}
+                rows[key] = {
+                    "group": groups.get(name, args.group or name),
+                    **_row(score.score_case(case, prediction(found)), found),
+                }
                 rows[key]["frame"] = [found.frame.confidence, frame_is_right(found.frame, case)]
                 args.rows.write_text(json.dumps(rows), encoding="utf-8")
 
@@ -150,7 +154,7 @@ def table(name: str, pairs: Sequence[tuple[float, bool]]) -> str:
     """Reliability: what was told against what is right, by bins; last the mean gap, weighted by cases."""
     values = np.array(pairs, dtype=float).reshape(-1, 2)
     lines, gap = [f"{name}: told      cases  mean told  right"], 0.0
-    for low, high in zip(BINS, BINS[1:], strict=False):
+    for low, high in itertools.pairwise(BINS):
         rows = values[(values[:, 0] >= low) & (values[:, 0] < high)]
         if len(rows):
             mean, share = rows.mean(axis=0)

@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-from casa_assets.articulate.plan import Articulation, PartPlan
+import numpy as np
+
+from casa_assets.articulate.plan import Articulation, FaceIndex, PartPlan
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 
 
 def drop_empty_links(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
     """Return the articulation without parts that have no area, and with a body that has some.
 
-    A part loses its faces where another one takes them, or where cuts along its border leave none. Where all faces
-    belong to parts, the largest of those that hang on the body is the body. What a dropped part carried hangs on what
-    carried that part.
+    A face that two parts claim belongs to the later one. A part loses its faces where others take them, or where cuts
+    along its border leave none. Where all faces belong to parts, the largest of those that hang on the body is the
+    body. What a dropped part carried hangs on what carried that part.
 
     Args:
         mesh: in the frame; the faces of the parts are those of this mesh.
     """
-    area = {part.name: float(mesh.areas[part.faces].sum()) for part in articulation.parts}
-    parts = _without(articulation.parts, {name for name, share in area.items() if share <= 0.0})
-    owner = articulation.replace(parts=parts).face_owner(len(mesh.faces))
+    owner = articulation.face_owner(len(mesh.faces))
+    parts = tuple(_with_own_faces(part, np.flatnonzero(owner == i)) for i, part in enumerate(articulation.parts))
+    area = {part.name: float(mesh.areas[part.faces].sum()) for part in parts}
+    parts = _without(parts, {name for name, share in area.items() if share <= 0.0})
     if parts and float(mesh.areas[owner < 0].sum()) <= 0.0:
         largest = max((p for p in parts if not p.parent), key=lambda p: area[p.name])
         parts = _without(parts, {largest.name})
-    return articulation if len(parts) == len(articulation.parts) else articulation.replace(parts=parts)
+    return articulation.replace(parts=parts)
+
+
+def _with_own_faces(part: PartPlan, own: FaceIndex) -> PartPlan:
+    """Return a part with the faces that no later part takes."""
+    if len(own) == len(np.unique(part.faces)):
+        return part
+    return part.replace(faces=own, grip=np.intersect1d(part.grip, own))
 
 
 def _without(parts: tuple[PartPlan, ...], names: set[str]) -> tuple[PartPlan, ...]:

@@ -132,6 +132,7 @@ def _set_joints(
         solid.turns = joint.kind is JointKind.HINGE
         solid.axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
         solid.anchor = np.array(joint.anchor) * metres_per_unit + origin
+        solid.spins = joint.endless
         solid.is_behind_front = part.kind is PartKind.TRAY
         solid.max_travel = float(joint.range[1]) * (1.0 if solid.turns else metres_per_unit)
 

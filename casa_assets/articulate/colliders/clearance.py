@@ -59,6 +59,7 @@ class LinkSolid:
         blocking_link: index of the link that has to stand open before this one moves, or None.
         skin: (N, 3) points of what is seen of it, metres, or None.
         is_behind_front: it is seen only when a front is open, as racks on their rails are: deeper cuts are allowed.
+        spins: it turns round and round, so that nothing can be in its way.
         is_whole: its one shape is never cut, but what it meets: a knob or a key would lose what fingers take.
     """
 
@@ -71,6 +72,7 @@ class LinkSolid:
     max_travel: float = 0.0
     blocking_link: int | None = None
     is_behind_front: bool = False
+    spins: bool = False
     is_whole: bool = False
     skin: Floats | None = None
 
@@ -97,7 +99,7 @@ def clear_moving_parts(solids: Sequence[LinkSolid]) -> None:
             shallow = all(float((b[1] - b[0]).min()) <= max_depth for b in boxes)
             is_at_rest = pair in at_rest
             is_empty = is_at_rest and pair[0] == 0 and is_empty_region(solids[0].skin, boxes)
-            if is_empty or (shallow and (is_at_rest or pair not in crossed)):
+            if is_empty or (shallow and (is_at_rest or solid.spins or pair not in crossed)):
                 matter |= set() if is_empty else {pair[:2]}
                 cuts.setdefault(pair[:2], []).extend(boxes)
         for (link, index), boxes in sorted(cuts.items(), reverse=True):

@@ -148,6 +148,7 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         found = apply_decisions(found, placed, request.decisions)
     except CasaError as error:
         raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
+    found = drop_empty_links(found, placed)
     planned, read = found, model
     model, placed, found = cut_shell_parts(model, plan.fragmentation, found)
     found = drop_empty_links(found, placed)

@@ -61,3 +61,9 @@ def test_where_parts_take_all_faces_the_largest_is_the_body() -> None:
     assert [p.name for p in drop_empty_links(plan, mesh).parts] == ["small"]
     plan, mesh = _plan(_part("all", list(range(24))))
     assert drop_empty_links(plan, mesh).parts == ()
+
+
+def test_a_face_belongs_to_one_part() -> None:
+    plan, mesh = _plan(_part("a", [0, 1, 2]), _part("b", [1, 2, 3]), _part("same", [4, 5]), _part("twin", [4, 5]))
+    kept = drop_empty_links(plan, mesh).parts
+    assert [(p.name, p.faces.tolist()) for p in kept] == [("a", [0]), ("b", [1, 2, 3]), ("twin", [4, 5])]
