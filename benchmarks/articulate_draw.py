@@ -42,16 +42,28 @@ def main() -> None:
     manners = [m for m in args.manner if m != PLAIN]
     jobs = [(args.out, manners, n, args.seed, i) for i, n in _members(args, (*FAMILIES, *MORE)) if manners]
     jobs += [(args.out, [PLAIN], n, args.seed, i) for i, n in _members(args, KINDS) if PLAIN in args.manner]
+    written = 0
     with ProcessPoolExecutor(args.jobs) as pool:
-        written = sum(pool.map(_write, *zip(*jobs, strict=True)))
-    for manner in args.manner:
-        cases, rows = args.out / manner / "cases", []
-        for path in sorted(cases.glob("*/gt.json")):
+        for done, count in enumerate(pool.map(_write, *zip(*jobs, strict=True))):
+            written += count
+            if done % 10 == 0:  # a run that is stopped leaves folders that can be read
+                _write_indices(args.out, args.manner)
+    counts = _write_indices(args.out, args.manner)
+    print(f"{written} written; {', '.join(f'{m} {n}' for m, n in counts.items())}")
+
+
+def _write_indices(out: Path, manners: list[str]) -> dict[str, int]:
+    """Write the index of each manner; returns how many cases it has."""
+    counts = {}
+    for manner in manners:
+        rows = []
+        for path in sorted((out / manner / "cases").glob("*/gt.json")):
             truth = json.loads(path.read_text(encoding="utf-8"))
             rows.append({k: truth[k] for k in ("name", "category", "source")} | {"tags": ["core", "proc"]})
-        (cases / "index.json").write_text(json.dumps({"cases": rows}), encoding="utf-8")
-        print(f"{manner}: {len(rows)} in all")
-    print(f"{written} written")
+        if rows:
+            (out / manner / "cases" / "index.json").write_text(json.dumps({"cases": rows}), encoding="utf-8")
+        counts[manner] = len(rows)
+    return counts
 
 
 def _members(args: argparse.Namespace, names: Iterable[str]) -> list[tuple[int, str]]:
