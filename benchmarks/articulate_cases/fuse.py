@@ -13,9 +13,11 @@ from casa_assets.geometry.grid.voxel import boundary, voxelise
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.solid.coverage import surface_samples
 
-# Cubes along the longest side; points on the surfaces of the parts, of which the nearest says whose a face is; of each
-# part at least so many.
-CELLS, SAMPLES, LEAST_SAMPLES = 112, 60_000, 200
+# Cubes along the longest side; points on the surfaces of the parts, and of each part at least so many.
+CELLS, SAMPLES, LEAST_SAMPLES = 112, 120_000, 300
+# A face of the shell is of the part whose point is the farthest out among so many near ones, no farther than the nearest
+# by more than the mean distance between points: what is printed on a surface hides that surface.
+NEAR = 12
 
 
 def fused(mesh: LabelledMesh) -> tuple[LabelledMesh, LabelledMesh]:
@@ -28,8 +30,12 @@ def fused(mesh: LabelledMesh) -> tuple[LabelledMesh, LabelledMesh]:
         count = max(LEAST_SAMPLES, int(SAMPLES * float(areas[rows].sum() / areas.sum())))
         clouds.append(surface_samples(mesh.points, mesh.faces[rows], count))
         ids.append(np.full(count, number, dtype=np.int64))
-    _, at = cKDTree(np.concatenate(clouds)).query(outer[skin].mean(axis=1))
-    part = np.concatenate(ids)[at]
+    cloud, center = np.concatenate(clouds), outer[skin].mean(axis=1)
+    apart, at = cKDTree(cloud).query(center, k=NEAR)
+    out = np.einsum("nkd,nd->nk", cloud[at], face_normals(outer, skin)[0])
+    near = apart <= apart[:, :1] + np.sqrt(areas.sum() / SAMPLES)
+    best = np.where(near, out, -np.inf).argmax(axis=1)
+    part = np.concatenate(ids)[at[np.arange(len(at)), best]]
     truth = copy.deepcopy(mesh.truth)
     for row in truth["parts"]:
         area = float(areas[mesh.part == row["id"]].sum())

@@ -30,7 +30,7 @@ NOISE = (0.001, 0.002)
 # Share of the area that is missing, the number of holes, and how much of a face counts for where a hole ends.
 MISSING, HOLES = (0.02, 0.04), (6, 14)
 # Share of the faces that stay, and the error that simplification may make, share of a part's size.
-KEPT, SIMPLIFY_ERROR = (0.25, 0.5), 0.02
+KEPT, SIMPLIFY_ERROR = (0.25, 0.5), 0.004
 # Faces beyond which no side is halved any more.
 MOST_FACES = 60_000
 # Triangles of a face of which some sides are halved, over its corners (0 to 2) and the middles of the sides that
