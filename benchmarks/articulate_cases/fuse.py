@@ -15,8 +15,8 @@ from casa_assets.geometry.solid.coverage import surface_samples
 
 # Cubes along the longest side; points on the surfaces of the parts, and of each part at least so many.
 CELLS, SAMPLES, LEAST_SAMPLES = 112, 120_000, 300
-# A face of the shell is of the part whose point is the farthest out among so many near ones, no farther than the nearest
-# by more than the mean distance between points: what is printed on a surface hides that surface.
+# A face of the shell is of the part whose point lies farthest out among so many near ones, which are no farther away
+# than the nearest and the mean distance between points: what is printed on a surface hides that surface.
 NEAR = 12
 
 
