@@ -107,8 +107,8 @@ def _found(request: ArticulateRequest, file: Path) -> dict[str, Any]:
         outcome = publish_result(request, result)
     except Exception:  # noqa: BLE001  reported with the case; the other cases go on
         return {**none, **about, "parts": parts, "outcome": "traceback", "message": traceback.format_exc()}
-    word = "accepted" if outcome.accepted else "rejected"
-    return {**none, **about, "parts": parts, "outcome": word, "code": outcome.code, "message": outcome.message}
+    about |= {"outcome": outcome.decision.value, "to_decide": list(outcome.to_decide)}
+    return {**none, **about, "parts": parts, "code": outcome.code, "message": outcome.message}
 
 
 def prediction_parts(result: ArticulateResult, file: Path) -> list[dict[str, Any]]:
