@@ -1,13 +1,10 @@
 """Fit how sure `casa-assets articulate` is of frames, parts and plans, and print how well that holds.
 
-    CASA_SHARED=/path/to/shared python benchmarks/articulate_confidence.py collect OUT.json --cases DIR
-        [--variant input fused] [--every 3] [--group WORD]
-    python benchmarks/articulate_confidence.py fit ROWS.json... [--out registry/confidence.yaml] [--precision 0.85]
+    python benchmarks/articulate_confidence.py ROWS.json... [--out registry/confidence.yaml] [--precision 0.85]
 
-`collect` writes what the tool is sure of on each case of a set and whether that is right; what is in OUT already is
-kept, so that a run can be stopped and taken up. `fit` prints reliability tables, each case told by a fit that saw no
-case of its source (`origin` in index.json of the open bench, `--group` for sets that have none), then fits on all cases
-and writes the file. A frame is right where up and front are; a part where its surface (IoU of 0.5), type and joint are,
+ROWS.json comes from `benchmarks/train_plans.py --rows`: what the tool is sure of on each labelled case, and whether
+that is right. Prints reliability tables, each case told by a fit that saw no case of its source, then fits on all and
+writes the file. A frame is right where up and front are; a part where its surface (IoU of 0.5), type and joint are,
 with its axis within 5 degrees, its hinge within a tenth of the part and its direction of opening; a plan where all
 parts are, or all but one, and at least two of three are.
 """
@@ -23,17 +20,16 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from articulate import frame_is_right, one, prediction, scored
 from scipy.optimize import minimize
 
 from casa_assets import registry
-from casa_assets.articulate.confidence import part_score
+from casa_assets.articulate.confidence import UNKNOWN_CHANCE, part_score
 from casa_assets.articulate.plan import Articulation
 from casa_assets.model.registry.confidence import Bars, ConfidenceModel, Curve, Weights
 
 Floats = npt.NDArray[np.float64]
 # Features of a plan that its confidence is fitted on; the weights of the first are kept from being negative.
-RISING = ("weakest", "mean", "all_right", "frame")
+RISING = ("weakest", "mean", "all_right", "frame", "form")
 FEATURES = (*RISING, "log_count")
 # A plan is right with all parts but one where at least this share of them is.
 MOST_PARTS = 2 / 3
@@ -46,29 +42,7 @@ HEAD = (
 )
 
 
-def collect(args: argparse.Namespace) -> None:
-    """Write the rows of a set of cases."""
-    rows: dict[str, Any] = json.loads(args.rows.read_text(encoding="utf-8")) if args.rows.exists() else {}
-    with scored(argparse.Namespace(cases=args.cases, families=False)) as score:
-        listed = Path(score.CASES) / "index.json"
-        index = json.loads(listed.read_text(encoding="utf-8"))["cases"] if listed.exists() else []
-        groups = {} if args.group else {c["name"]: c["origin"] for c in index if "origin" in c}
-        for variant in args.variant:
-            for name in score.case_names("all", args.only)[:: args.every]:
-                key = f"{args.cases.resolve().name}/{variant}/{name}"
-                if key in rows or not (Path(score.CASES) / name / f"{variant}.obj").exists():
-                    continue
-                case = score.Case(f"{score.CASES}/{name}", variant)
-                found, _ = one(case, true_frame=False)
-                rows[key] = {
-                    "group": groups.get(name, args.group or name),
-                    **_row(score.score_case(case, prediction(found)), found),
-                }
-                rows[key]["frame"] = [found.frame.confidence, frame_is_right(found.frame, case)]
-                args.rows.write_text(json.dumps(rows), encoding="utf-8")
-
-
-def _row(scores: dict[str, Any], found: Articulation) -> dict[str, Any]:
+def confidence_row(scores: dict[str, Any], found: Articulation) -> dict[str, Any]:
     """The raw confidence of each part and whether it is right, and whether the plan is."""
     right = {p["pred"] for p in scores["parts"] if p["iou"] >= 0.5 and _is_right(p)}
     missed = sum(not (p["iou"] >= 0.5 and _is_right(p)) for p in scores["parts"])
@@ -127,6 +101,7 @@ def plan_row(row: dict[str, Any], model: ConfidenceModel) -> list[float]:
     own = [model.part.at(score) for score, _ in row["parts"]] or [0.0]
     values = {"weakest": min(own), "mean": float(np.mean(own)), "all_right": float(np.prod(own))}
     values |= {"log_count": float(np.log(len(own))), "frame": model.frame.at(row["frame"][0])}
+    values["form"] = row.get("form", UNKNOWN_CHANCE)
     return [values[name] for name in FEATURES]
 
 
@@ -175,22 +150,10 @@ def bar_for(pairs: Sequence[tuple[float, bool]], precision: float) -> tuple[floa
 def main() -> None:
     """Run and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    verbs = parser.add_subparsers(dest="verb", required=True)
-    first = verbs.add_parser("collect")
-    first.add_argument("rows", type=Path)
-    first.add_argument("--cases", type=Path, required=True)
-    first.add_argument("--variant", nargs="+", default=["input"])
-    first.add_argument("--every", type=int, default=1)
-    first.add_argument("--only")
-    first.add_argument("--group", default="", help="Name of the source of all cases, where the set names none.")
-    second = verbs.add_parser("fit")
-    second.add_argument("rows", type=Path, nargs="+")
-    second.add_argument("--out", type=Path)
-    second.add_argument("--precision", type=float, default=0.85, help="Share of accepted plans that has to be right.")
+    parser.add_argument("rows", type=Path, nargs="+")
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--precision", type=float, default=0.85, help="Share of accepted plans that has to be right.")
     args = parser.parse_args()
-    if args.verb == "collect":
-        collect(args)
-        return
     rows = [row for path in args.rows for row in json.loads(path.read_text(encoding="utf-8")).values()]
     groups = sorted({row["group"] for row in rows})
     unseen: dict[str, list[tuple[float, bool]]] = {"frame": [], "part": [], "plan": []}

@@ -1,7 +1,7 @@
 """Fit the forest that tells how good a plan of moving parts is, which chooses between ways of splitting a mesh.
 
     CASA_SHARED=/path/to/shared python benchmarks/train_plans.py --cases FOLDER [FOLDER ...] [--variant input fused]
-        [--keep FOLDER] [--jobs 2] [--write]
+        [--keep FOLDER] [--jobs 2] [--rows ROWS.json] [--write]
 
 Each FOLDER is as `benchmarks/articulate.py --cases` takes it: labelled cases, with an index whose rows may name a
 source. Each way of splitting a case is followed to a plan, which score.py grades: `right` where F1 and MAO of the case
@@ -26,10 +26,12 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from articulate import load_score, prediction
+from articulate import frame_is_right, load_score, prediction
+from articulate_confidence import confidence_row
 
 from casa_assets.articulate.choose_plan import GRADES, candidate_plans, plan_value
 from casa_assets.articulate.frame.axes import guess_frame
+from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.plan_features import PLAN_FEATURES
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 
@@ -52,14 +54,20 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> dict[str, Any]:
     plans = candidate_plans(mesh.in_frame(frame), frame)
     rows = [
         {"way": p.way.value, "features": p.features.tolist(), "score": p.guess_score}
-        | {"row": score.score_case(case, prediction(p.articulation))}
+        | _graded(score.score_case(case, prediction(p.articulation)), p.articulation)
         for p in plans
     ]
     found = {"name": name, "root": str(root), "variant": variant, "category": case.J["category"], "plans": rows}
+    found["frame"] = [frame.confidence, frame_is_right(frame, case)]
     if stored is not None:
         stored.parent.mkdir(parents=True, exist_ok=True)
         stored.write_text(json.dumps(found, default=float))
     return found
+
+
+def _graded(row: dict[str, Any], articulation: Articulation) -> dict[str, Any]:
+    """The row of score.py for a plan, and how sure the tool is of its parts."""
+    return {"row": row, "sure": confidence_row(row, articulation)}
 
 
 def quality(row: dict[str, Any]) -> tuple[float, float]:
@@ -123,6 +131,7 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="Folder for the plans of each case, of this version of the tool.")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--rows", type=Path, help="Write what benchmarks/articulate_confidence.py fits on.")
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     found, sources = _gathered(args)
@@ -155,6 +164,17 @@ def main() -> None:
         print(f"{(root[-36:] + ' ' + variant) if root else 'all':44s} {len(rows):5d}  " + "  ".join(cells))
     chosen = [int(start[i]) + choices["held out"](i) for i in range(len(found))]
     _reliability(held[chosen], grades[chosen])
+    if args.rows is not None:
+        rows = {
+            f"{f['root']}/{f['variant']}/{f['name']}": {
+                "group": sources[i],
+                "frame": f["frame"],
+                "form": float(held[k, GRADES.index("right")]),
+                **f["plans"][k - start[i]]["sure"],
+            }
+            for i, (f, k) in enumerate(zip(found, chosen, strict=True))
+        }
+        args.rows.write_text(json.dumps(rows), encoding="utf-8")
     if args.write:
         path = Path(__file__).parents[1] / "registry" / "learned" / "plans.json"
         path.write_text(json.dumps(as_dict(whole), separators=(",", ":")) + "\n", encoding="utf-8")

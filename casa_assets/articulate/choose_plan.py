@@ -46,11 +46,6 @@ class Plan:
         """Return how good it probably is; comparable between plans of one mesh only."""
         return self.guess_score if self.chances is None else plan_value(self.chances)
 
-    @property
-    def confidence(self) -> float | None:
-        """Return the probability that every part is right, or all but one small fault; None where no forest told it."""
-        return None if self.chances is None else float(self.chances[GRADES.index("right")])
-
 
 def plan_value(chances: Floats) -> float:
     """Return the expected value of a plan from the probabilities of GRADES."""
@@ -80,6 +75,8 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
         features = plan_features(articulation, measured, way, fragmentation.shell is not None)
         forest = None if models is None else models.plans
         chances = None if forest is None else forest.probabilities(features[None])[0]
+        if chances is not None:
+            articulation = articulation.replace(chance=round(float(chances[GRADES.index("right")]), 3))
         guess = float(weights @ features[: len(SCORE_NAMES)])
         found.append(Plan(way, fragmentation, articulation, features, guess, chances))
     return found

@@ -192,12 +192,14 @@ class Articulation(Record):
     """A mesh split into moving parts; what belongs to no part is the body.
 
     Attributes:
+        chance: by its form as a whole, that every part is right; None where nobody told it.
         cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
     """
 
     frame: Frame
     parts: tuple[PartPlan, ...] = ()
     category: str = ""
+    chance: Confidence | None = None
     cavities: tuple[Cavity, ...] = ()
     added: tuple[AddedGeometry, ...] = ()
     spaces: tuple[StorageSpace, ...] = ()
