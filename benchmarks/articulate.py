@@ -43,6 +43,7 @@ from casa_assets.errors import Rejected
 from casa_assets.export import mjcf
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
+from casa_assets.pipeline.articulate.models import load_models
 from casa_assets.pipeline.articulate.run import with_contract
 
 AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
@@ -137,7 +138,8 @@ def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
     mesh = weld_triangles(case.V, case.F)
     up, front = truth(case)
     frame = given_frame(mesh, up, front or (0, -1, 0)) if true_frame else guess_frame(mesh)
-    return choose_plan(mesh.in_frame(frame), frame).articulation, time.process_time() - begin
+    plan = choose_plan(mesh.in_frame(frame), frame, models=load_models())
+    return plan.articulation, time.process_time() - begin
 
 
 def options(message: str) -> argparse.ArgumentParser:

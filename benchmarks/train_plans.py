@@ -34,6 +34,7 @@ from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.plan_features import PLAN_FEATURES
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.pipeline.articulate.models import load_models
 
 Floats = npt.NDArray[np.float64]
 TREES, LEAF, DEPTH = 60, 8, 9
@@ -51,7 +52,7 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> dict[str, Any]:
     case = score.Case(f"{root}/{name}", variant)
     mesh = weld_triangles(case.V, case.F)
     frame = guess_frame(mesh)
-    plans = candidate_plans(mesh.in_frame(frame), frame)
+    plans = candidate_plans(mesh.in_frame(frame), frame, models=load_models())
     rows = [
         {"way": p.way.value, "features": p.features.tolist(), "score": p.guess_score}
         | _graded(score.score_case(case, prediction(p.articulation)), p.articulation)

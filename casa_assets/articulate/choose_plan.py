@@ -67,11 +67,12 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
     """Return the plan of each way to split a mesh."""
     images = render_sides(mesh)
     weights = np.array([SCORE_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
+    controls = None if models is None else models.controls
     found = []
     for way, labels in segmentations(mesh).items():
         fragmentation = fragment_mesh(mesh, labels)
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
-        articulation = articulate_fragments(measured, frame, category)
+        articulation = articulate_fragments(measured, frame, category, controls)
         features = plan_features(articulation, measured, way, fragmentation.shell is not None)
         forest = None if models is None else models.plans
         chances = None if forest is None else forest.probabilities(features[None])[0]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from casa_assets.articulate.controls.classify import TellControl, tell_by_forest
 from casa_assets.articulate.controls.controls import (
     Control,
     classify_control,
@@ -39,6 +40,7 @@ from casa_assets.articulate.segment.shell_segments import (
     boxiness,
 )
 from casa_assets.articulate.vectors import to_vec3
+from casa_assets.core.forest import Forest
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.record import Vec3
@@ -95,8 +97,14 @@ def infer_articulation(fragmentation: Fragmentation, frame: Frame, category: str
     return articulate_fragments(measure_fragments(fragmentation.mesh, fragmentation.labels), frame, category)
 
 
-def articulate_fragments(measured: MeasuredFragments, frame: Frame, category: str = "") -> Articulation:
-    """Find the moving parts of fragments that are measured already, as `infer_articulation` does."""
+def articulate_fragments(
+    measured: MeasuredFragments, frame: Frame, category: str = "", control_forest: Forest | None = None
+) -> Articulation:
+    """Find the moving parts of fragments that are measured already, as `infer_articulation` does.
+
+    Args:
+        control_forest: tells knobs from keys; None for a quick look, at each control alone.
+    """
     collector = _PartCollector(measured)
     if measured.count > 1:
         panels = find_panels(measured, FRONT)
@@ -106,23 +114,27 @@ def articulate_fragments(measured: MeasuredFragments, frame: Frame, category: st
         blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
         levers, controls = find_levers(measured, FRONT, controls)
         levers += find_levers(measured, FRONT, blocks)[0]
+        tell_front = _tell(measured, FRONT, controls, panels, control_forest)
         _levers(collector, FRONT, levers)
         panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
         top_controls = find_controls(measured, TOP, sorted(collector.taken))
-        top_knobs = drop_burner_caps(
-            [c for c in top_controls if c.is_round and _is_free_standing(measured, c)], top_controls, controls
-        )
-        controls = _without_round_elsewhere(controls, top_knobs)
-        if len(top_knobs) == 1 and _is_cap(measured, top_knobs[0]):
-            top_knobs = []
+        tell_top = _tell(measured, TOP, top_controls, [], control_forest)
+        if control_forest is None:
+            may_turn = [c for c in top_controls if c.is_round and _is_free_standing(measured, c)]
+        else:
+            may_turn, controls = _from_better_side(top_controls, tell_top, controls, tell_front)
+        top_controls = drop_burner_caps(may_turn, top_controls, controls)
+        if control_forest is None:
+            controls = _without_round_elsewhere(controls, top_controls)
+        top_controls = _without_cap(measured, top_controls)
         panels = merge_bridged_panels(measured, FRONT, panels)
         handle_spots = find_handle_spots(measured, FRONT, panels, controls)
         panels = merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))
         panel_fragments = {f for p in panels for f in p.members}
         controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
-        loose_controls = attach_to_panels(measured, FRONT, panels, controls)
+        loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
         _fronts(collector, panels)
-        _controls(collector, FRONT, loose_controls)
+        _controls(collector, FRONT, loose_controls, tell_front)
         for _, panel, edge in list(collector.fronts):
             for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
@@ -130,7 +142,7 @@ def articulate_fragments(measured: MeasuredFragments, frame: Frame, category: st
         for lid in find_lids(measured, collector.taken):
             if lid.opening_angle > 0.0:
                 _lid(collector, lid)
-        _controls(collector, TOP, top_knobs)
+        _controls(collector, TOP, top_controls, tell_top)
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
         joint = button_joint(button, MAX_BUTTON_TRAVEL)
@@ -149,6 +161,25 @@ def _may_move(measured: MeasuredFragments, parts: list[PartPlan]) -> bool:
     return telling or boxiness(measured.mesh, measured.depth_images) >= MIN_BOXINESS
 
 
+def _tell(
+    measured: MeasuredFragments, side: int, controls: list[Control], panels: list[Panel], forest: Forest | None
+) -> TellControl:
+    """Return what tells the type of each control of a side."""
+    if forest is None:
+        return classify_control
+    return tell_by_forest(measured, side, controls, [(p.lower[:2], p.upper[:2]) for p in panels], forest)
+
+
+def _from_better_side(
+    top: list[Control], tell_top: TellControl, front: list[Control], tell_front: TellControl
+) -> tuple[list[Control], list[Control]]:
+    """Return the knobs and keys of the top, and the controls of the front: what both show is of the surer side."""
+    sure_front = {f: tell_front(c, front)[1] for c in front for f in c.fragments}
+    kept = [c for c in top if tell_top(c, top)[1] > max((sure_front.get(f, 0.0) for f in c.fragments), default=0.0)]
+    taken = {f for c in kept for f in c.fragments}
+    return kept, [c for c in front if taken.isdisjoint(c.fragments)]
+
+
 def _without_round_elsewhere(controls: list[Control], others: list[Control]) -> list[Control]:
     """Drop controls of a side that are seen as round from another side, but not from here."""
     round_there = {f for c in others for f in c.fragments}
@@ -160,11 +191,14 @@ def _is_free_standing(measured: MeasuredFragments, control: Control) -> bool:
     return control.protrusion >= 0.3 * float(control.across.max()) and has_finger_room(measured, TOP, control)
 
 
-def _is_cap(measured: MeasuredFragments, control: Control) -> bool:
-    """Return whether a control is in the middle of the top, as the cap of a bottle is."""
+def _without_cap(measured: MeasuredFragments, controls: list[Control]) -> list[Control]:
+    """Return the controls of the top, or none where the only one is in its middle, as the cap of a bottle is."""
     lower, upper = corners_from_side(measured, TOP)
     lower, upper = lower.min(axis=0)[:2], upper.max(axis=0)[:2]
-    return bool((np.abs(control.middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all())
+    is_cap = len(controls) == 1 and bool(
+        (np.abs(controls[0].middle - (lower + upper) / 2) < TOP_CENTRE_SHARE * (upper - lower)).all()
+    )
+    return [] if is_cap else controls
 
 
 def _fronts(collector: _PartCollector, panels: list[Panel]) -> None:
@@ -233,13 +267,13 @@ def _hinge_joint(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
     )
 
 
-def _controls(collector: _PartCollector, side: int, controls: list[Control]) -> None:
+def _controls(collector: _PartCollector, side: int, controls: list[Control], tell: TellControl) -> None:
     """Add the knobs and buttons of a side; other controls stay with what they sit on."""
     for control in controls:
         if set(control.fragments) & collector.taken:
             continue
         width = float(control.across.max())
-        kind, confidence, reason = classify_control(control, controls)
+        kind, confidence, reason = tell(control, controls)
         if kind is None:
             continue
         middle = (control.lower + control.upper) / 2

@@ -2,6 +2,17 @@
 
 from casa_assets.model.registry.category import FALLBACK
 from casa_assets.registry.confidence import load_confidence
+from casa_assets.registry.learned import learned_forest
 from casa_assets.registry.load import FILES, Registry, data_root, load, read_document, read_record
 
-__all__ = ["FALLBACK", "FILES", "Registry", "data_root", "load", "load_confidence", "read_document", "read_record"]
+__all__ = [
+    "FALLBACK",
+    "FILES",
+    "Registry",
+    "data_root",
+    "learned_forest",
+    "load",
+    "load_confidence",
+    "read_document",
+    "read_record",
+]

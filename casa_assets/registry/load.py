@@ -37,6 +37,7 @@ FILES = (
     "waivers",
     "words",
 )
+LEARNED = "learned"  # folder of what scripts have learned, read by learned.py
 YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
 R = TypeVar("R", bound=Record)
 
@@ -295,7 +296,7 @@ def load(root: Path | None = None) -> Registry:
     for name in FILES:
         digest.update(name.encode() + b"\0" + hashlib.sha256((folder / f"{name}.yaml").read_bytes()).digest())
     contracts = sorted((folder / "contracts").glob("*.yaml"))
-    for path in contracts:
+    for path in (*contracts, *sorted((folder / LEARNED).glob("*.json"))):
         digest.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
     substances = read_table(Substance, documents["substances"])
     classes = read_classes(documents["classes"])

@@ -17,8 +17,9 @@ from casa_assets.core.typing import Floats
 # Sizes in diagonals of the object. Ref: the articulation bench (docs/articulate.md, The sets), which also scores this:
 # the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is 0.258 long.
 MIN_CONTROL_SIZE, MAX_CONTROL_SIZE = 0.006, 0.14
-# A disc fills pi/4 of its square; a hull whose area differs by at most this share is round.
-ROUNDNESS_TOLERANCE = 0.09
+# A disc fills pi/4 of its square; a hull whose area differs by at most this share is round: that of an octagon that
+# stands on a corner differs by 0.0997.
+ROUNDNESS_TOLERANCE = 0.1
 MAX_KEY_RATIO = 5.0
 # Least share of the surroundings of a control that is surface: a cap on an edge is surrounded by background.
 MIN_GROUND_SHARE = 0.6
@@ -28,6 +29,9 @@ FINGER_ROOM_BY_WIDTH, MAX_BLOCKED_SHARE = 0.3, 0.08
 MIN_PIN_RATIO = 1.3
 # Protrusion to width from which a stick is too slender to be pushed.
 MIN_STICK_RATIO = 4.0
+# Something that is not round and has so many alike things apart from each other on it, each at most this share of it,
+# is a plate with keys and no key itself.
+MIN_KEYS_ON_PLATE, MAX_KEY_OF_PLATE = 4, 0.2
 # A cap faces within 45 degrees of its side, its faces agree within 2 degrees, and it is this share of the visible area.
 CAP_FACING_COS, CAP_FLAT_COS, MIN_CAP_SHARE = 0.707, 0.9994, 0.4
 # A cap faces within 20 degrees of its ground: cones and bumpy shells have caps that do not.
@@ -90,7 +94,8 @@ def find_controls(measured: MeasuredFragments, side: int, taken: Sequence[int]) 
     visible = measured.visible_area[:, side] > 0
     rows = np.flatnonzero(fits & (visible | (footprint > 0)))
     found = []
-    for group in _nested(lower, upper, rows.tolist(), footprint):
+    groups = _nested(lower, upper, rows.tolist(), footprint)
+    for group in [h for g in groups for h in _off_plate(measured, side, lower, upper, g, footprint)]:
         corners = lower[group].min(axis=0), upper[group].max(axis=0)
         seen = float(measured.visible_area[group, side].sum())
         across = (corners[1] - corners[0])[:2]
@@ -198,6 +203,23 @@ def _nested(lower: Floats, upper: Floats, rows: list[int], footprint: Floats) ->
             groups.append([i])
             hosts = np.append(hosts, [[*lower[i], *upper[i]]], axis=0)
     return groups
+
+
+def _off_plate(
+    measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int], footprint: Floats
+) -> list[list[int]]:
+    """Return the keys of a small plate that bears several alike, and the plate; any other group as it is."""
+    plate, on = group[0], np.array(group[1:], dtype=np.int64)
+    on = on[footprint[on] <= MAX_KEY_OF_PLATE * footprint[plate]]
+    if len(on) < MIN_KEYS_ON_PLATE or has_round_outline(measured, side, [plate], (upper - lower)[plate, :2]):
+        return [group]
+    size, middle = (upper - lower)[on, :2], (upper + lower)[on, :2] / 2
+    alike = (np.abs(size[:, None] - size[None]) <= ROW_SIZE_TOLERANCE * size[:, None]).all(axis=2)
+    apart = (np.abs(middle[:, None] - middle[None]) >= size[:, None]).any(axis=2)
+    keys = on[(alike & apart).sum(axis=1) >= MIN_KEYS_ON_PLATE - 1]
+    if len(keys) < MIN_KEYS_ON_PLATE:
+        return [group]
+    return [*_nested(lower, upper, group[1:], footprint), [plate]]
 
 
 def depth_around(image: DepthImage, lower: Floats, upper: Floats) -> tuple[float, float]:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
-from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control, classify_control
+from casa_assets.articulate.controls.classify import TellControl
+from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control
 from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find_door_bins
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
 from casa_assets.articulate.interior.hollow_parts import free_share_behind, roofed_share, view_from_above
@@ -22,6 +25,8 @@ from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
+# A small thing alone on a panel is its pull, unless it is a knob or a key with this confidence.
+MIN_SURE_CONTROL = 0.85
 # Least protrusion of a handle, diagonals. Ref: rails of framed doors reach 0.013, handles start at 0.025.
 MIN_HANDLE_PROTRUSION = 0.013
 # A pull of a large object is relatively small: least protrusion, the same by its width, and its length at most as a
@@ -53,14 +58,16 @@ MAX_STRIP_SHARE = 0.13
 
 
 def attach_to_panels(
-    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
+    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control], tell: TellControl
 ) -> list[Control]:
     """Give each panel its handles, trims and box; return the controls that are none of these."""
     lower, upper = corners_from_side(measured, side)
     taken = {f for p in panels for f in p.members}
-    rest = _pulls(panels, [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION])
+    far_out = [c for c in controls if c.long <= MAX_KEY_RATIO or c.protrusion >= MIN_HANDLE_PROTRUSION]
+    sure = {id(c) for c in far_out if tell(c, far_out)[1] >= MIN_SURE_CONTROL}
+    rest = _pulls(panels, far_out, sure)
     # What is neither knob nor key is a label, or a trim, of what it sits on.
-    rest = [c for c in rest if classify_control(c, rest)[0] is not None or _host(panels, c.lower, c.upper) is None]
+    rest = [c for c in rest if tell(c, rest)[0] is not None or _host(panels, c.lower, c.upper) is None]
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
     for i in [*range(measured.count), *range(measured.count)]:
         if i in taken:
@@ -140,8 +147,12 @@ def _wraps(panel: Panel, lower: Floats, upper: Floats) -> bool:
     return behind and panel.is_deep and not panel.holds(lower, upper, BOX_TOLERANCE)
 
 
-def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
-    """Attach pulls to their panels (one alone, or a mirrored pair) and return the other controls."""
+def _pulls(panels: list[Panel], controls: list[Control], sure: Collection[int]) -> list[Control]:
+    """Attach pulls to their panels (one alone, or a mirrored pair) and return the other controls.
+
+    Args:
+        sure: `id` of the controls that are surely knobs or keys, and so no pulls.
+    """
     for panel in panels:
         on_panel = [c for c in controls if _host([panel], c.lower, c.upper) is panel]
         bars = [c for c in on_panel if c.long > 2.5 and _is_bar(c, panel)]
@@ -152,7 +163,9 @@ def _pulls(panels: list[Panel], controls: list[Control]) -> list[Control]:
         small = [
             c
             for c in on_panel
-            if _is_pull(c, float(panel.lower[2] - c.lower[2])) and (_is_small(c, panel) or _is_cup(c, panel))
+            if id(c) not in sure
+            and _is_pull(c, float(panel.lower[2] - c.lower[2]))
+            and (_is_small(c, panel) or _is_cup(c, panel))
         ]
         mirrored = (
             len(small) == 2 and abs(sum(float(c.middle[0]) for c in small) - panel.lower[0] - panel.upper[0]) < 0.02

@@ -21,9 +21,12 @@ from casa_assets.articulate.segment.fragment_measures import (
     MeasuredFragments,
     corners_from_side,
 )
+from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
+# Longer side of the pictures in which openings are looked through, pixels.
+PIXELS = 256
 # Least width of a rack and of a turntable as shares of their door, and their greatest height.
 MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0.5
 # Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
@@ -33,6 +36,12 @@ MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
 MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
 # A plate this near to a wall rests on it, diagonals.
 TOUCH_TOLERANCE = 0.001
+# What slides or turns behind a door has room: over it this share of the height of the door is free, since things stand
+# on it, and on its way out to the door. Shares of the pixels of that opening, without its outer tenths, that are free.
+CLEAR_HEIGHT_SHARE, MIN_FREE_SHARE, OPENING_MARGIN = 0.06, 0.7, 0.1
+# What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
+# heating element. Ref: baskets that stand on the floor are higher.
+FLOOR_SHARE = 0.03
 
 
 @dataclass(frozen=True)
@@ -68,7 +77,11 @@ def find_inner_parts(
         for group in group_touching(
             lower, upper, [i for i in np.flatnonzero(rows & covered).tolist() if i not in gone], gap
         ):
-            if _fills(lower, upper, group, door, MIN_TUB_WIDTH_SHARE) and _is_tub(measured, lower, upper, group, door):
+            if (
+                _fills(lower, upper, group, door, MIN_TUB_WIDTH_SHARE)
+                and _is_tub(measured, lower, upper, group, door)
+                and _has_room(measured, side, group, door, 0.0)
+            ):
                 found.append(InnerPart(tuple(group), False, True, 0.7, "a tub behind a front"))
                 gone |= set(group)
     rows &= measured.visible_area.sum(axis=1) <= surface
@@ -114,15 +127,62 @@ def _rack(
     if across[1] > 0.6 * min(across[0], across[2]):
         return None
     disc = abs(float(across[0] - across[2])) < 0.03 * float(across[0]) and _is_disc(measured, side, group)
+    if not _has_room(measured, side, group, door, CLEAR_HEIGHT_SHARE):
+        return None
     if disc:
         return InnerPart(tuple(group), True, False, 0.7, "a disc behind a door")
     if (
         edge is not HingeEdge.BOTTOM
         or not _fills(lower, upper, group, door, MIN_RACK_WIDTH_SHARE)
         or _is_board(lower, upper, group, measured.count)
+        or _lies_on_floor(measured, side, group, door)
     ):
         return None
     return InnerPart(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")
+
+
+def _has_room(measured: MeasuredFragments, side: int, group: list[int], door: Panel, clear: float) -> bool:
+    """Return whether a group could come out once its door is open, with free space above it.
+
+    Args:
+        clear: height of that space as a share of the height of the door.
+    """
+    lower, upper = corners_from_side(measured, side)
+    a, b = lower[group].min(axis=0), upper[group].max(axis=0)
+    b[1] += clear * door.height
+    return _free_share(measured, side, group, door, a, b) >= MIN_FREE_SHARE
+
+
+def _lies_on_floor(measured: MeasuredFragments, side: int, group: list[int], door: Panel) -> bool:
+    """Return whether a group is a thin thing right above the floor of its cavity."""
+    lower, upper = corners_from_side(measured, side)
+    a, b = lower[group].min(axis=0), upper[group].max(axis=0)
+    reach = FLOOR_SHARE * door.height
+    if b[1] - a[1] > reach:
+        return False
+    a[1], b[1] = a[1] - reach, a[1]
+    return _free_share(measured, side, group, door, a, b) < MIN_FREE_SHARE
+
+
+def _free_share(
+    measured: MeasuredFragments, side: int, group: list[int], door: Panel, lower: Floats, upper: Floats
+) -> float:
+    """Return the share of a rectangle through which one sees the middle of a box, without a door and a group.
+
+    Args:
+        lower, upper: (3,) corners of the box in (u, v, w); its outer tenths to the left and right are left out.
+    """
+    gone = np.zeros(len(measured.label), dtype=bool)
+    gone[measured.faces_of([*group, *door.everything])] = True
+    faces = measured.mesh.faces[~gone]
+    if not len(faces):
+        return 1.0
+    image = render_depth(measured.mesh.points, faces, SIDES[side], PIXELS)
+    nearest = float((measured.mesh.points @ SIDES[side][2]).min())
+    margin = np.array([OPENING_MARGIN * float(upper[0] - lower[0]), 0.0])
+    row, column = image.rows_columns(np.array([lower[:2] + margin, upper[:2] - margin]))
+    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
+    return float((depth > float(lower[2] + upper[2]) / 2).mean())
 
 
 def _is_board(lower: Floats, upper: Floats, group: list[int], count: int) -> bool:

@@ -34,6 +34,7 @@ from casa_assets.model.record import Vec3
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.articulate.interiors import add_interiors
 from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE, CategoryGuess, guess_category, stated_category
+from casa_assets.pipeline.articulate.models import load_models
 from casa_assets.pipeline.clip import classify_by_look, load_scorer
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.review import REJECTED_CODE
@@ -134,7 +135,7 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     frame = _choose_frame(mesh, model, request)
     placed = mesh.in_frame(frame)
     stated = stated_category(source_file, request.category or request.decisions.category or "")
-    plan = choose_plan(placed, frame, stated)
+    plan = choose_plan(placed, frame, stated, load_models())
     found = plan.articulation
     kind = _choose_category(source_file, request, model, placed, found)
     category, confidence, reason = kind.category, kind.confidence, kind.reason

@@ -1,0 +1,1 @@
+"""Controls to learn from: drawn scenes, and what is measured of the controls of scenes and of benchmark cases."""

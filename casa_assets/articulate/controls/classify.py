@@ -1,0 +1,85 @@
+"""Tell knobs and keys from each other and from all else small on a side, group by group, with a learned forest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from casa_assets.articulate.controls.controls import Control
+from casa_assets.articulate.controls.features import CONTROL_FEATURES, Rectangle, control_features
+from casa_assets.articulate.controls.groups import ControlGroup
+from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.segment.fragment_measures import MeasuredFragments
+from casa_assets.core.forest import Forest
+from casa_assets.core.typing import Floats, Ints
+
+ControlType = tuple[PartKind | None, float, str]
+# Tells what a control is among others of its side, how sure that is, and why.
+TellControl = Callable[[Control, Sequence[Control]], ControlType]
+
+# Classes of the forest, in their order.
+CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
+# Probabilities are averaged as logarithms; less than this counts as this.
+LEAST_PROBABILITY = 1e-4
+# Probability from which on something is a knob or a key. Ref: with its source left out, of what is told at .45 to .50 a
+# quarter is right, of what is told at .50 to .60 three quarters (benchmarks/train_controls.py).
+MIN_PROBABILITY = 0.45
+# What stands out by less than this, diagonals, is printed or stuck on; so many alike and more are flat keys.
+MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS = 0.0015, 3
+
+
+def tell_by_forest(
+    measured: MeasuredFragments,
+    side: int,
+    controls: Sequence[Control],
+    panels: Sequence[Rectangle],
+    forest: Forest,
+) -> TellControl:
+    """Return the type of each control of a side: all of a group have the type that fits the group best.
+
+    Args:
+        panels: (2,) lower and upper corner in (u, v) of each panel of the side.
+    """
+    told: dict[tuple[int, ...], ControlType] = {}
+    if controls:
+        features, groups = control_features(measured, side, controls, panels)
+        chances = forest.probabilities(features)
+        for group in groups:
+            rows = list(group.members)
+            is_flat = max(controls[i].protrusion for i in rows) <= MAX_FLAT_PROTRUSION
+            is_print = is_flat and len(rows) < MIN_FLAT_KEYS
+            found = (None, 0.0, "") if is_print else _type(pooled(chances[rows]), group)
+            told |= {tuple(controls[i].fragments): found for i in rows}
+    return lambda control, _others: told.get(tuple(control.fragments), (None, 0.0, ""))
+
+
+def pooled(chances: Floats) -> Floats:
+    """Return the (C,) probabilities of a group from the (N, C) ones of its members: their geometric mean."""
+    mean = np.exp(np.log(np.maximum(chances, LEAST_PROBABILITY)).mean(axis=0))
+    found: Floats = mean / mean.sum()
+    return found
+
+
+def decided(chances: Floats) -> Ints:
+    """Return the (N,) indices in CONTROL_CLASSES for (N, C) probabilities: a knob or key is at least rather likely."""
+    best = 1 + chances[:, 1:].argmax(axis=1)
+    found: Ints = np.where(chances[np.arange(len(chances)), best] >= MIN_PROBABILITY, best, 0)
+    return found
+
+
+def _type(chances: Floats, group: ControlGroup) -> ControlType:
+    """Return the type of a group, its probability and a reason."""
+    best = int(decided(chances[None])[0])
+    if best == 0:
+        return None, 0.0, ""
+    count = len(group.members)
+    shape = "stands alone" if count == 1 else f"{count} alike in {group.rows} rows and {group.columns} columns"
+    return PartKind(CONTROL_CLASSES[best]), float(chances[best]), f"{shape}, by form and place"
+
+
+def check_forest(forest: Forest) -> Forest:
+    """Return a forest that knows the features and types of controls. Raises ValueError for another."""
+    if forest.features != CONTROL_FEATURES or forest.classes != CONTROL_CLASSES:
+        raise ValueError("a forest for other features or types than those of controls")
+    return forest

@@ -1,0 +1,85 @@
+"""Controls are typed by the group that they stand in: keys in a grid, knobs in a row, pulls of drawers neither."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.choose_plan import choose_plan
+from casa_assets.articulate.controls.classify import check_forest, pooled
+from casa_assets.articulate.controls.controls import Control
+from casa_assets.articulate.controls.groups import group_controls
+from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.plan import PartKind
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from casa_assets.core.forest import forest_from_dict
+from casa_assets.pipeline.articulate.models import load_models
+from tests.unit.articulate.blocks import Part, box, carcass, disc, together
+
+
+def control(x: float, z: float, width: float, height: float, stands: float = 0.01) -> Control:
+    half = np.array([width, height]) / 2
+    low, high = np.append(np.array([x, z]) - half, 0.0), np.append(np.array([x, z]) + half, stands)
+    return Control([0], low, high, stands, width == height)
+
+
+def kinds_of(*parts: Part) -> list[PartKind]:
+    """The kinds of the knobs and keys that are found on a mesh, as the whole command would type them."""
+    points, faces, _ = together(*parts)
+    mesh = weld_triangles(points, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    found = choose_plan(mesh.in_frame(frame), frame, models=load_models()).articulation.parts
+    return [p.kind for p in found if p.kind in (PartKind.KNOB, PartKind.BUTTON)]
+
+
+def test_a_grid_is_one_group_and_a_wide_key_below_it_another() -> None:
+    grid = [control(0.05 * a, 0.05 * b, 0.03, 0.03) for a in range(3) for b in range(4)]
+    groups = group_controls([*grid, control(0.05, -0.06, 0.13, 0.03)])
+    assert sorted((len(g.members), g.rows, g.columns) for g in groups) == [(1, 1, 1), (12, 4, 3)]
+    assert groups[0].pitch == pytest.approx(0.05 / 0.03)
+
+
+def test_alike_controls_far_from_each_other_are_two_groups() -> None:
+    assert len(group_controls([control(0, 0, 0.02, 0.02), control(0.3, 0.3, 0.02, 0.02)])) == 2
+
+
+def test_round_keys_in_a_grid_beside_a_door_are_keys() -> None:
+    door, panel = box((0.0, -0.02, 0.0), (0.37, -0.0005, 0.3)), box((0.375, -0.02, 0.0), (0.5, -0.0005, 0.3))
+    keys = [disc((0.4 + 0.037 * a, -0.025, 0.08 + 0.032 * b), 0.011, 0.0049, 16) for a in range(3) for b in range(5)]
+    bar = box((0.335, -0.05, 0.05), (0.35, -0.0205, 0.25))
+    assert kinds_of(*carcass(0.5, 0.38, 0.3), door, panel, bar, *keys) == [PartKind.BUTTON] * 15
+
+
+def test_octagonal_bosses_in_a_row_over_an_oven_door_are_knobs() -> None:
+    door, bar = box((0.0, -0.03, 0.0), (0.6, -0.0005, 0.58)), box((0.06, -0.07, 0.52), (0.54, -0.0305, 0.54))
+    panel = box((0.0, -0.03, 0.59), (0.6, -0.0005, 0.7))
+    knobs = [disc((0.08 + 0.11 * k, -0.055, 0.645), 0.022, 0.0249, 8) for k in range(5)]
+    assert kinds_of(*carcass(0.6, 0.55, 0.7), door, bar, panel, *knobs) == [PartKind.KNOB] * 5
+
+
+def test_pulls_of_drawers_are_neither() -> None:
+    fronts = [box((0.005, -0.02, 0.01 + 0.2 * k), (0.495, -0.0005, 0.195 + 0.2 * k)) for k in range(3)]
+    pulls = [disc((0.25, -0.045, 0.1 + 0.2 * k), 0.015, 0.0249, 16) for k in range(3)]
+    assert kinds_of(*carcass(0.5, 0.45, 0.61), *fronts, *pulls) == []
+
+
+def test_a_flat_mark_alone_is_no_key() -> None:
+    door, mark = box((0.0, -0.02, 0.0), (0.5, -0.0005, 0.6)), box((0.2, -0.0206, 0.5), (0.24, -0.0201, 0.52))
+    assert kinds_of(*carcass(0.5, 0.5, 0.6), door, mark) == []
+
+
+def test_a_group_is_told_by_the_mean_of_its_members() -> None:
+    told = pooled(np.array([[0.2, 0.7, 0.1], [0.2, 0.7, 0.1], [0.1, 0.3, 0.6]]))
+    assert told.argmax() == 1
+    assert told.sum() == pytest.approx(1.0)
+
+
+def test_a_forest_gives_the_mean_of_its_trees() -> None:
+    leaf = [[[0, 100]]]
+    trees = [[[0, 0.5, 1, 2], [[100, 0]], [[50, 50]]], leaf]
+    forest = forest_from_dict({"features": ["a"], "classes": ["x", "y"], "trees": trees})
+    assert forest.probabilities(np.array([[0.5], [0.6]])).tolist() == [[0.5, 0.5], [0.25, 0.75]]
+    with pytest.raises(ValueError, match="points nowhere"):
+        forest_from_dict({"features": ["a"], "classes": ["x", "y"], "trees": [[[0, 0.5, 1, 3], *leaf, *leaf]]})
+    with pytest.raises(ValueError, match="other features"):
+        check_forest(forest)
