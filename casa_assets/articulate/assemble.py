@@ -30,6 +30,9 @@ ROOT = "object"
 # Thickness of the sheet that inertia is computed with, as a share of the longest side of a link: thinner ones vanish in
 # rounding. A choice.
 MIN_SHEET_SHARE = 0.002
+# The most that this is, metres: of a sheet as thick as the thinnest collision shape (MIN_THICKNESS_M of link_shapes)
+# mass deviates by this times the square root of 1/2 from the middle (AST008).
+MAX_SHEET_M = 0.0008
 
 
 # Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
@@ -43,6 +46,7 @@ class AssetSpec:
     Attributes:
         asset_id: of the result. metres: length of the diagonal.
         category, classes, substance: what the registry says of its kind. provenance: of the source.
+        refit: links whose collision shapes are fitted to the link as a whole, and are never cut.
     """
 
     asset_id: str
@@ -51,6 +55,7 @@ class AssetSpec:
     classes: tuple[str, ...]
     substance: Substance
     provenance: Provenance
+    refit: frozenset[str] = frozenset()
 
 
 def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec: AssetSpec) -> Asset:
@@ -66,7 +71,14 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in articulation.parts)]
     total = float(mesh.areas.sum() + (BODY_WEIGHT_FACTOR - 1.0) * mesh.areas[owner < 0].sum())
     mass = _mass(spec)
-    shapes = build_colliders(place.points, mesh, mesh.fragment_labels, articulation, spec.substance.id)
+    shapes = build_colliders(
+        place.points,
+        mesh,
+        mesh.fragment_labels,
+        articulation,
+        spec.substance.id,
+        frozenset(map(names.index, spec.refit)),
+    )
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
@@ -175,9 +187,10 @@ def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:
     """Return the mass properties of a link as a sheet of even thickness over its surface."""
     area, center, inertia = shell_moments(points, faces)
     tensor = inertia / max(area, 1e-12) * mass
-    tensor = (
-        tensor + np.eye(3) * mass * (MIN_SHEET_SHARE * float(np.ptp(points[faces].reshape(-1, 3), axis=0).max())) ** 2
-    )
+    longest = float(np.ptp(points[faces].reshape(-1, 3), axis=0).max())
+    # What is as thick as that by itself, such as two sheets back to back, is spread no farther.
+    spread = np.linalg.eigvalsh(np.eye(3) * np.trace(tensor) / 2 - tensor)[0] / mass
+    tensor = tensor + np.eye(3) * mass * max(0.0, min(MIN_SHEET_SHARE * longest, MAX_SHEET_M) ** 2 - 2 * spread)
     xx, yy, zz, xy, xz, yz = (round7(tensor[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
     return Inertial(mass=round7(mass), center_of_mass=round7_vec3(center), inertia=(xx, yy, zz, xy, xz, yz))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,7 +78,12 @@ def part_label(kind: PartKind) -> str:
 
 
 def build_colliders(
-    points: Floats, mesh: WeldedMesh, fragment_of_face: Ints, articulation: Articulation, substance: str
+    points: Floats,
+    mesh: WeldedMesh,
+    fragment_of_face: Ints,
+    articulation: Articulation,
+    substance: str,
+    refit: Set[int] = frozenset(),
 ) -> list[LinkColliders]:
     """Return the colliders of the body and of each part, in this order.
 
@@ -86,6 +91,8 @@ def build_colliders(
         points: (P, 3) of the mesh, metres, asset frame.
         fragment_of_face: (F,) index of the fragment, -1 for none.
         substance: of all shapes.
+        refit: links, 0 for the body, whose shapes are fitted to the link as a whole and are never cut: those that
+            follow its fragments, or were cut where others pass, did not fit what is seen.
     """
     metres_per_unit = articulation.frame.metres or 1.0
     owner = articulation.face_owner(len(mesh.faces))
@@ -103,6 +110,10 @@ def build_colliders(
         solids.append(solid)
     _set_joints(solids, articulation, points, mesh, metres_per_unit)
     _add_interiors(solids, articulation, points, mesh, metres_per_unit)
+    for i in sorted(refit):
+        rows = np.flatnonzero(owner == (BODY_OWNER if i == 0 else i - 1))
+        if len(rows):
+            _fit_as_a_whole(solids[i], points, mesh, rows)
     for i, solid in enumerate(solids):
         solid.clouds = [snap_to_box(c) for c in solid.clouds]
         # Link 0 is the body; link i is part i - 1.
@@ -120,6 +131,12 @@ def build_colliders(
             LinkColliders(_colliders(solid, origin, name, kind, substance), None if i == 0 else blocking_parts[i - 1])
         )
     return out
+
+
+def _fit_as_a_whole(solid: LinkSolid, points: Floats, mesh: WeldedMesh, rows: Ints) -> None:
+    """Replace the shapes of a link that follow its fragments by those of all its faces together; in place."""
+    solid.clouds = convex_clouds(points, mesh.faces[rows], MAX_SHAPES_BEFORE_CUTS)
+    solid.is_whole = True
 
 
 def _set_joints(

@@ -26,11 +26,13 @@ REFINED_PEAKS = 2
 
 @dataclass(frozen=True)
 class Penetration:
-    """Deepest contact of two geoms, metres (negative: their distance), and their names."""
+    """Deepest contact of two geoms, metres (negative: their distance), and the names of them and of their bodies."""
 
     depth: float = -MARGIN_M
     geom1: str = ""
     geom2: str = ""
+    body1: str = ""
+    body2: str = ""
 
 
 @dataclass(frozen=True)
@@ -48,18 +50,32 @@ def deepest_contacts(scene: Path) -> dict[str, float]:
     those with the floor. Empty where the scene does not compile.
     """
     loaded = mujoco_load.load_mjcf(scene).model
-    if loaded is None:
-        return {}
-    model = with_margins(loaded)
-    depths: dict[str, float] = {}
+    found = {} if loaded is None else deepest_contacts_of(loaded)
+    return {joint: max(0.0, contact.depth) for joint, contact in found.items()}
+
+
+def deepest_contacts_of(compiled: mujoco.MjModel) -> dict[str, Penetration]:
+    """Joint name -> deepest contact of a compiled asset, as `deepest_contacts` has it."""
+    model = with_margins(compiled)
+    found: dict[str, Penetration] = {}
     data = mujoco.MjData(model)
     for joint in map(int, np.flatnonzero(model.jnt_type != mujoco.mjtJoint.mjJNT_FREE)):
         mujoco.mj_resetData(model, data)
         for before in _open_before(model, joint):
             data.qpos[model.jnt_qposadr[before]] = max(model.jnt_range[before], key=abs)
         everything = np.ones(model.nbody, dtype=bool)
-        depths[model.joint(joint).name] = max(0.0, sweep(model, data, joint, everything).worst.depth)
-    return depths
+        found[model.joint(joint).name] = sweep(model, data, joint, everything).worst
+    return found
+
+
+def depth_at_rest(model: mujoco.MjModel, contact: Penetration) -> float:
+    """Depth to which the two bodies of a contact are in each other with all joints at zero, metres; 0 where apart."""
+    data = mujoco.MjData(model)
+    find_contacts(model, data)
+    bodies = {model.body(contact.body1).id, model.body(contact.body2).id}
+    pairs = model.geom_bodyid[data.contact.geom]
+    depths = [-float(d) for pair, d in zip(pairs, data.contact.dist, strict=True) if set(pair.tolist()) == bodies]
+    return max([0.0, *depths])
 
 
 def with_margins(model: mujoco.MjModel) -> mujoco.MjModel:
@@ -156,8 +172,9 @@ def _deepest_counted(model: mujoco.MjModel, data: mujoco.MjData, moved: Mask, ag
     if not len(counted):
         return Penetration()
     worst = counted[np.argmin(data.contact.dist[counted])]
-    geom1, geom2 = (model.geom(int(g)).name for g in geoms[worst])
-    return Penetration(-float(data.contact.dist[worst]), geom1, geom2)
+    names = (model.geom(int(g)).name for g in geoms[worst])
+    bodies = (model.body(int(model.geom_bodyid[g])).name for g in geoms[worst])
+    return Penetration(-float(data.contact.dist[worst]), *names, *bodies)
 
 
 def _peaks(depths: Floats) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -83,6 +83,7 @@ class ArticulateResult:
         planned: the parts over the faces of `read`, the model before shells are cut and interiors built.
         spec: what the asset needs besides its geometry. confidence: of the category, and why; `size`, of the scale.
         joints: part name -> joint name, once renamed. unmet_checks: what keeps it from meeting its category's contract.
+        contacts: parts that run into each other on their way, in words.
     """
 
     asset: Asset
@@ -99,6 +100,7 @@ class ArticulateResult:
     source: Source
     joints: Mapping[str, str] = field(default_factory=dict)
     unmet_checks: tuple[str, ...] = ()
+    contacts: tuple[str, ...] = ()
 
     def with_joints(self, joints: Mapping[str, JointPlan]) -> ArticulateResult:
         """Return the result with other joints for some parts."""
@@ -109,6 +111,11 @@ class ArticulateResult:
             if joints
             else self
         )
+
+    def with_refit_shapes(self, links: Set[str]) -> ArticulateResult:
+        """Return the result with the collision shapes of some links fitted to each as a whole, and never cut."""
+        spec = replace(self.spec, refit=self.spec.refit | links)
+        return replace(self, spec=spec, asset=assemble(self.model, self.placed, self.articulation, spec))
 
     def with_runtime_names(self) -> ArticulateResult:
         """Return the result under the names that runtimes look for, where the category has any."""

@@ -28,6 +28,7 @@ from casa_assets.pipeline.articulate.contract import unmet_checks, without_contr
 from casa_assets.pipeline.articulate.doubts import doubts
 from casa_assets.pipeline.articulate.interiors import add_interiors
 from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
+from casa_assets.pipeline.articulate.mend import mend
 from casa_assets.pipeline.cache.cache_key import CodeRef, digest_of, key_of, versions_of
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import weights_digest
@@ -44,6 +45,9 @@ from casa_assets.preview.renderer import NoRenderer
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.
 RETRIED_CODES = RETRIED_BY_INGEST - {"RUN001", "RUN002", rejection_codes.TOO_LARGE}
+# Times that an asset is mended and checked again: shapes fitted anew may touch others, which is mended next.
+MAX_MENDS = 2
+
 # The code that turns a mesh into an asset, by the name under which certificates list its version.
 STEPS: Mapping[str, CodeRef] = {
     "load": load,
@@ -158,7 +162,7 @@ def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryK
 @cache
 def _code_key() -> str:
     """Return the key of the code that makes an entry."""
-    return key_of(build, limit_ranges, with_contract, _write_and_check, certify)
+    return key_of(build, limit_ranges, mend, with_contract, _write_and_check, certify)
 
 
 def kept_outcome(
@@ -276,9 +280,7 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
     library = disk.Library(request.out)
     if result.asset.provenance.sha256 != key.identity.sha256:
         raise Rejected("RUN005", "the file changed while it was being read; run again")
-    staged = library.stage(result.asset.id)
-    result = with_contract(limit_ranges(result).with_runtime_names(), staged)
-    report, travel = _write_and_check(request, result, staged)
+    staged, result, report, travel = _mended(request, limit_ranges(result))
     category, asset = result.category.id, result.asset
     kind = f"{category}, {result.confidence[0]:.0%} sure: {result.confidence[1]}"
     outcome = ArticulateOutcome(
@@ -320,6 +322,26 @@ def _publish(request: ArticulateRequest, result: ArticulateResult, key: EntryKey
     return outcome
 
 
+def _mended(
+    request: ArticulateRequest, built: ArticulateResult
+) -> tuple[Path, ArticulateResult, Report, dict[str, JointTravel]]:
+    """Write and check an asset, and again once what its checks complain of is mended, as far as it can be.
+
+    Returns:
+        The staging folder, the asset under the names of runtimes, the report, and the travel of each part.
+    """
+    library = disk.Library(request.out)
+    for last in (*[False] * MAX_MENDS, True):
+        staged = library.stage(built.asset.id)
+        result = with_contract(built.with_runtime_names(), staged)
+        report, travel = _write_and_check(request, result, staged)
+        better = None if last or report.passed else mend(built, result, report)
+        if better is None:
+            break
+        built = better
+    return staged, result, report, travel
+
+
 def with_contract(result: ArticulateResult, folder: Path) -> ArticulateResult:
     """Return the asset with the contract of its category where it meets it, else without, and what is missing.
 
@@ -347,5 +369,5 @@ def _write_and_check(
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
     is_decided = request.decisions.decision is Word.ACCEPT
-    notes = () if is_decided else doubts(result.articulation, registry.load_confidence())
+    notes = () if is_decided else doubts(result.articulation, registry.load_confidence(), result.contacts)
     return check_package(asset, staged, result.category, notes), travel
