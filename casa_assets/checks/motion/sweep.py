@@ -9,9 +9,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from casa_assets.checks.motion.simulation import box_around, find_contacts, geom_boxes, subtree
+from casa_assets.checks.motion.simulation import box_around, collision_spec, find_contacts, geom_boxes, subtree
 from casa_assets.checks.readers import mjcf_facts, mujoco_load
 from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.model.files import Files
 
 # How far the part of a joint that moves fastest goes between two poses. A corner that swings past an edge on an arm of
 # 0.6 m and meets it by half a millimetre does so over 49 mm of its way. Parts of 4 mm that slide past each other meet
@@ -50,12 +51,26 @@ def deepest_contacts(scene: Path) -> dict[str, float]:
     those with the floor. Empty where the scene does not compile.
     """
     loaded = mujoco_load.load_mjcf(scene).model
-    found = {} if loaded is None else deepest_contacts_of(loaded)
+    found = {} if loaded is None else _deepest_contacts(loaded)
     return {joint: max(0.0, contact.depth) for joint, contact in found.items()}
 
 
-def deepest_contacts_of(compiled: mujoco.MjModel) -> dict[str, Penetration]:
-    """Joint name -> deepest contact of a compiled asset, as `deepest_contacts` has it."""
+def contacts_of_files(mjcf: Files) -> dict[str, tuple[Penetration, float]]:
+    """Joint name -> deepest contact over its range, as `deepest_contacts` has it, and how deep the same two bodies are.
+
+    The second is with all joints at zero, metres; 0 where the bodies are apart.
+
+    Args:
+        mjcf: a package in memory with its `model.xml`.
+    Raises:
+        ValueError: MuJoCo cannot read the file.
+    """
+    model = collision_spec(mjcf).compile()
+    return {joint: (contact, _depth_at_rest(model, contact)) for joint, contact in _deepest_contacts(model).items()}
+
+
+def _deepest_contacts(compiled: mujoco.MjModel) -> dict[str, Penetration]:
+    """Joint name -> deepest contact over its range."""
     model = with_margins(compiled)
     found: dict[str, Penetration] = {}
     data = mujoco.MjData(model)
@@ -68,8 +83,10 @@ def deepest_contacts_of(compiled: mujoco.MjModel) -> dict[str, Penetration]:
     return found
 
 
-def depth_at_rest(model: mujoco.MjModel, contact: Penetration) -> float:
+def _depth_at_rest(model: mujoco.MjModel, contact: Penetration) -> float:
     """Depth to which the two bodies of a contact are in each other with all joints at zero, metres; 0 where apart."""
+    if not contact.body1:
+        return 0.0
     data = mujoco.MjData(model)
     find_contacts(model, data)
     bodies = {model.body(contact.body1).id, model.body(contact.body2).id}

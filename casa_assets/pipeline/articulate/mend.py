@@ -6,13 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-import mujoco
-
 from casa_assets import registry
 from casa_assets.articulate.assemble import ROOT
 from casa_assets.checks.motion.joint_travel import joint_travels
-from casa_assets.checks.motion.simulation import collision_spec
-from casa_assets.checks.motion.sweep import Penetration, deepest_contacts_of, depth_at_rest
+from casa_assets.checks.motion.sweep import Penetration, contacts_of_files
 from casa_assets.export import mjcf
 from casa_assets.model.asset.asset import Asset, Exclusion
 from casa_assets.model.asset.joint import JointKind
@@ -48,7 +45,7 @@ def mend(built: ArticulateResult, named: ArticulateResult, report: Report) -> Ar
 def _with_doors_wider(built: ArticulateResult) -> ArticulateResult:
     """Return the asset with doors opened wider where what moves behind them runs into them."""
     joints = {joint.name: joint for joint in built.asset.joints}
-    for name, contact in _contacts(built.asset).items():
+    for name, (contact, _) in _contacts(built.asset).items():
         door = joints.get(joints[name].behind or "")
         if door is None or door.kind is not JointKind.HINGE or door.child not in _links(contact):
             continue
@@ -58,7 +55,7 @@ def _with_doors_wider(built: ArticulateResult) -> ArticulateResult:
             wider = built.with_joints({door.child: plan.replace(range=(0.0, angle), reason=reason)})
             is_free = {t.joint: t.free_share for t in joint_travels(wider.asset, mjcf.write(wider.asset), pushed=False)}
             still = _contacts(wider.asset).get(name)
-            if is_free[door.name] >= 1.0 and (still is None or door.child not in _links(still)):
+            if is_free[door.name] >= 1.0 and (still is None or door.child not in _links(still[0])):
                 built = wider
                 break
     return built
@@ -76,25 +73,24 @@ def _without_contacts(built: ArticulateResult) -> ArticulateResult:
         if not found:
             break
         pairs: dict[tuple[str, str], None] = {}
-        for name, contact in found.items():
+        for name, (contact, at_rest) in found.items():
             first, second = _links(contact)
             pairs[first, second] = None
             moving = next(joint.child for joint in asset.joints if joint.name == name)
-            if contact.depth > depth_at_rest(_model(asset), contact) + registry.load().limits[CONTACT_LIMIT]:
+            if contact.depth > at_rest + registry.load().limits[CONTACT_LIMIT]:
                 words.append(f"{moving} runs into {second if moving == first else first} on its way")
         exclusions = tuple(Exclusion(first=first, second=second) for first, second in pairs)
         asset = asset.replace(exclusions=(*asset.exclusions, *exclusions))
     return replace(built, asset=asset, contacts=tuple(dict.fromkeys(words)))
 
 
-def _contacts(asset: Asset) -> Mapping[str, Penetration]:
-    """Return the deepest contact of each joint that goes deeper into another part than it may, by the joint's name."""
+def _contacts(asset: Asset) -> Mapping[str, tuple[Penetration, float]]:
+    """Return the deepest contact of each joint that goes deeper into another part than it may, by the joint's name.
+
+    With it stands how deep the two parts are in each other where all is closed, metres.
+    """
     limit = registry.load().limits[CONTACT_LIMIT]
-    return {name: c for name, c in deepest_contacts_of(_model(asset)).items() if c.depth > limit}
-
-
-def _model(asset: Asset) -> mujoco.MjModel:
-    return collision_spec(mjcf.write(asset)).compile()
+    return {name: row for name, row in contacts_of_files(mjcf.write(asset)).items() if row[0].depth > limit}
 
 
 def _links(contact: Penetration) -> tuple[str, str]:
