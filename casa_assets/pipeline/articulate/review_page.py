@@ -124,6 +124,7 @@ def _part(done: ArticulateOutcome, number: int) -> dict[str, Any]:
     return {
         "name": part.name,
         "kind": part.kind.value,
+        "added": part.added,
         "on": part.parent or "body",
         "joint": joint.kind.value,
         "edge": joint.edge.value if joint.edge else "",

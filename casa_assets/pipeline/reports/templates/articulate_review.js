@@ -72,7 +72,7 @@ function partRow(told, number) {
   const changed = (said().parts || {})[told.name] !== undefined;
   const joint = (state.edge ? state.edge : told.joint || "") + (state.flipped ? ", the other way" : "");
   const line = make("tr", { "class": (number === part ? "here " : "") + (taken ? "gone " : "") + (changed ? "changed" : "") });
-  const name = make("td", { text: told.name });
+  const name = make("td", { text: number + " " + told.name });
   if (told.color) {
     const dot = make("span", { "class": "dot" });
     dot.style.background = told.color;
@@ -131,7 +131,11 @@ function goPart(step) {
 function chosen() { return partsOf(row())[part]; }
 
 function onPart(action) {
-  return function () { if (chosen()) { action(chosen()); } else { say("nothing moves in this one"); } };
+  return function () {
+    if (!chosen()) { say("nothing moves in this one"); return; }
+    if (chosen().added) { say("it came with an interior that was built; decisions.yaml beside the model leaves that out", "bad"); return; }
+    action(chosen());
+  };
 }
 
 function merge(told) {
