@@ -20,8 +20,9 @@ def review(
 ) -> None:
     """Decide about assets in review, in the browser: accept, reject, or correct kind, pose, size and mass.
 
-    What is decided goes into review.csv of the library at once, and the next `casa-assets ingest` obeys it. Ctrl-C ends
-    the page. Only this machine can open it.
+    What is decided goes into review.csv of the library at once, and the next `casa-assets ingest` obeys it. Articulated
+    meshes have a page of their own, on which parts are corrected too; `casa-assets articulate` obeys what it writes
+    into review.json. Ctrl-C ends the pages. Only this machine can open them.
 
     Example:
 
@@ -29,7 +30,7 @@ def review(
     """
     from casa_assets.errors import OutputError
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.review.server import ReviewServer
+    from casa_assets.pipeline.review.server import ARTICULATED, ReviewServer
 
     console = Console(soft_wrap=True, highlight=False)
     place = library_at(library)
@@ -39,11 +40,17 @@ def review(
         except OverflowError as error:
             raise OutputError(str(port), "is no port; give one from 1024 to 65535") from error
         with server:
-            if not server.waiting:
+            pages = []
+            if server.waiting:
+                console.print(f"{pluralize(len(server.waiting), 'input')} to decide about: {server.address}")
+                pages.append(server.address)
+            if server.articulated:
+                pages.append(f"{server.address}{ARTICULATED}")
+                console.print(f"{pluralize(len(server.articulated), 'articulated mesh')}: {pages[-1]}")
+            if not pages:
                 console.print("nothing is in review")
                 return
-            console.print(f"{pluralize(len(server.waiting), 'input')} to decide about: {server.address}")
-            console.print("Ctrl-C ends it; then run `casa-assets ingest` on the same sources again")
-            if browser:
-                webbrowser.open(server.address)
+            console.print("Ctrl-C ends it; then run the same command on the same sources again")
+            for page in pages if browser else ():
+                webbrowser.open(page)
             server.serve_forever()

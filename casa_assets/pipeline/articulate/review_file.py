@@ -30,11 +30,16 @@ def read(path: Path) -> dict[str, Decisions]:
     """Read a review.json. Raises RegistryError with file and line where it is invalid, UnknownId for a category."""
     document = registry.read_document(path)
     found = registry.read_record(ReviewFile, document.value, document, ()).meshes
-    known = registry.load()
     for decisions in found.values():
-        if decisions.category is not None and decisions.category not in known.fixtures:
-            known.category(decisions.category)
+        check_category(decisions)
     return found
+
+
+def check_category(decisions: Decisions) -> None:
+    """Raise UnknownId where decisions name a category that the registry does not know."""
+    known = registry.load()
+    if decisions.category is not None and decisions.category not in known.fixtures:
+        known.category(decisions.category)
 
 
 def decided(library: Library) -> dict[str, Decisions]:
@@ -46,7 +51,7 @@ def decided(library: Library) -> dict[str, Decisions]:
 def keep(library: Library, changes: Mapping[str, Decisions]) -> dict[str, Decisions]:
     """Put decisions into the review.json of a library, in place of older ones on the same meshes; return all of them.
 
-    Decisions that say nothing take those of the mesh away. Call with the lock held.
+    Decisions that say nothing take those of the mesh away.
     """
     before = decided(library)
     after = {sha256: said for sha256, said in {**before, **changes}.items() if said != Decisions()}

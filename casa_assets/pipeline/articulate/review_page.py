@@ -22,6 +22,7 @@ from casa_assets.pipeline.reports.page_template import relative_link, render_tem
 from casa_assets.preview.strip import CELL_PX, part_color, strip_corners
 
 NAME = "review.html"
+TITLE = "Articulated meshes"
 # Directions of a file that may be up or the front.
 AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 
@@ -32,23 +33,34 @@ def write(out: Path, done: Sequence[ArticulateOutcome], command: str) -> Path:
     Args:
         command: that applies the review.json that the page writes.
     """
-    library = Library(out)
-    ranked = sorted(done, key=lambda d: (_RANKS[d.decision], _least(d), str(d.mesh)))
-    page = render_template(
-        "articulate_review.html",
-        title="Articulated meshes",
-        count=len(ranked),
-        data=_data(ranked, library),
-        command=command,
-        without_scripts="decisions.yaml beside each model",
-        scripts=("review_common.js", "articulate_decisions.js", "articulate_review.js"),
-    )
+    page = render_page(Library(out), done, command)
     out.mkdir(parents=True, exist_ok=True)
     target = out / NAME
     fresh = target.with_name(f".{NAME}.{os.getpid()}")
     fresh.write_text(page, encoding="utf-8")
     fresh.replace(target)
     return target
+
+
+def render_page(
+    library: Library, done: Sequence[ArticulateOutcome], command: str, is_served: bool = False, title: str = TITLE
+) -> str:
+    """Return the HTML of the page.
+
+    Args:
+        command: that applies what is decided.
+        is_served: a server takes each decision at once; else the page writes a file. title: plain text.
+    """
+    ranked = sorted(done, key=lambda d: (_RANKS[d.decision], _least(d), str(d.mesh)))
+    return render_template(
+        "articulate_review.html",
+        title=title,
+        count=len(ranked),
+        data={**_data(ranked, library), "served": is_served},
+        command=command,
+        without_scripts="decisions.yaml beside each model",
+        scripts=("review_common.js", "articulate_decisions.js", "articulate_review.js"),
+    )
 
 
 _RANKS = {Decision.REJECTED: 0, Decision.REVIEW: 1, Decision.ACCEPTED: 2}

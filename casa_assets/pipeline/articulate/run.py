@@ -196,6 +196,21 @@ def kept_outcome(
     return outcome
 
 
+def outcome_of_entry(library: disk.Library, entry: Entry) -> ArticulateOutcome | None:
+    """Return the outcome that stands behind an entry of a library.
+
+    None where nothing tells what moves in it: the cache was deleted, or other code has made the entry.
+    """
+    key = EntryKey(Identity(Producer.ARTICULATE, entry.sha256), entry.cache_key)
+    mesh, folder = Path(entry.source_path), library.root / entry.path
+    record = Store(library.cache).get(_record_key(key))
+    if record is not None:
+        return replace(from_json(record, mesh), folder=folder, sha256=entry.sha256, kept=True)
+    if entry.accepted:
+        return None
+    return ArticulateOutcome(mesh, folder, code=entry.code, message=entry.message, sha256=entry.sha256, kept=True)
+
+
 def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
     """Return the outcome of the work on a mesh, with its entry in place."""
     try:

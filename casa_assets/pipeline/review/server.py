@@ -13,16 +13,25 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Lock
 from typing import Any
+from urllib.parse import unquote
 
-from casa_assets.errors import OutputError
+from casa_assets.articulate.decisions import Decisions
+from casa_assets.errors import CasaError, OutputError
+from casa_assets.pipeline.articulate import review_file
+from casa_assets.pipeline.articulate.strip import NAME as STRIP
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
-from casa_assets.pipeline.library.entry_files import picture_of
+from casa_assets.pipeline.library.entry_files import PICTURE, file_inside, picture_of
+from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.reports.entry import Entry, entries
+from casa_assets.pipeline.review.articulated import articulated_page
 from casa_assets.pipeline.review.page import render_page
 
 HOST = "127.0.0.1"
-MAX_BODY_BYTES = 10_000
+# What is decided about all parts of one mesh is longer than what is decided about a whole one.
+MAX_BODY_BYTES = 100_000
+# Name of the page of articulated meshes, below the address.
+ARTICULATED = "articulated"
 
 
 class ReviewServer(ThreadingHTTPServer):
@@ -30,7 +39,8 @@ class ReviewServer(ThreadingHTTPServer):
 
     Attributes:
         address: what to open in a browser. waiting: entries that a person has to decide about, as the library is now.
-        written: how often something was decided.
+        articulated: entries of `casa-assets articulate`, which have a page of their own. written: how often something
+            was decided.
     """
 
     daemon_threads = True
@@ -38,7 +48,10 @@ class ReviewServer(ThreadingHTTPServer):
     def __init__(self, library: disk.Library, port: int = 0) -> None:
         """Bind a port; 0: any that is free. Raises OSError where it is taken, OutputError where an entry is damaged."""
         self.library = library
-        self.waiting: Sequence[Entry] = [entry for entry in entries(library) if review.subjects_to_review(entry)]
+        every = list(entries(library))
+        self.articulated = [entry for entry in every if entry.producer == Producer.ARTICULATE]
+        others = (entry for entry in every if entry.producer != Producer.ARTICULATE)
+        self.waiting: Sequence[Entry] = [entry for entry in others if review.subjects_to_review(entry)]
         self.written = 0
         self.lock = Lock()
         self.token = secrets.token_urlsafe(16)
@@ -54,7 +67,7 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
     def do_GET(self) -> None:
-        """Send the page, or the picture of a row by its number."""
+        """Send a page, the picture of a row by its number, or a picture of an articulated mesh by its place."""
         name = self._name()
         if name == "":
             title = f"Review of {self.server.library.root.resolve().name}"
@@ -67,28 +80,54 @@ class _Handler(BaseHTTPRequestHandler):
             except OutputError:
                 picture = b""
             self._send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
+        elif name == ARTICULATED:
+            page = articulated_page(self.server.library, self.server.articulated)
+            self._send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
         else:
-            self._send(HTTPStatus.NOT_FOUND, "text/plain", b"there is no such page")
+            picture = self._picture_of_articulated(unquote(name or ""))
+            self._send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
+
+    def _picture_of_articulated(self, place: str) -> bytes:
+        """The strip or the picture of an articulated mesh by its place in the library; empty where it is neither."""
+        folder, _, name = place.rpartition("/")
+        if name not in (STRIP, PICTURE) or all(entry.path != folder for entry in self.server.articulated):
+            return b""
+        path = self.server.library.root / folder
+        try:
+            return file_inside(path, name, path / name, "the file itself").read_bytes()
+        except OutputError:
+            return b""
 
     def do_POST(self) -> None:
-        """Write one row: a JSON object of `sha256` and words by their names, such as `category`."""
-        length = self.headers.get("Content-Length", "")
-        if self._name() != "decide" or not length.isdigit() or int(length) > MAX_BODY_BYTES:
+        """Write what was decided: a JSON object of `sha256` and words by their names, or `decisions` on parts."""
+        length, name = self.headers.get("Content-Length", ""), self._name()
+        if name not in ("decide", f"decide_{ARTICULATED}") or not length.isdigit() or int(length) > MAX_BODY_BYTES:
             self._send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
             return
         try:
             said: Any = json.loads(self.rfile.read(int(length)))
-            entry = next(entry for entry in self.server.waiting if entry.sha256 == said["sha256"])
-            words = {name: str(said.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
             with self.server.lock:
-                review.decide(self.server.library, entry, words)
+                (self._decide if name == "decide" else self._decide_parts)(said)
                 self.server.written += 1
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration):
             self._send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
-        except OutputError as error:
+        except CasaError as error:
             self._send(HTTPStatus.BAD_REQUEST, "text/plain; charset=utf-8", str(error).encode())
         else:
             self._send(HTTPStatus.OK, "text/plain", b"")
+
+    def _decide(self, said: Any) -> None:
+        """Write one row of review.csv. Raises OutputError, or an error of the types of a wrong object."""
+        entry = next(entry for entry in self.server.waiting if entry.sha256 == said["sha256"])
+        words = {name: str(said.get(name, "")).strip() for name in review.OVERRIDE_NAMES}
+        review.decide(self.server.library, entry, words)
+
+    def _decide_parts(self, said: Any) -> None:
+        """Write the decisions on one articulated mesh into review.json. Raises likewise, and UnknownId."""
+        entry = next(entry for entry in self.server.articulated if entry.sha256 == said["sha256"])
+        decisions = Decisions.model_validate(said["decisions"])
+        review_file.check_category(decisions)
+        review_file.keep(self.server.library, {entry.sha256: decisions})
 
     def _name(self) -> str | None:
         """What is asked for, below the address; None where somebody does not know it or came by another name."""

@@ -1,4 +1,5 @@
-// Shows one articulated mesh after the other, and writes what is decided as a review.json.
+// Shows one articulated mesh after the other; what is decided goes to the server, where there is one, else into a
+// review.json.
 (function () {
 "use strict";
 const { byId, make, say } = review;
@@ -12,6 +13,7 @@ const undone = [];
 
 function begin() {
   facts.rows.forEach(function (row) { now[row.sha256] = row.decisions; });
+  if (facts.served) { return; }
   try { now = Object.assign(now, JSON.parse(window.localStorage.getItem(store) || "{}")); } catch (error) { /* none is kept */ }
 }
 
@@ -35,9 +37,17 @@ function decide(changed, message) {
 
 function put(sha256, changed) {
   now[sha256] = changed;
+  show();
+  if (facts.served) { send(sha256, changed); return; }
   written = false;
   try { window.localStorage.setItem(store, JSON.stringify(now)); } catch (error) { /* the page has to stay open */ }
-  show();
+}
+
+function send(sha256, changed) {
+  const body = JSON.stringify({ sha256: sha256, decisions: changed });
+  fetch("decide_articulated", { method: "POST", body: body }).then(function (answer) {
+    return answer.text().then(function (text) { if (!answer.ok) { say(text, "bad"); } });
+  }).catch(function () { say("not saved: `casa-assets review` has ended; start it again", "bad"); });
 }
 
 function undo() {
@@ -150,6 +160,7 @@ function merge(told) {
 }
 
 function write() {
+  if (facts.served) { say("everything is in review.json of the library already", "good"); return; }
   const text = decisions.fileOf(facts.rows, now);
   const link = make("a", { href: URL.createObjectURL(new Blob([text], { type: "application/json" })), download: "review.json" });
   link.click();

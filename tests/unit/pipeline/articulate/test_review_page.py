@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,15 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.articulate.decisions import Decisions
+from casa_assets.articulate.plan import HingeEdge
 from casa_assets.cli.main import app
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.articulate import review_file
 from casa_assets.pipeline.articulate.review_page import NAME
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.review.server import ReviewServer
+from tests.review_requests import ask
 from tests.unit.articulate.blocks import drawers, microwave
 from tests.unit.articulate.test_assemble import obj
 
@@ -115,3 +119,30 @@ def test_decisions_on_a_mesh_replace_older_ones(tmp_path: Path) -> None:
         review_file.keep(library, {one: Decisions(size_m=0.5), two: Decisions(category="microwave")})
         kept = review_file.keep(library, {one: Decisions()})
     assert kept == review_file.decided(library) == {two: Decisions(category="microwave")}
+
+
+def test_a_page_that_is_served_writes_into_the_library(place: Path) -> None:
+    with ReviewServer(disk.Library(place / "lib")) as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        try:
+            status, page = ask(server, f"/{server.token}/articulated")
+            assert status == 200
+            assert b"microwave.obj" in page
+            row = facts(place)["microwave.obj"]
+            status, picture = ask(server, f"/{server.token}/{row['strip'].removeprefix('./')}")
+            assert (status, picture[:4]) == (200, b"\x89PNG")
+            assert ask(server, f"/{server.token}/microwave/../../in/microwave.obj")[0] == 404
+            address = f"/{server.token}/decide_articulated"
+            said = {"sha256": row["sha256"], "decisions": {"parts": {"door_0": {"hinge": "top"}}}}
+            assert ask(server, address, {**said, "decisions": {"parts": {"door_0": {"hinge": "middle"}}}})[0] == 400
+            assert ask(server, address, {**said, "decisions": {"category": "no_such_thing"}})[0] == 400
+            assert ask(server, "/wrong/decide_articulated", said)[0] == 400
+            assert review_file.decided(server.library) == {}
+            assert ask(server, address, said)[0] == 200
+            assert review_file.decided(server.library)[row["sha256"]].parts["door_0"].hinge is HingeEdge.TOP
+            assert ask(server, address, {**said, "decisions": {}})[0] == 200
+            assert review_file.decided(server.library) == {}
+        finally:
+            server.shutdown()
+            thread.join()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import threading
 from collections.abc import Iterator
-from http.client import HTTPConnection
 from pathlib import Path
 
 import pytest
@@ -14,8 +12,9 @@ from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.library.review import read_overrides
 from casa_assets.pipeline.reports.entry import entries
-from casa_assets.pipeline.review.server import HOST, ReviewServer
+from casa_assets.pipeline.review.server import ReviewServer
 from tests.libraries import BOXES, box_obj
+from tests.review_requests import ask
 
 
 def run(folder: Path) -> list[str]:
@@ -40,16 +39,6 @@ def server(folder: Path) -> Iterator[ReviewServer]:
         yield server
         server.shutdown()
         thread.join()
-
-
-def ask(server: ReviewServer, path: str, body: object = None, host: str = "") -> tuple[int, bytes]:
-    """Status and body of an answer; `path` is below the address."""
-    connection = HTTPConnection(HOST, server.server_port, timeout=10)
-    headers = {"Host": host or f"{HOST}:{server.server_port}"}
-    data = None if body is None else json.dumps(body)
-    connection.request("GET" if data is None else "POST", path, data, headers)
-    answer = connection.getresponse()
-    return answer.status, answer.read()
 
 
 def test_shows_what_waits_with_its_picture_and_takes_no_markup(server: ReviewServer) -> None:
