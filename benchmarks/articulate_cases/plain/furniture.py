@@ -244,7 +244,7 @@ def bin_(d: Drawing) -> None:
         frame = rectangle(-0.7 * half, -0.6 * back, 0.7 * half, 0.6 * back)
         d.add(extrude(top_of(tall), ring, 0.0, high, [frame]))
         origin = np.array([0.0, 0.0, tall + high])
-        part = d.part("lid", "revolute", np.array([1.0, 0, 0]), origin, (-1.0, 1.0))
+        part = d.part("lid", "revolute", np.array([1.0, 0, 0]), origin, (0.0, 1.0))
         air = 0.0 if d.style.fronts in {"contact", "pushed", "flush"} else 0.003
         leaf = rectangle(-0.7 * half + air, -0.6 * back + air, 0.7 * half - air, 0.6 * back - air)
         d.add(extrude(top_of(tall), leaf, high - 0.008, high), part)
