@@ -134,11 +134,14 @@ def articulate_fragments(
         controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
         loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
         _fronts(collector, panels)
+        if not collector.parts:
+            _faucet(collector)
+        if any(p.kind is PartKind.LEVER and p.joint.kind is JointKind.HINGE for p in collector.parts):
+            loose_controls, top_controls = [], []
         _controls(collector, FRONT, loose_controls, tell_front)
         for _, panel, edge in list(collector.fronts):
             for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
-        _faucet(collector)
         for lid in find_lids(measured, collector.taken):
             if lid.opening_angle > 0.0:
                 _lid(collector, lid)

@@ -1,151 +1,441 @@
-"""Find the turning handles of faucets, and the spout beside them."""
+"""Find the levers of a faucet and its spout, from how its pieces touch each other.
+
+A faucet is slender: a trunk of touching pieces leads from its mount, on the worktop or the wall, to the free end of its
+spout. What branches off the trunk are handles; each turns about the piece, turned on a lathe, by which it is attached.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import MIN_STICK_RATIO, has_round_outline
+from casa_assets.articulate.controls.controls import MIN_STICK_RATIO
 from casa_assets.articulate.plan import JointPlan, PartKind
-from casa_assets.articulate.segment.fragment_measures import TOP, MeasuredFragments
+from casa_assets.articulate.segment.contacts import STRAIGHT_COS, TOUCH_DISTANCE, Axis, Piece, PieceGraph, piece_graph
+from casa_assets.articulate.segment.fragment_measures import FRONT, LEFT, TOP, MeasuredFragments
+from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.typing import Floats
 from casa_assets.model.asset.joint import JointKind
 
-# The root of a stick lies across it: length to thickness, ratio of its two thicknesses, its length by that of the
-# stick, its thickness by the width of the stick. More sticks than MAX_HANDLES are those of a rack.
-MIN_ROOT_RATIO, MAX_ROUND_RATIO, MAX_ROOT_LENGTH, MAX_ROOT_THICKNESS, MAX_HANDLES = 1.3, 1.4, 1.5, 8.0, 2
-# Width and length of a stick, diagonals, and the share of its length that stands out of its root.
-MIN_HANDLE_WIDTH, MAX_HANDLE_WIDTH, MAX_HANDLE_LENGTH, MIN_HANDLE_OUT_SHARE = 0.005, 0.04, 0.25, 0.5
-# Widest gap between fragments that belong together, diagonals.
-MAX_GAP = 0.01
-# Arm of a spout: length to width, and length in diagonals; height to width of the round column below it, whose width is
-# that of the arm within the tolerance.
-MIN_ARM_RATIO, MIN_ARM_LENGTH, MIN_COLUMN_RATIO, WIDTH_TOLERANCE = 3.0, 0.15, 2.0, 0.5
+# A faucet has this many fragments. Its picture fills at most this share of its rectangle, mean of front, left and top.
+MIN_FRAGMENTS, MAX_FRAGMENTS, MAX_FILLED = 3, 120, 0.66
+# Pieces within this of the lowest or rearmost point are the mount; all lengths in diagonals.
+MOUNT_DEPTH = 0.02
+# Share of a piece that lies so low where it is a foot of the trunk, not a handle that hangs down.
+MIN_MOUNT_SHARE = 0.3
+# The tip of the spout lies before the mount by so much, this near to the middle plane, and this high over the mount on
+# a worktop.
+MIN_OVERHANG, MAX_TIP_OFFSET, MIN_TIP_HEIGHT = 0.1, 0.15, 0.05
+# The tip consists of the samples within this of the foremost one; it is no larger than this, and handles keep this far
+# from it.
+TIP_DEPTH, MAX_TIP_SIZE, TIP_REACH = 0.02, 0.2, 0.15
+# Widest gap between a handle and what bears it.
+MAX_GAP = 0.02
+# Share of the surface that the trunk and its handles make up together.
+MIN_EXPLAINED = 0.8
+# Size of a handle, at most by that of the trunk, and of a lever by the width of what it turns about; height of a knob
+# by its width; and the lowest upward component of its axis.
+MIN_HANDLE_SIZE, MAX_HANDLE_SIZE, MAX_HANDLE_BY_TRUNK, MIN_SIZE_BY_WIDTH = 0.05, 0.65, 0.8, 1.3
+MIN_KNOB_HEIGHT, MIN_AXIS_HEIGHT = 0.2, -0.5
+MAX_HANDLES, MAX_TIPS = 4, 3
+# Radius of round handles; wheels are larger.
+MAX_ROUND_RADIUS = 0.075
+# Offset of a handle from the mirror image of another one, upwards and backwards.
+MIRROR_TOLERANCE = 0.05
+# Share of a piece on the other side of the middle plane that makes it one of both sides.
+MAX_OVERLAP = 0.2
+# Share of the surface of a box that faces along the axes.
+MIN_BOX_SHARE = 0.7
+# Two axes are one where their directions agree within 8 degrees and they lie apart by this share of a radius.
+SAME_DIRECTION_COS, SAME_LINE_BY_RADIUS = 0.99, 0.4
+# Axes within 6 degrees of each other are the same.
+SAME_AXIS_COS = 0.9945
+# Radius, diagonals, up to which thinner things count as so thick; how far off the axis of a bar something is stuck in
+# it, by its radius; and share of the length of a body from its middle from which on it is its end.
+MIN_LINE_RADIUS, MAX_BAR_OFFSET, MIN_END_SHARE = 0.02, 1.2, 0.3
+# A piece goes with what sits on its axis, in contacts narrower than this share of its own radius or off its middle by
+# this share: a rod on a cap. A contact over its whole end is that of a stem, which stays.
+MAX_SEAT_BY_RADIUS, MIN_SEAT_OFFSET = 0.7, 0.3
+# Unevenness of a piece around an axis that it lies on: offset of its centre by its reach, and ratio of its spreads.
+MAX_OFF_CENTRE, MAX_SPREAD_RATIO = 0.15, 2.0
+# A spout that swivels rises over this share of the height of the faucet, and stands on a round seat: ratio of the
+# spreads of the contact, cosine of its normal from upright, radius in diagonals.
+MIN_SPOUT_RISE, MAX_SEAT_RATIO, MIN_SEAT_UPRIGHT, MAX_SEAT_RADIUS = 0.5, 2.2, 0.97, 0.1
 # Range of a handle from its closed pose, a quarter turn; of a spout to each side.
 HANDLE_RANGE_RAD, SPOUT_RANGE_RAD = np.pi / 2, np.pi / 2
 
 
 @dataclass(frozen=True)
 class FaucetHandle:
-    """A stick that turns about the fragment that it is rooted in.
+    """What a hand turns.
 
     Attributes:
-        fragments: it. axis: (3,) unit direction about which it turns. anchor: (3,) a point of that.
+        pieces: that turn about `axis`. is_lever: they stand out from it to one side.
+        place: number of what bears them on the path of the trunk, -1 where they stand elsewhere.
     """
 
-    fragments: list[int]
-    axis: Floats
-    anchor: Floats
+    pieces: list[int]
+    axis: Axis
+    is_lever: bool
+    place: int
 
 
 @dataclass(frozen=True)
-class Spout:
-    """An arm on a column, about which it swivels: fragments, and (3,) a point of the column's axis."""
+class Trunk:
+    """What carries the handles of a faucet.
 
-    fragments: list[int]
-    anchor: Floats
+    Attributes:
+        path: pieces from the mount to the tip of the spout, in order. bars: what else stays: the rest of the mount, and
+            pipes across the path. tip: (3,) the foremost point of the spout.
+    """
+
+    path: list[int]
+    bars: list[int]
+    tip: Floats
+
+    @property
+    def pieces(self) -> list[int]:
+        """Return all pieces."""
+        return [*self.bars, *self.path]
 
 
 def find_faucet_parts(measured: MeasuredFragments, taken: set[int]) -> list[tuple[PartKind, list[int], JointPlan]]:
-    """Return turning handles on top and the spout beside them: kind, fragments and joint of each.
+    """Return the handles of a faucet and its spout where that swivels: kind, fragments and joint of each.
 
     Args:
-        taken: fragments of other parts.
+        measured: of an object whose front is that of its spout. taken: fragments of other parts.
     """
-    sticks = find_faucet_handles(measured, taken)
-    found = [(PartKind.LEVER, s.fragments, faucet_joint(s)) for s in sticks]
-    spout = find_spout(measured, taken | {f for s in sticks for f in s.fragments}) if sticks else None
-    return found if spout is None else [*found, (PartKind.SPOUT, spout.fragments, faucet_joint(spout))]
+    if taken or not MIN_FRAGMENTS <= measured.count <= MAX_FRAGMENTS or _filled(measured) > MAX_FILLED:
+        return []
+    graph = piece_graph(measured)
+    # A long lever may reach farther to the front than the spout.
+    foremost = sorted(range(len(graph.pieces)), key=lambda i: float(graph.pieces[i].lower[1]))[:MAX_TIPS]
+    for end in foremost:
+        trunk = _trunk(graph, end)
+        handles = _handles(graph, trunk) if trunk is not None else []
+        if trunk is not None and handles:
+            parts = [(PartKind.LEVER, graph.fragments_of(h.pieces), _handle_joint(h)) for h in handles]
+            spout = _swivel(graph, trunk, handles)
+            if spout is not None:
+                parts.append((PartKind.SPOUT, graph.fragments_of(spout[0]), _spout_joint(spout[1])))
+            return parts
+    return []
 
 
-def find_faucet_handles(measured: MeasuredFragments, taken: set[int]) -> list[FaucetHandle]:
-    """Return long upright sticks that stand across what they are rooted in; none where there are many."""
-    size = measured.upper - measured.lower
-    wide, least = size[:, :2].max(axis=1), size[:, :2].min(axis=1)
-    slim = (
-        (size[:, 2] >= MIN_STICK_RATIO * wide)
-        & (wide <= MAX_ROUND_RATIO * least)
-        & (wide >= MIN_HANDLE_WIDTH)
-        & (wide <= MAX_HANDLE_WIDTH)
-    )
-    slim &= (size[:, 2] <= MAX_HANDLE_LENGTH) & (measured.visible_area[:, TOP] > 0)
-    slim[sorted(taken)] = False
-    found, hosts = [], []
-    for i in np.flatnonzero(slim).tolist():
-        host = _root(measured, i)
-        if host is not None:
-            axis = np.eye(3)[int(np.argmax(size[host]))]
-            found.append(FaucetHandle([i], axis, (measured.lower[host] + measured.upper[host]) / 2))
-            hosts.append(host)
-    return found if len(found) <= MAX_HANDLES and len(set(hosts)) == len(hosts) else []
+def _handles(graph: PieceGraph, trunk: Trunk) -> list[FaucetHandle]:
+    """Return the handles that branch off a trunk; none where other things do, or too many."""
+    branches = [b for group in _branches(graph, trunk) for b in _sides(graph, group, float(trunk.tip[0]))]
+    found = {i: h for i, b in enumerate(branches) if (h := _handle(graph, trunk, b)) is not None}
+    if not _is_explained(graph, trunk, [branches[i] for i in found]):
+        return []
+    straight = [h for h in found.values() if _is_straight(h, list(found.values()))]
+    levers = [h for h in straight if h.is_lever]
+    # A round thing alone is the knob of a lid; two alike may be the handles of a faucet.
+    handles = [h for h in straight if h.is_lever or any(_are_mirrored(h, o) for o in straight if o is not h)]
+    handles = handles if levers or all(h.axis.radius <= MAX_ROUND_RADIUS for h in handles) else []
+    return handles if len(handles) <= MAX_HANDLES else []
 
 
-def _root(measured: MeasuredFragments, stick: int) -> int | None:
-    """Return the smallest fragment that a stick is rooted in and stands across; None where there is none."""
-    lower, upper = measured.lower[stick], measured.upper[stick]
-    length, wide = float(upper[2] - lower[2]), float((upper - lower)[:2].max())
-    root = (lower + upper) / 2
-    root[2] = lower[2]
-    near = ((measured.lower <= root + MAX_GAP) & (measured.upper >= root - MAX_GAP)).all(axis=1)
-    near &= measured.upper[:, 2] <= upper[2] - MIN_HANDLE_OUT_SHARE * length
-    near[stick] = False
-    fits = []
-    for i in np.flatnonzero(near).tolist():
-        size = measured.upper[i] - measured.lower[i]
-        along = int(np.argmax(size))
-        others = np.sort(np.delete(size, along))
-        slim = size[along] >= MIN_ROOT_RATIO * others[1] and others[1] <= MAX_ROUND_RATIO * max(float(others[0]), 1e-9)
-        if along != 2 and slim and size[along] <= MAX_ROOT_LENGTH * length and others[1] <= MAX_ROOT_THICKNESS * wide:
-            fits.append(i)
-    return min(fits, key=lambda i: (round(float(measured.area[i]), 9), i)) if fits else None
+def _is_straight(handle: FaucetHandle, others: Sequence[FaucetHandle]) -> bool:
+    """Return whether a handle turns about an axis of the frame, or about the mirror image of another one's axis."""
+    x, y, z = (float(v) for v in handle.axis.direction)
+    if max(abs(x), abs(y), abs(z)) > SAME_AXIS_COS:
+        return True
+    return any(_are_mirrored(handle, o) for o in others if o is not handle)
 
 
-def find_spout(measured: MeasuredFragments, taken: set[int]) -> Spout | None:
-    """Return the longest level arm over a round column, on an object that has faucet handles."""
-    size = measured.upper - measured.lower
-    arms = [i for i in range(measured.count) if i not in taken and _is_arm(size[i])]
-    for arm in sorted(arms, key=lambda i: (-round(float(size[i, :2].max()), 9), i)):
-        along = int(np.argmax(size[arm, :2]))
-        for i in range(measured.count):
-            wide = float(size[i, :2].max())
-            if (
-                i in taken
-                or i == arm
-                or size[i, 2] < MIN_COLUMN_RATIO * wide
-                or not has_round_outline(measured, TOP, [i], size[i, :2])
-            ):
-                continue
-            like = abs(wide - float(size[arm, 1 - along])) <= WIDTH_TOLERANCE * wide
-            under = (
-                measured.upper[i, 2] <= measured.upper[arm, 2]
-                and measured.upper[i, 2] >= measured.lower[arm, 2] - MAX_GAP
-            )
-            ends = (
-                measured.lower[arm, along] - measured.lower[i, along],
-                measured.upper[arm, along] - measured.upper[i, along],
-            )
-            at_end = min(abs(float(e)) for e in ends) <= MAX_GAP
-            middle: Floats = (measured.lower[i] + measured.upper[i]) / 2
-            over = bool(((middle >= measured.lower[arm]) & (middle <= measured.upper[arm]))[:2].all())
-            if like and under and at_end and over:
-                return Spout(sorted((arm, i)), middle)
+def _are_mirrored(first: FaucetHandle, second: FaucetHandle) -> bool:
+    """Return whether the axis of one handle is the mirror image of another one's, left for right."""
+    mirrored = np.array([-1.0, 1.0, 1.0])
+    same_way = float(mirrored * first.axis.direction @ second.axis.direction) > SAME_AXIS_COS
+    apart = np.abs(first.axis.origin - second.axis.origin)[1:]
+    return same_way and float(apart.max()) <= MIRROR_TOLERANCE
+
+
+def _filled(measured: MeasuredFragments) -> float:
+    """Return the mean share of its rectangle that the picture of an object fills, of front, left and top."""
+    return float(np.mean([(measured.depth_images[s].face >= 0).mean() for s in (FRONT, LEFT, TOP)]))
+
+
+def _is_explained(graph: PieceGraph, trunk: Trunk, branches: Sequence[Sequence[int]]) -> bool:
+    """Return whether the trunk and its handles are nearly all of the object: legs and leaves branch off, too."""
+    known = {*trunk.pieces, *(i for b in branches for i in b)}
+    area = sum(p.area for p in graph.pieces)
+    return sum(graph.pieces[i].area for i in known) >= MIN_EXPLAINED * area
+
+
+def _trunk(graph: PieceGraph, end: int) -> Trunk | None:
+    """Return the trunk of an object if a piece ends in the tip of a spout; None where it does not."""
+    pieces = graph.pieces
+    points = np.concatenate([p.points for p in pieces])
+    owner = np.repeat(np.arange(len(pieces)), [len(p.points) for p in pieces])
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    reach = float(pieces[end].lower[1])
+    tip = pieces[end].points[pieces[end].points[:, 1] <= reach + TIP_DEPTH]
+    middle = tip.mean(axis=0)
+    height = float(tip[:, 2].min() - lower[2])
+    if float(np.ptp(tip, axis=0).max()) > MAX_TIP_SIZE or abs(middle[0] - (lower + upper)[0] / 2) > MAX_TIP_OFFSET:
+        return None
+    for on_floor in (True, False):
+        depth = points[:, 2] - lower[2] if on_floor else upper[1] - points[:, 1]
+        mount = depth <= MOUNT_DEPTH
+        overhang = float(points[mount, 1].min()) - reach
+        if overhang < MIN_OVERHANG or (on_floor and height < MIN_TIP_HEIGHT):
+            continue
+        share = {m: float(mount[owner == m].mean()) for m in np.unique(owner[mount]).tolist()}
+        ways = [w for m in share if (on_floor or share[m] >= MIN_MOUNT_SHARE) and (w := graph.path(m, end))]
+        if ways:
+            path = min(ways, key=lambda w: (len(w), -pieces[w[0]].area))
+            flat = [w for w in ways if share[w[0]] >= MIN_MOUNT_SHARE]
+            joining = {i for w in flat for i in w[: next(k for k, p in enumerate(w) if p in path)]}
+            trunk = Trunk(path, sorted(joining), middle)
+            return Trunk(path, _with_crossbars(graph, trunk), middle)
     return None
 
 
-def _is_arm(size: Floats) -> bool:
-    """Return whether the size of a fragment is that of a level bar."""
-    return float(size[:2].max()) >= max(MIN_ARM_LENGTH, MIN_ARM_RATIO * float(size[:2].min()))
+def _branches(graph: PieceGraph, trunk: Trunk) -> list[list[int]]:
+    """Return the groups of connected pieces off the trunk."""
+    return graph.groups([i for i in range(len(graph.pieces)) if i not in set(trunk.pieces)])
 
 
-def faucet_joint(tap: FaucetHandle | Spout) -> JointPlan:
-    """Return the hinge of a faucet handle or a spout."""
-    if isinstance(tap, FaucetHandle):
-        axis, span = tap.axis, (0.0, HANDLE_RANGE_RAD)
-        reason = "a stick across what it is rooted in"
+def _sides(graph: PieceGraph, branch: list[int], middle: float) -> list[list[int]]:
+    """Split a branch that meets itself inside the trunk into what is left and what is right of the middle plane."""
+    if any(_is_across(graph.pieces[i], middle) for i in branch):
+        return [branch]
+    left = [i for i in branch if graph.pieces[i].middle[0] < middle]
+    return [*graph.groups(left), *graph.groups([i for i in branch if i not in left])]
+
+
+def _with_crossbars(graph: PieceGraph, trunk: Trunk) -> list[int]:
+    """Return the bars of a trunk, with the pipes across it that bear branches at both ends: two valves on one pipe."""
+    middle, bars = float(trunk.tip[0]), trunk.bars
+    for branch in _branches(graph, trunk):
+        across = [i for i in branch if _is_across(graph.pieces[i], middle)]
+        rest = graph.groups([i for i in branch if i not in across])
+        sides = [float(np.sign(np.mean([graph.pieces[i].middle[0] for i in g]) - middle)) for g in rest]
+        wide = [i for i in across if _spans(graph.pieces[i], middle)]
+        if wide and 1.0 in sides and -1.0 in sides:
+            bars = sorted({*wide, *bars})
+        left = [i for i in branch if i not in across and graph.pieces[i].middle[0] < middle]
+        right = [i for i in branch if i not in across and graph.pieces[i].middle[0] >= middle]
+        pairs = [(i, j) for i in left for j in right if (min(i, j), max(i, j)) in graph.touch]
+        bars = sorted({*bars, *(i for pair in pairs for i in pair)})
+    return bars
+
+
+def _is_across(piece: Piece, middle: float) -> bool:
+    """Return whether a good part of a piece lies on either side of an upright plane."""
+    left, right = middle - float(piece.lower[0]), float(piece.upper[0]) - middle
+    return min(left, right) > MAX_OVERLAP * (left + right)
+
+
+def _spans(piece: Piece, middle: float) -> bool:
+    """Return whether a piece reaches as far left of a plane as right, nearly, and farther than it is thick."""
+    left, right = middle - float(piece.lower[0]), float(piece.upper[0]) - middle
+    thick = float((piece.upper - piece.lower)[1:].min())
+    return min(left, right) > 0.6 * max(left, right) and left + right > 1.5 * thick
+
+
+def _handle(graph: PieceGraph, trunk: Trunk, branch: list[int]) -> FaucetHandle | None:
+    """Return the handle that a branch off the trunk is, or bears; None where it is none."""
+    pieces = graph.pieces
+    points = np.concatenate([pieces[i].points for i in branch])
+    seat = graph.between(branch, trunk.pieces)
+    touched = {t: len(c) for t in trunk.pieces if len(c := graph.between(branch, [t]))}
+    floor = min(float(p.lower[2]) for p in pieces) + MOUNT_DEPTH
+    if not len(seat) and float(points[:, 2].min()) <= floor:
+        seat = points[points[:, 2] <= floor]
+    elif not len(seat):
+        away = {t: pieces[t].tree.query(points)[0] for t in trunk.pieces}
+        nearest = min(away, key=lambda t: float(away[t].min()))
+        gap = float(away[nearest].min())
+        if gap > MAX_GAP:
+            return None
+        seat, touched = points[away[nearest] <= gap + TOUCH_DISTANCE], {nearest: 1}
+    if float(np.linalg.norm(seat.mean(axis=0) - trunk.tip)) < TIP_REACH:
+        return None
+    axis = _spindle(graph, trunk, branch, sorted(touched), seat, points)
+    if axis is None or float(axis.direction[2]) < MIN_AXIS_HEIGHT:
+        return None
+    moving = _turning(graph, branch, axis)
+    if not moving:
+        return None
+    own = np.concatenate([pieces[i].points for i in moving])
+    size, high = float(np.linalg.norm(np.ptp(own, axis=0))), float(np.ptp(axis.along(own)))
+    whole = np.concatenate([pieces[i].points for i in trunk.path])
+    largest = min(MAX_HANDLE_SIZE, MAX_HANDLE_BY_TRUNK * float(np.linalg.norm(np.ptp(whole, axis=0))))
+    if not MIN_HANDLE_SIZE <= size <= largest:
+        return None
+    off = [i for i in moving if not _is_coaxial(pieces[i], axis)]
+    is_lever = bool(off) and size >= MIN_SIZE_BY_WIDTH * 2 * axis.radius
+    stands = float(axis.along(own).mean() - axis.along(seat).mean()) >= 0.25 * high
+    on_floor = float(own[:, 2].min()) < floor
+    if not is_lever and (on_floor or high < MIN_KNOB_HEIGHT * 2 * float(axis.distance(own).max()) or not stands):
+        return None
+    host = max(touched, key=lambda t: touched[t]) if touched else -1
+    return FaucetHandle(moving, axis, is_lever, trunk.path.index(host) if host in trunk.path else -1)
+
+
+def _spindle(
+    graph: PieceGraph, trunk: Trunk, branch: Sequence[int], touched: Sequence[int], seat: Floats, points: Floats
+) -> Axis | None:
+    """Return the axis about which a branch turns, away from what bears it.
+
+    It is that of the turned piece at the seat: of the branch, else of what bears it; else it is at right angles to the
+    seat in its middle.
+    """
+    middle = seat.mean(axis=0)
+    outward = points.mean(axis=0) - middle
+    found: list[tuple[float, Axis]] = []
+    for i in (*branch, *touched):
+        piece = graph.pieces[i]
+        axis = piece.turned
+        if axis is None:
+            continue
+        from_seat = float(piece.tree.query(middle)[0])
+        off = float(axis.distance(middle[None])[0])
+        length = float(np.ptp(axis.along(piece.points)))
+        if i in branch:
+            # A stick turns about what it is stuck in, not about itself.
+            fits = length < MIN_STICK_RATIO * 2 * axis.radius
+            fits &= off <= SAME_LINE_BY_RADIUS * max(axis.radius, MIN_LINE_RADIUS)
+        elif i in trunk.bars:
+            fits = off <= MAX_BAR_OFFSET * axis.radius
+        else:
+            at_end = abs(float(axis.along(middle[None])[0])) > MIN_END_SHARE * length
+            fits = at_end and off <= SAME_LINE_BY_RADIUS * max(axis.radius, MIN_LINE_RADIUS)
+        if fits:
+            found.append((from_seat + (0.0 if i in branch else 0.02), axis))
+    if found:
+        axis = min(found, key=lambda f: f[0])[1]
     else:
-        axis, span = np.array([0.0, 0.0, 1.0]), (-SPOUT_RANGE_RAD, SPOUT_RANGE_RAD)
-        reason = "an arm over a round column, beside sticks"
-    x, y, z = (float(v) for v in axis)
-    a, b, c = (float(v) for v in tap.anchor)
-    return JointPlan(kind=JointKind.HINGE, axis=(x, y, z), anchor=(a, b, c), range=span, confidence=0.5, reason=reason)
+        values, vectors = np.linalg.eigh(np.cov((seat - middle).T)) if len(seat) > 3 else (np.ones(3), np.eye(3))
+        square = all(_is_box(graph.pieces[i]) for i in touched)
+        if not square or values[1] < 2.0 * values[0] or values[2] > 6.0 * values[1]:
+            return None
+        normal = vectors[:, 0]
+        largest = int(np.argmax(np.abs(normal)))
+        if abs(float(normal[largest])) > STRAIGHT_COS:
+            normal = np.eye(3)[largest]
+        axis = Axis(middle, normal, float(np.sqrt(values[2]) * 1.5))
+    direction = axis.direction if float(axis.direction @ outward) >= 0 else -axis.direction
+    return Axis(axis.origin, direction, axis.radius)
+
+
+def _is_box(piece: Piece) -> bool:
+    """Return whether most of a surface faces along the axes of the frame."""
+    return float((np.abs(piece.normals).max(axis=1) > STRAIGHT_COS).mean()) >= MIN_BOX_SHARE
+
+
+def _is_coaxial(piece: Piece, axis: Axis) -> bool:
+    """Return whether a piece lies evenly around an axis: turned about it, or a square or cross on it."""
+    own = piece.turned
+    if own is not None:
+        same = abs(float(own.direction @ axis.direction)) > SAME_DIRECTION_COS
+        return same and float(axis.distance(own.origin[None])[0]) <= SAME_LINE_BY_RADIUS * max(own.radius, axis.radius)
+    reach = float(axis.distance(piece.points).max())
+    away = piece.points - axis.origin
+    across = away - np.outer(away @ axis.direction, axis.direction)
+    spread = np.sort(np.linalg.eigvalsh(across.T @ across))[1:]
+    centred = float(axis.distance(piece.middle[None])[0]) <= MAX_OFF_CENTRE * reach
+    return centred and float(spread[1]) <= MAX_SPREAD_RATIO * max(float(spread[0]), 1e-12)
+
+
+def _turning(graph: PieceGraph, branch: list[int], axis: Axis) -> list[int]:
+    """Return the pieces of a branch that a hand turns: what stands off the axis, what bears it, and what is beyond."""
+    coaxial = [i for i in branch if _is_coaxial(graph.pieces[i], axis)]
+    off = [i for i in branch if i not in coaxial]
+    if not off:
+        return _beyond_neck(graph, coaxial, axis)
+    hubs = [i for i in coaxial if _bears(graph, i, off, axis)]
+    if hubs:
+        start = min(float(axis.along(graph.pieces[i].middle[None])[0]) for i in hubs)
+    else:
+        start = float(axis.along(np.concatenate([graph.pieces[i].points for i in off])).min())
+    beyond = [i for i in coaxial if float(axis.along(graph.pieces[i].middle[None])[0]) > start - 1e-6]
+    return sorted({*off, *hubs, *beyond})
+
+
+def _bears(graph: PieceGraph, hub: int, off: Sequence[int], axis: Axis) -> bool:
+    """Return whether a piece on the axis is the hub of what stands off it, not the stem that this is pushed on."""
+    contact = graph.between([hub], off)
+    if not len(contact):
+        return False
+    own = graph.pieces[hub]
+    radius = float(axis.distance(own.points).max())
+    offset = float(axis.distance(contact.mean(axis=0)[None])[0])
+    return offset >= MIN_SEAT_OFFSET * radius or float(axis.distance(contact).max()) <= MAX_SEAT_BY_RADIUS * radius
+
+
+def _beyond_neck(graph: PieceGraph, coaxial: Sequence[int], axis: Axis) -> list[int]:
+    """Return the coaxial pieces from the widest one on that lies beyond the thinnest, the neck of a knob."""
+    order = sorted(coaxial, key=lambda i: float(axis.along(graph.pieces[i].middle[None])[0]))
+    wide = [float(axis.distance(graph.pieces[i].points).max()) for i in order]
+    if len(order) < 2:
+        return order
+    neck = int(np.argmin(wide[:-1]))
+    return sorted(order[neck + 1 :]) if wide[neck] < max(wide[neck + 1 :]) else sorted(order[-1:])
+
+
+def _swivel(graph: PieceGraph, trunk: Trunk, handles: Sequence[FaucetHandle]) -> tuple[list[int], Axis] | None:
+    """Return the pieces of a spout that swivels on a round upright seat, and its axis; None where it is fixed."""
+    pieces = graph.pieces
+    low = min(float(p.lower[2]) for p in pieces)
+    height = max(float(p.upper[2]) for p in pieces) - low
+    held = {i for h in handles for i in h.pieces}
+    first = max((h.place for h in handles), default=-1)
+    path = trunk.path
+    for k in range(max(first, 0), len(path) - 1):
+        seat = graph.between([path[k]], [path[k + 1]])
+        axis = _round_seat(seat, pieces[path[k + 1]])
+        if axis is None:
+            continue
+        stays = [*trunk.bars, *path[: k + 1]]
+        groups = graph.groups([i for i in range(len(pieces)) if i not in stays and i not in held])
+        moving = next((g for g in groups if path[-1] in g), [])
+        points = np.concatenate([pieces[i].points for i in moving])
+        if float(np.ptp(points[:, 2])) >= MIN_SPOUT_RISE * height:
+            return moving, axis
+    return None
+
+
+def _round_seat(seat: Floats, piece: Piece) -> Axis | None:
+    """Return the upright axis of a round contact under a piece, or None."""
+    if len(seat) < 4:
+        return None
+    middle = (seat.min(axis=0) + seat.max(axis=0)) / 2
+    radius = float(np.linalg.norm((seat - middle)[:, :2], axis=1).max())
+    own = piece.turned
+    if own is not None and abs(float(own.direction[2])) > MIN_SEAT_UPRIGHT and own.radius <= MAX_SEAT_RADIUS:
+        return Axis(own.origin, np.array([0.0, 0.0, 1.0]), own.radius)
+    wide = np.ptp(seat, axis=0)
+    level = float(wide[:2].max()) <= MAX_SEAT_RATIO**0.5 * float(wide[:2].min())
+    if not level or radius > MAX_SEAT_RADIUS or float(middle[2]) > float(piece.middle[2]):
+        return None
+    return Axis(middle, np.array([0.0, 0.0, 1.0]), radius)
+
+
+def _handle_joint(handle: FaucetHandle) -> JointPlan:
+    """Return the hinge of a faucet handle."""
+    return JointPlan(
+        kind=JointKind.HINGE,
+        axis=to_vec3(handle.axis.direction),
+        anchor=to_vec3(handle.axis.origin),
+        range=(0.0, HANDLE_RANGE_RAD),
+        confidence=0.6 if handle.is_lever else 0.5,
+        reason="it branches off a slender trunk with a spout, and turns about its stem",
+    )
+
+
+def _spout_joint(axis: Axis) -> JointPlan:
+    """Return the hinge of a spout."""
+    return JointPlan(
+        kind=JointKind.HINGE,
+        axis=to_vec3(axis.direction),
+        anchor=to_vec3(axis.origin),
+        range=(-SPOUT_RANGE_RAD, SPOUT_RANGE_RAD),
+        confidence=0.5,
+        reason="it rises from a round upright seat, and reaches to the front",
+    )
