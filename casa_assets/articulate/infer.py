@@ -134,17 +134,13 @@ def articulate_fragments(
         controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
         loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
         _fronts(collector, panels)
-        if not collector.parts:
-            _faucet(collector)
-        if any(p.kind is PartKind.LEVER and p.joint.kind is JointKind.HINGE for p in collector.parts):
+        if not collector.parts and _faucet(collector):
             loose_controls, top_controls = [], []
         _controls(collector, FRONT, loose_controls, tell_front)
         for _, panel, edge in list(collector.fronts):
             for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
-        for lid in find_lids(measured, collector.taken):
-            if lid.opening_angle > 0.0:
-                _lid(collector, lid)
+        _lids(collector)
         _controls(collector, TOP, top_controls, tell_top)
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
@@ -314,10 +310,12 @@ def _levers(collector: _PartCollector, side: int, levers: list[Lever]) -> None:
         collector.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, reason))
 
 
-def _faucet(collector: _PartCollector) -> None:
-    """Add the handles and the spout of a faucet."""
-    for kind, fragments, joint in find_faucet_parts(collector.measured, collector.taken):
+def _faucet(collector: _PartCollector) -> bool:
+    """Add the handles and the spout of a faucet; return whether the object is one."""
+    found = find_faucet_parts(collector.measured, collector.taken)
+    for kind, fragments, joint in found:
         collector.add(kind, fragments, [], joint, "", (joint.confidence, joint.reason))
+    return bool(found)
 
 
 def _tray(collector: _PartCollector, door: Panel, tray: InnerPart) -> None:
@@ -334,6 +332,13 @@ def _tray(collector: _PartCollector, door: Panel, tray: InnerPart) -> None:
     joint = joint.replace(confidence=tray.confidence, reason=tray.reason)
     kind = PartKind.DRAWER if tray.is_drawer else PartKind.TRAY
     collector.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
+
+
+def _lids(collector: _PartCollector) -> None:
+    """Add the lids that nothing keeps shut."""
+    for lid in find_lids(collector.measured, collector.taken):
+        if lid.opening_angle > 0.0:
+            _lid(collector, lid)
 
 
 def _lid(collector: _PartCollector, lid: Lid) -> None:
