@@ -16,6 +16,8 @@ from casa_assets.model.record import Record
 class Curve(Record):
     """Share of guesses that are right, by the confidence that the code gives them; straight between the points.
 
+    Before the first point it is straight from nothing: few of the cases that it is fitted on are that doubtful.
+
     Attributes:
         given: confidences of the code, ascending. right: share that is right at each, never falling.
     """
@@ -33,7 +35,7 @@ class Curve(Record):
 
     def at(self, confidence: float) -> float:
         """Return the share that is right at a confidence."""
-        return round(float(np.interp(confidence, self.given, self.right)), 3)
+        return round(float(np.interp(confidence, (0.0, *self.given), (0.0, *self.right))), 3)
 
 
 class Weights(Record):

@@ -112,6 +112,8 @@ def _write_rows(library: disk.Library, rows: Mapping[str, Mapping[str, str]]) ->
     )
     writer.writeheader()
     writer.writerows(sorted(rows.values(), key=lambda r: (r.get("id", ""), r["sha256"])))
+    if target.is_file() and target.read_bytes() == text.getvalue().encode():
+        return len(rows)
     fresh = library.private / f"{NAME}.{os.getpid()}"
     fresh.write_text(text.getvalue(), encoding="utf-8")
     fresh.replace(target)

@@ -13,6 +13,7 @@ from casa_assets.articulate.decisions import Decisions, PartDecision
 from casa_assets.articulate.plan import PartKind
 from casa_assets.checks.motion.joint_travel import joint_travels
 from casa_assets.export import mjcf
+from casa_assets.model.ingest.user_override import Word
 from casa_assets.pipeline.articulate import review_page
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from casa_assets.pipeline.articulate.limit_ranges import limit_ranges
@@ -44,9 +45,9 @@ def boxed_in() -> list[Part]:
 
 def test_an_entry_is_whole(tmp_path: Path) -> None:
     vertices, faces, _ = microwave()
-    done = articulate_one(
-        ArticulateRequest(obj(tmp_path / "microwave.obj", vertices, faces), tmp_path / "lib", preview=True, **AXES)
-    )
+    mesh = obj(tmp_path / "microwave.obj", vertices, faces)
+    accept = Decisions(decision=Word.ACCEPT)
+    done = articulate_one(ArticulateRequest(mesh, tmp_path / "lib", decisions=accept, preview=True, **AXES))
     assert isinstance(done, ArticulateOutcome)
     assert done.accepted, done.message
     assert done.folder is not None

@@ -105,7 +105,7 @@ def _never_right() -> Curve:
 
 def test_confidences_are_shares_of_what_is_right(tmp_path: Path) -> None:
     curve = Curve(given=(0.2, 0.8), right=(0.1, 0.7))
-    assert [curve.at(x) for x in (0.0, 0.5, 1.0)] == [0.1, 0.4, 0.7]
+    assert [curve.at(x) for x in (0.0, 0.1, 0.5, 1.0)] == [0.0, 0.05, 0.4, 0.7]
     with pytest.raises(ValidationError):
         Curve(given=(0.2, 0.8), right=(0.7, 0.1))
     vertices, faces, _ = microwave()
