@@ -41,6 +41,8 @@ SEED, FOLDS = 4, 5
 # less. Of a large group, so many members are learned from.
 FULL_SOURCE, MOST_OF_GROUP = 40, 4
 TREES, LEAVES, FEWEST_AT_LEAF = 40, 160, 5
+# What has no joint in its file and, by a forest that has not seen it, is neither with at most this probability.
+MAX_CHANCE_OF_NEITHER = 0.3
 OWN = ("scenes", "drawn", "own")
 KIND_NUMBER = {None: NEITHER, PartKind.KNOB: KNOB, PartKind.BUTTON: KEY}
 
@@ -67,6 +69,11 @@ class Table:
             place[i] = seen[int(self.group[i])] = seen.get(int(self.group[i]), -1) + 1
         self.learnable: Bools = (self.types != SKIP) & (place < MOST_OF_GROUP)
         self.weight = self._weights()
+
+    def leave_out_doubtful(self, chances: Floats) -> None:
+        """Learn nothing of what has no joint in its file, but surely looks like a knob or a key: many files omit it."""
+        unlabelled = (self.types == NEITHER) & ~np.isin(self.source, OWN)
+        self.learnable &= ~(unlabelled & (chances[:, NEITHER] <= MAX_CHANCE_OF_NEITHER))
 
     def _weights(self) -> Floats:
         weight = np.ones(len(self.types))
@@ -195,7 +202,9 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
     table = Table(gathered(args))
-    tell(table, table.told())
+    chances = table.told()
+    tell(table, chances)
+    table.leave_out_doubtful(chances)
     if args.write:
         path = Path(__file__).parents[1] / "registry" / "learned" / "controls.json"
         path.parent.mkdir(exist_ok=True)

@@ -25,8 +25,11 @@ LEAST_PROBABILITY = 1e-4
 # Probability from which on something is a knob or a key. Ref: with its source left out, of what is told at .45 to .50 a
 # quarter is right, of what is told at .50 to .60 three quarters (benchmarks/train_controls.py).
 MIN_PROBABILITY = 0.45
-# What stands out by less than this, diagonals, is printed or stuck on; so many alike and more are flat keys.
-MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS = 0.0015, 3
+# What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
+# are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
+MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3
+# A side with more small things than this is no front with controls, but a lattice or a scan in pieces.
+MAX_CONTROLS = 1000
 
 
 def tell_by_forest(
@@ -42,14 +45,15 @@ def tell_by_forest(
         panels: (2,) lower and upper corner in (u, v) of each panel of the side.
     """
     told: dict[tuple[int, ...], ControlType] = {}
-    if controls:
+    if 0 < len(controls) <= MAX_CONTROLS:
         features, groups = control_features(measured, side, controls, panels)
         chances = forest.probabilities(features)
         for group in groups:
             rows = list(group.members)
             is_flat = max(controls[i].protrusion for i in rows) <= MAX_FLAT_PROTRUSION
-            is_print = is_flat and len(rows) < MIN_FLAT_KEYS
-            found = (None, 0.0, "") if is_print else _type(pooled(chances[rows]), group)
+            is_regular = len(rows) >= MIN_FLAT_KEYS and group.irregularity <= MAX_FLAT_IRREGULARITY
+            is_mark = is_flat and not is_regular and group.round_share < 0.5
+            found = (None, 0.0, "") if is_mark else _type(pooled(chances[rows]), group)
             told |= {tuple(controls[i].fragments): found for i in rows}
     return lambda control, _others: told.get(tuple(control.fragments), (None, 0.0, ""))
 
