@@ -18,11 +18,16 @@ from casa_assets.articulate.controls.controls import (
 from casa_assets.articulate.controls.faucets import find_faucet_parts
 from casa_assets.articulate.controls.levers import Lever, find_levers
 from casa_assets.articulate.controls.round_controls import button_joint, drop_burner_caps, find_single_button
-from casa_assets.articulate.fronts.fronts import attach_to_panels, box_depth, find_handle_spots, select_opening_panels
+from casa_assets.articulate.frame.form_traits import form_traits
+from casa_assets.articulate.frame.kind import FORM_TRAITS, kinds_known
+from casa_assets.articulate.fronts.fronts import DOUBTFUL, attach_to_panels, find_handle_spots, select_opening_panels
 from casa_assets.articulate.fronts.panel_merge import find_slats, merge_bridged_panels, merge_framed_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
+from casa_assets.articulate.fronts.round_doors import find_round_door, fragments_around
 from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_parts
 from casa_assets.articulate.joints import hinges
+from casa_assets.articulate.joints.front_view import FrontView, view_fronts
+from casa_assets.articulate.joints.kind_habits import share_with_fronts
 from casa_assets.articulate.joints.lids import Lid, find_lids
 from casa_assets.articulate.joints.sliding_doors import sliding_direction
 from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, PartKind, PartPlan
@@ -52,7 +57,7 @@ TOP_CENTRE_SHARE = 0.1
 
 
 @dataclass
-class _PartCollector:
+class PartCollector:
     """Parts found so far, and the fragments that they use."""
 
     measured: MeasuredFragments
@@ -105,49 +110,82 @@ def articulate_fragments(
     Args:
         control_forest: tells knobs from keys; None for a quick look, at each control alone.
     """
-    collector = _PartCollector(measured)
+    collector = PartCollector(measured)
+    traits: dict[str, bool] = {}
     if measured.count > 1:
-        panels = find_panels(measured, FRONT)
-        controls = find_controls(measured, FRONT, [f for p in panels for f in p.members])
-        # A lever may be as large as a small panel.
-        control_fragments = {f for c in controls for f in c.fragments}
-        blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
-        levers, controls = find_levers(measured, FRONT, controls)
-        levers += find_levers(measured, FRONT, blocks)[0]
-        tell_front = _tell(measured, FRONT, controls, panels, control_forest)
-        _levers(collector, FRONT, levers)
-        panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
-        top_controls = find_controls(measured, TOP, sorted(collector.taken))
-        tell_top = _tell(measured, TOP, top_controls, [], control_forest)
-        if control_forest is None:
-            may_turn = [c for c in top_controls if c.is_round and _is_free_standing(measured, c)]
-        else:
-            may_turn, controls = _from_better_side(top_controls, tell_top, controls, tell_front)
-        top_controls = drop_burner_caps(may_turn, top_controls, controls)
-        if control_forest is None:
-            controls = _without_round_elsewhere(controls, top_controls)
-        top_controls = _without_cap(measured, top_controls)
-        panels = merge_bridged_panels(measured, FRONT, panels)
-        handle_spots = find_handle_spots(measured, FRONT, panels, controls)
-        panels = merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))
-        panel_fragments = {f for p in panels for f in p.members}
-        controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
-        loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
-        _fronts(collector, panels)
+        seen = look_at_front(collector, control_forest)
+        loose_controls, top_controls = seen.controls, seen.top_controls
+        traits = _fronts(collector, seen, category)
         if not collector.parts and _faucet(collector):
             loose_controls, top_controls = [], []
-        _controls(collector, FRONT, loose_controls, tell_front)
+        _controls(collector, FRONT, loose_controls, seen.tell)
         for _, panel, edge in list(collector.fronts):
             for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
         _lids(collector)
-        _controls(collector, TOP, top_controls, tell_top)
+        _controls(collector, TOP, top_controls, seen.tell_top)
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
         joint = button_joint(button, MAX_BUTTON_TRAVEL)
         collector.add(PartKind.BUTTON, button.fragments, button.fragments, joint, "", (joint.confidence, joint.reason))
     parts = tuple(collector.parts) if category or _may_move(measured, collector.parts) else ()
-    return Articulation(frame=frame, parts=parts, category=category)
+    shown = tuple(t for t in FORM_TRAITS if traits.get(t))
+    return Articulation(frame=frame, parts=parts, category=category, traits=shown)
+
+
+@dataclass(frozen=True)
+class FrontLook:
+    """What is on the front and the top of an object before any joint is decided.
+
+    Attributes:
+        panels: of the front, with what belongs to them. controls: on none of these. top_controls: of the top.
+        tell, tell_top: tell the type of a control of the front, of the top.
+    """
+
+    panels: list[Panel]
+    controls: list[Control]
+    tell: TellControl
+    top_controls: list[Control]
+    tell_top: TellControl
+
+
+def look_at_front(collector: PartCollector, control_forest: Forest | None = None) -> FrontLook:
+    """Return what is on the front; its levers are added as parts at once.
+
+    Args:
+        control_forest: as for `articulate_fragments`.
+    """
+    measured = collector.measured
+    round_door = find_round_door(measured, FRONT)
+    held = [] if round_door is None else [*round_door.members, *fragments_around(measured, FRONT, round_door)]
+    panels = find_panels(measured, FRONT, held)
+    controls = find_controls(measured, FRONT, [*held, *(f for p in panels for f in p.members)])
+    # A lever may be as large as a small panel.
+    control_fragments = {f for c in controls for f in c.fragments}
+    blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
+    levers, controls = find_levers(measured, FRONT, controls)
+    levers += find_levers(measured, FRONT, blocks)[0]
+    tell_front = _tell(measured, FRONT, controls, panels, control_forest)
+    _levers(collector, FRONT, levers)
+    panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
+    top_controls = find_controls(measured, TOP, sorted(collector.taken))
+    tell_top = _tell(measured, TOP, top_controls, [], control_forest)
+    if control_forest is None:
+        may_turn = [c for c in top_controls if c.is_round and _is_free_standing(measured, c)]
+    else:
+        may_turn, controls = _from_better_side(top_controls, tell_top, controls, tell_front)
+    top_controls = drop_burner_caps(may_turn, top_controls, controls)
+    if control_forest is None:
+        controls = _without_round_elsewhere(controls, top_controls)
+    top_controls = _without_cap(measured, top_controls)
+    panels = merge_bridged_panels(measured, FRONT, panels)
+    handle_spots = find_handle_spots(measured, FRONT, panels, controls)
+    panels = merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))
+    panels += [] if round_door is None else [round_door]
+    panel_fragments = {f for p in panels for f in p.members}
+    controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
+    loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
+    return FrontLook(panels, loose_controls, tell_front, top_controls, tell_top)
 
 
 def _may_move(measured: MeasuredFragments, parts: list[PartPlan]) -> bool:
@@ -200,26 +238,33 @@ def _without_cap(measured: MeasuredFragments, controls: list[Control]) -> list[C
     return [] if is_cap else controls
 
 
-def _fronts(collector: _PartCollector, panels: list[Panel]) -> None:
-    """Add the doors and drawers among the panels, each with its joint."""
-    lower, upper = corners_from_side(collector.measured, FRONT)
-    extent = upper.max(axis=0) - lower.min(axis=0)
-    chosen = select_opening_panels(collector.measured, FRONT, panels)
-    opening_panels = [p for p, _, _ in chosen]
-    for panel, confidence, reason in chosen:
-        handle = hinges.panel_handle(panel, lower, upper)
-        is_drawer, joint_confidence, joint_reason = hinges.is_drawer(
-            panel, box_depth(collector.measured, FRONT, panel), extent, handle, opening_panels
-        )
+def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[str, bool]:
+    """Add the doors and drawers among the panels, each with its joint; return the traits that their form shows.
+
+    Args:
+        category: that is stated, or empty.
+    """
+    measured = collector.measured
+    chosen = select_opening_panels(measured, FRONT, seen.panels, seen.controls)
+    views = view_fronts(measured, FRONT, [p for p, _, _ in chosen], seen.panels, seen.controls)
+    traits = traits_of_views(measured, views, seen)
+    x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
+    kinds = kinds_known((x, y, z), traits, hinges.kind_log_odds(views), category)
+    for view, (panel, confidence, reason) in zip(views, chosen, strict=True):
+        if confidence <= DOUBTFUL and share_with_fronts(kinds) < 0.5:
+            continue
+        is_drawer, joint_confidence, joint_reason = hinges.choose_drawer(view, kinds)
+        slide_sign = None if panel.box else sliding_direction(measured, FRONT, panel, view.handle)
+        is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
         if is_drawer:
-            depth = float(upper[panel.everything, 2].max() - panel.lower[2])
-            travel = hinges.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * extent[2] else 0.7 * float(extent[2])
+            depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
+            travel = hinges.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
             joint = JointPlan(
                 kind=JointKind.SLIDE,
                 axis=_unit_vec3(-SIDES[FRONT][2]),
                 anchor=_point(FRONT, (panel.lower + panel.upper) / 2),
-                range=(0.0, travel),
+                range=(0.0, float(travel)),
                 confidence=joint_confidence,
                 reason=joint_reason,
             )
@@ -229,13 +274,27 @@ def _fronts(collector: _PartCollector, panels: list[Panel]) -> None:
             collector.fronts.append((name, panel, None))
         else:
             panel.box = []
-            opening = hinges.hinge_edge(panel, handle, panels, extent)
-            slide_sign = sliding_direction(collector.measured, FRONT, panel, handle)
+            opening = hinges.choose_hinge(view, kinds)
             joint = _hinge_joint(panel, opening) if slide_sign is None else _sliding_joint(panel, slide_sign)
             name = collector.add(
                 PartKind.DOOR, panel.everything, grip_fragments, joint, "", (confidence * joint_confidence, reason)
             )
             collector.fronts.append((name, panel, opening.edge if slide_sign is None else None))
+    return traits
+
+
+def traits_of_views(measured: MeasuredFragments, views: list[FrontView], seen: FrontLook) -> dict[str, bool]:
+    """Return the traits that the form of some fronts and the controls beside them shows."""
+    largest = max(views, key=lambda v: v.panel.width * v.panel.height, default=None)
+    controls = [seen.tell(c, seen.controls)[0] for c in seen.controls]
+    on_top = [seen.tell_top(c, seen.top_controls)[0] for c in seen.top_controls]
+    return form_traits(
+        measured,
+        [v.panel for v in views],
+        [kind for kind in controls if kind is not None],
+        0.0 if largest is None else largest.controls_beside,
+        PartKind.KNOB in on_top,
+    )
 
 
 def _sliding_joint(panel: Panel, sign: float) -> JointPlan:
@@ -252,7 +311,6 @@ def _sliding_joint(panel: Panel, sign: float) -> JointPlan:
 
 def _hinge_joint(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
     """Return the hinge of a door."""
-    assert opening.edge is not None
     axis, point = hinges.hinge_line(panel, opening.edge)
     return JointPlan(
         kind=JointKind.HINGE,
@@ -262,11 +320,11 @@ def _hinge_joint(panel: Panel, opening: hinges.HingeChoice) -> JointPlan:
         edge=opening.edge,
         confidence=opening.confidence,
         reason=opening.reason,
-        runner_up=opening.runner_up.value if opening.runner_up else "",
+        runner_up=opening.runner_up.value,
     )
 
 
-def _controls(collector: _PartCollector, side: int, controls: list[Control], tell: TellControl) -> None:
+def _controls(collector: PartCollector, side: int, controls: list[Control], tell: TellControl) -> None:
     """Add the knobs and buttons of a side; other controls stay with what they sit on."""
     for control in controls:
         if set(control.fragments) & collector.taken:
@@ -293,7 +351,7 @@ def _controls(collector: _PartCollector, side: int, controls: list[Control], tel
         collector.add(kind, control.fragments, control.fragments, joint, parent, (confidence, reason))
 
 
-def _levers(collector: _PartCollector, side: int, levers: list[Lever]) -> None:
+def _levers(collector: PartCollector, side: int, levers: list[Lever]) -> None:
     """Add levers that slide in a slot."""
     for lever in levers:
         middle = (lever.control.lower + lever.control.upper) / 2
@@ -310,7 +368,7 @@ def _levers(collector: _PartCollector, side: int, levers: list[Lever]) -> None:
         collector.add(PartKind.LEVER, fragments, fragments, joint, "", (0.8, reason))
 
 
-def _faucet(collector: _PartCollector) -> bool:
+def _faucet(collector: PartCollector) -> bool:
     """Add the handles and the spout of a faucet; return whether the object is one."""
     found = find_faucet_parts(collector.measured, collector.taken)
     for kind, fragments, joint in found:
@@ -318,7 +376,7 @@ def _faucet(collector: _PartCollector) -> bool:
     return bool(found)
 
 
-def _tray(collector: _PartCollector, door: Panel, tray: InnerPart) -> None:
+def _tray(collector: PartCollector, door: Panel, tray: InnerPart) -> None:
     """Add something that slides or turns behind a door."""
     lower, upper = collector.measured.box(tray.fragments)
     middle = to_vec3((lower + upper) / 2)
@@ -334,14 +392,14 @@ def _tray(collector: _PartCollector, door: Panel, tray: InnerPart) -> None:
     collector.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
 
 
-def _lids(collector: _PartCollector) -> None:
+def _lids(collector: PartCollector) -> None:
     """Add the lids that nothing keeps shut."""
     for lid in find_lids(collector.measured, collector.taken):
         if lid.opening_angle > 0.0:
             _lid(collector, lid)
 
 
-def _lid(collector: _PartCollector, lid: Lid) -> None:
+def _lid(collector: PartCollector, lid: Lid) -> None:
     """Add a lid that opens upwards about its edge at the handle, or at the back."""
     reason = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
     axis, anchor = lid.hinge

@@ -10,17 +10,20 @@ from casa_assets.articulate.controls.classify import TellControl
 from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control
 from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find_door_bins
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
-from casa_assets.articulate.interior.hollow_parts import free_share_behind, roofed_share, view_from_above
+from casa_assets.articulate.fronts.tiled_fronts import detergent_drawers, door_beside_controls, tiled_fronts
+from casa_assets.articulate.interior.hollow_parts import PIXELS, free_share_behind, roofed_share, view_from_above
 from casa_assets.articulate.interior.inner_parts import group_touching, is_shelf
 from casa_assets.articulate.segment.fragment_measures import (
     BACK,
     BOTTOM,
     LEFT,
     RIGHT,
+    SIDES,
     TOP,
     MeasuredFragments,
     corners_from_side,
 )
+from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
@@ -42,6 +45,9 @@ MIN_HANDLE_SIZE = 0.03
 MAX_BOX_GAP = 0.02
 # Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
 MIN_BOX_HEIGHT_SHARE = 0.2
+# A box drawn as a block: width and height by its front, how far its front may be sunk, by its depth, and the share of
+# its rectangle that is closed.
+MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
 # Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
 MAX_HEIGHT_RATIO = 1.3
 # Widest gap between a front and a shelf behind it, diagonals.
@@ -53,6 +59,8 @@ MIN_HOLLOW_SHARE = 0.4
 # A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
 # it like a handle.
 MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
+# Confidence of a front that only the kind of its thing makes one.
+DOUBTFUL = 0.45
 # A panel without a handle that is narrower than this share of the side is a strip of the body.
 MAX_STRIP_SHARE = 0.13
 
@@ -111,7 +119,7 @@ def find_handle_spots(
             and size.max() > 2.5 * size.min()
         ):
             spots.append((lower[i, :2] + upper[i, :2]) / 2)
-    spots += [c.middle for c in controls if (c.long > 2.5 or c.is_round) and c.protrusion >= MIN_HANDLE_PROTRUSION]
+    spots += [c.middle for c in controls if (c.long > 2.5 or c.is_round) and c.protrusion >= MIN_PULL_PROTRUSION]
     out: list[Floats] = []
     for spot in spots:
         if not any(np.abs(spot - o).max() < 0.03 for o in out):
@@ -265,7 +273,22 @@ def _box(measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, up
         ]
         if len(found) == 1:
             return found[0]
-    return []
+    blocks = inside & back & close & (hidden <= 0.05 * surface)
+    return [i for i in np.flatnonzero(blocks).tolist() if _is_block(measured, side, i, panel, lower, upper)][:1]
+
+
+def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lower: Floats, upper: Floats) -> bool:
+    """Return whether a hidden fragment behind a panel is a drawer's box drawn as a block: closed towards the front.
+
+    The lining of an oven or a cabinet is open there.
+    """
+    size = (upper - lower)[i]
+    if size[0] < MIN_BLOCK_WIDTH_SHARE * panel.width or size[1] < MIN_BLOCK_HEIGHT_SHARE * panel.height:
+        return False
+    faces = measured.mesh.faces[measured.faces_of([i])]
+    used, local = np.unique(faces, return_inverse=True)
+    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], PIXELS)
+    return float((image.depth <= MAX_BLOCK_SUNK_SHARE * float(size[2])).mean()) >= MIN_BLOCK_FILL
 
 
 def _boards(lower: Floats, upper: Floats, inside: Bools, panel: Panel) -> list[int]:
@@ -297,9 +320,20 @@ def box_depth(measured: MeasuredFragments, side: int, panel: Panel) -> float:
 
 
 def select_opening_panels(
-    measured: MeasuredFragments, side: int, panels: list[Panel]
+    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
 ) -> list[tuple[Panel, float, str]]:
-    """Return the panels that open, with confidence and reason."""
+    """Return the panels that open, with confidence and reason.
+
+    Args:
+        controls: those on no panel.
+    """
+    door = next((p for p in panels if p.is_round), None)
+    if door is not None:
+        drawers = detergent_drawers(measured, side, door, panels, controls)
+        more = [p for p in panels if p.grips and p is not door and not any(p is d for d in drawers)]
+        more = [p for p in more if not p.controls and not p.holds(door.lower, door.upper)]
+        found = [(door, 0.9, "a round door"), *((p, 0.65, "beside a round door, without controls") for p in drawers)]
+        return [*found, *((p, 0.8, "has a handle") for p in more)]
     lower, upper = corners_from_side(measured, side)
     whole = upper.max(axis=0) - lower.min(axis=0)
     gripped = [p for p in panels if p.grips]
@@ -330,6 +364,11 @@ def select_opening_panels(
             continue
         elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, side, p):
             out.append((p, 0.55, "lies on the front like a door"))
+    if boxy:
+        chosen = [p for p, _, _ in out]
+        out += [(p, 0.5, "one of several fronts alike") for p in tiled_fronts(measured, side, panels, chosen)]
+        beside = None if out else door_beside_controls(measured, side, panels, controls)
+        out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
 
 

@@ -18,6 +18,8 @@ MAX_STILE_SHARE = 0.26
 MAX_STRIP_THICKNESS = 0.05
 # Share of the door that its boards cover.
 MIN_LEAF_COVERAGE = 0.93
+# Shorter side of equal boards from which they are fronts of their own, diagonals.
+MIN_LEAF_SIDE = 0.09
 # Widest stile of a narrow door, as a share of it, where so many rails run between the stiles.
 MAX_BROAD_STILE_SHARE, MIN_RAILS = 0.36, 2
 # Boards that are too slim for panels: least width and length, diagonals, and visible share of their rectangle.
@@ -179,6 +181,8 @@ def _fills_door(
 ) -> bool:
     """Return whether boards fill a rectangle, and what they frame has no handle of its own."""
     covered = sum(p.width * p.height for p in inner)
+    if _are_leaves(inner):
+        return False
     if covered < MIN_LEAF_COVERAGE * area or not (_is_narrow(frame, lower, upper) or _has_rails(inner, frame)):
         return False
     for p in inner:
@@ -189,6 +193,12 @@ def _fills_door(
             return False
     handles = sum(any(((g >= p.lower[:2]) & (g <= p.upper[:2])).all() for g in handle_spots) for p in inner)
     return handles <= 1
+
+
+def _are_leaves(panels: list[Panel]) -> bool:
+    """Return whether panels are large and equal: fronts in a row, and no stiles with what they hold."""
+    size = np.array([[p.width, p.height] for p in panels])
+    return bool((np.ptp(size, axis=0) < TOUCH_TOLERANCE).all() and size.min() >= MIN_LEAF_SIDE)
 
 
 def _is_narrow(frame: tuple[Panel, Panel], lower: Floats, upper: Floats) -> bool:

@@ -5,11 +5,12 @@ Lengths are in diagonals of the object; (u, v, w) is right, up, and depth as see
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.articulate.controls.controls import depth_around
+from casa_assets.articulate.controls.controls import depth_around, has_round_outline
 from casa_assets.articulate.interior.hollow_parts import view_from_above
 from casa_assets.articulate.segment.fragment_measures import (
     BACK,
@@ -37,8 +38,12 @@ MIN_BAR_RATIO, MIN_STOUT_BAR_RATIO, MIN_BAR_GAP = 4.0, 3.0, 0.008
 # A bar that touches its panel: widest, least protrusion (rails of framed doors reach 0.013), and the share of its depth
 # that is outside, because a bulging front falls back beside its middle.
 MAX_BAR_WIDTH, MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE = 0.075, 0.015, 0.5
+# Fronts of shallow drawers: least height and length, diagonals; size of a pull by its front, and how far it stands out.
+MIN_SMALL_SIDE, MIN_SMALL_LENGTH, MAX_PULL_SHARE, MIN_PULL_PROTRUSION = 0.018, 0.06, 0.5, 0.006
 # Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
+# Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
+FLUSH_TOLERANCE = 0.004
 
 
 @dataclass
@@ -52,7 +57,7 @@ class Panel:
         controls: how many knobs and buttons it carries. visible_area: area of its picture.
         attachment_depths: depths at which things on it begin: a bar may touch it through its feet alone.
         boards: how many panels were merged into it. is_recessed: so deep that only a handle makes it a front.
-        has_shelf_behind: a shelf of the body stands right behind its middle.
+        has_shelf_behind: a shelf of the body stands right behind its middle. is_round: a round door, as of a washer.
     """
 
     members: list[int]
@@ -67,6 +72,7 @@ class Panel:
     boards: int = 1
     is_recessed: bool = False
     has_shelf_behind: bool = False
+    is_round: bool = False
 
     @property
     def width(self) -> float:
@@ -93,8 +99,12 @@ class Panel:
         return bool((lower[:2] >= self.lower[:2] - slack).all() and (upper[:2] <= self.upper[:2] + slack).all())
 
 
-def find_panels(measured: MeasuredFragments, side: int) -> list[Panel]:
-    """Return the panels on a side, largest first."""
+def find_panels(measured: MeasuredFragments, side: int, without: Sequence[int] = ()) -> list[Panel]:
+    """Return the panels on a side, largest first.
+
+    Args:
+        without: fragments that are known to be something else.
+    """
     lower, upper = corners_from_side(measured, side)
     size = upper - lower
     extent = upper.max(axis=0) - lower.min(axis=0)
@@ -112,6 +122,8 @@ def find_panels(measured: MeasuredFragments, side: int) -> list[Panel]:
         & (measured.visible_area[:, side] >= 0.6 * footprint)
     )
     candidates = is_large & (is_near | in_niche) & (measured.visible_area[:, side] >= 0.02 * footprint)
+    candidates |= _carry_handles(measured, side, np.flatnonzero(is_plate & is_near & ~is_large).tolist())
+    candidates[list(without)] = False
     boxes = candidates & ~is_plate & _are_drawers(measured, side, size, extent)
     seeds = np.flatnonzero(candidates & (is_plate | boxes))
     order = seeds[np.lexsort((seeds, -footprint[seeds]))]
@@ -129,6 +141,26 @@ def find_panels(measured: MeasuredFragments, side: int) -> list[Panel]:
     for p in panels:
         p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
     return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height]
+
+
+def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> Bools:
+    """Mark (N,) those of some small plates that carry a pull: fronts of shallow drawers.
+
+    A pull lies within its plate, is much smaller and stands out; plates of knobs are round.
+    """
+    lower, upper = corners_from_side(measured, side)
+    size = upper - lower
+    found: Bools = np.zeros(measured.count, dtype=bool)
+    for i in rows:
+        across = size[i, :2]
+        if across.min() < MIN_SMALL_SIDE or across.max() < MIN_SMALL_LENGTH:
+            continue
+        on = (lower[:, :2] >= lower[i, :2]).all(axis=1) & (upper[:, :2] <= upper[i, :2]).all(axis=1)
+        on &= (size[:, :2] <= MAX_PULL_SHARE * across).any(axis=1) & (size[:, :2] <= 0.9 * across).all(axis=1)
+        on &= (lower[:, 2] <= lower[i, 2] - MIN_PULL_PROTRUSION) & (upper[:, 2] >= lower[i, 2] - MIN_BAR_GAP)
+        on[i] = False
+        found[i] = on.any() and not has_round_outline(measured, side, [i], across)
+    return found
 
 
 def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: Floats) -> Bools:
@@ -189,7 +221,10 @@ def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     first = group[0]
     footprint = np.prod(upper[:, :2] - lower[:, :2], axis=1)
     in_front = [
-        i for i in group[1:] if upper[i, 2] <= lower[first, 2] + 0.35 * (upper[first, 2] - lower[first, 2]) + 0.002
+        i
+        for i in group[1:]
+        if upper[i, 2] <= lower[first, 2] + 0.35 * (upper[first, 2] - lower[first, 2]) + 0.002
+        or lower[i, 2] <= lower[first, 2] + FLUSH_TOLERANCE
     ]
     large = [i for i in in_front if footprint[i] >= 0.12 * footprint[first]]
     separate = [

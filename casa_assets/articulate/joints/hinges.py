@@ -1,13 +1,26 @@
-"""Decide whether a panel is a drawer or a door, and find the hinge edge, axis and range of a door."""
+"""Decide whether a front is a drawer or a door, and find the hinge edge, axis and range of a door.
+
+What the kind of the thing makes likely and what the form of the front says are added up as log odds.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from casa_assets.articulate.fronts.panels import Panel
+from casa_assets.articulate.joints.front_view import (
+    DRAWER_FEATURES,
+    EDGE_FEATURES,
+    EDGES,
+    FrontView,
+    drawer_features,
+    edge_features,
+)
+from casa_assets.articulate.joints.kind_habits import HABITS, drawer_share, edge_shares
 from casa_assets.articulate.plan import HingeEdge
 from casa_assets.core.typing import Floats
 
@@ -18,151 +31,172 @@ HINGE_DEPTH_SHARE = 0.15
 # Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.
 DRAWER_TRAVEL_SHARE = 0.81
 DOOR_RANGE_RAD = math.pi / 2
-# Width to height from which a door hinges at its top or bottom.
-MIN_FOLDING_RATIO = 1.2
-# The same for one of several doors above each other: doors of fridges do not fold.
-MIN_FLAP_RATIO = 1.8
-# The same for a door as wide as the object with a long level handle.
-MIN_RATIO_LONG_HANDLE = 0.9
+# Weight of each feature in the log odds of a hinge edge, and of a drawer. Ref: logistic regression over the
+# articulation bench and drawn furniture and appliances (benchmarks/train_hinges.py).
+EDGE_WEIGHTS: Mapping[str, float] = {
+    "handle_away": 5.37,
+    "handle_along": 0.285,
+    "handle_long": 0.311,
+    "far_and_along": 0.552,
+    "wide": 1.49,
+    "wide_without_handle": -1.67,
+    "alone_and_wide": 0.0419,
+    "front_beyond": 0.91,
+    "front_at": -0.237,
+    "panel_beyond": 0.386,
+    "panel_at": -0.466,
+    "controls_at": -1.14,
+    "room_beyond": 0.511,
+    "knobs_away": 1.59,
+}
+DRAWER_WEIGHTS: Mapping[str, float] = {
+    "constant": -0.886,
+    "deep": 2.05,
+    "box": 3.42,
+    "shelf_behind": -0.486,
+    "wide": 0.794,
+    "height_share": -1.33,
+    "handle_aside": -1.71,
+    "handle_upright": -0.463,
+    "handle_level": 0.929,
+    "handle_low": -0.965,
+    "handle_centred": 1.43,
+    "no_handle": 0.254,
+    "many_stacked": 0.778,
+    "under_larger": 0.124,
+    "over_larger": 0.99,
+}
+# What a feature says, where it decides.
+EDGE_REASONS: Mapping[str, str] = {
+    "handle_away": "its handle is at the other side",
+    "handle_along": "its handle runs along that edge",
+    "handle_long": "its handle runs along that edge",
+    "far_and_along": "a bar at the other side",
+    "wide": "by its proportions",
+    "wide_without_handle": "by its proportions",
+    "alone_and_wide": "one front as wide as the thing",
+    "front_beyond": "another front beside it",
+    "front_at": "another front beside it",
+    "panel_beyond": "a panel that stays beside it",
+    "panel_at": "a panel that stays beside it",
+    "controls_beyond": "the controls are at the other side",
+    "controls_at": "the controls are at the other side",
+    "room_beyond": "by its place on the front",
+    "others_away": "as the fronts above or below it",
+    "knobs_away": "its knob is at the other side",
+}
+DRAWER_REASONS: Mapping[str, str] = {
+    "constant": "by its form",
+    "deep": "it is deep, and seen from its front alone",
+    "box": "a box behind it goes with it",
+    "shelf_behind": "a shelf behind it leaves no room for a box",
+    "wide": "by its proportions",
+    "height_share": "by its height",
+    "covers_front": "it closes the front",
+    "handle_aside": "its handle is at one side",
+    "handle_upright": "its handle is upright",
+    "handle_level": "a level handle in its middle",
+    "handle_centred": "its handle is in its middle",
+    "handle_low": "its handle is at its lower edge",
+    "no_handle": "by its form",
+    "stacked": "it is one of several above each other",
+    "many_stacked": "it is one of several above each other",
+    "alike": "it is one of several alike",
+    "under_larger": "it lies under a larger front",
+    "over_larger": "it lies above a larger front",
+}
+# At most so many fronts of a thing speak for its kind.
+MAX_SPEAKING_FRONTS = 3
+# How often a thing of a kind without habits has what looks like a door or drawer.
+SHARE_WITH_FRONTS = 0.05
+# No guess is surer than this.
+MAX_CONFIDENCE = 0.97
 
 
 @dataclass(frozen=True)
 class HingeChoice:
-    """Hinge edge of a panel (None: it slides), the next likely edge, confidence and reason."""
+    """Hinge edge of a door, the next likely edge, the probability of the edge, and the reason."""
 
-    edge: HingeEdge | None
-    runner_up: HingeEdge | None
+    edge: HingeEdge
+    runner_up: HingeEdge
     confidence: float
     reason: str
 
 
-@dataclass(frozen=True)
-class PanelHandle:
-    """The handle of a panel, from all its grips: middle relative to the panel 0..1, size in diagonals; (u, v)."""
+def kind_log_odds(views: Sequence[FrontView]) -> dict[str, float]:
+    """Return how well the fronts of a thing suit each kind that has habits: log likelihoods, up to a constant.
 
-    middle: Floats
-    size: Floats
-
-    @property
-    def is_level(self) -> bool:
-        """Return whether it is wider than high."""
-        return bool(self.size[0] > 1.5 * self.size[1])
-
-    @property
-    def is_upright(self) -> bool:
-        """Return whether it is higher than wide."""
-        return bool(self.size[1] > 1.5 * self.size[0])
-
-
-def is_drawer(
-    panel: Panel, box_depth: float, whole: Floats, grip: PanelHandle | None, others: list[Panel]
-) -> tuple[bool, float, str]:
-    """Return whether a panel is the front of a drawer, with confidence and reason."""
-    deep = float(panel.upper[2] - panel.lower[2])
-    if deep > 0.34 * whole[2]:
-        return True, 0.95, "it is deep, and seen from its front alone"
-    if box_depth > 0.3 * whole[2]:
-        return True, 0.9, "a box behind it goes with it"
-    if panel.has_shelf_behind:
-        return False, 0.8, "a shelf behind it leaves no room for a box"
-    ratio = panel.width / max(panel.height, 1e-9)
-    full = panel.width > 0.8 * whole[0] and panel.height > 0.5 * whole[1]
-    centred = grip is None or abs(float(grip.middle[0]) - 0.5) < 0.12
-    if full or not centred:
-        return False, 0.8, "it closes the front"
-    stacked = any(
-        abs(o.lower[0] - panel.lower[0]) + abs(o.upper[0] - panel.upper[0]) < 0.03 for o in others if o is not panel
-    )
-    if grip is not None and not grip.is_upright and ratio >= 1.5 and stacked:
-        return True, 0.7, "a wide front with a centred handle, above or below others"
-    if ratio >= 2.5 and panel.height < 0.35 * whole[1]:
-        return True, 0.6, "a wide, low front"
-    return False, 0.6, "no box behind it"
+    A front is a drawer or a door with a hinge at one of four edges, as often as is usual for the kind. Fronts of one
+    thing are alike, so that more than `MAX_SPEAKING_FRONTS` count as so many.
+    """
+    if not views:
+        return {}
+    drawers = np.array([float(_weights_of_drawers() @ drawer_features(v)) for v in views])
+    scores = np.array([edge_features(v) @ _weights_of_edges() for v in views])
+    edges = np.exp(scores - scores.max(axis=1, keepdims=True))
+    edges *= len(EDGES) / edges.sum(axis=1, keepdims=True)
+    count = min(len(views), MAX_SPEAKING_FRONTS) / len(views)
+    found = {}
+    for kind in (*HABITS, ""):
+        share = drawer_share({kind: 1.0})
+        fits = share / (1.0 + np.exp(-drawers)) + (1.0 - share) / (1.0 + np.exp(drawers)) * (
+            edges @ edge_shares({kind: 1.0})
+        )
+        found[kind] = count * float(np.log(fits).sum())
+    found[""] += math.log(SHARE_WITH_FRONTS)
+    return found
 
 
-def panel_handle(panel: Panel, lower: Floats, upper: Floats) -> PanelHandle | None:
-    """Return the handle of a panel: those grips that stand out at least 0.6 times as far as the farthest."""
-    if not panel.grips:
-        return None
-    out = [float(panel.lower[2] - lower[g, 2].min()) for g in panel.grips]
-    chosen = [i for g, s in zip(panel.grips, out, strict=True) if s >= 0.6 * max(out) for i in g]
-    a, b = lower[chosen, :2].min(axis=0), upper[chosen, :2].max(axis=0)
-    size = np.array([panel.width, panel.height])
-    return PanelHandle(((a + b) / 2 - panel.lower[:2]) / size, b - a)
+def _weights_of_drawers() -> Floats:
+    """Return the (len(DRAWER_FEATURES),) weights."""
+    return np.array([DRAWER_WEIGHTS.get(name, 0.0) for name in DRAWER_FEATURES])
 
 
-def hinge_edge(panel: Panel, grip: PanelHandle | None, others: list[Panel], whole: Floats) -> HingeChoice:
-    """Find the hinge edge of a door: opposite its handle, away from its neighbours."""
-    ratio = panel.width / max(panel.height, 1e-9)
-    full = panel.width > 0.8 * whole[0] and panel.height > 0.4 * whole[1]
-    flap = ratio >= MIN_FOLDING_RATIO or (full and ratio > 0.75)
-    if grip is None:
-        return _by_neighbours(panel, others, ratio, full)
-    x, y = float(grip.middle[0]) - 0.5, float(grip.middle[1]) - 0.5
-    side = HingeEdge.LEFT if x > 0 else HingeEdge.RIGHT
-    level = HingeEdge.BOTTOM if y > 0 else HingeEdge.TOP
-    bar = float(grip.size[0]) / panel.width
-    alone = full and not any(o is not panel and o.width * o.height > 0.3 * panel.width * panel.height for o in others)
-    if grip.is_level and abs(y) > 0.15 and ((flap and (abs(x) < 0.15 or bar > 0.7)) or (alone and bar > 0.5)):
-        return HingeChoice(level, side, 0.9, "a level handle on a wide door")
-    if (
-        grip.is_level
-        and y > 0.3
-        and abs(x) < 0.08
-        and bar > 0.5
-        and ratio > MIN_RATIO_LONG_HANDLE
-        and panel.width > 0.8 * whole[0]
-    ):
-        return HingeChoice(level, side, 0.75, "a long level handle at the top of a door as wide as the thing")
-    if grip.is_upright and abs(x) > 0.1:
-        return HingeChoice(side, level, 0.95, "an upright handle at one side")
-    if flap and abs(x) < 0.08 and abs(y) > 0.15:
-        return HingeChoice(level, side, 0.7, "a handle in the middle of a wide door")
-    if abs(x) < 0.04:
-        return _by_neighbours(panel, others, ratio, full)
-    return HingeChoice(side, level, 0.8, "a handle nearer to one side")
+def _weights_of_edges() -> Floats:
+    """Return the (len(EDGE_FEATURES),) weights."""
+    return np.array([EDGE_WEIGHTS.get(name, 0.0) for name in EDGE_FEATURES])
 
 
-def _by_neighbours(panel: Panel, others: list[Panel], ratio: float, full: bool) -> HingeChoice:
-    """Find the hinge edge of a door by the fronts beside it; very wide doors fold down."""
-    beside = [
-        o
-        for o in others
-        if o is not panel and min(o.upper[1], panel.upper[1]) - max(o.lower[1], panel.lower[1]) > 0.5 * panel.height
-    ]
-    right = sum(float(o.lower[0]) >= float(panel.upper[0]) - 0.01 for o in beside)
-    left = sum(float(o.upper[0]) <= float(panel.lower[0]) + 0.01 for o in beside)
-    if right > left:
-        return HingeChoice(HingeEdge.LEFT, HingeEdge.RIGHT, 0.75, "another front to its right")
-    if left > right:
-        return HingeChoice(HingeEdge.RIGHT, HingeEdge.LEFT, 0.75, "another front to its left")
-    if ratio >= MIN_FLAP_RATIO:
-        for level, over in ((HingeEdge.BOTTOM, True), (HingeEdge.TOP, False)):
-            if _stacked(panel, others, over):
-                return HingeChoice(level, _opposite(level), 0.6, "a wide front, with another above or below it")
-    if ratio > 2.0:
-        return HingeChoice(HingeEdge.BOTTOM, HingeEdge.TOP, 0.5, "a very wide door without a handle")
-    return HingeChoice(HingeEdge.LEFT, HingeEdge.RIGHT, 0.4, "nothing says which side")
+def choose_drawer(view: FrontView, kinds: Mapping[str, float]) -> tuple[bool, float, str]:
+    """Return whether a front is that of a drawer, with its probability and the reason.
+
+    Args:
+        kinds: probability of each kind that the thing may be.
+    """
+    if view.panel.is_round:
+        return False, 0.95, "a round door"
+    if any(o.is_round and o.upper[1] <= view.panel.upper[1] for o in view.others):
+        return True, 0.8, "above a round door"
+    share = drawer_share(kinds)
+    terms = _weights_of_drawers() * drawer_features(view)
+    habit = math.log(share / (1.0 - share))
+    odds = float(terms.sum()) + habit
+    probability = 1.0 / (1.0 + math.exp(-odds))
+    is_drawer = odds > 0.0
+    sign = 1.0 if is_drawer else -1.0
+    best = int(np.argmax(np.round(sign * terms, 9)))
+    by_kind = sign * habit > max(sign * float(terms[best]), 0.0)
+    reason = "as such things have" if by_kind else DRAWER_REASONS[DRAWER_FEATURES[best]]
+    return is_drawer, min(probability if is_drawer else 1.0 - probability, MAX_CONFIDENCE), reason
 
 
-def _opposite(edge: HingeEdge) -> HingeEdge:
-    """Return the opposite edge."""
-    return {
-        HingeEdge.LEFT: HingeEdge.RIGHT,
-        HingeEdge.RIGHT: HingeEdge.LEFT,
-        HingeEdge.TOP: HingeEdge.BOTTOM,
-        HingeEdge.BOTTOM: HingeEdge.TOP,
-    }[edge]
+def choose_hinge(view: FrontView, kinds: Mapping[str, float]) -> HingeChoice:
+    """Return the likeliest hinge edge of a door.
 
-
-def _stacked(panel: Panel, others: list[Panel], over: bool) -> bool:
-    """Return whether a front of the same width lies right above a panel, or right below it."""
-    for o in others:
-        gap = float(o.lower[1] - panel.upper[1]) if over else float(panel.lower[1] - o.upper[1])
-        flush = abs(float(o.lower[0] - panel.lower[0])) + abs(float(o.upper[0] - panel.upper[0])) < 0.03
-        if o is not panel and flush and abs(gap) < 0.02 and o.height > 0.4 * panel.height:
-            return True
-    return False
+    Args:
+        kinds: probability of each kind that the thing may be.
+    """
+    shares = edge_shares(kinds)
+    terms = edge_features(view) * _weights_of_edges()
+    scores = np.log(shares) + terms.sum(axis=1)
+    order = np.lexsort((np.arange(len(EDGES)), -np.round(scores, 9)))
+    odds = np.exp(scores - scores.max())
+    best, second = int(order[0]), int(order[1])
+    gain = terms[best] - terms[second]
+    habit = float(np.log(shares[best] / shares[second]))
+    first = int(np.argmax(np.round(gain, 9)))
+    reason = EDGE_REASONS[EDGE_FEATURES[first]] if gain[first] > max(habit, 1e-9) else "as such things open"
+    return HingeChoice(EDGES[best], EDGES[second], min(float(odds[best] / odds.sum()), MAX_CONFIDENCE), reason)
 
 
 def hinge_line(panel: Panel, edge: HingeEdge) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.fronts.panels import Panel
-from casa_assets.articulate.joints.hinges import PanelHandle
+from casa_assets.articulate.joints.front_view import PanelHandle
 from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, corners_from_side
 from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.core.typing import Floats

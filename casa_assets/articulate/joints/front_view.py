@@ -1,0 +1,323 @@
+"""Describe a front by numbers: what its form, its handle and its neighbours say of its hinge edge, or of a drawer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.articulate.controls.controls import Control
+from casa_assets.articulate.fronts.fronts import box_depth
+from casa_assets.articulate.fronts.panels import Panel
+from casa_assets.articulate.plan import HingeEdge
+from casa_assets.articulate.segment.fragment_measures import MeasuredFragments, corners_from_side
+from casa_assets.core.typing import Floats
+
+EDGES = (HingeEdge.LEFT, HingeEdge.RIGHT, HingeEdge.BOTTOM, HingeEdge.TOP)
+# Axis of (u, v) across which an edge lies, and the way from the edge to the one that opens.
+_ACROSS = {HingeEdge.LEFT: (0, 1.0), HingeEdge.RIGHT: (0, -1.0), HingeEdge.BOTTOM: (1, 1.0), HingeEdge.TOP: (1, -1.0)}
+# What is said of an edge, in the order of the columns of `edge_features`. `beyond` is beside the edge that opens, `at`
+# beside the hinge.
+EDGE_FEATURES = (
+    "handle_away",
+    "handle_along",
+    "handle_long",
+    "far_and_along",
+    "wide",
+    "wide_without_handle",
+    "alone_and_wide",
+    "front_beyond",
+    "front_at",
+    "panel_beyond",
+    "panel_at",
+    "controls_beyond",
+    "controls_at",
+    "room_beyond",
+    "others_away",
+    "knobs_away",
+)
+# What is said of a drawer, in the order of `drawer_features`.
+DRAWER_FEATURES = (
+    "constant",
+    "deep",
+    "box",
+    "shelf_behind",
+    "wide",
+    "height_share",
+    "covers_front",
+    "handle_aside",
+    "handle_upright",
+    "handle_level",
+    "handle_low",
+    "handle_centred",
+    "no_handle",
+    "stacked",
+    "many_stacked",
+    "alike",
+    "under_larger",
+    "over_larger",
+)
+# A front or its box that reaches back farther than this share of the thing is deep.
+MIN_DEEP_SHARE, MIN_BOX_SHARE = 0.34, 0.3
+# Logarithms of proportions are capped at this; counts of neighbours at this.
+MAX_LOG_RATIO, MAX_NEIGHBOURS = 1.5, 4
+# Fronts above each other that make a stack.
+MIN_STACK = 3
+# Neighbours share this much of the shorter one's edge; widest gap, and overlap, between them, diagonals.
+MIN_SHARED_EDGE, MAX_GAP = 0.5, 0.05
+# Fronts of one column, or of one size, differ by less, diagonals.
+SAME_PLACE = 0.015
+# A handle is aside where it is farther from the middle than this share of the width; it is centred where it is nearer
+# than this share of width and height.
+ASIDE, CENTRED = 0.12, 0.15
+
+
+@dataclass(frozen=True)
+class PanelHandle:
+    """The handle of a panel, from all its grips: middle relative to the panel 0..1, size in diagonals; (u, v)."""
+
+    middle: Floats
+    size: Floats
+
+    @property
+    def is_level(self) -> bool:
+        """Return whether it is wider than high."""
+        return bool(self.size[0] > 1.5 * self.size[1])
+
+    @property
+    def is_upright(self) -> bool:
+        """Return whether it is higher than wide."""
+        return bool(self.size[1] > 1.5 * self.size[0])
+
+
+@dataclass(frozen=True)
+class FrontView:
+    """A front among all that lies on its side.
+
+    Attributes:
+        handle: of the front, None where it has none. box_depth: how far its box reaches behind it, diagonals.
+        lower, upper: (3,) corners of the whole thing in (u, v, w).
+        fronts: panels that open, itself among them. handles: of those, in their order.
+        still: panels that do not open. controls: (C, 2) middles of knobs and keys that are no handles.
+        knobs: (K, 2) middles of the round ones of these that lie on it.
+    """
+
+    panel: Panel
+    handle: PanelHandle | None
+    box_depth: float
+    lower: Floats
+    upper: Floats
+    fronts: Sequence[Panel]
+    handles: Sequence[PanelHandle | None]
+    still: Sequence[Panel]
+    controls: Floats
+    knobs: Floats
+
+    @property
+    def extent(self) -> Floats:
+        """Return the (3,) size of the whole thing."""
+        found: Floats = self.upper - self.lower
+        return found
+
+    @property
+    def others(self) -> list[Panel]:
+        """Return the other panels that open."""
+        return [p for p in self.fronts if p is not self.panel]
+
+    @property
+    def controls_beside(self) -> float:
+        """Return the share of the controls that lie to its left or right."""
+        if not len(self.controls):
+            return 0.0
+        u = self.controls[:, 0]
+        return float(((u > self.panel.upper[0]) | (u < self.panel.lower[0])).mean())
+
+    @property
+    def log_ratio(self) -> float:
+        """Return the logarithm of its width by its height, capped."""
+        ratio = math.log(max(self.panel.width, 1e-9) / max(self.panel.height, 1e-9))
+        return float(np.clip(ratio, -MAX_LOG_RATIO, MAX_LOG_RATIO))
+
+
+def view_fronts(
+    measured: MeasuredFragments,
+    side: int,
+    fronts: Sequence[Panel],
+    panels: Sequence[Panel],
+    controls: Sequence[Control],
+) -> list[FrontView]:
+    """Return a view of each front of a side, in their order.
+
+    Args:
+        fronts: panels that open. panels: all panels. controls: those that are on no panel that opens.
+    """
+    lower, upper = corners_from_side(measured, side)
+    handles = [panel_handle(p, lower, upper) for p in fronts]
+    still = [p for p in panels if not any(p is f for f in fronts)]
+    middles = np.array([c.middle for c in controls]).reshape(-1, 2)
+    return [
+        FrontView(
+            panel=p,
+            handle=h,
+            box_depth=box_depth(measured, side, p),
+            lower=lower.min(axis=0),
+            upper=upper.max(axis=0),
+            fronts=fronts,
+            handles=handles,
+            still=still,
+            controls=middles,
+            knobs=_on(p, [c for c in controls if c.is_round]),
+        )
+        for p, h in zip(fronts, handles, strict=True)
+    ]
+
+
+def _on(panel: Panel, controls: Sequence[Control]) -> Floats:
+    """Return the (K, 2) middles of those controls that lie on a panel."""
+    middles = [c.middle for c in controls if panel.holds(c.lower, c.upper)]
+    return np.array(middles).reshape(-1, 2)
+
+
+def panel_handle(panel: Panel, lower: Floats, upper: Floats) -> PanelHandle | None:
+    """Return the handle of a panel: those grips that stand out at least 0.6 times as far as the farthest."""
+    if not panel.grips:
+        return None
+    out = [float(panel.lower[2] - lower[g, 2].min()) for g in panel.grips]
+    chosen = [i for g, s in zip(panel.grips, out, strict=True) if s >= 0.6 * max(out) for i in g]
+    a, b = lower[chosen, :2].min(axis=0), upper[chosen, :2].max(axis=0)
+    size = np.array([panel.width, panel.height])
+    return PanelHandle(((a + b) / 2 - panel.lower[:2]) / size, b - a)
+
+
+def edge_features(view: FrontView) -> Floats:
+    """Return the (4, len(EDGE_FEATURES)) numbers that speak for each of EDGES as the hinge of a front."""
+    return np.array([_edge(view, edge) for edge in EDGES])
+
+
+def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
+    """Return what speaks for one edge."""
+    axis, way = _ACROSS[edge]
+    panel, level = view.panel, axis == 1
+    away, along, long = _handle(view.panel, view.handle, axis, way)
+    share = panel.width * panel.height / max(float(view.extent[0] * view.extent[1]), 1e-12)
+    alone = not any(o.width * o.height > 0.3 * panel.width * panel.height for o in view.others)
+    fronts = _beside(panel, view.others, axis, way)
+    still = _beside(panel, view.still, axis, way)
+    controls = _controls(panel, view.controls, axis, way)
+    room = [float(panel.lower[axis] - view.lower[axis]), float(view.upper[axis] - panel.upper[axis])]
+    mates = [
+        _handle(p, h, axis, way)[0]
+        for p, h in zip(view.fronts, view.handles, strict=True)
+        if h is not None and p is not panel and not level and _in_column(p, panel)
+    ]
+    return [
+        away,
+        along,
+        long,
+        max(away, 0.0) * max(along, 0.0),
+        view.log_ratio if level else 0.0,
+        view.log_ratio if level and view.handle is None else 0.0,
+        share if level and alone and panel.width > 0.8 * view.extent[0] else 0.0,
+        fronts[0],
+        fronts[1],
+        still[0],
+        still[1],
+        controls[0],
+        controls[1],
+        way * (room[1] - room[0]) / max(float(view.extent[axis]), 1e-9),
+        float(np.mean(mates)) if mates and view.handle is None else 0.0,
+        _knobs_away(panel, view.knobs, axis, way) if view.handle is None else 0.0,
+    ]
+
+
+def _knobs_away(panel: Panel, knobs: Floats, axis: int, way: float) -> float:
+    """Return how far the one knob of a front without a handle is on the side that opens, -0.5..0.5; 0 for several."""
+    if len(knobs) != 1:
+        return 0.0
+    size = max(float(panel.upper[axis] - panel.lower[axis]), 1e-9)
+    return float(way * ((knobs[0, axis] - panel.lower[axis]) / size - 0.5))
+
+
+def _handle(panel: Panel, handle: PanelHandle | None, axis: int, way: float) -> tuple[float, float, float]:
+    """Return how far a handle is on the side that opens (-0.5..0.5), whether it runs along the edge, how long it is."""
+    if handle is None:
+        return 0.0, 0.0, 0.0
+    away = float(np.clip(way * (handle.middle[axis] - 0.5), -0.5, 0.5))
+    ratio = float(handle.size[1 - axis]) / max(float(handle.size[axis]), 1e-9)
+    along = float(np.clip(math.log(max(ratio, 1e-6)) / math.log(4.0), -1.0, 1.0))
+    edge = panel.height if axis == 0 else panel.width
+    long = min(1.0, float(handle.size[1 - axis]) / max(edge, 1e-9)) if along > 0 else 0.0
+    return away, along, long
+
+
+def _beside(panel: Panel, others: Sequence[Panel], axis: int, way: float) -> tuple[float, float]:
+    """Return whether a panel lies right beyond the edge that opens, and right at the hinge."""
+    found = [0.0, 0.0]
+    along = 1 - axis
+    for o in others:
+        shared = float(min(o.upper[along], panel.upper[along]) - max(o.lower[along], panel.lower[along]))
+        shorter = min(float(o.upper[along] - o.lower[along]), float(panel.upper[along] - panel.lower[along]))
+        if shared < MIN_SHARED_EDGE * shorter:
+            continue
+        after, before = float(o.lower[axis] - panel.upper[axis]), float(panel.lower[axis] - o.upper[axis])
+        beyond, at = (after, before) if way > 0 else (before, after)
+        weight = min(1.0, shared / max(float(panel.upper[along] - panel.lower[along]), 1e-9))
+        if abs(beyond) <= MAX_GAP:
+            found[0] = max(found[0], weight)
+        if abs(at) <= MAX_GAP:
+            found[1] = max(found[1], weight)
+    return found[0], found[1]
+
+
+def _controls(panel: Panel, controls: Floats, axis: int, way: float) -> tuple[float, float]:
+    """Return the shares of the controls of a thing that lie beyond the edge that opens, and beside the hinge."""
+    if not len(controls):
+        return 0.0, 0.0
+    after, before = controls[:, axis] > panel.upper[axis], controls[:, axis] < panel.lower[axis]
+    beyond, at = (after, before) if way > 0 else (before, after)
+    return float(beyond.mean()), float(at.mean())
+
+
+def _in_column(a: Panel, b: Panel) -> bool:
+    """Return whether two panels are as wide as each other, one above the other."""
+    return float(np.abs([a.lower[0] - b.lower[0], a.upper[0] - b.upper[0]]).max()) < SAME_PLACE
+
+
+def drawer_features(view: FrontView) -> Floats:
+    """Return the (len(DRAWER_FEATURES),) numbers that speak for a front being that of a drawer."""
+    panel, handle, extent = view.panel, view.handle, view.extent
+    area = panel.width * panel.height
+    stacked = [o for o in view.others if _in_column(o, panel)]
+    size = np.array([panel.width, panel.height])
+    alike = sum(float(np.abs(np.array([o.width, o.height]) - size).max()) < SAME_PLACE for o in view.others)
+    over = [o for o in view.others if _overlaps(o, panel) and o.width * o.height > 1.6 * area]
+    return np.array(
+        [
+            1.0,
+            float(panel.upper[2] - panel.lower[2] > MIN_DEEP_SHARE * extent[2]),
+            float(view.box_depth > MIN_BOX_SHARE * extent[2]),
+            float(panel.has_shelf_behind),
+            view.log_ratio,
+            panel.height / max(float(extent[1]), 1e-9),
+            float(panel.width > 0.8 * extent[0] and panel.height > 0.5 * extent[1]),
+            float(handle is not None and abs(float(handle.middle[0]) - 0.5) > ASIDE),
+            float(handle is not None and handle.is_upright),
+            float(handle is not None and handle.is_level and abs(float(handle.middle[0]) - 0.5) <= ASIDE),
+            0.0 if handle is None else max(0.0, 0.5 - float(handle.middle[1])),
+            float(handle is not None and float(np.abs(handle.middle - 0.5).max()) <= CENTRED),
+            float(handle is None),
+            math.log1p(min(len(stacked), MAX_NEIGHBOURS)),
+            float(len(stacked) >= MIN_STACK - 1),
+            math.log1p(min(alike, MAX_NEIGHBOURS)),
+            float(any(o.lower[1] >= panel.upper[1] - SAME_PLACE for o in over)),
+            float(any(o.upper[1] <= panel.lower[1] + SAME_PLACE for o in over)),
+        ]
+    )
+
+
+def _overlaps(a: Panel, b: Panel) -> bool:
+    """Return whether one panel lies above or below another, over half of the narrower one's width."""
+    shared = float(min(a.upper[0], b.upper[0]) - max(a.lower[0], b.lower[0]))
+    return shared > MIN_SHARED_EDGE * min(a.width, b.width)

@@ -1,0 +1,87 @@
+"""Fronts that have no handle, are round, or open as their kind does."""
+
+from __future__ import annotations
+
+import pytest
+
+from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.infer import infer_articulation
+from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from tests.unit.articulate.blocks import Part, box, carcass, disc, together
+
+
+def found_in(parts: list[Part], category: str = "") -> Articulation:
+    """What is found in some solids that stand upright, their front to -y."""
+    vertices, faces, _ = together(*parts)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame, category)
+
+
+def edges(found: Articulation) -> list[HingeEdge | None]:
+    """The hinge edges of the doors, from left to right."""
+    doors = [p for p in found.parts if p.kind is PartKind.DOOR]
+    return [p.joint.edge for p in sorted(doors, key=lambda p: p.joint.anchor[0])]
+
+
+@pytest.mark.parametrize(
+    ("kind", "edge"),
+    [("dishwasher", HingeEdge.BOTTOM), ("wall_oven", HingeEdge.BOTTOM), ("microwave", HingeEdge.LEFT)],
+)
+def test_a_door_without_a_handle_opens_as_its_kind_does(kind: str, edge: HingeEdge) -> None:
+    parts = [*carcass(0.6, 0.55, 0.62), box((0.003, -0.02, 0.01), (0.597, -0.001, 0.61))]
+    assert edges(found_in(parts, kind)) == [edge]
+
+
+def test_an_upright_handle_at_one_side_beats_the_kind() -> None:
+    parts = [
+        *carcass(0.6, 0.55, 0.6),
+        box((0.003, -0.02, 0.01), (0.597, -0.001, 0.59)),
+        box((0.54, -0.06, 0.1), (0.56, -0.045, 0.5)),
+        box((0.545, -0.045, 0.11), (0.555, -0.02, 0.12)),
+        box((0.545, -0.045, 0.48), (0.555, -0.02, 0.49)),
+    ]
+    assert edges(found_in(parts, "microwave")) == [HingeEdge.LEFT]
+    assert edges(found_in(parts, "wall_oven")) == [HingeEdge.LEFT]
+
+
+def test_two_leaves_without_handles_are_two_doors_with_outer_hinges() -> None:
+    parts = [*carcass(0.9, 0.5, 1.0)]
+    parts += [box((a, -0.02, 0.005), (b, -0.001, 0.995)) for a, b in ((0.003, 0.4485), (0.4515, 0.897))]
+    assert edges(found_in(parts)) == [HingeEdge.LEFT, HingeEdge.RIGHT]
+
+
+def test_fronts_of_a_chest_without_handles_or_boxes_are_drawers() -> None:
+    parts = [box((0, 0, 0), (0.8, 0.45, 1.0))]
+    parts += [box((0.01, -0.02, 0.02 + 0.24 * k), (0.79, -0.001, 0.25 + 0.24 * k)) for k in range(4)]
+    assert [p.kind for p in found_in(parts, "drawer_stack").parts] == 4 * [PartKind.DRAWER]
+
+
+def test_a_washing_machine_has_a_round_door_a_drawer_and_a_knob() -> None:
+    parts = [
+        box((0, 0, 0), (0.6, 0.55, 0.85)),
+        disc((0.3, -0.04, 0.4), 0.18, 0.039, 32),
+        disc((0.3, -0.05, 0.4), 0.12, 0.009, 32),
+        box((0.02, -0.01, 0.73), (0.17, -0.001, 0.83)),
+        disc((0.33, -0.03, 0.78), 0.03, 0.029),
+    ]
+    found = found_in(parts)
+    kinds = sorted(p.kind.value for p in found.parts)
+    assert kinds == ["door", "drawer", "knob"]
+    assert edges(found) == [HingeEdge.LEFT]
+    assert "round" in found.traits
+
+
+def test_a_control_panel_over_a_door_is_no_front() -> None:
+    parts = [
+        *carcass(0.6, 0.55, 0.6),
+        box((0.0, -0.02, 0.5), (0.6, -0.001, 0.6)),
+        *(disc((x, -0.04, 0.55), 0.018, 0.019) for x in (0.1, 0.2, 0.3, 0.4, 0.5)),
+        box((0.0, -0.02, 0.01), (0.6, -0.001, 0.497)),
+    ]
+    found = found_in(parts)
+    assert edges(found) == [HingeEdge.BOTTOM]
+    assert [p.kind for p in found.parts].count(PartKind.KNOB) == 5
+    assert all(p.kind in (PartKind.DOOR, PartKind.KNOB) for p in found.parts)
