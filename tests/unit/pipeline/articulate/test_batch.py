@@ -10,10 +10,12 @@ import pytest
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found
+from casa_assets.pipeline.articulate import batch
 from casa_assets.pipeline.articulate.batch import RequestMaker, articulate
 from casa_assets.pipeline.articulate.build import ArticulateRequest
 from casa_assets.pipeline.articulate.run import ArticulateOutcome, entry_key, publish_refusal
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.workers.limits import Limits
 from tests.libraries import differences
 from tests.unit.articulate.blocks import box, drawers, microwave, together
 from tests.unit.articulate.test_assemble import obj
@@ -93,18 +95,33 @@ def test_a_run_that_was_stopped_goes_on_and_makes_the_same(meshes: Path, made: P
     assert differences(made, out) == []
 
 
-@pytest.mark.parametrize(("code", "is_kept"), [("RUN001", True), ("RUN002", True), ("RUN003", False)])
-def test_what_broke_a_limit_is_not_tried_again(meshes: Path, tmp_path: Path, code: str, is_kept: bool) -> None:
+def test_a_mesh_that_takes_too_long_is_rejected_and_the_others_go_on(
+    meshes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder, out = tmp_path / "in", tmp_path / "library"
+    folder.mkdir()
+    (folder / "microwave.obj").write_bytes((meshes / "microwave.obj").read_bytes())
+    monkeypatch.setattr(batch, "Limits", lambda _, memory_bytes: Limits(0.5, memory_bytes))
+    (first,) = run(folder, out).values()
+    assert (first.code, first.kept) == ("RUN001", False)
+    assert first.folder is not None
+    assert disk.read_refusal(first.folder).code == "RUN001"
+    (second,) = run(folder, out).values()
+    assert (second.code, second.kept) == ("RUN001", True)
+
+
+def test_what_broke_a_limit_is_not_tried_again(meshes: Path, tmp_path: Path) -> None:
     folder, out = tmp_path / "in", tmp_path / "library"
     folder.mkdir()
     (folder / "cube.obj").write_bytes((meshes / "cube.obj").read_bytes())
     (first,) = run(folder, out).values()
-    assert first.folder is not None
+    assert first.code == "ART001"
     (found,) = (one for one in discover([folder]) if isinstance(one, Found))
     request = request_maker(out)(found)
-    key = entry_key(request, disk.read_refusal(first.folder).sha256, found.source)
-    publish_refusal(request, key, found.source, Rejected(code, "as an earlier run"))
-    (second,) = run(folder, out).values()
-    assert (second.kept, second.code) == (is_kept, code if is_kept else "ART001")
-    (third,) = articulate([folder], out, request_maker(out, anew=True))
-    assert (third.kept, third.code) == (False, "ART001")
+    key = entry_key(request, first.sha256, found.source)
+    for code, is_kept in {"RUN001": True, "RUN002": True, "RUN003": False}.items():
+        publish_refusal(request, key, found.source, Rejected(code, "as an earlier run"))
+        (again,) = run(folder, out).values()
+        assert (again.kept, again.code) == (is_kept, code if is_kept else "ART001")
+    (anew,) = articulate([folder], out, request_maker(out, anew=True))
+    assert (anew.kept, anew.code) == (False, "ART001")
