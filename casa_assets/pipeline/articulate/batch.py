@@ -153,9 +153,7 @@ def _known_or_due(
         if isinstance(answer, Survey) and answer.sha256 not in first:
             first[answer.sha256] = one.source.place
             unreadable.note_readable(one)
-            request = request_for(one)
-            if request.decisions == Decisions():
-                request = replace(request, decisions=decided.get(answer.sha256, Decisions()))
+            request = _with_review(request_for(one), decided.get(answer.sha256, Decisions()))
             request = with_override(request, overrides.get(answer.sha256, NO_OVERRIDE))
             key = entry_key(request, answer.sha256, one.source)
             entries = older.get(key.identity.suffix, ())
@@ -173,6 +171,23 @@ def _known_or_due(
         is_new = write_if_changed(library, refusal)
         folder = library.refusal_folder(refusal.id)
         yield ArticulateOutcome(Path(one.source.place), folder, code=code, message=message, kept=not is_new)
+
+
+def _with_review(request: ArticulateRequest, said: Decisions) -> ArticulateRequest:
+    """Return a request with what a person decided about its mesh, which goes before the options of all meshes.
+
+    A decisions.yaml that is given for the mesh in this run goes before both.
+    """
+    if request.decisions != Decisions():
+        return request
+    return replace(
+        request,
+        decisions=said,
+        category=request.category if said.category is None else "",
+        up=request.up if said.up is None else None,
+        front=request.front if said.front is None else None,
+        size_m=request.size_m if said.size_m is None else 0.0,
+    )
 
 
 def _worked_on(

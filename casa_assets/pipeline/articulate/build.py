@@ -21,7 +21,7 @@ from casa_assets.articulate.segment.fragment_measures import TOP
 from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.articulate.semantics.rename import rename_for_runtime
-from casa_assets.errors import CasaError, Rejected
+from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.discover import discover
@@ -162,7 +162,10 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     found = drop_empty_links(found, placed)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
-    model, placed, found = add_interiors(model, placed, found, kind.id, request.decisions, request.complete)
+    try:
+        model, placed, found = add_interiors(model, placed, found, kind.id, request.decisions, request.complete)
+    except UnknownId as error:
+        raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
     guesses = (
         Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),
         Guess(
@@ -242,6 +245,8 @@ def _choose_frame(mesh: WeldedMesh, model: RawModel, request: ArticulateRequest)
     if up is not None and front is not None:
         if abs(float(np.dot(up, front))) > 1e-3:
             message = f"the front {axis_word(front)} is not at a right angle to up {axis_word(up)}"
+            if request.up is None or request.front is None:  # one of the two comes from the decisions on this mesh
+                raise Rejected(MISFIT, f"{message}; change the decisions on it")
             raise CasaError(f"{request.mesh.name}: {message}; give another --front or --up")
         given = guess_frame(mesh, up, front, stated).replace(confidence=CERTAIN)
         guess = _calibrated(guess_frame(mesh, stated=stated))

@@ -41,6 +41,7 @@ from casa_assets.pipeline.library.resume import RETRIED_CODES as RETRIED_BY_INGE
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer
+from casa_assets.preview.still import CannotDraw
 
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.
@@ -216,7 +217,10 @@ def _made(request: ArticulateRequest, key: EntryKey) -> ArticulateOutcome:
     try:
         return _publish(request, build(request), key)
     except Rejected as error:
-        return publish_refusal(request, key, find_input(request).source, error, _picture_of_input(request))
+        refused = error
+    except CannotDraw as error:
+        refused = Rejected("MJC001", str(error))
+    return publish_refusal(request, key, find_input(request).source, refused, _picture_of_input(request))
 
 
 def _picture_of_input(request: ArticulateRequest) -> bytes:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.decisions import Decisions, PartDecision, axis_word, parse_direction
+from casa_assets.articulate.decisions import CavityDecision, Decisions, PartDecision, axis_word, parse_direction
 from casa_assets.articulate.plan import HingeEdge, PartKind
 from casa_assets.errors import RegistryError, Rejected
 from casa_assets.model.asset.joint import JointKind
@@ -150,6 +150,13 @@ def test_kind_range_and_carrier_are_changed(mesh: Path) -> None:
     assert door.range == pytest.approx((0.0, 0.2))
     assert knob.range[1] == pytest.approx(math.radians(270), abs=1e-5)
     assert built.asset.link("knob_0").parent == "door_0"
+
+
+def test_decisions_that_do_not_fit_a_mesh_reject_that_mesh(mesh: Path) -> None:
+    for decisions in (Decisions(cavities={"drawer_9": CavityDecision(build=True)}), Decisions(front="+z")):
+        with pytest.raises(Rejected) as caught:
+            build(ArticulateRequest(mesh, mesh.parent, up=(0.0, 0.0, 1.0), decisions=decisions))
+        assert caught.value.code == "ART002"
 
 
 def test_what_is_not_there_is_named(mesh: Path) -> None:

@@ -37,7 +37,16 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def articulate(place: Path, *options: str) -> str:
-    words = ["articulate", str(place / "in"), "--out", str(place / "lib"), "--up=+z", "--front=-y", *options]
+    words = [
+        "articulate",
+        str(place / "in"),
+        "--out",
+        str(place / "lib"),
+        "--up=+z",
+        "--front=-y",
+        "--size-m=0.5",
+        *options,
+    ]
     result = CliRunner().invoke(app, words)
     assert result.exit_code in (0, 4), result.output
     return result.output
@@ -73,7 +82,9 @@ def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) 
         "button_3": {"flip": True},
     }
     file = place / "review.json"
-    file.write_text(json.dumps({"meshes": {sha256: {"decision": "accept", "parts": parts}}}), encoding="utf-8")
+    # The size is given for all meshes; what is decided about one goes before it.
+    said = {"decision": "accept", "parts": parts, "size_m": 0.6}
+    file.write_text(json.dumps({"meshes": {sha256: said}}), encoding="utf-8")
     output = articulate(place, "--review", "--decisions", str(file))
     row = facts(place)["microwave.obj"]
     assert row["decisions"]["parts"] == parts
@@ -81,6 +92,7 @@ def test_what_the_page_writes_is_obeyed_by_this_run_and_later_ones(place: Path) 
     assert row["status"] == "accepted"
     (folder,) = (place / "lib" / "microwave").iterdir()
     asset = disk.read_asset(folder)
+    assert max(asset.bounds[1] - asset.bounds[0]) == pytest.approx(0.6, rel=0.01)
     assert sum(joint.kind is JointKind.HINGE for joint in asset.joints) == 2, "the door, and what was a button"
     assert [j.axis[1] for j in asset.joints if j.kind is JointKind.SLIDE] == [1.0, -1.0], "one key was flipped"
     assert "1 was there already" in output, "nothing was decided about the drawers"

@@ -10,6 +10,7 @@ from lxml import html
 
 from casa_assets.pipeline.articulate import review_page
 from casa_assets.pipeline.cache.cache_key import reach
+from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import (
     catalogue,
     html_report,
@@ -42,6 +43,7 @@ def pages() -> dict[str, str]:
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
         "catalogue": catalogue.page([], {}),
         "review": page.render_page([], {}, HOSTILE),
+        "articulated": review_page.render_page(Library(Path("nowhere")), [], HOSTILE, title=HOSTILE),
     }
 
 
