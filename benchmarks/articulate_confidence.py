@@ -2,7 +2,7 @@
 
     python benchmarks/articulate_confidence.py ROWS.json... [--out registry/confidence.yaml] [--precision 0.85]
 
-ROWS.json comes from `benchmarks/train_plans.py --rows`: what the tool is sure of on each labelled case, and whether
+ROWS.json comes from `benchmarks/articulate_ways.py --rows`: what the tool is sure of on each labelled case, and whether
 that is right. Prints reliability tables, each case told by a fit that saw no case of its source, then fits on all and
 writes the file. A frame is right where up and front are; a part where its surface (IoU of 0.5), type and joint are,
 with its axis within 5 degrees, its hinge within a tenth of the part and its direction of opening; a plan where all
@@ -23,13 +23,13 @@ import numpy.typing as npt
 from scipy.optimize import minimize
 
 from casa_assets import registry
-from casa_assets.articulate.confidence import UNKNOWN_CHANCE, part_score
+from casa_assets.articulate.confidence import part_score
 from casa_assets.articulate.plan import Articulation
 from casa_assets.model.registry.confidence import Bars, ConfidenceModel, Curve, Weights
 
 Floats = npt.NDArray[np.float64]
 # Features of a plan that its confidence is fitted on; the weights of the first are kept from being negative.
-RISING = ("weakest", "mean", "all_right", "frame", "form")
+RISING = ("weakest", "mean", "all_right", "frame")
 FEATURES = (*RISING, "log_count")
 # A plan is right with all parts but one where at least this share of them is.
 MOST_PARTS = 2 / 3
@@ -101,7 +101,6 @@ def plan_row(row: dict[str, Any], model: ConfidenceModel) -> list[float]:
     own = [model.part.at(score) for score, _ in row["parts"]] or [0.0]
     values = {"weakest": min(own), "mean": float(np.mean(own)), "all_right": float(np.prod(own))}
     values |= {"log_count": float(np.log(len(own))), "frame": model.frame.at(row["frame"][0])}
-    values["form"] = row.get("form", UNKNOWN_CHANCE)
     return [values[name] for name in FEATURES]
 
 

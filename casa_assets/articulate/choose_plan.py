@@ -7,21 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from casa_assets.articulate.frame.axes import SCORE_WEIGHTS
-from casa_assets.articulate.frame.score_candidate import SCORE_NAMES
+from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_articulation
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.models import Models
 from casa_assets.articulate.plan import Articulation, Frame
-from casa_assets.articulate.plan_features import plan_features
 from casa_assets.articulate.segment.fragment_measures import measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
-from casa_assets.core.typing import Floats
-
-# What a plan may be: mostly wrong; partly right; every part right, or all but one small fault.
-GRADES = ("wrong", "partly", "right")
-# Value of a grade when plans are compared.
-_VALUES = (0.0, 0.5, 1.0)
 
 
 @dataclass(frozen=True)
@@ -30,26 +23,13 @@ class Plan:
 
     Attributes:
         way: of splitting. fragmentation: the fragments. articulation: the parts found.
-        features: numbers of PLAN_FEATURES. guess_score: by the weights of the frame guess.
-        chances: (3,) probability of each of GRADES, None where no forest told it.
+        score: by the weights of the frame guess; higher is more plausible, comparable for one mesh only.
     """
 
     way: Segmentation
     fragmentation: Fragmentation
     articulation: Articulation
-    features: Floats
-    guess_score: float
-    chances: Floats | None = None
-
-    @property
-    def score(self) -> float:
-        """Return how good it probably is; comparable between plans of one mesh only."""
-        return self.guess_score if self.chances is None else plan_value(self.chances)
-
-
-def plan_value(chances: Floats) -> float:
-    """Return the expected value of a plan from the probabilities of GRADES."""
-    return float(chances @ np.array(_VALUES))
+    score: float
 
 
 def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> Plan:
@@ -73,11 +53,6 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
         fragmentation = fragment_mesh(mesh, labels)
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
         articulation = articulate_fragments(measured, frame, category, controls)
-        features = plan_features(articulation, measured, way, fragmentation.shell is not None)
-        forest = None if models is None else models.plans
-        chances = None if forest is None else forest.probabilities(features[None])[0]
-        if chances is not None:
-            articulation = articulation.replace(chance=round(float(chances[GRADES.index("right")]), 3))
-        guess = float(weights @ features[: len(SCORE_NAMES)])
-        found.append(Plan(way, fragmentation, articulation, features, guess, chances))
+        score = float(weights @ score_articulation(articulation, measured))
+        found.append(Plan(way, fragmentation, articulation, score))
     return found

@@ -10,8 +10,6 @@ from casa_assets.model.registry.confidence import ConfidenceModel
 
 # Confidence of what nobody had to guess.
 CERTAIN = 1.0
-# Chance of a plan by its form, where nobody told it.
-UNKNOWN_CHANCE = 0.5
 
 
 def calibrate_parts(articulation: Articulation, model: ConfidenceModel) -> Articulation:
@@ -46,7 +44,6 @@ def plan_features(articulation: Articulation) -> Mapping[str, float]:
         "all_right": math.prod(own),
         "log_count": math.log(len(own)),
         "frame": articulation.frame.confidence,
-        "form": UNKNOWN_CHANCE if articulation.chance is None else articulation.chance,
         "named": float(bool(articulation.category)),
     }
 

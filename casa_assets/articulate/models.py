@@ -12,9 +12,7 @@ class Models:
     """Forests that decide where rules decide worse.
 
     Attributes:
-        plans: tells how good a plan is, in GRADES, from PLAN_FEATURES; None where rules decide.
         controls: tells knobs, keys and neither, from CONTROL_FEATURES; None to look at each control alone.
     """
 
-    plans: Forest | None = None
     controls: Forest | None = None

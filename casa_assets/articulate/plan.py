@@ -192,7 +192,6 @@ class Articulation(Record):
     """A mesh split into moving parts; what belongs to no part is the body.
 
     Attributes:
-        chance: by its form as a whole, that every part is right; None where nobody told it.
         traits: what the form of its fronts says of its kind; names of FORM_TRAITS (frame/kind.py).
         cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
     """
@@ -200,7 +199,6 @@ class Articulation(Record):
     frame: Frame
     parts: tuple[PartPlan, ...] = ()
     category: str = ""
-    chance: Confidence | None = None
     traits: tuple[str, ...] = ()
     cavities: tuple[Cavity, ...] = ()
     added: tuple[AddedGeometry, ...] = ()
