@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from casa_assets.articulate.colliders.build_colliders import build_colliders, part_label
+from casa_assets.articulate.double_faces import SHEET_GAP_M, corner_directions, drawn_faces
 from casa_assets.articulate.joints.joint_dynamics import build_joint, open_closed_states
 from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan, StorageSpace
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
@@ -145,17 +146,27 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
     held = np.zeros(len(own), dtype=bool)
     if part is not None and len(part.grip) < len(part.faces):
         held[part.grip] = True
+    rows = np.flatnonzero(own & (place.mesh.areas > 0))
+    drawn = drawn_faces(place.mesh.faces[rows])
+    front, second = np.zeros(len(own), dtype=bool), np.zeros(len(own), dtype=bool)
+    front[rows], second[rows] = drawn.front, drawn.second
     out: list[Visual] = []
     start = 0
     for i, raw in enumerate(model.parts):
         span = slice(start, start + len(raw.mesh.faces))
-        alive = own[span] & (place.mesh.areas[span] > 0)
         grip = held[span]
-        for rows, mark in ((np.flatnonzero(alive & ~grip), label), (np.flatnonzero(alive & grip), "handle")):
-            mesh = _cut(raw.mesh, rows, place.points[place.mesh.faces[start + rows]] - anchor) if len(rows) else None
-            if mesh is not None and len(mesh.faces):
-                where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"
-                out.append(Visual(name=where, mesh=mesh, material=f"look_{i:03d}", label=mark))
+        for gap in (0.0, SHEET_GAP_M):
+            alive = (second if gap else front)[span]
+            for chosen, mark in ((np.flatnonzero(alive & ~grip), label), (np.flatnonzero(alive & grip), "handle")):
+                corners = place.points[place.mesh.faces[start + chosen]] - anchor
+                if gap:
+                    corners = corners + gap * corner_directions(
+                        raw.mesh.faces[chosen], place.mesh.normals[start + chosen]
+                    )
+                mesh = _cut(raw.mesh, chosen, corners) if len(chosen) else None
+                if mesh is not None and len(mesh.faces):
+                    where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"
+                    out.append(Visual(name=where, mesh=mesh, material=f"look_{i:03d}", label=mark))
         start = span.stop
     return tuple(out)
 
