@@ -160,9 +160,9 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
             for chosen, mark in ((np.flatnonzero(alive & ~grip), label), (np.flatnonzero(alive & grip), "handle")):
                 corners = place.points[place.mesh.faces[start + chosen]] - anchor
                 if gap:
-                    corners = corners + gap * corner_directions(
-                        raw.mesh.faces[chosen], place.mesh.normals[start + chosen]
-                    )
+                    normals = place.mesh.normals[start + chosen]
+                    moved = corner_directions(raw.mesh.faces[chosen].astype(np.int64), normals)
+                    corners = np.add(corners, gap * moved)
                 mesh = _cut(raw.mesh, chosen, corners) if len(chosen) else None
                 if mesh is not None and len(mesh.faces):
                     where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"

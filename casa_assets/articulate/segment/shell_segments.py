@@ -116,7 +116,8 @@ def find_shell(mesh: WeldedMesh, label: Ints) -> FusedShell | None:
     front, top = measure_relief(mesh, FRONT), measure_relief(mesh, TOP)
     seen = front.image.face[front.image.face >= 0]
     if (
-        float(mine[seen].mean()) < MIN_SHELL_VISIBLE
+        not len(seen)
+        or float(mine[seen].mean()) < MIN_SHELL_VISIBLE
         or boxiness(mesh, [front.image, top.image, *side_images]) < MIN_BOXINESS
     ):
         return None

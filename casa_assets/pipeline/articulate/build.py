@@ -139,6 +139,8 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     bundle = collect(source_file, known.limits)
     model = load(bundle, known.limits)
     mesh = weld_model(model)
+    if not mesh.areas.any():
+        raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: none of its faces has an area")
     frame = _choose_frame(mesh, model, request)
     placed = mesh.in_frame(frame)
     stated = stated_category(source_file, request.category or request.decisions.category or "")

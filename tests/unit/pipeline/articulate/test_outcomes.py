@@ -130,3 +130,22 @@ def test_the_exit_code_tells_review_from_rejection(tmp_path: Path) -> None:
         _exit_with([bad])
     assert ended.value.exit_code == 1
     _exit_with([])
+
+
+@pytest.mark.parametrize(
+    ("points", "faces"),
+    [
+        ([(1, 1, 1)] * 3, [(1, 2, 3)]),
+        ([(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(1, 2, 3)]),
+        ([(0, 0, 0), (1, 0, 0), (1, 0, 1)], [(1, 2, 3)]),
+        ([(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)], [(1, 2, 3), (1, 3, 4)]),
+    ],
+    ids=["point", "line", "face", "sheet"],
+)
+def test_of_nearly_nothing_nothing_moves(
+    points: list[tuple[int, int, int]], faces: list[tuple[int, int, int]], tmp_path: Path
+) -> None:
+    mesh = tmp_path / "oven.obj"
+    rows = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {a} {b} {c}" for a, b, c in faces]
+    mesh.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    assert _articulate(ArticulateRequest(mesh, tmp_path / "lib")).code == "ART001"
