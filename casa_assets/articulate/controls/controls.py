@@ -33,6 +33,9 @@ MIN_STICK_RATIO = 4.0
 # Something that is not round and has so many alike things apart from each other on it, each at most this share of it,
 # is a plate with keys and no key itself.
 MIN_KEYS_ON_PLATE, MAX_KEY_OF_PLATE = 4, 0.2
+# A scale or a bezel around a control that stands out does not move with it: it protrudes by no more than this, in
+# diagonals, and reaches beyond the outline of the control by at least this share of its width.
+MAX_BEZEL_PROTRUSION, BEZEL_MARGIN = 0.002, 0.05
 # A cap faces within 45 degrees of its side, its faces agree within 2 degrees, and it is this share of the visible area.
 CAP_FACING_COS, CAP_FLAT_COS, MIN_CAP_SHARE = 0.707, 0.9994, 0.4
 # A cap faces within 20 degrees of its ground: cones and bumpy shells have caps that do not.
@@ -105,6 +108,9 @@ def find_controls(measured: MeasuredFragments, side: int, taken: Sequence[int]) 
         ground, ground_share = depth_around(measured.depth_images[side], *corners)
         if ground_share < MIN_GROUND_SHARE:
             continue
+        group = _without_bezel(lower, upper, group, ground + float(lower[:, 2].min()))
+        corners = lower[group].min(axis=0), upper[group].max(axis=0)
+        across = (corners[1] - corners[0])[:2]
         protrusion = ground - float(corners[0][2] - lower[:, 2].min())
         found.append(Control(sorted(group), *corners, protrusion, has_round_outline(measured, side, group, across)))
     found.sort(key=lambda c: (-round(float(c.middle[1]), 3), round(float(c.middle[0]), 3)))
@@ -221,6 +227,24 @@ def _off_plate(
     if len(keys) < MIN_KEYS_ON_PLATE:
         return [group]
     return [*_nested(lower, upper, group[1:], footprint), [plate]]
+
+
+def _without_bezel(lower: Floats, upper: Floats, group: list[int], ground: float) -> list[int]:
+    """Return a group without the scale or bezel around it: what is nearly flush where the rest stands out.
+
+    Args:
+        ground: depth of what is around the group.
+    """
+    rows = np.array(group, dtype=np.int64)
+    is_flush = lower[rows, 2] > ground - MAX_BEZEL_PROTRUSION
+    standing = rows[~is_flush]
+    if not len(standing) or not is_flush.any():
+        return group
+    a, b = lower[standing, :2].min(axis=0), upper[standing, :2].max(axis=0)
+    margin = BEZEL_MARGIN * float((b - a).max())
+    around = ((lower[rows, :2] < a - margin) | (upper[rows, :2] > b + margin)).any(axis=1)
+    kept = rows[~(is_flush & around)]
+    return sorted(kept.tolist()) if float((b - a).max()) >= MIN_CONTROL_SIZE else group
 
 
 def depth_around(image: DepthImage, lower: Floats, upper: Floats) -> tuple[float, float]:
