@@ -54,13 +54,17 @@ FOR_EDGE = frozenset(
     {"handle_away", "handle_along", "handle_long", "far_and_along", "wide", "front_beyond", "controls_beyond"}
     | {"panel_beyond", "others_away", "knobs_away"}
 )
-AGAINST_EDGE = frozenset({"front_at", "controls_at", "panel_at"})
+AGAINST_EDGE = frozenset(
+    {"front_at", "controls_at", "panel_at", "handle_off_middle", "front_over_or_under"} | {"handles_face"}
+)
 FOR_DRAWER = frozenset(
     {"handle_centred", "deep", "box", "wide", "handle_level", "stacked", "many_stacked", "alike", "under_larger"}
 )
 AGAINST_DRAWER = frozenset(
     {"shelf_behind", "covers_front", "handle_aside", "handle_upright", "handle_low", "height_share"}
 )
+# A piece that is deep and seen from its front alone is a drawer whatever its kind: least weight, log odds.
+LEAST = {"deep": 4.0}
 # Least overlap of the surfaces of a front and of a part of the ground truth.
 MIN_OVERLAP = 0.5
 
@@ -188,8 +192,9 @@ def _weights(fronts: Sequence[Front]) -> Floats:
 
 def _fitted(loss: Any, names: Sequence[str], plus: frozenset[str], minus: frozenset[str]) -> Floats:
     """Return the weights of least loss, with the signs that they may have."""
-    bounds = [(0.0, None) if n in plus else (None, 0.0) if n in minus else (None, None) for n in names]
-    found: Floats = minimize(loss, np.zeros(len(names)), jac=True, bounds=bounds, method="L-BFGS-B").x
+    start = np.array([LEAST.get(n, 0.0) for n in names])
+    bounds = [(LEAST.get(n, 0.0), None) if n in plus else (None, 0.0) if n in minus else (None, None) for n in names]
+    found: Floats = minimize(loss, start, jac=True, bounds=bounds, method="L-BFGS-B").x
     return found
 
 

@@ -41,7 +41,7 @@ def form_traits(
     knobs = sum(c is PartKind.KNOB for c in controls)
     buttons = sum(c is PartKind.BUTTON for c in controls)
     return {
-        **({} if panels else {"door": False, "drawer": False}),
+        **({"fronts": len(panels) > 1} if panels else {"door": False, "drawer": False}),
         "knobs": knobs > 0 or has_top_knobs,
         "above": has_top_knobs,
         "buttons": buttons > 0,

@@ -99,78 +99,198 @@ Shapes = tuple[Extent, ...]
 KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
     "microwave": (
         ((1, 0.75, 0.58), (1, 0.85, 0.52)),
-        {"door": 0.95, "buttons": 0.6, "knobs": 0.3, "keys": 0.5, "turntable": 0.5, "beside": 0.7, "folds": 0.15}
+        {
+            "fronts": 0.03,
+            "door": 0.95,
+            "buttons": 0.6,
+            "knobs": 0.3,
+            "keys": 0.5,
+            "turntable": 0.5,
+            "beside": 0.7,
+            "folds": 0.15,
+        }
         | {"wide": 0.7, "covers": 0.85},
     ),
     "toaster_oven": (
         ((1, 0.8, 0.6),),
-        {"door": 0.95, "knobs": 0.8, "row": 0.5, "rack": 0.5, "beside": 0.6, "folds": 0.97, "wide": 0.9, "legs": 0.1}
+        {
+            "fronts": 0.05,
+            "door": 0.95,
+            "knobs": 0.8,
+            "row": 0.5,
+            "rack": 0.5,
+            "beside": 0.6,
+            "folds": 0.97,
+            "wide": 0.9,
+            "legs": 0.1,
+        }
         | {"covers": 0.8},
     ),
     "wall_oven": (
         ((1, 0.95, 1), (0.6, 0.55, 1)),
-        {"door": 0.95, "knobs": 0.6, "buttons": 0.4, "row": 0.4, "keys": 0.15, "rack": 0.5, "racks": 0.25}
+        {
+            "fronts": 0.2,
+            "door": 0.95,
+            "knobs": 0.6,
+            "buttons": 0.4,
+            "row": 0.4,
+            "keys": 0.15,
+            "rack": 0.5,
+            "racks": 0.25,
+        }
         | {"folds": 0.95, "doors": 0.15, "wide": 0.7, "covers": 0.85},
     ),
     "range": (
         ((0.8, 0.7, 1), (0.65, 0.65, 1)),
-        {"door": 0.95, "knobs": 0.9, "buttons": 0.2, "row": 0.75, "keys": 0.1, "rack": 0.5, "racks": 0.2, "folds": 0.9}
+        {
+            "fronts": 0.55,
+            "door": 0.95,
+            "knobs": 0.9,
+            "buttons": 0.2,
+            "row": 0.75,
+            "keys": 0.1,
+            "rack": 0.5,
+            "racks": 0.2,
+            "folds": 0.9,
+        }
         | {"drawer": 0.5, "above": 0.2, "doors": 0.15, "wide": 0.7, "covers": 0.6},
     ),
     "dishwasher": (
         ((0.7, 0.7, 1), (0.53, 0.7, 1)),
-        {"door": 0.98, "buttons": 0.5, "knobs": 0.1, "row": 0.3, "keys": 0.3, "rack": 0.6, "racks": 0.5, "folds": 0.97}
+        {
+            "fronts": 0.04,
+            "door": 0.98,
+            "buttons": 0.5,
+            "knobs": 0.1,
+            "row": 0.3,
+            "keys": 0.3,
+            "rack": 0.6,
+            "racks": 0.5,
+            "folds": 0.97,
+        }
         | {"tall": 0.6, "covers": 0.97},
     ),
     "refrigerator": (
         ((0.42, 0.4, 1), (0.5, 0.42, 1), (0.36, 0.36, 1)),
-        {"door": 0.98, "doors": 0.75, "drawer": 0.3, "drawers": 0.1, "pair": 0.3, "tall": 0.85, "covers": 0.6}
+        {
+            "fronts": 0.85,
+            "door": 0.98,
+            "doors": 0.75,
+            "drawer": 0.3,
+            "drawers": 0.1,
+            "pair": 0.3,
+            "tall": 0.85,
+            "covers": 0.6,
+        }
         | {"buttons": 0.1, "keys": 0.05},
     ),
     "base_cabinet": (
         ((0.7, 0.7, 1), (1.05, 0.7, 1), (0.4, 0.7, 1), (1, 0.5, 0.7), (1, 0.3, 0.55)),
-        {"door": 0.85, "doors": 0.6, "drawer": 0.5, "drawers": 0.35, "pair": 0.6, "tall": 0.6, "legs": 0.15}
+        {
+            "fronts": 0.85,
+            "door": 0.85,
+            "doors": 0.6,
+            "drawer": 0.5,
+            "drawers": 0.35,
+            "pair": 0.6,
+            "tall": 0.6,
+            "legs": 0.15,
+        }
         | {"covers": 0.35, "wide": 0.15},
     ),
     "wall_cabinet": (
         ((0.85, 0.4, 1), (0.45, 0.4, 1), (1, 0.35, 0.45), (1, 0.4, 1)),
-        {"door": 0.97, "doors": 0.65, "pair": 0.55, "tall": 0.6, "wide": 0.2, "covers": 0.4},
+        {"fronts": 0.65, "door": 0.97, "doors": 0.65, "pair": 0.55, "tall": 0.6, "wide": 0.2, "covers": 0.4},
     ),
     "tall_cabinet": (
         ((0.3, 0.28, 1), (0.5, 0.28, 1)),
-        {"door": 0.97, "doors": 0.8, "drawer": 0.25, "drawers": 0.2, "pair": 0.5, "tall": 0.85, "covers": 0.3},
+        {
+            "fronts": 0.8,
+            "door": 0.97,
+            "doors": 0.8,
+            "drawer": 0.25,
+            "drawers": 0.2,
+            "pair": 0.5,
+            "tall": 0.85,
+            "covers": 0.3,
+        },
     ),
     "drawer_stack": (
         ((0.7, 0.7, 1), (1, 0.5, 0.7), (0.45, 0.7, 1), (0.8, 0.5, 1)),
-        {"drawer": 0.98, "drawers": 0.95, "door": 0.08, "doors": 0.04, "pair": 0.35, "wide": 0.9, "legs": 0.15},
+        {
+            "fronts": 0.95,
+            "drawer": 0.98,
+            "drawers": 0.95,
+            "door": 0.08,
+            "doors": 0.04,
+            "pair": 0.35,
+            "wide": 0.9,
+            "legs": 0.15,
+        },
     ),
     "washing_machine": (
         ((0.7, 0.68, 1), (0.7, 0.55, 1)),
-        {"door": 0.97, "round": 0.9, "drawer": 0.6, "knobs": 0.75, "buttons": 0.5, "keys": 0.3, "covers": 0.15},
+        {
+            "fronts": 0.55,
+            "door": 0.97,
+            "round": 0.9,
+            "drawer": 0.6,
+            "knobs": 0.75,
+            "buttons": 0.5,
+            "keys": 0.3,
+            "covers": 0.15,
+        },
     ),
     "dryer": (
         ((0.7, 0.68, 1),),
-        {"door": 0.97, "round": 0.75, "knobs": 0.7, "buttons": 0.5, "keys": 0.3, "drawer": 0.1, "covers": 0.2},
+        {
+            "fronts": 0.1,
+            "door": 0.97,
+            "round": 0.4,
+            "knobs": 0.7,
+            "buttons": 0.5,
+            "keys": 0.3,
+            "drawer": 0.1,
+            "covers": 0.2,
+        },
     ),
     "desk": (
         ((1, 0.5, 0.55), (1, 0.45, 0.5)),
-        {"drawer": 0.95, "drawers": 0.85, "door": 0.2, "doors": 0.04, "legs": 0.9, "wide": 0.9, "pair": 0.3},
+        {
+            "fronts": 0.85,
+            "drawer": 0.95,
+            "drawers": 0.85,
+            "door": 0.2,
+            "doors": 0.04,
+            "legs": 0.9,
+            "wide": 0.9,
+            "pair": 0.3,
+        },
     ),
     "table": (
         ((1, 0.65, 0.62), (1, 0.5, 0.4), (0.7, 0.7, 1), (1, 0.35, 0.8)),
-        {"drawer": 0.95, "drawers": 0.6, "door": 0.08, "legs": 0.95, "wide": 0.95, "pair": 0.5},
+        {"fronts": 0.6, "drawer": 0.95, "drawers": 0.6, "door": 0.08, "legs": 0.95, "wide": 0.95, "pair": 0.5},
     ),
     "nightstand": (
         ((0.85, 0.7, 1), (1, 0.8, 1)),
-        {"drawer": 0.9, "drawers": 0.5, "door": 0.3, "doors": 0.05, "legs": 0.85, "wide": 0.85, "covers": 0.1},
+        {
+            "fronts": 0.7,
+            "drawer": 0.9,
+            "drawers": 0.5,
+            "door": 0.3,
+            "doors": 0.05,
+            "legs": 0.85,
+            "wide": 0.85,
+            "covers": 0.1,
+        },
     ),
     "wardrobe": (
         ((0.55, 0.28, 1), (0.7, 0.28, 1), (0.9, 0.3, 1)),
-        {"door": 0.98, "doors": 0.93, "drawer": 0.35, "drawers": 0.25, "pair": 0.9, "tall": 0.95},
+        {"fronts": 0.95, "door": 0.98, "doors": 0.93, "drawer": 0.35, "drawers": 0.25, "pair": 0.9, "tall": 0.95},
     ),
     "safe": (
         ((1, 0.95, 1), (1, 0.9, 1.3), (1, 0.9, 0.75)),
-        {"door": 0.97, "knobs": 0.7, "buttons": 0.5, "keys": 0.5, "covers": 0.95},
+        {"fronts": 0.04, "door": 0.97, "knobs": 0.7, "buttons": 0.5, "keys": 0.5, "covers": 0.95},
     ),
     "hob": (((1, 0.7, 0.13),), {"knobs": 0.8, "row": 0.7, "above": 0.8}),
     "toaster": (((1, 0.6, 0.65), (0.62, 1, 0.68)), {"lever": 0.9, "knobs": 0.5, "buttons": 0.4}),
@@ -179,7 +299,7 @@ KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
     "sink": (((0.3, 0.6, 1), (1, 0.7, 0.75)), {"lever": 0.8, "spout": 0.4}),
 }
 # Traits that the form shows before any joint is decided; `Articulation.traits` lists those that are there.
-FORM_TRAITS = ("row", "keys", "pair", "wide", "tall", "covers", "legs", "round")
+FORM_TRAITS = ("fronts", "row", "keys", "pair", "wide", "tall", "covers", "legs", "round")
 # Standard deviation of log proportions within a category, and the highest confidence of this guess.
 KIND_PROPORTION_SIGMA, MAX_CONFIDENCE = 0.28, 0.6
 # Probability of a kind that the user or a name states. Ref: `IS_A_NAME` in model/registry/vocabulary.py.

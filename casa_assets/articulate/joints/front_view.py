@@ -37,6 +37,9 @@ EDGE_FEATURES = (
     "room_beyond",
     "others_away",
     "knobs_away",
+    "handle_off_middle",
+    "front_over_or_under",
+    "handles_face",
 )
 # What is said of a drawer, in the order of `drawer_features`.
 DRAWER_FEATURES = (
@@ -72,6 +75,8 @@ SAME_PLACE = 0.015
 # A handle is aside where it is farther from the middle than this share of the width; it is centred where it is nearer
 # than this share of width and height.
 ASIDE, CENTRED = 0.12, 0.15
+# Handles of two fronts face each other where both are so far from the middle, by the height of their fronts.
+FACING = 0.2
 
 
 @dataclass(frozen=True)
@@ -220,8 +225,8 @@ def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
         view.log_ratio if level else 0.0,
         view.log_ratio if level and view.handle is None else 0.0,
         share if level and alone and panel.width > 0.8 * view.extent[0] else 0.0,
-        fronts[0],
-        fronts[1],
+        0.0 if level else fronts[0],
+        0.0 if level else fronts[1],
         still[0],
         still[1],
         controls[0],
@@ -229,7 +234,25 @@ def _edge(view: FrontView, edge: HingeEdge) -> list[float]:
         way * (room[1] - room[0]) / max(float(view.extent[axis]), 1e-9),
         float(np.mean(mates)) if mates and view.handle is None else 0.0,
         _knobs_away(panel, view.knobs, axis, way) if view.handle is None else 0.0,
+        abs(float(view.handle.middle[0]) - 0.5) if level and view.handle is not None else 0.0,
+        max(fronts) if level else 0.0,
+        float(level and _handles_face(view)),
     ]
+
+
+def _handles_face(view: FrontView) -> bool:
+    """Return whether the handle of a front and that of one above or below it lie at the edges between them."""
+    if view.handle is None:
+        return False
+    high = float(view.handle.middle[1]) - 0.5
+    for other, handle in zip(view.fronts, view.handles, strict=True):
+        if other is view.panel or handle is None or not _in_column(other, view.panel):
+            continue
+        above = float(other.lower[1]) >= float(view.panel.upper[1]) - SAME_PLACE
+        towards, back = (high, 0.5 - float(handle.middle[1])) if above else (-high, float(handle.middle[1]) - 0.5)
+        if min(towards, back) >= FACING:
+            return True
+    return False
 
 
 def _knobs_away(panel: Panel, knobs: Floats, axis: int, way: float) -> float:
