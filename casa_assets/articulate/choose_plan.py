@@ -50,9 +50,9 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
     controls = None if models is None else models.controls
     found = []
     for way, labels in segmentations(mesh).items():
-        fragmentation = fragment_mesh(mesh, labels)
+        fragmentation = fragment_mesh(mesh, labels, models)
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
-        articulation = articulate_fragments(measured, frame, category, controls)
+        articulation = articulate_fragments(measured, frame, category, controls, fragmentation.fronts)
         score = float(weights @ score_articulation(articulation, measured))
         found.append(Plan(way, fragmentation, articulation, score))
     return found

@@ -21,6 +21,7 @@ from casa_assets.articulate.controls.round_controls import button_joint, drop_bu
 from casa_assets.articulate.frame.form_traits import form_traits
 from casa_assets.articulate.frame.kind import FORM_TRAITS, kinds_known
 from casa_assets.articulate.fronts.fronts import DOUBTFUL, attach_to_panels, find_handle_spots, select_opening_panels
+from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
 from casa_assets.articulate.fronts.panel_merge import find_slats, merge_bridged_panels, merge_framed_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
 from casa_assets.articulate.fronts.round_doors import find_round_door, fragments_around
@@ -58,9 +59,10 @@ TOP_CENTRE_SHARE = 0.1
 
 @dataclass
 class PartCollector:
-    """Parts found so far, and the fragments that they use."""
+    """Parts found so far, the fragments that they use, and the fragments that are known for fronts from the start."""
 
     measured: MeasuredFragments
+    known: KnownFronts = NO_FRONTS
     parts: list[PartPlan] = field(default_factory=list)
     taken: set[int] = field(default_factory=set)
     fronts: list[tuple[str, Panel, HingeEdge | None]] = field(default_factory=list)
@@ -99,18 +101,24 @@ def infer_articulation(fragmentation: Fragmentation, frame: Frame, category: str
         fragmentation: of the mesh in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
     """
-    return articulate_fragments(measure_fragments(fragmentation.mesh, fragmentation.labels), frame, category)
+    measured = measure_fragments(fragmentation.mesh, fragmentation.labels)
+    return articulate_fragments(measured, frame, category, known=fragmentation.fronts)
 
 
 def articulate_fragments(
-    measured: MeasuredFragments, frame: Frame, category: str = "", control_forest: Forest | None = None
+    measured: MeasuredFragments,
+    frame: Frame,
+    category: str = "",
+    control_forest: Forest | None = None,
+    known: KnownFronts = NO_FRONTS,
 ) -> Articulation:
     """Find the moving parts of fragments that are measured already, as `infer_articulation` does.
 
     Args:
         control_forest: tells knobs from keys; None for a quick look, at each control alone.
+        known: fragments that are fronts; they are not merged with others.
     """
-    collector = PartCollector(measured)
+    collector = PartCollector(measured, known)
     traits: dict[str, bool] = {}
     if measured.count > 1:
         seen = look_at_front(collector, control_forest)
@@ -178,14 +186,31 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     if control_forest is None:
         controls = _without_round_elsewhere(controls, top_controls)
     top_controls = _without_cap(measured, top_controls)
-    panels = merge_bridged_panels(measured, FRONT, panels)
-    handle_spots = find_handle_spots(measured, FRONT, panels, controls)
-    panels = merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))
+    panels = _merge_panels(collector, panels, controls)
     panels += [] if round_door is None else [round_door]
     panel_fragments = {f for p in panels for f in p.members}
     controls = [c for c in controls if panel_fragments.isdisjoint(c.fragments)]
     loose_controls = attach_to_panels(measured, FRONT, panels, controls, tell_front)
+    _give_boxes(panels, collector.known)
     return FrontLook(panels, loose_controls, tell_front, top_controls, tell_top)
+
+
+def _merge_panels(collector: PartCollector, panels: list[Panel], controls: list[Control]) -> list[Panel]:
+    """Return the panels with those merged that are one front; fronts that are known stay as they are."""
+    known, measured = collector.known.chances.keys(), collector.measured
+    fronts = [p for p in panels if not known.isdisjoint(p.members)]
+    panels = merge_bridged_panels(measured, FRONT, [p for p in panels if known.isdisjoint(p.members)])
+    handle_spots = find_handle_spots(measured, FRONT, [*fronts, *panels], controls)
+    return [*fronts, *merge_framed_panels(panels, handle_spots, find_slats(measured, FRONT, panels))]
+
+
+def _give_boxes(panels: list[Panel], known: KnownFronts) -> None:
+    """Give fronts the boxes that are known to be theirs."""
+    for panel in panels:
+        boxes = {known.boxes[f] for f in panel.members if f in known.boxes}
+        if boxes:
+            taken = {f for p in panels if p is not panel for f in p.everything}
+            panel.box = sorted(boxes - taken)
 
 
 def _may_move(measured: MeasuredFragments, parts: list[PartPlan]) -> bool:
@@ -245,7 +270,7 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
         category: that is stated, or empty.
     """
     measured = collector.measured
-    chosen = select_opening_panels(measured, FRONT, seen.panels, seen.controls)
+    chosen = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known.chances)
     views = view_fronts(measured, FRONT, [p for p, _, _ in chosen], seen.panels, seen.controls)
     traits = traits_of_views(measured, views, seen)
     x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))

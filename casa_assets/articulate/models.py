@@ -13,6 +13,15 @@ class Models:
 
     Attributes:
         controls: tells knobs, keys and neither, from CONTROL_FEATURES; None to look at each control alone.
+        fronts_alone, fronts: tell whether a rectangle of a fused shell is a door or drawer, from FEATURES of
+            fronts/front_hypotheses.py alone, and with CONTEXT; None where rules decide.
     """
 
     controls: Forest | None = None
+    fronts_alone: Forest | None = None
+    fronts: Forest | None = None
+
+    @property
+    def front_forests(self) -> tuple[Forest, Forest] | None:
+        """Return the two forests of fronts; None where one is missing."""
+        return None if self.fronts_alone is None or self.fronts is None else (self.fronts_alone, self.fronts)

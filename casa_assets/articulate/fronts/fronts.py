@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -320,13 +320,19 @@ def box_depth(measured: MeasuredFragments, side: int, panel: Panel) -> float:
 
 
 def select_opening_panels(
-    measured: MeasuredFragments, side: int, panels: list[Panel], controls: list[Control]
+    measured: MeasuredFragments,
+    side: int,
+    panels: list[Panel],
+    controls: list[Control],
+    known: Mapping[int, float] | None = None,
 ) -> list[tuple[Panel, float, str]]:
     """Return the panels that open, with confidence and reason.
 
     Args:
         controls: those on no panel.
+        known: of fragments that are known for fronts, the probability that they are.
     """
+    known = known or {}
     door = next((p for p in panels if p.is_round), None)
     if door is not None:
         drawers = detergent_drawers(measured, side, door, panels, controls)
@@ -344,6 +350,10 @@ def select_opening_panels(
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
         foot = p.width * p.height
+        chances = [known[f] for f in p.members if f in known]
+        if chances:
+            out.append((p, max(chances), "its edges show on the front"))
+            continue
         if p.is_recessed and not p.grips:
             continue
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:

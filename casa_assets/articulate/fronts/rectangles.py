@@ -68,7 +68,7 @@ def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
         for rectangle in _parted(whole, lines, max(4, round(MIN_SIDE / side.image.pixel)))
         for m in _held(side, rectangle)
     ]
-    return sorted((_measured(side, m) for m in parted), key=lambda m: (m.rows, m.columns))
+    return sorted((measure_rectangle(side, m) for m in parted), key=lambda m: (m.rows, m.columns))
 
 
 def _parted(
@@ -301,7 +301,7 @@ def _gap(spans: list[tuple[int, int]], min_size: int) -> tuple[int, int] | None:
     return None
 
 
-def _measured(side: SideRelief, rectangle: FrontRectangle) -> FrontRectangle:
+def measure_rectangle(side: SideRelief, rectangle: FrontRectangle) -> FrontRectangle:
     """Return a rectangle with its median depth and its protrusions."""
     window = slice(*rectangle.rows), slice(*rectangle.columns)
     ground = side.depth[window][side.blob[window] < 0]

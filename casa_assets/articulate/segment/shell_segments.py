@@ -10,6 +10,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
+from casa_assets.articulate.fronts.drawer_boxes import find_drawer_box
+from casa_assets.articulate.fronts.front_hypotheses import find_fronts
+from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
 from casa_assets.articulate.fronts.rectangles import (
     FLAT_MARGIN,
     FrontRectangle,
@@ -18,6 +21,7 @@ from casa_assets.articulate.fronts.rectangles import (
     is_surrounded,
     rectangle_corners,
 )
+from casa_assets.articulate.models import Models
 from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, SideRelief, dilate, measure_relief
 from casa_assets.articulate.segment.cut_planes import CutPlane
 from casa_assets.articulate.segment.fragment_measures import BACK, BOTTOM, FRONT, LEFT, RIGHT, SIDES, TOP
@@ -61,6 +65,7 @@ class FusedShell:
     Attributes:
         mine: (F,) faces of the shell. shown: (F,) those seen from the front. skin: (F,) those seen from elsewhere.
         front, top: views of it. fronts: each a rectangle and the depth of its back.
+        chances: of each front, the probability that it is one; None where rules told it.
     """
 
     mine: Bools
@@ -69,6 +74,7 @@ class FusedShell:
     front: SideRelief
     top: SideRelief
     fronts: tuple[tuple[FrontRectangle, float], ...]
+    chances: tuple[float | None, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -78,36 +84,50 @@ class Fragmentation:
     Attributes:
         mesh: a diagonal of 1. shell: the connected piece that holds fused parts, None where each part is a piece.
         labels: (F,) fragment of each face, -1 for none; those of the mesh, and new ones for what is taken from a shell.
+        fronts: what is known of the fragments that are fronts of the shell.
     """
 
     mesh: WeldedMesh
     shell: FusedShell | None
     labels: Ints
+    fronts: KnownFronts = NO_FRONTS
 
 
-def fragment_mesh(mesh: WeldedMesh, label: Ints | None = None) -> Fragmentation:
+def fragment_mesh(mesh: WeldedMesh, label: Ints | None = None, models: Models | None = None) -> Fragmentation:
     """Split a mesh that is in its frame into fragments, along existing triangle edges.
 
     Args:
         label: (F,) fragment of each face, of which a shell is split further; None for the welded ones.
+        models: what was learned from labelled cases; None to go by rules alone.
     """
     label = mesh.fragment_labels if label is None else label
-    shell = find_shell(mesh, label)
-    return Fragmentation(mesh, shell, label if shell is None else _split_shell(shell, mesh, label))
+    shell = find_shell(mesh, label, models)
+    if shell is None:
+        return Fragmentation(mesh, shell, label)
+    return Fragmentation(mesh, shell, *_split_shell(shell, mesh, label))
 
 
-def _split_shell(shell: FusedShell, mesh: WeldedMesh, label: Ints) -> Ints:
+def _split_shell(shell: FusedShell, mesh: WeldedMesh, label: Ints) -> tuple[Ints, KnownFronts]:
     """Return the (F,) fragment labels of a mesh with the parts of its shell as fragments of their own."""
     zone = shell_zones(shell, mesh, np.arange(len(label)))
     fresh = int(label.max()) + 1
     number = np.cumsum(np.bincount(zone[zone >= 0], minlength=1) > 0) - 1
     out = np.where(zone >= 0, fresh + number[np.maximum(zone, 0)], label)
-    for group in _groups_behind(shell, mesh, zone):
+    groups, boxes = _groups_behind(shell, mesh, zone)
+    for group in groups:
         out[group] = int(out.max()) + 1
-    return out
+    box_of = {}
+    for i, box in boxes.items():
+        box_of[fresh + int(number[i])] = int(out.max()) + 1
+        out[box] = int(out.max()) + 1
+    present = np.unique(zone[zone >= 0])
+    chances = {
+        fresh + int(number[i]): chance for i, chance in enumerate(shell.chances) if chance is not None and i in present
+    }
+    return out, KnownFronts(chances, box_of)
 
 
-def find_shell(mesh: WeldedMesh, label: Ints) -> FusedShell | None:
+def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> FusedShell | None:
     """Find the one fragment of a mesh that holds several fused parts; None where each part is its own fragment."""
     mine = _shell_faces(mesh, label)
     if not mine.any():
@@ -124,26 +144,37 @@ def find_shell(mesh: WeldedMesh, label: Ints) -> FusedShell | None:
     visible = np.zeros(len(label), dtype=bool)
     visible[seen] = True
     flat, depth = _face_middles(mesh, FRONT)
+    forests = None if models is None else models.front_forests
+    found = _fronts_by_rule(mesh, front, depth) if forests is None else find_fronts(mesh, front, FRONT, forests)
     fronts = []
+    for rectangle, _ in found:
+        inside = mine & _in_rectangle(front, rectangle, flat)
+        fronts.append((rectangle, rectangle.plane + _thickness(mesh, inside, flat[:, 2] - rectangle.plane, depth)))
+    skin = np.zeros(len(label), dtype=bool)
+    for image in side_images:
+        skin[image.face[image.face >= 0]] = True
+    return FusedShell(mine, visible, skin, front, top, tuple(fronts), tuple(chance for _, chance in found))
+
+
+def _fronts_by_rule(mesh: WeldedMesh, front: SideRelief, depth: float) -> list[tuple[FrontRectangle, float | None]]:
+    """Return the rectangles with a handle, and those set off by others beside them."""
+    seen = int((front.image.face >= 0).sum())
     candidates = [
         rectangle
         for rectangle in merge_stairs(front, find_front_rectangles(front))
         if _may_open(mesh, front, rectangle, depth)
     ]
     has_marks = len(candidates) >= MIN_PLAIN_FRONTS or any(is_surrounded(front, b, FLAT_MARGIN) for b in front.blobs)
+    found: list[tuple[FrontRectangle, float | None]] = []
     for rectangle in candidates:
         beside = (
             has_marks
             and any(_are_adjacent(front, rectangle, o) for o in candidates)
-            and _pixels(rectangle) < WHOLE_SIDE_SHARE * len(seen)
+            and _pixels(rectangle) < WHOLE_SIDE_SHARE * seen
         )
-        if any(is_handle(front, front.blobs[i]) for i in rectangle.blobs) or beside:
-            inside = mine & _in_rectangle(front, rectangle, flat)
-            fronts.append((rectangle, rectangle.plane + _thickness(mesh, inside, flat[:, 2] - rectangle.plane, depth)))
-    skin = np.zeros(len(label), dtype=bool)
-    for image in side_images:
-        skin[image.face[image.face >= 0]] = True
-    return FusedShell(mine, visible, skin, front, top, tuple(fronts))
+        if beside or any(is_handle(front, front.blobs[i]) for i in rectangle.blobs):
+            found.append((rectangle, None))
+    return found
 
 
 def shell_cut_planes(shell: FusedShell, mesh: WeldedMesh, chosen: Sequence[int]) -> list[CutPlane]:
@@ -192,16 +223,25 @@ def shell_zones(shell: FusedShell, mesh: WeldedMesh, parent: Ints) -> Ints:
     return out
 
 
-def _groups_behind(shell: FusedShell, mesh: WeldedMesh, zone: Ints) -> list[Ints]:
-    """Return groups of faces behind fronts, each connected: boxes of drawers, walls and shelves."""
+def _groups_behind(shell: FusedShell, mesh: WeldedMesh, zone: Ints) -> tuple[list[Ints], dict[int, Ints]]:
+    """Return groups of faces behind fronts, each connected: walls and shelves; and the box behind a front, by front."""
     flat, _ = _face_middles(mesh, FRONT)
-    out = []
-    for rectangle, _ in shell.fronts:
+    groups: list[Ints] = []
+    boxes: dict[int, Ints] = {}
+    for i, (rectangle, _) in enumerate(shell.fronts):
         lower, upper = rectangle_corners(shell.front, rectangle)
-        within = ((flat[:, :2] >= lower + BEHIND_MARGIN) & (flat[:, :2] <= upper - BEHIND_MARGIN)).all(axis=1)
-        rows = np.flatnonzero(shell.mine & within & ~shell.skin & (zone < 0))
-        out += [g for g in _connected_groups(mesh, rows) if float(mesh.areas[g].sum()) >= MIN_AREA_BEHIND]
-    return out
+        hidden = shell.mine & ~shell.skin & (zone < 0)
+        outside, inside = (
+            ((flat[:, :2] >= lower + margin) & (flat[:, :2] <= upper - margin)).all(axis=1)
+            for margin in (-BEHIND_MARGIN, BEHIND_MARGIN)
+        )
+        box = find_drawer_box(mesh, flat, np.flatnonzero(hidden & outside), lower, upper)
+        if len(box):
+            boxes[i] = box
+        else:
+            rows = np.flatnonzero(hidden & inside)
+            groups += [g for g in _connected_groups(mesh, rows) if float(mesh.areas[g].sum()) >= MIN_AREA_BEHIND]
+    return groups, boxes
 
 
 def _face_middles(mesh: WeldedMesh, side: int) -> tuple[Floats, float]:

@@ -1,0 +1,83 @@
+"""Find the box of a drawer inside a shell: surfaces behind a front that look away from its middle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.typing import Floats, Ints
+
+# A face looks along an axis from this cosine on.
+ALONG_COS = 0.9
+# Walls of a box that look away from its middle, as axis and sign: left, right, bottom and back.
+WALLS = ((0, -1), (0, 1), (1, -1), (2, 1))
+# A wall of a box covers this share of what it would at the size of the front and the depth behind it.
+MIN_WALL_SHARE = 0.2
+# The outermost faces of a wall are this quantile of its area from outside.
+OUTERMOST = 0.1
+# Faces of a box keep within its walls and this, diagonals.
+TOLERANCE = 0.003
+# Least number of walls. A box ends so far below the top of its front and a ceiling, diagonals.
+MIN_WALLS, CEILING_GAP = 2, 0.008
+# Largest roof over a box, as a share of its plan, and height to width of a front above which it is a door.
+MAX_ROOF_SHARE, MAX_HEIGHT_RATIO = 0.4, 1.3
+# Least width and height of a box as shares of its front.
+MIN_WIDTH_SHARE, MIN_HEIGHT_SHARE = 0.6, 0.25
+
+
+def find_drawer_box(mesh: WeldedMesh, flat: Floats, rows: Ints, lower: Floats, upper: Floats) -> Ints:
+    """Return the faces of the box behind a front; none where there is no box.
+
+    The walls of the body look at whoever is inside; those of a box look at the body from both sides, so that the
+    outermost face that looks outwards is the outside of the box. Where a box and the body are one wall, the box ends
+    with its front; its back is always its own. A room with a roof is the inside of the body, within double walls.
+
+    Args:
+        flat: (F, 3) middles of faces as right, up and depth. rows: faces behind the front that nothing outside shows.
+        lower, upper: (2,) corners of the front in right and up.
+    """
+    none = rows[:0]
+    if not len(rows):
+        return none
+    place, area = flat[rows], mesh.areas[rows]
+    normals = mesh.normals[rows] @ SIDES[FRONT].T
+    first, last = np.quantile(place[:, 2], [0.02, 0.98])
+    size = np.append(upper - lower, last - first)
+    middle = np.append((lower + upper) / 2, (first + last) / 2)
+    low, high = np.append(lower, -np.inf), np.append(upper, np.inf)
+    found = []
+    walls = np.zeros(len(rows), dtype=bool)
+    for axis, sign in WALLS:
+        outer = (normals[:, axis] * sign > ALONG_COS) & ((place[:, axis] - middle[axis]) * sign > 0)
+        whole = float(np.prod(np.delete(size, axis)))
+        found.append(bool(outer.any()) and float(area[outer].sum()) >= MIN_WALL_SHARE * whole)
+        if found[-1]:
+            walls |= outer & (axis != 1)
+            (low if sign < 0 else high)[axis] = _outermost(place[outer, axis] * sign, area[outer]) * sign
+    if sum(found) < MIN_WALLS or not (found[2] or found[3]) or size[1] > MAX_HEIGHT_RATIO * size[0]:
+        return none
+    plan = MAX_ROOF_SHARE * size[0] * size[2]
+    above = place[:, 1] > middle[1]
+    roof, ceiling = (above & (normals[:, 1] * sign > ALONG_COS) for sign in (1, -1))
+    if float(area[roof].sum()) > plan:
+        return none
+    top = float(upper[1])
+    if float(area[ceiling].sum()) > plan:
+        top = min(top, -_outermost(-place[ceiling, 1], area[ceiling]))
+    heights = (mesh.points[mesh.faces[rows[walls]]] @ SIDES[FRONT][1]).max(axis=1)
+    if len(heights) and _outermost(heights, area[walls]) > top - CEILING_GAP:
+        return none
+    inside = ((place >= low - TOLERANCE) & (place <= high + TOLERANCE)).all(axis=1)
+    if not inside.any():
+        return none
+    extent = np.ptp(place[inside], axis=0)
+    fits = extent[0] >= MIN_WIDTH_SHARE * size[0] and extent[1] >= MIN_HEIGHT_SHARE * size[1]
+    return rows[inside] if fits else none
+
+
+def _outermost(at: Floats, area: Floats) -> float:
+    """Return the coordinate beyond which a small share of the area lies."""
+    order = np.argsort(-at, kind="stable")
+    total = np.cumsum(area[order])
+    return float(at[order[np.searchsorted(total, OUTERMOST * total[-1])]])

@@ -1,0 +1,22 @@
+"""What is known of the fronts of a shell before its fragments are looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class KnownFronts:
+    """Fragments that are fronts.
+
+    Attributes:
+        chances: the probability that each is a front, where a forest told it. boxes: the fragment behind each that is
+            the box of a drawer.
+    """
+
+    chances: Mapping[int, float]
+    boxes: Mapping[int, int]
+
+
+NO_FRONTS = KnownFronts({}, {})
