@@ -270,7 +270,7 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
         category: that is stated, or empty.
     """
     measured = collector.measured
-    chosen = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known.chances)
+    chosen = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known)
     views = view_fronts(measured, FRONT, [p for p, _, _ in chosen], seen.panels, seen.controls)
     traits = traits_of_views(measured, views, seen)
     x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))

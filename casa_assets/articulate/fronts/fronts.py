@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
 import numpy as np
 
 from casa_assets.articulate.controls.classify import TellControl
 from casa_assets.articulate.controls.controls import MAX_KEY_RATIO, Control
+from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
 from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find_door_bins
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
 from casa_assets.articulate.fronts.tiled_fronts import detergent_drawers, door_beside_controls, tiled_fronts
@@ -324,15 +325,14 @@ def select_opening_panels(
     side: int,
     panels: list[Panel],
     controls: list[Control],
-    known: Mapping[int, float] | None = None,
+    known: KnownFronts = NO_FRONTS,
 ) -> list[tuple[Panel, float, str]]:
     """Return the panels that open, with confidence and reason.
 
     Args:
         controls: those on no panel.
-        known: of fragments that are known for fronts, the probability that they are.
+        known: fragments that are fronts.
     """
-    known = known or {}
     door = next((p for p in panels if p.is_round), None)
     if door is not None:
         drawers = detergent_drawers(measured, side, door, panels, controls)
@@ -350,9 +350,9 @@ def select_opening_panels(
     out: list[tuple[Panel, float, str]] = []
     for p in panels:
         foot = p.width * p.height
-        chances = [known[f] for f in p.members if f in known]
-        if chances:
-            out.append((p, max(chances), "its edges show on the front"))
+        chance = known.chance_of(p.members)
+        if chance is not None:
+            out.append((p, chance, "its edges show on the front"))
             continue
         if p.is_recessed and not p.grips:
             continue

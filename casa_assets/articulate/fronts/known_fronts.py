@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 
@@ -17,6 +17,10 @@ class KnownFronts:
 
     chances: Mapping[int, float]
     boxes: Mapping[int, int]
+
+    def chance_of(self, fragments: Iterable[int]) -> float | None:
+        """Return the highest probability of some fragments, None where none of them is known."""
+        return max((self.chances[f] for f in fragments if f in self.chances), default=None)
 
 
 NO_FRONTS = KnownFronts({}, {})
