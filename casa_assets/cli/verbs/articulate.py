@@ -21,13 +21,21 @@ from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
 
     from casa_assets.articulate.decisions import Decisions
     from casa_assets.ingest.sources.found import Found
     from casa_assets.model.record import Vec3
+    from casa_assets.pipeline.articulate.batch import RequestMaker
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
 
+EXAMPLES = """
+Examples:
+
+  casa-assets articulate microwave.obj --preview --report
+
+  casa-assets articulate ~/appliances --jobs 8 --review
+"""
 # Names of meshes that the progress bar shows at once.
 MAX_NAMES = 3
 
@@ -70,37 +78,67 @@ def articulate(
     Every decision stands in decisions.yaml beside the model: change a line and give the file back with --decisions.
     Exit 0 when all were accepted, 1 when some were rejected (nothing moves: ART001), 4 when none was but a person has
     to decide something about some (review.csv in the library), 2 on misuse.
-
-    Examples:
-
-      casa-assets articulate microwave.obj --preview --report
-
-      casa-assets articulate ~/appliances --jobs 8 --review
     """
-    from casa_assets.pipeline.articulate import review_page
-    from casa_assets.pipeline.articulate.batch import articulate as run
     from casa_assets.pipeline.articulate.build import ArticulateRequest
 
     given, reviewed = _read_decisions(decisions, sources)
-    axes = _axis(up, "--up"), _axis(front, "--front")
+    common = category, _axis(up, "--up"), _axis(front, "--front"), size_m or size, given
+    flags = preview or review, clip, complete, force or anew
 
     def request_for(found: Found) -> ArticulateRequest:
-        return ArticulateRequest(
-            Path(found.source.place),
-            out,
-            category,
-            *axes,
-            size_m or size,
-            given,
-            preview or review,
-            clip,
-            complete,
-            force or anew,
-            found,
-        )
+        return ArticulateRequest(Path(found.source.place), out, *common, *flags, found)
+
+    options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m or size, "--clip": clip}
+    command = _review_command(sources, out, options, complete) if review else ""
+    _articulate(sources, out, request_for, reviewed, jobs, command, report, json_)
+
+
+articulate.__doc__ = f"{articulate.__doc__}\n{EXAMPLES}"
+
+
+def _articulate(
+    sources: list[Path],
+    out: Path,
+    request_for: RequestMaker,
+    reviewed: Mapping[str, Decisions],
+    jobs: int,
+    review_command: str,
+    report: bool,
+    json_: bool,
+) -> None:
+    """Run, print what became of every input, write the review page where its command is given, and exit."""
+    from casa_assets.pipeline.articulate import review_page
+    from casa_assets.pipeline.articulate.batch import articulate as run
 
     console = Console(stderr=json_)
     others: Counter[str] = Counter()
+
+    def start(show_work: Callable[[Sequence[str]], None]) -> Generator[ArticulateOutcome]:
+        return run(sources, out, request_for, jobs, others, show_work, reviewed)
+
+    outcomes = _follow(start, console, json_, report)
+    print_others(+others, console, json_)
+    if not outcomes:
+        print_no_mesh_found(sources)
+        raise typer.Exit(2)
+    if len(outcomes) > 1 and not json_:
+        _print_summary(outcomes, out, console)
+    if review_command:
+        console.print(f"{review_page.write(out, outcomes, review_command)}", highlight=False)
+    _exit_with(outcomes)
+
+
+def _follow(
+    start: Callable[[Callable[[Sequence[str]], None]], Generator[ArticulateOutcome]],
+    console: Console,
+    json_: bool,
+    report: bool,
+) -> list[ArticulateOutcome]:
+    """Run to the end under a progress bar, print each outcome as it comes, and return them all.
+
+    Args:
+        start: begins the run; it takes what is called with the names of the meshes at work.
+    """
     outcomes: list[ArticulateOutcome] = []
     with bar(console) as progress:
         task = progress.add_task("looking", total=None)
@@ -108,7 +146,7 @@ def articulate(
         def show_work(names: Sequence[str]) -> None:
             progress.update(task, description=_progress_text(outcomes, names))
 
-        with closing(run(sources, out, request_for, jobs, others, show_work, reviewed)) as running:
+        with closing(start(show_work)) as running:
             for outcome in running:
                 outcomes.append(outcome)
                 progress.update(task, total=outcome.total, completed=sum(o.count for o in outcomes))
@@ -118,17 +156,7 @@ def articulate(
                     _print_outcome(outcome, progress.console)
                     if report and outcome.articulation is not None:
                         _print_parts(outcome, progress.console)
-    print_others(+others, console, json_)
-    if not outcomes:
-        print_no_mesh_found(sources)
-        raise typer.Exit(2)
-    if len(outcomes) > 1 and not json_:
-        _print_summary(outcomes, out, console)
-    if review:
-        options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m or size, "--clip": clip}
-        command = _review_command(sources, out, options, complete)
-        console.print(f"{review_page.write(out, outcomes, command)}", highlight=False)
-    _exit_with(outcomes)
+    return outcomes
 
 
 def _json_row(outcome: ArticulateOutcome) -> str:

@@ -19,6 +19,7 @@ from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan
 from casa_assets.articulate.segment.fragment_measures import TOP
 from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
+from casa_assets.articulate.segment.shell_segments import Fragmentation
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.articulate.semantics.rename import rename_for_runtime
 from casa_assets.errors import CasaError, Rejected, UnknownId
@@ -160,31 +161,9 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
     found = drop_empty_links(found, placed)
     planned, read = found, model
-    model, placed, found = cut_shell_parts(model, plan.fragmentation, found)
-    found = drop_empty_links(found, placed)
-    if not found.parts:
-        raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
-    try:
-        model, placed, found = add_interiors(model, placed, found, kind.id, request.decisions, request.complete)
-    except UnknownId as error:
-        raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
-    guesses = (
-        Guess(subject="category", value=category.id, confidence=round(confidence, 2), reason=reason),
-        Guess(
-            subject="scale",
-            value=f"{metres_per_file_unit:.6g} m per unit",
-            confidence=scale_confidence,
-            reason=scale_reason,
-        ),
-    )
-    spec = AssetSpec(
-        asset_id=Identity(Producer.ARTICULATE, bundle.sha256).asset_id(category.id),
-        metres=metres_per_file_unit / frame.scale,
-        category=category,
-        classes=known.classes_of(category),
-        substance=known.substances[category.substance],
-        provenance=source_file.source.provenance(bundle.sha256, guesses),
-    )
+    model, placed, found = _opened(model, plan.fragmentation, found, request)
+    scale = metres_per_file_unit, scale_confidence, scale_reason
+    spec = _spec(source_file, bundle.sha256, kind, scale, frame.scale)
     asset = assemble(model, placed, found, spec)
     confidences = ((confidence, reason), (scale_confidence, scale_reason))
     return ArticulateResult(
@@ -199,6 +178,49 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         *confidences,
         longest * metres_per_file_unit,
         source_file.source,
+    )
+
+
+def _opened(
+    model: RawModel, fragmentation: Fragmentation, found: Articulation, request: ArticulateRequest
+) -> tuple[RawModel, WeldedMesh, Articulation]:
+    """Cut the parts of a shell out of a model and build the interiors that it lacks; return it with its parts.
+
+    Raises:
+        Rejected: no part is left (ART001), or the decisions on it do not fit it (ART002).
+    """
+    model, placed, found = cut_shell_parts(model, fragmentation, found)
+    found = drop_empty_links(found, placed)
+    if not found.parts:
+        raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
+    try:
+        return add_interiors(model, placed, found, found.category, request.decisions, request.complete)
+    except UnknownId as error:
+        raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
+
+
+def _spec(
+    source_file: Found, sha256: str, kind: CategoryGuess, scale: tuple[float, float, str], per_unit: float
+) -> AssetSpec:
+    """Return what the asset needs besides its geometry.
+
+    Args:
+        scale: metres in a unit of the file, the confidence, and the reason. per_unit: diagonals in a unit of the file.
+    """
+    known = registry.load()
+    metres, confidence, reason = scale
+    category = kind.category
+    guesses = (
+        Guess(subject="category", value=category.id, confidence=round(kind.confidence, 2), reason=kind.reason),
+        Guess(subject="scale", value=f"{metres:.6g} m per unit", confidence=confidence, reason=reason),
+    )
+    return AssetSpec(
+        asset_id=Identity(Producer.ARTICULATE, sha256).asset_id(category.id),
+        metres=metres / per_unit,
+        category=category,
+        classes=known.classes_of(category),
+        substance=known.substances[category.substance],
+        provenance=source_file.source.provenance(sha256, guesses),
     )
 
 
