@@ -60,6 +60,8 @@ MIN_HOLLOW_SHARE = 0.4
 # A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
 # it like a handle.
 MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
+# Most handles of one front: a wide drawer has two.
+MAX_HANDLES = 2
 # Confidence of a front that only the kind of its thing makes one.
 DOUBTFUL = 0.45
 # A panel without a handle that is narrower than this share of the side is a strip of the body.
@@ -359,7 +361,9 @@ def select_opening_panels(
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
             continue
         strip = p.height < MAX_STRIP_SHARE * whole[1] or p.width < MAX_STRIP_SHARE * whole[0]
-        if p.grips and p.controls <= 3:
+        if p.grips and _handle_count(p, lower, upper) > MAX_HANDLES:
+            out.append((p, 0.5, "has several handles, as fronts have that are one piece"))
+        elif p.grips and p.controls <= 3:
             out.append((p, 0.95, "has a handle"))
         elif p.grips and foot >= 0.25 * whole[0] * whole[1]:
             out.append((p, 0.9, "has a handle, and is large"))
@@ -380,6 +384,24 @@ def select_opening_panels(
         beside = None if out else door_beside_controls(measured, side, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
+
+
+def _handle_count(panel: Panel, lower: Floats, upper: Floats) -> int:
+    """Return how many separate handles a panel has; pieces that nearly touch are one."""
+    boxes = [(lower[g, :2].min(axis=0), upper[g, :2].max(axis=0)) for g in panel.grips]
+    count = 0
+    while boxes:
+        a, b = boxes.pop()
+        count += 1
+        near = [k for k in boxes if (k[0] <= b + MAX_HANDLE_GAP).all() and (k[1] >= a - MAX_HANDLE_GAP).all()]
+        while near:
+            boxes = [k for k in boxes if not any(k is n for n in near)]
+            a, b = (
+                np.minimum(a, np.min([k[0] for k in near], axis=0)),
+                np.maximum(b, np.max([k[1] for k in near], axis=0)),
+            )
+            near = [k for k in boxes if (k[0] <= b + MAX_HANDLE_GAP).all() and (k[1] >= a - MAX_HANDLE_GAP).all()]
+    return count
 
 
 def _closes(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
