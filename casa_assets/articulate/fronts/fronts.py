@@ -337,11 +337,7 @@ def select_opening_panels(
     """
     door = next((p for p in panels if p.is_round), None)
     if door is not None:
-        drawers = detergent_drawers(measured, side, door, panels, controls)
-        more = [p for p in panels if p.grips and p is not door and not any(p is d for d in drawers)]
-        more = [p for p in more if not p.controls and not p.holds(door.lower, door.upper)]
-        found = [(door, 0.9, "a round door"), *((p, 0.65, "beside a round door, without controls") for p in drawers)]
-        return [*found, *((p, 0.8, "has a handle") for p in more)]
+        return _with_round_door(measured, side, door, panels, controls)
     lower, upper = corners_from_side(measured, side)
     whole = upper.max(axis=0) - lower.min(axis=0)
     gripped = [p for p in panels if p.grips]
@@ -384,6 +380,17 @@ def select_opening_panels(
         beside = None if out else door_beside_controls(measured, side, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
+
+
+def _with_round_door(
+    measured: MeasuredFragments, side: int, door: Panel, panels: list[Panel], controls: list[Control]
+) -> list[tuple[Panel, float, str]]:
+    """Return the panels that open on a side with a round door, as `select_opening_panels` does."""
+    drawers = detergent_drawers(measured, side, door, panels, controls)
+    more = [p for p in panels if p.grips and p is not door and not any(p is d for d in drawers)]
+    more = [p for p in more if not p.controls and not p.holds(door.lower, door.upper)]
+    found = [(door, 0.9, "a round door"), *((p, 0.65, "beside a round door, without controls") for p in drawers)]
+    return [*found, *((p, 0.8, "has a handle") for p in more)]
 
 
 def _handle_count(panel: Panel, lower: Floats, upper: Floats) -> int:
