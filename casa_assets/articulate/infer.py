@@ -29,7 +29,7 @@ from casa_assets.articulate.interior.inner_parts import InnerPart, find_inner_pa
 from casa_assets.articulate.joints import hinges
 from casa_assets.articulate.joints.front_view import FrontView, view_fronts
 from casa_assets.articulate.joints.kind_habits import share_with_fronts
-from casa_assets.articulate.joints.lids import Lid, find_lids
+from casa_assets.articulate.joints.lids import Lid, find_box_lid, find_lids, is_chest
 from casa_assets.articulate.joints.sliding_doors import sliding_direction
 from casa_assets.articulate.plan import Articulation, Frame, HingeEdge, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.fragment_measures import (
@@ -421,12 +421,19 @@ def _lids(collector: PartCollector) -> None:
     """Add the lids that nothing keeps shut."""
     for lid in find_lids(collector.measured, collector.taken):
         if lid.opening_angle > 0.0:
-            _lid(collector, lid)
+            _lid(
+                collector, lid, "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
+            )
+    # What is taken for plain fronts or for what lies behind them may be the walls and the floor of a box.
+    walls = all(p.kind in (PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY) and not len(p.grip) for p in collector.parts)
+    box_lid = find_box_lid(collector.measured) if walls else None
+    if box_lid is not None and (not collector.parts or is_chest(collector.measured, box_lid)):
+        collector.parts, collector.fronts, collector.taken = [], [], set()
+        _lid(collector, box_lid, "all that covers a hollow box")
 
 
-def _lid(collector: PartCollector, lid: Lid) -> None:
+def _lid(collector: PartCollector, lid: Lid, reason: str) -> None:
     """Add a lid that opens upwards about its edge at the handle, or at the back."""
-    reason = "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
     axis, anchor = lid.hinge
     joint = JointPlan(
         kind=JointKind.HINGE,

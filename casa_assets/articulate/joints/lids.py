@@ -1,4 +1,4 @@
-"""Find the hinged lid of a vessel: a round cover with a knob in its middle, or one over an open vessel."""
+"""Find the hinged lid of a vessel or a box: a round cover with a knob or over an open vessel, or what closes a box."""
 
 from __future__ import annotations
 
@@ -28,6 +28,19 @@ HINGE_DIRECTIONS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0],
 MIN_HANDLE_REACH, MIN_HANDLE_HEIGHT_RATIO = 0.04, 1.3
 # A lid that opens so far is open; clearance to other fragments, diagonals; samples of its surface.
 OPEN_ANGLE_RAD, CLEARANCE, SAMPLES = 1.2, 0.012, 1500
+# Height of the lid of a box by that of the whole; depth to which pieces may overlap at the rim, diagonals; share of the
+# surface that crosses the rim, as hinges and locks do; share of the plan that a lid covers.
+MAX_LID_HEIGHT, RIM_OVERLAP, MAX_CROSSING, MIN_LID_COVER = 0.5, 0.012, 0.04, 0.85
+# Share of a side that its wall fills; margin of the middle of a box, by its size, and share of the surface in the
+# middle that may lie in its upper half.
+MIN_WALL_SHARE, MIDDLE_INSET, MAX_FILLED_MIDDLE = 0.75, 0.2, 0.1
+# A catch of a box: its size, and offset from the middle of its side, diagonals. A pedal is below this share of the rim.
+MAX_CATCH_SIZE, MAX_CATCH_OFFSET, PEDAL_HEIGHT = 0.25, 0.05, 0.2
+# A pedal sticks out by so much, diagonals.
+PEDAL_REACH = 0.02
+# The lid of a box rather than the worktop of a cabinet: least height by that of the whole, or most height of the whole
+# by its width.
+MIN_BOX_LID_HEIGHT, MAX_CHEST_HEIGHT = 0.07, 0.85
 # Widest gap between a lid and what it lies on, diagonals.
 MAX_GAP = 0.015
 
@@ -86,18 +99,94 @@ def find_lids(measured: MeasuredFragments, taken: set[int]) -> list[Lid]:
     return [wide[0] if wide else max(lids, key=lambda lid: lid.opening_angle)]
 
 
+def find_box_lid(measured: MeasuredFragments) -> Lid | None:
+    """Return the lid of a hollow box: all that lies over a level plane between walls; None where there is none.
+
+    It is hinged at the back. Of a round box the lid is screwed on, so none is returned.
+    """
+    lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
+    height = float(upper[2] - lower[2])
+    footprint = float((measured.depth_images[TOP].face >= 0).sum()) * measured.depth_images[TOP].pixel ** 2
+    total = float(measured.area.sum())
+    for rim in np.unique(np.round(measured.lower[:, 2], 4)).tolist():
+        crosses = (measured.lower[:, 2] < rim - RIM_OVERLAP) & (measured.upper[:, 2] > rim + RIM_OVERLAP)
+        if rim - lower[2] < (1 - MAX_LID_HEIGHT) * height or measured.area[crosses].sum() > MAX_CROSSING * total:
+            continue
+        above = np.flatnonzero((measured.lower + measured.upper)[:, 2] / 2 > rim)
+        below = np.flatnonzero((measured.lower + measured.upper)[:, 2] / 2 <= rim)
+        covers = float(measured.visible_area[above, TOP].sum()) >= MIN_LID_COVER * footprint
+        if len(above) and covers and _is_hollow_box(measured, below.tolist(), rim):
+            corners = measured.box(above.tolist())
+            if has_round_outline(measured, TOP, above.tolist(), (corners[1] - corners[0])[:2]):
+                return None
+            # The hinge is at the height of the rim, whatever the lid's height is.
+            level = np.array([[*corners[0][:2], rim], [*corners[1][:2], rim]])
+            way = _away_from_catch(measured, corners, rim)
+            return Lid(above.tolist(), [], *level, HINGE_DIRECTIONS[way], np.pi / 2)
+    return None
+
+
+def is_chest(measured: MeasuredFragments, lid: Lid) -> bool:
+    """Return whether a box is lower than wide, or its lid higher than a worktop is thick."""
+    lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
+    size = upper - lower
+    high = float(upper[2] - lid.lower[2]) >= MIN_BOX_LID_HEIGHT * float(size[2])
+    return high or float(size[2]) <= MAX_CHEST_HEIGHT * float(size[:2].max())
+
+
+def _away_from_catch(measured: MeasuredFragments, lid: tuple[Floats, Floats], rim: float) -> int:
+    """Return the index of the direction away from the one pedal, lock or grip at a side of a box; backwards by default.
+
+    Args:
+        lid: (3,) lower and upper corner.
+    """
+    floor = float(measured.lower[:, 2].min())
+    catches = []
+    for k, way in enumerate(HINGE_DIRECTIONS):
+        out = measured.lower @ np.minimum(way, 0.0) + measured.upper @ np.maximum(way, 0.0)
+        edge = float(lid[0] @ np.minimum(way, 0.0) + lid[1] @ np.maximum(way, 0.0))
+        small = (measured.upper - measured.lower).max(axis=1) <= MAX_CATCH_SIZE
+        low = measured.upper[:, 2] < floor + PEDAL_HEIGHT * (rim - floor)
+        at_rim = (measured.lower[:, 2] < rim + RIM_OVERLAP) & (measured.upper[:, 2] > rim - RIM_OVERLAP)
+        centre = ((measured.lower + measured.upper) - (lid[0] + lid[1])) / 2 @ np.cross(way, [0.0, 0.0, 1.0])
+        found = small & (low | at_rim) & (out > edge - RIM_OVERLAP) & (np.abs(centre) < MAX_CATCH_OFFSET)
+        if found.any():
+            catches.append(k)
+    return int(np.argmin(HINGE_DIRECTIONS @ HINGE_DIRECTIONS[catches[0]])) if len(catches) == 1 else 0
+
+
+def _is_hollow_box(measured: MeasuredFragments, below: list[int], rim: float) -> bool:
+    """Return whether fragments are walls on all sides of an empty space that is open at the rim."""
+    lower, upper = measured.box(below)
+    size = np.append((upper - lower)[:2], rim - lower[2])
+    walls = ((side, axis) for side, axis in ((FRONT, 0), (LEFT, 1)))
+    if any(float(measured.visible_area[below, s].sum()) < MIN_WALL_SHARE * size[a] * size[2] for s, a in walls):
+        return False
+    faces = measured.mesh.faces[measured.faces_of(below)]
+    points = surface_samples(measured.mesh.points, faces, SAMPLES)
+    inset = MIDDLE_INSET * size[:2]
+    middle = ((points[:, :2] > lower[:2] + inset) & (points[:, :2] < upper[:2] - inset)).all(axis=1)
+    high = points[:, 2] > lower[2] + size[2] / 2
+    return bool(middle.any()) and float(high[middle].mean()) <= MAX_FILLED_MIDDLE
+
+
 def _handle_side(measured: MeasuredFragments, host: int, lid: list[int]) -> int:
     """Return the index of the direction to a vessel's handle, or away from its spout; backwards by default.
 
     Of what sticks out at the sides the tallest is the handle; under a bail what sticks out alone is the spout.
     """
     own = [host, *lid]
+    floor, rim = float(measured.lower[:, 2].min()), float(measured.box(lid)[0][2])
+    low = measured.upper[:, 2] < floor + PEDAL_HEIGHT * (rim - floor)
+    ends = [measured.lower @ np.minimum(way, 0.0) + measured.upper @ np.maximum(way, 0.0) for way in HINGE_DIRECTIONS]
+    pedals = [k for k, end in enumerate(ends) if (low & (end > end[host] + PEDAL_REACH)).any()]
+    if len(pedals) == 1:
+        return int(np.argmin(HINGE_DIRECTIONS @ HINGE_DIRECTIONS[pedals[0]]))
     reach = []
-    for way in HINGE_DIRECTIONS:
-        out = measured.lower @ np.minimum(way, 0.0) + measured.upper @ np.maximum(way, 0.0)
-        out = out - out[host]
+    for end in ends:
+        out = end - end[host]
         out[own] = 0.0
-        rows = np.flatnonzero(out > MIN_HANDLE_REACH)
+        rows = np.flatnonzero((out > MIN_HANDLE_REACH) & ~low)
         reach.append(float(measured.upper[rows, 2].max() - measured.lower[rows, 2].min()) if len(rows) else 0.0)
     best = int(np.argmax(reach))
     others = max(r for k, r in enumerate(reach) if k != best)

@@ -1,0 +1,54 @@
+"""Lids of boxes, and boxes that have none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.infer import infer_articulation
+from casa_assets.articulate.plan import Articulation, PartKind
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import weld_triangles
+from tests.unit.articulate.blocks import Part, box, together
+
+
+def chest() -> list[Part]:
+    """The floor and four walls of a chest 0.8 wide, 0.4 deep and 0.3 high."""
+    return [
+        box((-0.4, -0.2, 0.0), (0.4, 0.2, 0.02)),
+        box((-0.4, -0.2, 0.02), (-0.38, 0.2, 0.3)),
+        box((0.38, -0.2, 0.02), (0.4, 0.2, 0.3)),
+        box((-0.38, -0.2, 0.02), (0.38, -0.18, 0.3)),
+        box((-0.38, 0.18, 0.02), (0.38, 0.2, 0.3)),
+    ]
+
+
+def found_in(parts: list[Part]) -> Articulation:
+    """What is found where up is z and the front faces -y."""
+    vertices, faces, _ = together(*parts)
+    mesh = weld_triangles(vertices, faces)
+    frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
+    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
+
+
+def test_what_covers_a_hollow_box_is_hinged_at_its_back() -> None:
+    found = found_in([*chest(), box((-0.4, -0.2, 0.3), (0.4, 0.2, 0.36))])
+    (lid,) = found.parts
+    assert lid.kind is PartKind.LID
+    assert lid.joint.axis == pytest.approx((-1, 0, 0))
+    _, y, z = found.frame.to_file(np.array([lid.joint.anchor]))[0]
+    assert (y, z) == pytest.approx((0.2, 0.3), abs=1e-3)
+
+
+def test_a_lid_is_hinged_opposite_to_its_lock() -> None:
+    lock = box((-0.03, 0.2, 0.27), (0.03, 0.22, 0.33))
+    found = found_in([*chest(), box((-0.4, -0.2, 0.3), (0.4, 0.2, 0.36)), lock])
+    (lid,) = (p for p in found.parts if p.kind is PartKind.LID)
+    assert lid.joint.axis == pytest.approx((1, 0, 0))
+
+
+def test_a_table_top_and_an_open_box_have_no_lid() -> None:
+    legs = [box((x, y, 0.0), (x + 0.04, y + 0.04, 0.3)) for x in (-0.4, 0.36) for y in (-0.2, 0.16)]
+    table = found_in([*legs, box((-0.4, -0.2, 0.3), (0.4, 0.2, 0.36))])
+    assert not [p for p in (*table.parts, *found_in(chest()).parts) if p.kind is PartKind.LID]
