@@ -122,7 +122,7 @@ def find_box_lid(measured: MeasuredFragments) -> Lid | None:
             # The hinge is at the height of the rim, whatever the lid's height is.
             level = np.array([[*corners[0][:2], rim], [*corners[1][:2], rim]])
             way = _away_from_catch(measured, corners, rim)
-            return Lid(above.tolist(), [], *level, HINGE_DIRECTIONS[way], np.pi / 2)
+            return Lid(above.tolist(), [], level[0], level[1], HINGE_DIRECTIONS[way], np.pi / 2)
     return None
 
 
