@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -42,7 +43,8 @@ def _lines(block: Block, place: Path) -> None:
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         done = shell(line, place)
-        expected = 1 if "# exit 1" in line else 0
+        match = re.search(r"# exit (\d)", line)
+        expected = int(match[1]) if match else 0
         assert done.returncode == expected, f"{block}: {line}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
 
 
