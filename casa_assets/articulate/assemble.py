@@ -35,7 +35,8 @@ MIN_SHEET_SHARE = 0.002
 # mass deviates by this times the square root of 1/2 from the middle (AST008).
 MAX_SHEET_M = 0.0008
 
-
+# MuJoCo loads no mesh of fewer vertices: a lone triangle is left out.
+MIN_VERTICES = 4
 # Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
 BODY_WEIGHT_FACTOR = 2.0
 
@@ -164,7 +165,7 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
                     moved = corner_directions(raw.mesh.faces[chosen].astype(np.int64), normals)
                     corners = np.add(corners, gap * moved)
                 mesh = _cut(raw.mesh, chosen, corners) if len(chosen) else None
-                if mesh is not None and len(mesh.faces):
+                if mesh is not None and len(mesh.vertices) >= MIN_VERTICES:
                     where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"
                     out.append(Visual(name=where, mesh=mesh, material=f"look_{i:03d}", label=mark))
         start = span.stop
