@@ -8,10 +8,10 @@ from collections.abc import Callable
 from types import SimpleNamespace
 
 import numpy as np
-from articulate import turned
 
 from articulate_cases import parts, surfaces
 from articulate_cases.labelled import LabelledMesh
+from articulate_cases.pose import turned
 
 Change = Callable[[LabelledMesh, np.random.Generator], LabelledMesh]
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from articulate_cases.pose import AXES
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import weld
 
-AXES = {"+X": (1, 0, 0), "-X": (-1, 0, 0), "+Y": (0, 1, 0), "-Y": (0, -1, 0), "+Z": (0, 0, 1), "-Z": (0, 0, -1)}
 # Types of parts that close an opening, and of those that are pressed or turned on a surface.
 FRONTS, CONTROLS = ("door", "drawer", "lid"), ("button", "knob")
 
