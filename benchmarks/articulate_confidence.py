@@ -50,7 +50,7 @@ def confidence_row(scores: dict[str, Any], found: Articulation) -> dict[str, Any
     extra = sum(p.name not in {q.get("pred") for q in scores["parts"]} for p in found.parts)
     faults, count = missed + extra, max(len(scores["parts"]), len(found.parts))
     return {
-        "parts": [[part_score(p), p.name in right] for p in found.parts],
+        "parts": [[part_score(p), p.name in right, p.kind.value] for p in found.parts],
         "plan_right": bool(found.parts) and faults <= 1 and count - faults >= MOST_PARTS * count,
         "perfect": faults == 0,
     }
@@ -98,7 +98,7 @@ def fit_weights(features: Floats, right: Floats) -> Weights:
 
 def plan_row(row: dict[str, Any], model: ConfidenceModel) -> list[float]:
     """Features of the plan of a row, from its raw confidences."""
-    own = [model.part.at(score) for score, _ in row["parts"]] or [0.0]
+    own = [model.part_at(kind, score) for score, _, kind in row["parts"]] or [0.0]
     values = {"weakest": min(own), "mean": float(np.mean(own)), "all_right": float(np.prod(own))}
     values |= {"log_count": float(np.log(len(own))), "frame": model.frame.at(row["frame"][0])}
     return [values[name] for name in FEATURES]
@@ -107,8 +107,10 @@ def plan_row(row: dict[str, Any], model: ConfidenceModel) -> list[float]:
 def fit(rows: Sequence[dict[str, Any]]) -> ConfidenceModel:
     """All curves and weights; the bars are those of the registry."""
     frames = np.array([r["frame"] for r in rows], dtype=float).reshape(-1, 2)
-    parts = np.array([p for r in rows for p in r["parts"]], dtype=float).reshape(-1, 2)
-    model = registry.load_confidence().replace(frame=fit_curve(*frames.T), part=fit_curve(*parts.T))
+    parts = np.array([p[:2] for r in rows for p in r["parts"]], dtype=float).reshape(-1, 2)
+    kind = np.array([p[2] for r in rows for p in r["parts"]])
+    kinds = {k: fit_curve(*parts[kind == k].T) for k in sorted(set(kind)) if (kind == k).sum() >= MIN_EXAMPLES}
+    model = registry.load_confidence().replace(frame=fit_curve(*frames.T), part=fit_curve(*parts.T), kinds=kinds)
     some = [r for r in rows if r["parts"]]
     features = np.array([plan_row(r, model) for r in some])
     return model.replace(plan=fit_weights(features, np.array([r["plan_right"] for r in some], dtype=float)))
@@ -119,7 +121,7 @@ def told(rows: Sequence[dict[str, Any]], model: ConfidenceModel) -> dict[str, li
     some = [r for r in rows if r["parts"]]
     return {
         "frame": [(model.frame.at(r["frame"][0]), r["frame"][1]) for r in rows],
-        "part": [(model.part.at(s), ok) for r in rows for s, ok in r["parts"]],
+        "part": [(model.part_at(kind, s), ok) for r in rows for s, ok, kind in r["parts"]],
         "plan": [(model.plan.at(dict(zip(FEATURES, plan_row(r, model), strict=True))), r["plan_right"]) for r in some],
     }
 
@@ -178,6 +180,8 @@ def text(model: ConfidenceModel) -> str:
     for name in ("frame", "part"):
         curve = getattr(model, name)
         lines.append(f"{name}: {{given: {list(curve.given)}, right: {list(curve.right)}}}")
+    lines.append("kinds:")
+    lines += [f"  {k}: {{given: {list(c.given)}, right: {list(c.right)}}}" for k, c in model.kinds.items()]
     weights = ", ".join(f"{name}: {value}" for name, value in model.plan.weights.items())
     lines += ["plan:", f"  intercept: {model.plan.intercept}", f"  weights: {{{weights}}}"]
     bars = model.bars

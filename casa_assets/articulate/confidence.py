@@ -17,7 +17,7 @@ def calibrate_parts(articulation: Articulation, model: ConfidenceModel) -> Artic
 
     A part is right where its surface, its type and its joint are.
     """
-    parts = tuple(p.replace(confidence=model.part.at(part_score(p))) for p in articulation.parts)
+    parts = tuple(p.replace(confidence=model.part_at(p.kind.value, part_score(p))) for p in articulation.parts)
     return articulation.replace(parts=parts)
 
 

@@ -115,7 +115,7 @@ class PartPlan(Record):
     @property
     def full_reason(self) -> str:
         """Return why it is this part, and why it has this joint."""
-        return "; ".join(w for w in (self.reason, self.joint.reason) if w)
+        return "; ".join(dict.fromkeys(w for w in (self.reason, self.joint.reason) if w))
 
 
 class InteriorKind(StrEnum):

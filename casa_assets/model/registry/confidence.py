@@ -66,11 +66,18 @@ class ConfidenceModel(Record):
     """What turns the confidences of the code into shares of cases that are right.
 
     Attributes:
-        frame, part: curves of the guesses of the axes, and of one part with its joint. plan: of all parts together.
+        frame, part: curves of the guesses of the axes, and of one part with its joint.
+        kinds: curves of parts of one kind, of kinds with enough examples; `part` is for all others.
+        plan: weights of all parts together.
         bars: below them a person has to look.
     """
 
     frame: Curve
     part: Curve
+    kinds: dict[str, Curve]
     plan: Weights
     bars: Bars
+
+    def part_at(self, kind: str, confidence: float) -> float:
+        """Return the share of parts of a kind that is right at a confidence."""
+        return self.kinds.get(kind, self.part).at(confidence)
