@@ -45,7 +45,7 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> Case:
     for plan in candidate_plans(mesh.in_frame(frame), frame, models=load_models()):
         row = score.score_case(case, prediction(plan.articulation))
         sure = confidence_row(row, plan.articulation)
-        plans.append({"way": plan.way.value, "score": plan.score, "row": row, "sure": sure})
+        plans.append({"way": plan.way.value, "score": plan.expected_parts, "row": row, "sure": sure})
     found = {"name": name, "root": str(root), "variant": variant, "plans": plans}
     found["frame"] = [frame.confidence, frame_is_right(frame, case)]
     if stored is not None:

@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from casa_assets.articulate.frame.axes import SCORE_WEIGHTS
-from casa_assets.articulate.frame.score_candidate import SCORE_NAMES, score_articulation
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.models import Models
 from casa_assets.articulate.plan import Articulation, Frame
@@ -23,36 +19,37 @@ class Plan:
 
     Attributes:
         way: of splitting. fragmentation: the fragments. articulation: the parts found.
-        score: by the weights of the frame guess; higher is more plausible, comparable for one mesh only.
     """
 
     way: Segmentation
     fragmentation: Fragmentation
     articulation: Articulation
-    score: float
+
+    @property
+    def expected_parts(self) -> float:
+        """Return how many parts are probably right: the sum of their confidences."""
+        return sum(part.confidence for part in self.articulation.parts)
 
 
 def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> Plan:
-    """Return the most plausible plan of a mesh in its frame; of equal ones the first in the order of Segmentation.
+    """Return the plan of a mesh in its frame with the most parts that are probably right; of equal ones the first.
 
     Args:
         mesh: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
         models: what was learned from labelled cases; None to go by rules alone.
     """
-    return max(candidate_plans(mesh, frame, category, models), key=lambda p: round(p.score, 9))
+    return max(candidate_plans(mesh, frame, category, models), key=lambda p: round(p.expected_parts, 9))
 
 
 def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> list[Plan]:
     """Return the plan of each way to split a mesh."""
     images = render_sides(mesh)
-    weights = np.array([SCORE_WEIGHTS.get(name, 0.0) for name in SCORE_NAMES])
     controls = None if models is None else models.controls
     found = []
     for way, labels in segmentations(mesh).items():
         fragmentation = fragment_mesh(mesh, labels, models)
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
         articulation = articulate_fragments(measured, frame, category, controls, fragmentation.fronts)
-        score = float(weights @ score_articulation(articulation, measured))
-        found.append(Plan(way, fragmentation, articulation, score))
+        found.append(Plan(way, fragmentation, articulation))
     return found

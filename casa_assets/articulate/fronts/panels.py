@@ -35,11 +35,14 @@ MAX_START_DEPTH, MAX_START_DEPTH_WITH_HANDLE = 0.35, 0.75
 # Length to width of a bar, the same of one that touches its panel (bars of voxelised shells are thickened), and its
 # distance from the panel, diagonals.
 MIN_BAR_RATIO, MIN_STOUT_BAR_RATIO, MIN_BAR_GAP = 4.0, 3.0, 0.008
-# A bar that touches its panel: widest, least protrusion (rails of framed doors reach 0.013), and the share of its depth
-# that is outside, because a bulging front falls back beside its middle.
+# A bar: widest; of one that touches its panel the least protrusion (rails of framed doors reach 0.013), and the
+# share of its depth that is outside, because a bulging front falls back beside its middle.
 MAX_BAR_WIDTH, MIN_BAR_PROTRUSION, MIN_OUTSIDE_SHARE = 0.075, 0.015, 0.5
 # Fronts of shallow drawers: least height and length, diagonals; size of a pull by its front, and how far it stands out.
 MIN_SMALL_SIDE, MIN_SMALL_LENGTH, MAX_PULL_SHARE, MIN_PULL_PROTRUSION = 0.018, 0.06, 0.5, 0.006
+# The sheet of a body round its fronts: its least share of the width and height of the side, its greatest depth in
+# diagonals, its surface by its rectangle (holes make it less), and how far a front stands out of it at least.
+MIN_SHEET_SHARE, MAX_SHEET_DEPTH, MAX_SHEET_AREA_SHARE, MIN_STEP = 0.85, 0.004, 0.8, 0.004
 # Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
@@ -197,7 +200,7 @@ def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:
 def _is_bar(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, i: int, host: int) -> bool:
     """Return whether a fragment is a handle: a bar that stands off from its host, or far out of it."""
     size = (upper - lower)[i, :2]
-    if size.max() < MIN_STOUT_BAR_RATIO * size.min():
+    if size.max() < MIN_STOUT_BAR_RATIO * size.min() or size.min() > MAX_BAR_WIDTH:
         return False
     if size.max() >= MIN_BAR_RATIO * size.min() and upper[i, 2] <= lower[host, 2] - MIN_BAR_GAP:
         return True
@@ -232,7 +235,8 @@ def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
         for i in large
         if not any(_inside(lower, upper, i, k) for k in large if k != i and footprint[k] >= footprint[i])
     ]
-    if len(separate) < 2 or measured.visible_area[first, side] >= 0.35 * footprint[first]:
+    filling = [i for i in separate if _fills_hole(measured, lower, upper, i, first)]
+    if (len(separate) < 2 and not filling) or measured.visible_area[first, side] >= 0.35 * footprint[first]:
         return [group]
     out: list[list[int]] = [[i] for i in separate]
     for i in group[1:]:
@@ -240,6 +244,16 @@ def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
         if host is not None and i not in separate:
             host.append(i)
     return out
+
+
+def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: int, sheet: int) -> bool:
+    """Return whether a fragment closes a hole in a sheet that is the whole front of the body, and stands out of it."""
+    size = upper[sheet, :2] - lower[sheet, :2]
+    whole = (upper.max(axis=0) - lower.min(axis=0))[:2]
+    is_flat = float(upper[sheet, 2] - lower[sheet, 2]) <= MAX_SHEET_DEPTH
+    has_holes = measured.area[sheet] <= MAX_SHEET_AREA_SHARE * float(np.prod(size))
+    stands_out = lower[i, 2] <= lower[sheet, 2] - MIN_STEP
+    return is_flat and has_holes and bool(stands_out) and bool((size >= MIN_SHEET_SHARE * whole).all())
 
 
 def _panel(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats, group: list[int]) -> Panel:

@@ -158,3 +158,24 @@ def test_a_cup_goes_with_the_low_front_that_it_draws() -> None:
     found, owner = found_in(parts)
     (drawer,) = of_kind(found, PartKind.DRAWER)
     assert {cup, *range(tray, tray + 5)} <= set(owner[drawer.faces].tolist())
+
+
+def ring(width: float, height: float, rim: float) -> Part:
+    """A flat sheet in the plane y = 0 with one hole, which leaves a rim."""
+    outer = [(0.0, 0.0, 0.0), (width, 0.0, 0.0), (width, 0.0, height), (0.0, 0.0, height)]
+    inner = [(rim, 0.0, rim), (width - rim, 0.0, rim), (width - rim, 0.0, height - rim), (rim, 0.0, height - rim)]
+    sides = [((k, (k + 1) % 4, 4 + (k + 1) % 4), (k, 4 + (k + 1) % 4, 4 + k)) for k in range(4)]
+    return np.array([*outer, *inner]), np.array([t for pair in sides for t in pair])
+
+
+def test_two_tall_leaves_in_the_hole_of_a_sheet_are_doors_and_no_handles_of_it() -> None:
+    parts = [
+        ring(0.8, 2.0, 0.02),
+        box((0.0, 0.01, 0.0), (0.8, 0.6, 2.0)),
+        box((0.02, -0.05, 0.02), (0.398, -0.03, 1.98)),
+        box((0.402, -0.05, 0.02), (0.78, -0.03, 1.98)),
+    ]
+    found, owner = found_in(parts)
+    doors = of_kind(found, PartKind.DOOR)
+    assert sorted(set(owner[d.faces].tolist()).pop() for d in doors) == [2, 3]
+    assert {d.joint.edge for d in doors} == {HingeEdge.LEFT, HingeEdge.RIGHT}

@@ -13,7 +13,7 @@ from casa_assets.articulate.plan import Articulation, Frame, InteriorKind, PartK
 from casa_assets.articulate.segment.rays import cross_rays, sample_grid
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joint_travel import joint_travels
-from casa_assets.errors import UnknownId
+from casa_assets.errors import Rejected
 from casa_assets.export import mjcf
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.material import Material
@@ -235,5 +235,5 @@ def test_a_cavity_is_fixed_in_a_line(tmp_path: Path) -> None:
     small = said(CavityDecision(box_m=((-0.1, -0.2, 0.1), (0.1, 0.0, 0.3))))
     region = next(r for r in small.asset.regions if r.name == "door_0_int")
     assert region.size == pytest.approx((0.2, 0.2, 0.2), abs=1e-4)
-    with pytest.raises(UnknownId):
+    with pytest.raises(Rejected, match=r"ART002.*door_7"):
         said(CavityDecision(build=True), "door_7")
