@@ -172,7 +172,8 @@ def _trunk(graph: PieceGraph, end: int) -> Trunk | None:
     points = np.concatenate([p.points for p in pieces])
     owner = np.repeat(np.arange(len(pieces)), [len(p.points) for p in pieces])
     lower, upper = points.min(axis=0), points.max(axis=0)
-    reach = float(pieces[end].lower[1])
+    # The samples of a thin piece may all lie off its corner, so it is the foremost of them that counts.
+    reach = float(pieces[end].points[:, 1].min())
     tip = pieces[end].points[pieces[end].points[:, 1] <= reach + TIP_DEPTH]
     middle = tip.mean(axis=0)
     height = float(tip[:, 2].min() - lower[2])
