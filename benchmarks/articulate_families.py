@@ -19,6 +19,7 @@ import numpy.typing as npt
 from articulate_cases.fuse import fused
 from articulate_cases.labelled import LabelledMesh, write_case
 
+from casa_assets.articulate.segment.fragment_measures import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
@@ -172,10 +173,9 @@ def _small(vertices: Floats, faces: npt.NDArray[np.int32]) -> Mask:
     """(F,) faces of pieces of a mesh that are as small as keys."""
     mesh = weld_triangles(vertices, faces.astype(np.int64))
     label = mesh.fragment_labels
-    low, high = np.full((int(label.max()) + 2, 3), np.inf), np.full((int(label.max()) + 2, 3), -np.inf)
-    np.minimum.at(low, label, mesh.points[mesh.faces].min(axis=1))
-    np.maximum.at(high, label, mesh.points[mesh.faces].max(axis=1))
-    found: Mask = ((high - low).max(axis=1) <= KEY_M)[label] & (label >= 0)
+    lower, upper = corners_of_labels(mesh, label)
+    small = np.append((upper - lower).max(axis=1) <= KEY_M, False)  # The last is taken for label -1.
+    found: Mask = small[label]
     return found
 
 

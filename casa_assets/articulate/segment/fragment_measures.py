@@ -68,6 +68,21 @@ class MeasuredFragments:
         return found
 
 
+def corners_of_labels(mesh: WeldedMesh, label: Ints) -> tuple[Floats, Floats]:
+    """Return the (N, 3) lower and upper corners of the faces of each label.
+
+    Args:
+        label: (F,) label of each face, -1 for none. A label that no face has gets corners of inf and -inf.
+    """
+    count = int(label.max(initial=-1)) + 1
+    alive = label >= 0
+    corners = mesh.points[mesh.faces[alive]]
+    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(lower, label[alive], corners.min(axis=1))
+    np.maximum.at(upper, label[alive], corners.max(axis=1))
+    return lower, upper
+
+
 def render_sides(mesh: WeldedMesh, pixels: int = PIXELS) -> tuple[DepthImage, ...]:
     """Render a mesh that is in the frame from each of SIDES."""
     return tuple(render_depth(mesh.points, mesh.faces, axes, pixels) for axes in SIDES)
@@ -81,12 +96,9 @@ def measure_fragments(
     Args:
         label: (F,) fragment of each face. images: those of `render_sides`, None to render them.
     """
-    count = int(label.max()) + 1 if len(label) else 0
+    lower, upper = corners_of_labels(mesh, label)
+    count = len(lower)
     alive = np.flatnonzero(label >= 0)
-    corners = mesh.points[mesh.faces[alive]]
-    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(lower, label[alive], corners.min(axis=1))
-    np.maximum.at(upper, label[alive], corners.max(axis=1))
     area = np.bincount(label[alive], mesh.areas[alive], count).astype(np.float64)
     images = render_sides(mesh, pixels) if images is None else images
     seen = np.zeros((count, len(SIDES)))

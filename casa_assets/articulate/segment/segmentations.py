@@ -12,8 +12,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from casa_assets.articulate.segment.fragment_measures import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.typing import Ints
 from casa_assets.geometry.mesh.topology import merge_rows
 
 # A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
@@ -70,7 +71,7 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
 
 def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints) -> Ints:
     """Return the (F,) pieces with those joined that are small, share an edge, and are small together."""
-    lower, upper = _corners(mesh, pieces)
+    lower, upper = corners_of_labels(mesh, pieces)
     small = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
     left, right = (pieces[faces] for faces in mesh.solid_neighbors)
     both = small[left] & small[right] & (left != right)
@@ -78,26 +79,15 @@ def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints) -> Ints:
     graph = coo_matrix((np.ones(int(both.sum()), dtype=np.int8), (left[both], right[both])), shape=(count, count))
     _, joined = connected_components(graph, directed=False)
     joined = joined.astype(np.int64)
-    lower, upper = _corners(mesh, joined[pieces])
+    lower, upper = corners_of_labels(mesh, joined[pieces])
     together = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
     found: Ints = np.where(together[joined], joined, joined.max(initial=0) + 1 + np.arange(count))[pieces]
     return found
 
 
-def _corners(mesh: WeldedMesh, label: Ints) -> tuple[Floats, Floats]:
-    """Return the (N, 3) lower and upper corner of the faces of each label; -1 is none."""
-    count = int(label.max()) + 1
-    alive = label >= 0
-    corners = mesh.points[mesh.faces[alive]]
-    lower, upper = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(lower, label[alive], corners.min(axis=1))
-    np.maximum.at(upper, label[alive], corners.max(axis=1))
-    return lower, upper
-
-
 def _is_large(mesh: WeldedMesh, label: Ints) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """Mark the (N,) fragments that span most of the object along two axes."""
-    lower, upper = _corners(mesh, label)
+    lower, upper = corners_of_labels(mesh, label)
     wide = (upper - lower) >= LARGE_EXTENT_SHARE * np.ptp(mesh.points, axis=0)
     found: np.ndarray[tuple[int], np.dtype[np.bool_]] = wide.sum(axis=1) >= 2
     return found
