@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -116,6 +117,23 @@ def _out_of_memory_inside(value: str) -> None:
 
 def _out_of_memory_at_import(value: str) -> None:
     raise ImportError("libx.so: failed to map segment from shared object")
+
+
+def _out_of_memory_in_other_words(value: str) -> None:
+    """As a library that is refused memory and knows no error for it."""
+    held = []
+    with suppress(MemoryError):
+        while True:
+            held.append(bytearray(16_000_000))
+    raise OSError("codec configuration error")
+
+
+def _out_of_memory_when_told(value: str) -> None:
+    class Untold(Exception):
+        def __str__(self) -> str:
+            raise MemoryError
+
+    raise Untold
 
 
 def _print(value: str) -> str:

@@ -44,6 +44,11 @@ STUCK_S = 10.0  # for what the kernel does at once: ending a killed process
 OUT_OF_MEMORY = WorkerFailure("memory", "")  # the pool knows the limit
 # What dlopen(3) and CPython's thread module say where mmap(2) is refused.
 OUT_OF_MEMORY_TEXTS = ("failed to map segment", "annot allocate memory", "can't start new thread")
+# A job that fails where less than this is left of its memory fails for want of it, whatever a library calls the error:
+# Pillow says "codec configuration error". A choice: no picture, mesh or renderer that a job loads first takes more.
+LEAST_LEFT_BYTES = 64_000_000
+# Exit code of a worker that has too little memory left to tell so. A choice: the number of the error of the system.
+OUT_OF_MEMORY_EXIT = errno.ENOMEM
 
 
 def main(descriptor: int) -> None:
@@ -182,7 +187,9 @@ class _Server:
             _, status = os.waitpid(ended.si_pid, 0)
             worker = self._workers.pop(ended.si_pid, None)
             if worker is not None:
-                self._send("ended", worker.number, os.waitstatus_to_exitcode(status), worker.reason)
+                code = os.waitstatus_to_exitcode(status)
+                reason = worker.reason or ("memory" if code == OUT_OF_MEMORY_EXIT else "")
+                self._send("ended", worker.number, code, reason)
 
     def _send(self, *message: Any) -> None:
         self._control.send(pickle.dumps(message))
@@ -210,12 +217,15 @@ def _worker(channel: Connection, server: int, limits: Limits) -> NoReturn:
         function, job = channel.recv()
         answer = pickle.dumps(_answer(function, job, limits))
     except BaseException as error:  # noqa: BLE001  a bug of ours or a library's is reported, and the batch goes on
-        answer = pickle.dumps(OUT_OF_MEMORY if _is_out_of_memory(error) else _failure_of(error))
+        answer = _pickled_failure(error)
+    code = 0
     try:
         channel.send_bytes(answer)
+    except MemoryError:
+        code = OUT_OF_MEMORY_EXIT
     finally:
         # GL drivers and USD hold threads that make a normal exit hang or crash; the answer is out.
-        os._exit(0)
+        os._exit(code)
 
 
 def _answer(function: str, job: Any, limits: Limits) -> Any:
@@ -225,13 +235,25 @@ def _answer(function: str, job: Any, limits: Limits) -> Any:
     return _find(function)(job)
 
 
+def _pickled_failure(error: BaseException) -> bytes:
+    """The pickled failure of a job that raised an error; ends the process where there is no memory to make it."""
+    try:
+        return pickle.dumps(OUT_OF_MEMORY if _is_out_of_memory(error) else _failure_of(error))
+    except MemoryError:
+        os._exit(OUT_OF_MEMORY_EXIT)
+
+
 def _failure_of(error: BaseException) -> WorkerFailure:
     """The failure of a job that raised an error, with its trace; both are cut to a length that can be sent."""
     return WorkerFailure("error", f"{type(error).__name__}: {error}"[:2000], traceback.format_exc()[-20000:])
 
 
 def _is_out_of_memory(error: BaseException | None) -> bool:
-    """Tell whether an error, or one that it was raised from or beside, is that the memory limit was met."""
+    """Tell whether an error, or one that it was raised from or beside, is that the memory limit was met.
+
+    Where none of them says so, what is left of the memory decides. What the failed job holds is counted, for its frames
+    belong to the error.
+    """
     while error is not None:
         if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
             return True
@@ -239,6 +261,10 @@ def _is_out_of_memory(error: BaseException | None) -> bool:
         if isinstance(error, ImportError | RuntimeError) and any(text in str(error) for text in OUT_OF_MEMORY_TEXTS):
             return True
         error = error.__cause__ or error.__context__
+    try:
+        bytearray(LEAST_LEFT_BYTES)
+    except MemoryError:
+        return True
     return False
 
 

@@ -76,6 +76,8 @@ def test_an_answer_may_be_none_or_large(pool: Pool) -> None:
         ("eat", "memory", "more than 2 GB"),
         ("out_of_memory_inside", "memory", "more than 2 GB"),
         ("out_of_memory_at_import", "memory", "more than 2 GB"),
+        ("out_of_memory_in_other_words", "memory", "more than 2 GB"),
+        ("out_of_memory_when_told", "memory", "more than 2 GB"),
         ("unsendable", "error", "not to be sent"),
         ("unreadable", "error", "not a number"),
     ],
