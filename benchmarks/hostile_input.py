@@ -18,12 +18,11 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
+from tests.access_audit import Watch
+from tests.hostile_set import HostileSet, Said, disputed, told, verdict
+from tests.libraries import casa
 
-from tests.access_audit import Watch  # noqa: E402
-from tests.hostile_set import HostileSet, Said, disputed, told, verdict  # noqa: E402
-from tests.libraries import casa  # noqa: E402
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""registry/confidence.yaml: how sure `articulate` is. Written by benchmarks/articulate_confidence.py."""
+"""registry/confidence.yaml: how sure `articulate` is. Written by benchmarks/articulate/confidence.py."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ CONTROL_CLASSES = ("neither", PartKind.KNOB.value, PartKind.BUTTON.value)
 # Probabilities are averaged as logarithms; less than this counts as this.
 LEAST_PROBABILITY = 1e-4
 # Probability from which on something is a knob or a key. Ref: with its source left out, of what is told at .45 to .50 a
-# quarter is right, of what is told at .50 to .60 three quarters (benchmarks/train_controls.py).
+# quarter is right, of what is told at .50 to .60 three quarters (benchmarks/train/controls.py).
 MIN_PROBABILITY = 0.45
 # What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
 # are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.

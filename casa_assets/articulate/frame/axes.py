@@ -17,7 +17,7 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.core.typing import Floats
 
 # Weight of each feature in the log odds of a candidate; features whose weight came out as zero are left out. Ref:
-# conditional logit over members of this project's own families, merged into one mesh each (benchmarks/train_frame.py).
+# conditional logit over members of this project's own families, merged into one mesh each (benchmarks/train/frame.py).
 WEIGHTS: Mapping[str, float] = {
     "front_detail": 9.51,
     "back_detail": -3.106,

@@ -95,7 +95,7 @@ _VOCABULARY = Vocabulary.of(
 RARE_TRAIT = 0.03
 Shapes = tuple[Extent, ...]
 # Usual proportions of each kind, and how often it has each trait; see `FORM_TRAITS` and `_traits`. Set from what makers
-# list; benchmarks/train_hinges.py prints how often the likeliest kind is right.
+# list; benchmarks/train/hinges.py prints how often the likeliest kind is right.
 KIND_TRAITS: Mapping[str, tuple[Shapes, Mapping[str, float]]] = {
     "microwave": (
         ((1, 0.75, 0.58), (1, 0.85, 0.52)),

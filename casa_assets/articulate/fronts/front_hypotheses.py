@@ -112,7 +112,7 @@ CONTEXT = ("mirrored", "stacked", "beside", "inside_better", "around_better")
 def check_front_forest(forest: Forest, with_context: bool) -> Forest:
     """Return a forest that was learned for the features of today. Raises ValueError for another."""
     if forest.features != ((*FEATURES, *CONTEXT) if with_context else FEATURES):
-        raise ValueError("a forest of other features of fronts; run benchmarks/train_fronts.py")
+        raise ValueError("a forest of other features of fronts; run benchmarks/train/fronts.py")
     return forest
 
 

@@ -32,7 +32,7 @@ HINGE_DEPTH_SHARE = 0.15
 DRAWER_TRAVEL_SHARE = 0.81
 DOOR_RANGE_RAD = math.pi / 2
 # Weight of each feature in the log odds of a hinge edge, and of a drawer. Ref: logistic regression over the
-# articulation bench and drawn furniture and appliances (benchmarks/train_hinges.py).
+# articulation bench and drawn furniture and appliances (benchmarks/train/hinges.py).
 EDGE_WEIGHTS: Mapping[str, float] = {
     "handle_away": 5.04,
     "handle_along": 0.71,

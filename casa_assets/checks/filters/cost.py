@@ -13,7 +13,7 @@ from casa_assets.geometry.solid.manifold import union
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset
 
-# Milliseconds that MuJoCo takes to load a thousand triangles, and a million pixels, as benchmarks/ingest_filters.py
+# Milliseconds that MuJoCo takes to load a thousand triangles, and a million pixels, as benchmarks/ingest/filters.py
 # measures them on one core. The time is estimated with them and not measured, so that it is the same on any machine.
 FACES_MS, PIXELS_MS = 5.0, 25.0
 # Part of the greatest moment of inertia that another one may be off without being felt.

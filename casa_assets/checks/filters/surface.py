@@ -13,7 +13,7 @@ from casa_assets.geometry.mesh.topology import edge_counts
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.registry.category import Category, MatterFill, RestingPose
 
-# All lengths are parts of another length. Choices, tried on spoilt meshes by benchmarks/ingest_filters.py.
+# All lengths are parts of another length. Choices, tried on spoilt meshes by benchmarks/ingest/filters.py.
 # A component thinner than this part of its own width is flat.
 FLATNESS = 0.005
 # The share of a flat component that is seen from both sides, from which on it is a card and no side of a box.

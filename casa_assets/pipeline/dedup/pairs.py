@@ -22,7 +22,7 @@ from casa_assets.pipeline.dedup.signature import surface
 from casa_assets.pipeline.library import library as library_files
 from casa_assets.preview.color_statistics import color_distance
 
-# Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest_duplicates.py.
+# Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035
 AXES = 3  # principal axes, whose spreads end a row of the table
 

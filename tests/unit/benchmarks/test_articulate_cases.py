@@ -4,14 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from articulate_cases.changes import CHANGES, changed
-from articulate_cases.fuse import fused
-from articulate_cases.labelled import FRONTS, LabelledMesh, read_case, write_case
-from articulate_cases.manners import MANNERS, in_manner
-from articulate_cases.parts import outward
-from articulate_cases.plain.draw import KINDS, draw
-from articulate_cases.surfaces import by_position
 
+from benchmarks.articulate.cases.changes import CHANGES, changed
+from benchmarks.articulate.cases.fuse import fused
+from benchmarks.articulate.cases.labelled import FRONTS, LabelledMesh, read_case, write_case
+from benchmarks.articulate.cases.manners import MANNERS, in_manner
+from benchmarks.articulate.cases.parts import outward
+from benchmarks.articulate.cases.plain.draw import KINDS, draw
+from benchmarks.articulate.cases.surfaces import by_position
 from casa_assets.geometry.mesh.topology import face_components, weld
 
 # What changes how faces are stored, and leaves every surface where it is.

@@ -7,6 +7,7 @@ import json
 import re
 import shlex
 import sqlite3
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from tests.documents import LANGUAGES, REASONS, ROOT, Block, blocks, indented, p
 BLOCKS = [block for page in pages() for block in blocks(page)]
 SHELL = [block for block in BLOCKS if block.language == "sh"]
 CLI = typer.main.get_command(app)
+BENCHMARKS = subprocess.check_output([ROOT / "dev", "bench"], text=True).split()
 
 
 @pytest.mark.parametrize("page", pages())
@@ -46,7 +48,7 @@ def test_commands_take_their_options(block: Block) -> None:
         elif words[0] == "./dev":
             assert f"\n  {words[1]} " in (ROOT / "dev").read_text(encoding="utf-8"), f"{block}: {command}"
             if words[1] == "bench" and len(words) > 2:
-                assert (ROOT / "benchmarks" / f"{words[2]}.py").is_file(), f"{block}: {command}"
+                assert words[2] in BENCHMARKS, f"{block}: {command}"
         else:
             program = Path(words[0]).name  # of an environment of its own, where a folder is named
             assert program in ("python", "python3.11", "pip"), f"{block}: nothing checks {command!r}"

@@ -1,0 +1,1 @@
+"""Scripts behind every quoted number; `./dev bench` lists them."""

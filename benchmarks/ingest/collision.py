@@ -1,0 +1,262 @@
+"""Collision shapes of ingest against CoACD, V-HACD and obj2mjcf 0.0.25, on the same meshes, in the same run.
+
+    ./dev bench ingest_collision [folders of meshes] [--limit 20] [--every 6] [--only mug bowl] [--unknown] [--closed]
+                                 [--drop 20] [--peers coacd=4 vhacd=20 obj2mjcf=4] [--fresh]
+
+Writes out/bench/ingest_collision.json and .md after each input, and prints the latter at the end: a page for each
+folder. A run goes on where the one before it ended: what stands in the JSON is not done again (--fresh: all anew).
+All are handed the mesh as our stages leave it before collision: clean, upright, metres. One input at a time, each in a
+process of its own; seconds are those of the processor, children included, so that a busy machine changes nothing. Ours
+includes deciding that one shape is enough, making open meshes solid and measuring what was made. CoACD runs as obj2mjcf
+calls it; obj2mjcf runs besides as it is (--peers obj2mjcf), from an environment of its own under the folder of results.
+With --unknown every input is taken for something of no known kind.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import multiprocessing
+import os
+import resource
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from benchmarks.ingest.judging import peer_coacd, stepping, tools
+from benchmarks.ingest.judging.collision import Truth, fit, truth
+from benchmarks.ingest.judging.collision_report import COACD, OBJ2MJCF, OURS, VHACD, Row, report
+from benchmarks.ingest.judging.collision_targets import targets
+from benchmarks.ingest.judging.inputs import Input, Prepared, dump, prepared
+from casa_assets import registry
+from casa_assets.errors import CasaError
+from casa_assets.geometry.solid.hull import convex_hull, hull_volume
+from casa_assets.geometry.solid.tessellate import tessellate
+from casa_assets.ingest.collision.collide import collide
+from casa_assets.ingest.collision.convex_decomposition import Budget, DecompositionFailed, decompose
+from casa_assets.ingest.collision.params import CollideParams
+from casa_assets.ingest.draft import PlacedShape
+from casa_assets.model.asset.mesh import Mesh
+from casa_assets.model.asset.shape import Hull
+from casa_assets.model.pose import Pose
+from casa_assets.model.registry.category import MatterFill
+
+Floats = npt.NDArray[np.float64]
+
+ROUND_STEPS = 96  # a cylinder so drawn lacks 0.07 % of its volume
+ROUNDS = 4  # a run that is stopped has seen inputs from all over the folder
+DEATH_S = 900  # wall seconds after which a process is given up; CPU limits come first
+
+Tool = Callable[[Prepared, int], tuple[list[PlacedShape], str]]
+
+
+def ours(item: Prepared, _: int) -> tuple[list[PlacedShape], str]:
+    """The stage of ingest."""
+    out = collide(item.draft, item.category, CollideParams())
+    return list(out.colliders), out.guesses[-1].value
+
+
+def coacd(item: Prepared, cpu_s: int) -> tuple[list[PlacedShape], str]:
+    """CoACD with obj2mjcf's defaults; it sets no limit to the vertices of a hull."""
+    clouds, message = peer_coacd.run(*item.mesh, cpu_s)
+    return _placed(clouds), message
+
+
+def vhacd(item: Prepared, cpu_s: int) -> tuple[list[PlacedShape], str]:
+    """V-HACD of everything at once: 32 hulls of 64 vertices, 400,000 voxels."""
+    try:
+        return _placed(decompose("vhacd", *item.mesh, Budget(hulls=32, hull_vertices=64, cpu_s=cpu_s))), ""
+    except DecompositionFailed as error:
+        return [], str(error)
+
+
+def obj2mjcf(item: Prepared, cpu_s: int) -> tuple[list[PlacedShape], str]:
+    """obj2mjcf with --decompose; its environment has been made."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = tools.peer(PEER_VENV, Path(folder) / "meshes", 4.0 * cpu_s)
+        answer = run(Input(item.path, item.category.id, item.mesh))
+    return _placed(answer.shapes.clouds if answer.shapes else []), answer.message
+
+
+PEER_VENV = Path("out/bench").absolute() / f"venv_{tools.PEER}"
+TOOLS: dict[str, tuple[str, Tool]] = {
+    "ours": (OURS, ours),
+    "coacd": (COACD, coacd),
+    "vhacd": (VHACD, vhacd),
+    "obj2mjcf": (OBJ2MJCF, obj2mjcf),
+}
+
+
+def _placed(clouds: Sequence[Floats]) -> list[PlacedShape]:
+    hulls = [convex_hull(cloud) for cloud in clouds if hull_volume(cloud) > 0]
+    # Hulls of more vertices than the model allows are measured as they are.
+    shapes = [Hull.model_construct(mesh=Mesh(vertices=points, faces=faces)) for points, faces in hulls]
+    return [PlacedShape.model_construct(shape=shape, pose=Pose()) for shape in shapes]
+
+
+def judged(
+    item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool
+) -> Iterator[tuple[Row, list[PlacedShape]]]:
+    """Every tool on an input, and what it made, as each is done: a process's peak of memory never goes down again.
+
+    Args:
+        is_closed_only: peers see nothing of a mesh that is not closed.
+    """
+    full = item.category.build in (MatterFill.SOLID, MatterFill.FILLED)
+    of = truth(item.mesh, full)
+    for name in names:
+        if is_closed_only and of.solid is None and name != "ours":
+            continue
+        title, tool = TOOLS[name]
+        before = _cpu()
+        try:
+            shapes, message = tool(item, cpu_s)
+        except CasaError as error:
+            shapes, message = [], str(error)
+        seconds = _cpu() - before
+        base = Row(item.path, item.category.id, item.category.build.value, title, round(seconds, 2))
+        yield _row(base, shapes, of, message), shapes
+
+
+def _row(base: Row, shapes: list[PlacedShape], of: Truth, message: str) -> Row:
+    hulls = [len(s.shape.mesh.vertices) for s in shapes if isinstance(s.shape, Hull)]
+    measured = fit([tessellate(s.shape, s.pose, ROUND_STEPS)[0] for s in shapes], of) if shapes else None
+    numbers = {} if measured is None else asdict(measured)
+    return Row(
+        **{
+            **asdict(base),
+            **{k: None if v is None else float(f"{v:.4g}") for k, v in numbers.items()},
+            "longest_mm": round(1000 * of.longest, 1),
+            "message": message,
+            "shapes": len(shapes) if measured is not None else None,
+            "kinds": " ".join(sorted({s.shape.kind for s in shapes})),
+            "hull_vertices": max(hulls, default=0),
+        }
+    )
+
+
+def _cpu() -> float:
+    now = os.times()
+    return now.user + now.system + now.children_user + now.children_system
+
+
+def _child(item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool, answer: Connection) -> None:
+    rows = []
+    for row, shapes in judged(item, names, cpu_s, is_closed_only):
+        own, others = (resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        rows.append((Row(**{**asdict(row), "memory_mb": max(own, others) // 1024}), shapes))
+    answer.send(rows)
+
+
+def apart(
+    item: Prepared, names: Sequence[str], cpu_s: int, is_closed_only: bool = False
+) -> list[tuple[Row, list[PlacedShape]]]:
+    """`judged` in a process of its own; what kills it is said in the rows."""
+    here, there = multiprocessing.Pipe(duplex=False)
+    child = multiprocessing.Process(target=_child, args=(item, names, cpu_s, is_closed_only, there))
+    child.start()
+    there.close()
+    try:
+        if here.poll(DEATH_S):
+            rows: list[tuple[Row, list[PlacedShape]]] = here.recv()
+            return rows
+        message = f"still running after {DEATH_S} s"
+        child.kill()
+    except EOFError:
+        message = "its process died"
+    finally:
+        child.join()
+    base = (item.path, item.category.id, item.category.build.value)
+    return [(Row(*base, TOOLS[name][0], 0.0, message=f"{message} ({child.exitcode})"), []) for name in names]
+
+
+def main() -> None:
+    """Parse, run, write, print."""
+    given = _options()
+    most = dict(_counted(word) for word in given.peers)
+    trouble = tools.install_peer(PEER_VENV) if "obj2mjcf" in most else ""
+    if trouble:
+        print(trouble)
+        del most["obj2mjcf"]
+    path = given.out / "ingest_collision.json"
+    old = (
+        json.loads(path.read_text(encoding="utf-8")) if path.exists() and not given.fresh else {"rows": [], "pace": []}
+    )
+    rows = [Row(**row) for row in old["rows"]]
+    pace = [stepping.Pace(**p) for p in old["pace"]]
+    for folder in given.folders:
+        label = f"{folder.as_posix()}{' as unknown kinds' if given.unknown else ''}"
+        made: dict[str, list[list[PlacedShape]]] = {}
+        inputs = prepared(folder, given.every, given.only, ROUNDS)
+        for number, item in enumerate(itertools.islice(inputs, given.limit)):
+            taken = replace(item, category=registry.load().category(registry.FALLBACK)) if given.unknown else item
+            done = {r.tool for r in rows if (r.folder, r.path) == (label, item.path)}
+            wanted = ["ours", *(n for n, count in most.items() if number < count)]
+            names = [n for n in wanted if TOOLS[n][0] not in done]
+            for row, shapes in apart(taken, names, given.cpu, given.closed) if names else []:
+                rows.append(replace(row, folder=label))
+                made.setdefault(row.tool, []).append(shapes)
+                print(_told(row), flush=True)
+            pace = pace or _pace(made, given.drop)
+            _write(given.out, rows, pace)
+    print(_write(given.out, rows, pace))
+
+
+def _options() -> argparse.Namespace:
+    """The options of a run."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folders", type=Path, nargs="*", default=[Path("examples/meshes")], help="meshes")
+    parser.add_argument("--every", type=int, default=1, help="only every n-th input")
+    parser.add_argument("--limit", type=int, default=None, help="only so many inputs of each folder")
+    parser.add_argument("--only", nargs="*", default=[], help="only inputs of these categories")
+    parser.add_argument("--unknown", action="store_true", help="take every input for something of no known kind")
+    parser.add_argument("--closed", action="store_true", help="show peers only meshes that are closed")
+    parser.add_argument("--peers", nargs="*", default=["coacd", "vhacd"], help="others; NAME=8: on the first 8 inputs")
+    parser.add_argument("--cpu", type=int, default=120, help="CPU seconds for a peer on one input")
+    parser.add_argument("--drop", type=int, default=0, help="drop so many on a table, ours and V-HACD's; 0: none")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"), help="where results go")
+    parser.add_argument("--fresh", action="store_true", help="do all anew, whatever an earlier run has done")
+    return parser.parse_args()
+
+
+def _told(row: Row) -> str:
+    """What a tool made of an input, in a line."""
+    return f"{row.path}: {row.tool}: {row.seconds:.1f} s, {row.shapes} shapes, IoU {row.iou} {row.message}"
+
+
+def _counted(word: str) -> tuple[str, float]:
+    """Name and number of inputs of a word such as coacd=4; raises KeyError for a tool that there is not."""
+    name, _, count = word.partition("=")
+    return name if name in TOOLS else TOOLS[name][0], float(count or "inf")
+
+
+def _pace(made: dict[str, list[list[PlacedShape]]], count: int) -> list[stepping.Pace]:
+    """Both tools' shapes of the same things on a table, as soon as there are so many; CoACD fails on too many."""
+    names = [t for t in (OURS, VHACD) if t in made]
+    if not count or len(names) < 2:
+        return []
+    whole = [k for k in range(min(len(made[t]) for t in names)) if all(made[t][k] for t in names)]
+    return stepping.compare({t: [made[t][k] for k in whole[:count]] for t in names}) if len(whole) >= count else []
+
+
+def _write(out: Path, rows: Sequence[Row], pace: Sequence[stepping.Pace]) -> str:
+    """The files of a run; the page of each folder, one after the other."""
+    dump(out / "ingest_collision.json", {"rows": [asdict(r) for r in rows], "pace": [asdict(p) for p in pace]})
+    folders = list(dict.fromkeys(r.folder for r in rows))
+    pages = []
+    for folder in folders:
+        own = [r for r in rows if r.folder == folder]
+        pages.append(report(own, folder, targets(own, pace), [p.message for p in pace]))
+    text = "\n".join(pages)
+    (out / "ingest_collision.md").write_text(text, encoding="utf-8")
+    return text
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,194 @@
+"""Filters of ingest: what they say of the assets of a library, and of the same assets spoilt in one way each.
+
+    ./dev bench ingest_filters LIBRARY [--every 3]
+
+Writes out/bench/ingest_filters.json and .md, and prints the latter. LIBRARY is what `casa-assets ingest` made; its
+accepted assets are taken as sound: what a filter says of them is listed by name, to be judged by eye. Each is then
+spoilt in twelve ways (judging/spoilt.py) and called by other names, and it is counted how often the filter
+that should speak does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from benchmarks.ingest.judging.inputs import dump
+from benchmarks.ingest.judging.spoilt import WAYS
+from casa_assets import registry
+from casa_assets.checks.check import Check
+from casa_assets.checks.filters.cost import FACES_MS, PIXELS_MS
+from casa_assets.checks.filters.kind import UNKNOWN, misfit
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.table.table import TABLE
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.registry.category import Category
+from casa_assets.pipeline.library.library import Library, read_asset
+
+Floats = npt.NDArray[np.float64]
+
+# Nothing is wrong with the mesh, but with what it is said to be.
+RENAMED = "called something else"
+# Share of spoilt assets that the filter meant for them has to find.
+TARGET = 0.95
+ROWS = {check.code: check for check in TABLE if check.code.startswith("FLT")}
+
+
+@dataclass
+class Filter:
+    """What one filter said of sound assets: numbers by id, and what it found."""
+
+    numbers: dict[str, float] = field(default_factory=dict)
+    flagged: dict[str, str] = field(default_factory=dict)
+    seconds: float = 0.0
+
+
+@dataclass
+class Spoilt:
+    """How often spoilt assets were found: ids of those that were not."""
+
+    tried: int = 0
+    missed: list[str] = field(default_factory=list)
+
+
+def packages(root: Path, every: int) -> Iterator[Package]:
+    """Accepted assets of a library, every n-th."""
+    known = registry.load()
+    for folder in list(Library(root).accepted())[::every]:
+        asset = read_asset(folder)
+        yield Package(asset, known.category(asset.labels.category), folder)
+
+
+def judge(check: Check, package: Package) -> tuple[float | None, str]:
+    """Number and words of one filter on one asset."""
+    limit = None if check.limit is None else registry.load().limits[check.limit]
+    found = check.function(package.asset if check.subject is Asset else package, limit)
+    return found.number, "; ".join(message for _, message in found.problems)
+
+
+def load_ms(folder: Path) -> float:
+    """Processor time that MuJoCo takes to load the model, milliseconds."""
+    start = time.process_time()
+    mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
+    return 1000 * (time.process_time() - start)
+
+
+def measure(root: Path, every: int) -> tuple[int, dict[str, Filter], dict[str, Spoilt], list[tuple[float, float]]]:
+    """Assets seen, by filter what it said, by way of spoiling what it missed, and (reckoned, measured) ms to load."""
+    sound = {code: Filter() for code in ROWS}
+    spoilt = {name: Spoilt() for name in (*(way.name for way in WAYS), RENAMED)}
+    loads: list[tuple[float, float]] = []
+    seen: list[tuple[str, Floats, Category]] = []
+    for package in packages(root, every):
+        name = package.asset.id
+        # First, for MuJoCo remembers what it has loaded.
+        took = load_ms(package.root)
+        for code, check in ROWS.items():
+            _listen(sound[code], check, package)
+        loads.append((sound["FLT013"].numbers[name], took))
+        for way in WAYS:
+            bad = way.spoil(package.asset, package.category)
+            if bad is not None and name not in sound[way.code].flagged:
+                found = judge(ROWS[way.code], Package(bad, package.category, package.root))[1]
+                _count(spoilt[way.name], name, bool(found))
+        seen.append((name, np.ptp(package.asset.bounds, axis=0), package.category))
+        print(f"{name}: done", flush=True)
+    _rename(seen, spoilt[RENAMED])
+    return len(seen), sound, spoilt, loads
+
+
+def _listen(to: Filter, check: Check, package: Package) -> None:
+    start = time.process_time()
+    number, message = judge(check, package)
+    to.seconds += time.process_time() - start
+    if number is not None:
+        to.numbers[package.asset.id] = number
+    if message:
+        to.flagged[package.asset.id] = message
+
+
+def _rename(seen: list[tuple[str, Floats, Category]], into: Spoilt) -> None:
+    """Each thing under the names of up to four others, as far round the list as can be."""
+    limit = registry.load().limits["odd_shape"]
+    for i, (name, size, category) in enumerate(seen):
+        for step in range(1, 5):
+            other = seen[(i + step * len(seen) // 5) % len(seen)][2]
+            if other.id not in (category.id, UNKNOWN):
+                _count(into, f"{name} as {other.id}", misfit(size, other) > limit)
+
+
+def _count(into: Spoilt, name: str, found: bool) -> None:
+    into.tried += 1
+    if not found:
+        into.missed.append(name)
+
+
+def table(name: str, count: int, sound: dict[str, Filter], spoilt: dict[str, Spoilt], loads: list[list[float]]) -> str:
+    """All tables as markdown."""
+    lines = [f"Filters on {count} accepted assets of `{name}`", ""]
+    lines += [
+        "| filter | severity | limit | least | median | most | speaks of | ms |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    lines += [_sound_row(check, sound[code], count) for code, check in ROWS.items()]
+    lines += ["", f"Spoilt on purpose (target: at least {TARGET:.0%} of each found)", ""]
+    lines += ["| spoilt by | filter | found | of | share | target | missed |", "|---|---|---|---|---|---|---|"]
+    lines += [_spoilt_row(way.name, way.code, spoilt[way.name]) for way in WAYS]
+    lines.append(_spoilt_row(RENAMED, "FLT008", spoilt[RENAMED]))
+    if loads:
+        off = np.array([measured / max(reckoned, 1e-9) for reckoned, measured in loads])
+        low, mid, high = np.percentile(off, (10, 50, 90))
+        by = f"{FACES_MS:g} ms a thousand triangles, {PIXELS_MS:g} ms a million pixels"
+        lines += [
+            "",
+            f"Time to load, measured over reckoned ({by}): median {mid:.2f}, 80 % from {low:.2f} to {high:.2f}",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _sound_row(check: Check, found: Filter, count: int) -> str:
+    limit = "" if check.limit is None else f"{registry.load().limits[check.limit]:g} {check.unit}".strip()
+    spread = np.percentile(list(found.numbers.values()), (0, 50, 100)) if found.numbers else ()
+    least, median, most = (f"{v:.3g}" for v in spread) if len(spread) else ("", "", "")
+    who = f"{len(found.flagged)}: {', '.join(sorted(found.flagged)[:6])}" if found.flagged else "0"
+    cells = [f"{check.code} {check.function.__name__}", check.severity.value, limit, least, median, most, who]
+    return f"| {' | '.join([*cells, f'{1000 * found.seconds / max(count, 1):.0f}'])} |"
+
+
+def _spoilt_row(name: str, code: str, one: Spoilt) -> str:
+    found = one.tried - len(one.missed)
+    share = found / one.tried if one.tried else float("nan")
+    verdict = "pass" if share >= TARGET else f"miss by {100 * (TARGET - share):.0f} points"
+    cells = [name, code, str(found), str(one.tried), f"{share:.0%}", verdict, ", ".join(one.missed[:6])]
+    return f"| {' | '.join(cells)} |"
+
+
+def main() -> None:
+    """Parse, run, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("library", type=Path, help="library that ingest made")
+    parser.add_argument("--every", type=int, default=1, help="only every n-th asset")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"), help="where results go")
+    given = parser.parse_args()
+    count, sound, spoilt, loads = measure(given.library, given.every)
+    rows = {
+        "assets": count,
+        "sound": {code: {"numbers": f.numbers, "flagged": f.flagged} for code, f in sound.items()},
+        "spoilt": {name: {"tried": s.tried, "missed": s.missed} for name, s in spoilt.items()},
+        "load_ms": loads,
+    }
+    dump(given.out / "ingest_filters.json", rows)
+    text = table(given.library.name, count, sound, spoilt, [list(pair) for pair in loads])
+    (given.out / "ingest_filters.md").write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()

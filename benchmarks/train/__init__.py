@@ -1,0 +1,1 @@
+"""Scripts that fit what `articulate` has learned on labelled cases and write it into registry/."""
