@@ -15,9 +15,8 @@ from __future__ import annotations
 import argparse
 import json
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +26,7 @@ from benchmarks.articulate.cases.plain.draw import KINDS
 from benchmarks.articulate.scoring.score import load_score, unpacked
 from benchmarks.train.control_cases.samples import SKIP, Samples, cached, case_samples, drawn_samples, scene_samples
 from benchmarks.train.control_cases.scenes import KEY, KNOB, NEITHER
+from benchmarks.train.forest_file import write_forest
 from casa_assets.articulate.controls.classify import CONTROL_CLASSES, decided, pooled
 from casa_assets.articulate.controls.controls import classify_control
 from casa_assets.articulate.controls.features import CONTROL_FEATURES
@@ -148,23 +148,6 @@ def _counts(true: Ints, found: Ints) -> str:
     return f"{(true == found).mean():12.3f} {swapped:7d} {extra:5d} {lost:4d}       "
 
 
-def written(forest: ExtraTreesClassifier) -> str:
-    """The forest as the text of its file, a tree on each line."""
-    head = {"features": list(CONTROL_FEATURES), "classes": list(CONTROL_CLASSES)}
-    trees = ",\n".join(json.dumps(list(_nodes(e.tree_)), separators=(",", ":")) for e in forest.estimators_)
-    return f'{json.dumps(head, indent=1)[:-2]},\n "trees": [\n{trees}\n]}}\n'
-
-
-def _nodes(tree: Any) -> Iterator[list[Any]]:
-    for k in range(tree.node_count):
-        if tree.children_left[k] < 0:
-            share = tree.value[k, 0] / tree.value[k, 0].sum()
-            yield [[round(100 * float(p)) for p in share]]
-        else:
-            threshold = float(f"{tree.threshold[k]:.4g}")
-            yield [int(tree.feature[k]), threshold, int(tree.children_left[k]), int(tree.children_right[k])]
-
-
 def gathered(args: argparse.Namespace) -> list[Samples]:
     """All samples: of scenes, of the benchmark, and of own families."""
 
@@ -206,10 +189,8 @@ def main() -> None:
     tell(table, chances)
     table.leave_out_doubtful(chances)
     if args.write:
-        path = Path(__file__).parents[2] / "registry" / "learned" / "controls.json"
-        path.parent.mkdir(exist_ok=True)
-        path.write_text(written(table.learn(np.ones(len(table.types), dtype=bool))), encoding="utf-8")
-        print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
+        everything = table.learn(np.ones(len(table.types), dtype=bool))
+        write_forest("controls", everything, CONTROL_FEATURES, CONTROL_CLASSES)
 
 
 if __name__ == "__main__":

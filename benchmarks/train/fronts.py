@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import pickle
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -26,6 +26,7 @@ import numpy.typing as npt
 from sklearn.ensemble import ExtraTreesClassifier
 
 from benchmarks.articulate.scoring.score import load_score, truth, unpacked
+from benchmarks.train.forest_file import write_forest
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.fronts.bulging_fronts import merge_stairs
 from casa_assets.articulate.fronts.front_hypotheses import (
@@ -56,6 +57,8 @@ MIN_VISIBLE, MIN_FILL = 0.003, 0.5
 TREES, LEAVES, FEWEST_AT_LEAF, SHARE_OF_FEATURES, SEED = 48, 160, 4, 0.4, 4
 MARGINS = (-1.0, -0.5, 0.0, 0.5)
 FOLDS = 3
+# What the forests tell apart.
+CLASSES = ("other", "front")
 CONFIDENCES = (0.0, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.01)
 
 
@@ -228,23 +231,6 @@ def judge(samples: Sequence[Sample], verbose: bool) -> None:
             print(f"told {low:.1f} to {min(high, 1.0):.1f}: {in_range.sum()} fronts, {share:.0%} right")
 
 
-def written(forest: ExtraTreesClassifier, features: Sequence[str]) -> str:
-    """The forest as the text of its file, a tree on each line."""
-    head = {"features": list(features), "classes": ["other", "front"]}
-    trees = ",\n".join(json.dumps(list(_nodes(e.tree_)), separators=(",", ":")) for e in forest.estimators_)
-    return f'{json.dumps(head, indent=1)[:-2]},\n "trees": [\n{trees}\n]}}\n'
-
-
-def _nodes(tree: Any) -> Iterator[list[Any]]:
-    for k in range(tree.node_count):
-        if tree.children_left[k] < 0:
-            share = tree.value[k, 0] / tree.value[k, 0].sum()
-            yield [[round(100 * float(p)) for p in share]]
-        else:
-            threshold = float(f"{tree.threshold[k]:.4g}")
-            yield [int(tree.feature[k]), threshold, int(tree.children_left[k]), int(tree.children_right[k])]
-
-
 def gathered(folder: Path, keep: Path, own: bool) -> list[Sample]:
     """The samples of a folder of cases."""
     store = keep / f"{'_'.join(folder.resolve().parts[-3:])}.pickle"
@@ -280,16 +266,9 @@ def main() -> None:
     if not args.no_judge:
         judge(samples, args.verbose)
     if args.write:
-        folder = Path(__file__).parents[2] / "registry" / "learned"
-        folder.mkdir(exist_ok=True)
         alone, together = both(samples)
-        for name, forest, features in (
-            ("fronts_alone", alone, FEATURES),
-            ("fronts", together, (*FEATURES, *CONTEXT)),
-        ):
-            path = folder / f"{name}.json"
-            path.write_text(written(forest, features), encoding="utf-8")
-            print(f"{path.name}: {path.stat().st_size / 1024:.0f} KiB")
+        write_forest("fronts_alone", alone, FEATURES, CLASSES)
+        write_forest("fronts", together, (*FEATURES, *CONTEXT), CLASSES)
 
 
 if __name__ == "__main__":

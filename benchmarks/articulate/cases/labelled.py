@@ -136,14 +136,16 @@ def write_case(
 
 
 def read_obj(path: Path) -> tuple[Floats, Ints]:
-    """Vertices and triangles of an OBJ file; polygons become fans, as score.py of the benchmark reads them."""
-    points, faces = [], []
-    for line in path.read_text(encoding="utf-8").splitlines():
+    """Vertices and triangles of an OBJ file; polygons become fans in file order, as score.py reads them."""
+    points: list[list[str]] = []
+    faces: list[list[int]] = []
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
         if line.startswith("v "):
             points.append(line.split()[1:4])
         elif line.startswith("f "):
-            at = [int(word.split("/")[0]) - 1 for word in line.split()[1:]]
-            faces += [(at[0], at[k], at[k + 1]) for k in range(1, len(at) - 1)]
+            corners = [int(word.split("/")[0]) for word in line.split()[1:]]
+            corners = [c - 1 if c > 0 else len(points) + c for c in corners]
+            faces += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
     return np.array(points, dtype=np.float64).reshape(-1, 3), np.array(faces, dtype=np.int64).reshape(-1, 3)
 
 

@@ -22,16 +22,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from benchmarks.articulate.cases.labelled import read_obj
+from benchmarks.articulate.scoring.prediction import part_row
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.model.ingest.source import RawModel
 from casa_assets.pipeline.articulate.build import ArticulateRequest, ArticulateResult, build
 from casa_assets.pipeline.articulate.run import publish_result
-
-Floats = npt.NDArray[np.float64]
-Ints = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -114,23 +113,13 @@ def _found(request: ArticulateRequest, file: Path) -> dict[str, Any]:
 def prediction_parts(result: ArticulateResult, file: Path) -> list[dict[str, Any]]:
     """The parts of a built asset as score.py reads them, over the faces of an OBJ file."""
     place = _faces_in_file(result, file)
-    parts = []
     final = {p.name: p.joint for p in result.articulation.parts}
     frame = result.articulation.frame
-    for part in result.planned.parts:
-        joint = final.get(part.name, part.joint)
-        slides = joint.kind.value == "slide"
-        row = {
-            "type": "prismatic" if slides else "continuous" if joint.endless else "revolute",
-            "axis": list(frame.direction_to_file(joint.axis)),
-            "origin": frame.to_file(np.array([joint.anchor]))[0].tolist(),
-            "range": [r / frame.scale if slides else r for r in joint.range],
-        }
-        parts.append(
-            {"name": part.name, "type": part.kind.value, "parent": part.parent or "base", "joint": row}
-            | {"confidence": part.confidence, "faces": np.sort(place[part.faces]).tolist()}
-        )
-    return parts
+    return [
+        part_row(part, final.get(part.name, part.joint), frame, np.sort(place[part.faces]))
+        | {"confidence": part.confidence}
+        for part in result.planned.parts
+    ]
 
 
 def _faces_in_file(result: ArticulateResult, file: Path) -> Ints:
@@ -164,17 +153,3 @@ def matching_faces(corners: Floats, others: Floats) -> Ints:
     if len(lost):
         place[lost] = cKDTree(others.mean(axis=1)).query(corners[lost].mean(axis=1))[1]
     return place
-
-
-def read_obj(path: Path) -> tuple[Floats, Ints]:
-    """Vertices and triangles of an OBJ, polygons as fans in file order, as score.py reads them."""
-    vertices: list[list[str]] = []
-    faces: list[list[int]] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        if line.startswith("v "):
-            vertices.append(line.split()[1:4])
-        elif line.startswith("f "):
-            corners = [int(c.split("/")[0]) for c in line.split()[1:]]
-            corners = [c - 1 if c > 0 else len(vertices) + c for c in corners]
-            faces += [[corners[0], corners[k], corners[k + 1]] for k in range(1, len(corners) - 1)]
-    return np.array(vertices, dtype=np.float64).reshape(-1, 3), np.array(faces, dtype=np.int64).reshape(-1, 3)

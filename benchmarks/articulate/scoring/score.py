@@ -20,6 +20,7 @@ import numpy as np
 
 from benchmarks.articulate.cases.families import write_cases
 from benchmarks.articulate.cases.pose import AXES, turned
+from benchmarks.articulate.scoring.prediction import part_row
 from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
 from casa_assets.articulate.plan import Articulation, Frame
@@ -72,20 +73,7 @@ def frame_is_right(frame: Frame, case: Any) -> bool:
 
 def prediction(found: Articulation) -> dict[str, Any]:
     """What score.py reads: parts by face index, joints in the frame and units of the file."""
-    parts = []
-    for part in found.parts:
-        joint = part.joint
-        slides = joint.kind.value == "slide"
-        span = [r / found.frame.scale if slides else r for r in joint.range]
-        kind = "prismatic" if slides else "continuous" if joint.endless else "revolute"
-        axis = found.frame.direction_to_file(joint.axis)
-        origin = found.frame.to_file(np.array([joint.anchor]))[0].tolist()
-        row = {"type": kind, "axis": list(axis), "origin": origin, "range": span}
-        parts.append(
-            {"name": part.name, "type": part.kind.value, "parent": part.parent or "base", "joint": row}
-            | {"faces": part.faces.tolist()}
-        )
-    return {"parts": parts}
+    return {"parts": [part_row(part, part.joint, found.frame, part.faces) for part in found.parts]}
 
 
 def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
