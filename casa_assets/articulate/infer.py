@@ -38,13 +38,8 @@ from casa_assets.articulate.segment.fragment_measures import (
     TOP,
     MeasuredFragments,
     corners_from_side,
-    measure_fragments,
 )
-from casa_assets.articulate.segment.shell_segments import (
-    MIN_BOXINESS,
-    Fragmentation,
-    boxiness,
-)
+from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.vectors import to_vec3
 from casa_assets.core.forest import Forest
 from casa_assets.core.typing import Floats
@@ -94,17 +89,6 @@ class PartCollector:
         return name
 
 
-def infer_articulation(fragmentation: Fragmentation, frame: Frame, category: str = "") -> Articulation:
-    """Find the moving parts of a mesh.
-
-    Args:
-        fragmentation: of the mesh in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
-        category: id of a category where it is known, empty otherwise.
-    """
-    measured = measure_fragments(fragmentation.mesh, fragmentation.labels)
-    return articulate_fragments(measured, frame, category, known=fragmentation.fronts)
-
-
 def articulate_fragments(
     measured: MeasuredFragments,
     frame: Frame,
@@ -112,9 +96,11 @@ def articulate_fragments(
     control_forest: Forest | None = None,
     known: KnownFronts = NO_FRONTS,
 ) -> Articulation:
-    """Find the moving parts of fragments that are measured already, as `infer_articulation` does.
+    """Find the moving parts of a mesh among its fragments.
 
     Args:
+        measured: the fragments, in the frame: z up, the front faces -y, a diagonal of 1, the middle at the origin.
+        category: id of a category where it is known, empty otherwise.
         control_forest: tells knobs from keys; None for a quick look, at each control alone.
         known: fragments that are fronts; they are not merged with others.
     """

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.articulate.assemble import assemble
+from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation
 from casa_assets.checks.motion.joint_travel import JointTravel, joint_travels
 from casa_assets.errors import CasaError, Rejected
@@ -53,7 +53,7 @@ MAX_MENDS = 2
 STEPS: Mapping[str, CodeRef] = {
     "load": load,
     "frame": guess_frame,
-    "infer": infer_articulation,
+    "plan": choose_plan,
     "complete": add_interiors,
     "assemble": assemble,
     "travel": limit_ranges,

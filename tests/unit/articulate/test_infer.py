@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import box, carcass, drawers, microwave, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
 def found_in(vertices: np.ndarray, faces: np.ndarray) -> Articulation:
     """What is found where up is z and the front faces -y."""
     mesh = weld_triangles(vertices, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
+    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def parts_of(found: Articulation, kind: PartKind) -> list[PartPlan]:

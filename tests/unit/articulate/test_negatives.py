@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import guess_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, disc, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 Shape = tuple[np.ndarray, np.ndarray]
 
@@ -18,7 +18,7 @@ def parts_of(shape: Shape) -> list[str]:
     mesh = weld_triangles(*shape)
     frame = guess_frame(mesh)
     placed = mesh.in_frame(frame)
-    return [p.name for p in infer_articulation(fragment_mesh(placed), frame).parts]
+    return [p.name for p in articulate_fragmentation(fragment_mesh(placed), frame).parts]
 
 
 def plain(*parts: Part) -> Shape:

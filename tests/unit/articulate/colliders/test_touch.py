@@ -9,11 +9,11 @@ from casa_assets.articulate.colliders.clearance import LinkSolid, clear_moving_p
 from casa_assets.articulate.colliders.edge_grips import GRIP_WIDTH_M, add_edge_grip
 from casa_assets.articulate.colliders.link_shapes import box_cloud, convex_clouds, hull_closes_opening, is_frame
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import box, carcass, disc, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 Z = np.array([0.0, 0.0, 1.0])
 
@@ -113,7 +113,7 @@ def test_a_bin_that_reaches_into_a_leaf_hangs_on_it_and_a_shelf_behind_it_does_n
     points, faces, owner = together(*carcass(0.6, 0.6, 1.2), *leaf, basket, shelf)
     mesh = weld_triangles(points, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    found = infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
+    found = articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
     (door,) = found.parts
     own = set(owner[door.faces].tolist())
     assert {5, 6, 7} <= own

@@ -9,7 +9,6 @@ from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.controls.round_controls import drop_burner_caps, find_single_button
 from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.fronts.rectangles import is_bar
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import PartKind
 from casa_assets.articulate.segment.creases import Protrusion
 from casa_assets.articulate.segment.fragment_measures import measure_fragments
@@ -18,6 +17,7 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangle
 from casa_assets.model.asset.mesh import Mesh
 from tests.assets import textured_box
 from tests.unit.articulate.blocks import Part, box, disc, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
 def placed(*parts: Part) -> WeldedMesh:
@@ -40,7 +40,7 @@ def machine(*more: Part) -> tuple[Part, ...]:
 def test_the_one_round_thing_on_a_front_is_a_key_of_what_somebody_calls_a_machine() -> None:
     mesh = placed(*machine(disc((0.1, -0.015, 0.31), 0.035, 0.015)))
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    (part,) = infer_articulation(fragment_mesh(mesh), frame, "coffee_machine").parts
+    (part,) = articulate_fragmentation(fragment_mesh(mesh), frame, "coffee_machine").parts
     assert part.kind is PartKind.BUTTON
     assert part.joint.axis[1] > 0.99
     assert part.confidence < 0.5
@@ -102,7 +102,7 @@ def test_a_small_panel_with_knobs_and_a_lever_is_no_door() -> None:
     parts += [box((0.08, -0.03, 0.13), (0.12, -0.006, 0.14))]
     parts += [disc((x, -0.016, 0.07), 0.008, 0.01) for x in (0.08, 0.12)]
     mesh = placed(*parts)
-    found = infer_articulation(fragment_mesh(mesh), given_frame(mesh, (0, 0, 1), (0, -1, 0)))
+    found = articulate_fragmentation(fragment_mesh(mesh), given_frame(mesh, (0, 0, 1), (0, -1, 0)))
     assert [p.kind for p in found.parts] == [PartKind.KNOB, PartKind.KNOB]
 
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
@@ -19,7 +19,7 @@ def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     vertices, faces, owner = together(*parts)
     mesh = weld_triangles(vertices, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame), owner
+    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame), owner
 
 
 def of_kind(found: Articulation, kind: PartKind) -> list[PartPlan]:

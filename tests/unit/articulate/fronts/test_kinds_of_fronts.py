@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
 def found_in(parts: list[Part], category: str = "") -> Articulation:
@@ -17,7 +17,7 @@ def found_in(parts: list[Part], category: str = "") -> Articulation:
     vertices, faces, _ = together(*parts)
     mesh = weld_triangles(vertices, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame, category)
+    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame, category)
 
 
 def edges(found: Articulation) -> list[HingeEdge | None]:

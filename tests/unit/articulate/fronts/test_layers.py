@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 from tests.unit.articulate.fronts.test_fronts import bar, found_in, of_kind, tub
 
 
@@ -26,7 +26,7 @@ def found_on(vertices: Floats, faces: Ints, tint: Ints | None = None) -> Articul
     """What is found where up is z and the front faces -y."""
     mesh = weld_triangles(vertices, faces, tint)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
+    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def parts_of(plan: PartPlan, owner: Ints) -> set[int]:

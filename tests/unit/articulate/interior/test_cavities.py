@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.interior.cavities import find_cavities
 from casa_assets.articulate.plan import Articulation, HingeEdge, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.rays import cross_rays
@@ -13,6 +12,7 @@ from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Ints, Part, box, carcass, disc, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 from tests.unit.articulate.interior.test_complete import block, door
 
 
@@ -36,7 +36,7 @@ def _inferred(vertices: Floats, faces: Ints) -> tuple[WeldedMesh, Articulation]:
     mesh = weld_triangles(vertices, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
     placed = mesh.in_frame(frame)
-    return placed, infer_articulation(fragment_mesh(placed), frame.replace(metres=1.0))
+    return placed, articulate_fragmentation(fragment_mesh(placed), frame.replace(metres=1.0))
 
 
 def test_an_inside_out_mesh_is_measured_as_the_same() -> None:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import Part, box, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
 def chest() -> list[Part]:
@@ -29,7 +29,7 @@ def found_in(parts: list[Part]) -> Articulation:
     vertices, faces, _ = together(*parts)
     mesh = weld_triangles(vertices, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    return infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
+    return articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def test_what_covers_a_hollow_box_is_hinged_at_its_back() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation, HingeEdge, PartKind, PartPlan
 from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
@@ -19,6 +18,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel, RawPart
 from tests.unit.articulate.blocks import box, disc, microwave
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 Shape = tuple[np.ndarray, np.ndarray]
 
@@ -54,7 +54,7 @@ def placed_of(shape: Shape) -> tuple[Fragmentation, Articulation]:
     mesh = weld_triangles(*shape)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
     fragments = fragment_mesh(mesh.in_frame(frame))
-    return fragments, infer_articulation(fragments, frame)
+    return fragments, articulate_fragmentation(fragments, frame)
 
 
 def model_of(shape: Shape) -> RawModel:
@@ -157,7 +157,7 @@ def test_pieces_of_their_own_are_left_alone() -> None:
     assert fragments.shell is None
     assert fragments.labels is fragments.mesh.fragment_labels
     model = model_of((vertices, faces))
-    assert cut_shell_parts(model, fragments, infer_articulation(fragments, frame))[0] is model
+    assert cut_shell_parts(model, fragments, articulate_fragmentation(fragments, frame))[0] is model
 
 
 def test_nothing_is_invented_on_a_plain_body() -> None:

@@ -16,12 +16,12 @@ from casa_assets.articulate.frame.kind import (
     shape_likelihood,
 )
 from casa_assets.articulate.frame.side_views import measure_side
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.segment.fragment_measures import BACK, FRONT, measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from tests.unit.articulate.blocks import drawers, microwave, together
+from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_parts_and_proportions_tell_the_kind(make: object, kind: str) -> None:
     vertices, faces, _ = make()
     mesh = weld_triangles(vertices, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
-    found = infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
+    found = articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
     guessed, confidence = kind_by_parts((x, y, z), found)
     assert guessed == kind

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.frame.axes import given_frame
-from casa_assets.articulate.infer import infer_articulation
 from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
@@ -19,6 +18,7 @@ from casa_assets.model.record import Vec3
 from casa_assets.pipeline.articulate.kind import NAMING_CONFIDENCE, guess_category
 from casa_assets.pipeline.clip import NO_WEIGHTS
 from tests.unit.articulate.blocks import drawers
+from tests.unit.articulate.fragmented import articulate_fragmentation
 from tests.unit.articulate.test_assemble import obj
 
 
@@ -35,7 +35,7 @@ def chest() -> tuple[Vec3, Articulation]:
     mesh = weld_triangles(vertices, faces)
     frame = given_frame(mesh, (0, 0, 1), (0, -1, 0))
     x, y, z = (float(v) for v in np.ptp(vertices, axis=0))
-    return (x, y, z), infer_articulation(fragment_mesh(mesh.in_frame(frame)), frame)
+    return (x, y, z), articulate_fragmentation(fragment_mesh(mesh.in_frame(frame)), frame)
 
 
 def toaster() -> tuple[str, float, str]:
