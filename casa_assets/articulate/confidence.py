@@ -1,4 +1,4 @@
-"""Turn the confidences of guesses into shares of guesses that are right, and judge all parts of a mesh together."""
+"""Calibrate the confidences of parts, and compute the probability that the parts of a mesh are all right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was learned from labelled cases, handed in by whoever reads the registry."""
+"""The models learned from labelled cases, which the caller reads from the registry and hands in."""
 
 from __future__ import annotations
 

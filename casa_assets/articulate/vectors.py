@@ -1,4 +1,4 @@
-"""Turn arrays into the triples of numbers that records hold, rounded where files are written from them."""
+"""Convert arrays to the tuples of three numbers that records hold, rounded where they are written to files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""registry/confidence.yaml: how sure `articulate` is. Written by benchmarks/articulate/confidence.py."""
+"""Read registry/confidence.yaml, the calibration of `articulate` that benchmarks/articulate/confidence.py fits."""
 
 from __future__ import annotations
 

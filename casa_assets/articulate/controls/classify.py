@@ -1,4 +1,4 @@
-"""Tell knobs and keys from each other and from all else small on a side, group by group, with a learned forest."""
+"""Classify small things on a side as knob, key or neither, group by group, with a learned forest of decision trees."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Describe the controls of a side by numbers without a unit, from which their type is told."""
+"""Compute the dimensionless features of the controls on a side, from which their type is classified."""
 
 from __future__ import annotations
 

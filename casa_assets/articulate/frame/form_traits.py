@@ -1,4 +1,4 @@
-"""Tell which traits a thing has before any joint is decided: fronts, controls and legs, by their form alone."""
+"""Detect by form alone, before any joint is decided, whether an object has fronts, controls or legs, and which."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rectangles of a side that may be fronts, each with what speaks for it, and the set of them that explains it best."""
+"""Propose rectangles of a side that may be fronts, score each, and choose the set that explains the side best."""
 
 from __future__ import annotations
 
@@ -37,8 +37,6 @@ WHOLE_SHARE = 0.92
 SAME_OVERLAP, FREE_OVERLAP = 0.7, 0.08
 # Widths or heights within this share are equal, and neighbours lie within so many diagonals of each other.
 EQUAL_SIZE, NEIGHBOUR_GAP = 0.08, 0.035
-# Most bars between which lines are looked for.
-MAX_BARS = 12
 # Strong hypotheses that are looked at as neighbours, and the share of one that lies within another.
 MAX_NEIGHBOURS, INSIDE_SHARE = 400, 0.85
 # Most hypotheses among which the best set is looked for.

@@ -1,4 +1,4 @@
-"""What is known of the fronts of a shell before its fragments are looked at."""
+"""Fragments of a one-piece shell that segmentation has already found to be fronts, with their probabilities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Find fronts without handles: by what they tile together, or by the controls beside them."""
+"""Find fronts without handles: panels that tile a side together, or that have controls beside them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Describe a front by numbers: what its form, its handle and its neighbours say of its hinge edge, or of a drawer."""
+"""Compute features of a front from its form, handle and neighbours: for each hinge edge, and for being a drawer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How the fronts of each kind of thing usually open: hinge edges of its doors, and the share of drawers."""
+"""Prior probabilities by kind of object: at which edge its doors are hinged, and how many of its fronts are drawers."""
 
 from __future__ import annotations
 

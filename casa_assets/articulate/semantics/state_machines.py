@@ -232,7 +232,7 @@ def _effects(
     value: str,
     kind: EffectKind,
     targets: Sequence[str],
-    color: Vec4 = (1.0, 1.0, 1.0, 1.0),
+    color: Vec4 = WHITE,
 ) -> list[Effect]:
     """Return the effects of a variable's value on those targets that exist."""
     there = {s.name for s in asset.sites} | {r.name for r in asset.regions}

@@ -1,4 +1,4 @@
-"""How sure `articulate` is, fitted on cases of which the truth is known: curves, weights, and what is sure enough."""
+"""The record of registry/confidence.yaml: calibration curves and thresholds for the confidences of `articulate`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mend an articulated asset that its checks would reject for its collision shapes, so that no right plan is lost."""
+"""Repair an articulated asset that fails its checks: fit collision shapes anew, open doors wider, exclude contacts."""
 
 from __future__ import annotations
 
