@@ -6,7 +6,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.model.asset.mesh import Mesh
 
@@ -160,15 +159,12 @@ def _is_missing_side(rim: Floats, points: Floats) -> bool:
 
 def _fan_normal(rim: Floats) -> Floats | None:
     """Mean normal of the fan that closes a rim, (K, 3) points; None where the fan would fold."""
-    count = len(rim)
-    fan = np.stack([np.arange(count), (np.arange(count) + 1) % count, np.full(count, count)], axis=1)
-    normals, areas = face_normals(np.vstack([rim, rim.mean(axis=0)]), fan)
-    total = (areas[:, None] * normals).sum(axis=0)
-    length = float(np.linalg.norm(total))
-    if length <= 0:
+    fronts = _fronts(np.stack([rim, np.roll(rim, -1, axis=0)], axis=1), rim.mean(axis=0))
+    mean = _mean_direction(fronts)
+    if mean is None:
         return None
-    mean: Floats = total / length
-    return mean if bool((normals @ mean > MIN_FAN_COSINE).all()) else None
+    unfolded = bool((fronts @ mean > MIN_FAN_COSINE * np.linalg.norm(fronts, axis=1)).all())
+    return mean if unfolded else None
 
 
 def _with_fan(mesh: Mesh, edges: Ints, middle: Floats) -> Mesh:
@@ -216,9 +212,17 @@ def _fronts(edges: Floats, middle: Floats) -> Floats:
 
 def _flat_normal(edges: Floats, middle: Floats) -> Floats:
     """Unit normal of a fan over (K, 2, 3) edges; up where it has none."""
-    total = _fronts(edges, middle).sum(axis=0)
+    found = _mean_direction(_fronts(edges, middle))
+    return np.array([0.0, 0.0, 1.0]) if found is None else found
+
+
+def _mean_direction(vectors: Floats) -> Floats | None:
+    """Unit vector along the sum of (K, 3) vectors; None where they cancel out."""
+    total = vectors.sum(axis=0)
     length = float(np.linalg.norm(total))
-    unit: Floats = total / length if length > 0 else np.array([0.0, 0.0, 1.0])
+    if length <= 0:
+        return None
+    unit: Floats = total / length
     return unit
 
 
