@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,10 @@ from casa_assets.articulate.vectors import round7, round7_vec3
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import shell_moments
 from casa_assets.geometry.mesh.normals import with_normals
+from casa_assets.geometry.solid.hull import hull_volume
+from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
+from casa_assets.model.asset.link import Collider
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.provenance import Guess, Labels, Provenance
@@ -37,6 +41,9 @@ MAX_SHEET_M = 0.0008
 
 # MuJoCo loads no mesh of fewer vertices: a lone triangle is left out.
 MIN_VERTICES = 4
+# The most that a link weighs for the volume of its collision shapes, kg/m^3: sheets of a small thing would get the mass
+# of a large one. Ref: CRC Handbook of Chemistry and Physics, steel.
+MAX_DENSITY_KG_M3 = 7850.0
 # Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
 BODY_WEIGHT_FACTOR = 2.0
 
@@ -87,12 +94,13 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
         parent = None if i == 0 else (articulation.parts[i - 1].parent or ROOT)
         at = anchors[i] - (np.zeros(3) if parent is None else anchors[names.index(parent)])
         share = max(float(mesh.areas[rows].sum()) * (1.0 if i else BODY_WEIGHT_FACTOR) / max(total, 1e-12), 1e-4)
+        weight = min(mass * share, _heaviest(shapes[i].colliders))
         links.append(
             Link(
                 name=name,
                 parent=parent,
                 pose=Pose(position=round7_vec3(at)),
-                inertial=_inertial(place.points - anchors[i], mesh.faces[rows], mass * share),
+                inertial=_inertial(place.points - anchors[i], mesh.faces[rows], weight),
                 visuals=_visuals(model, place, owner == i - 1, articulation.parts[i - 1] if i else None, anchors[i]),
                 colliders=shapes[i].colliders,
             )
@@ -193,6 +201,13 @@ def _single(values: Floats) -> Floats:
     """Round values to single precision, which is what files hold."""
     found: Floats = values.astype(np.float32).astype(np.float64)
     return found
+
+
+def _heaviest(colliders: tuple[Collider, ...]) -> float:
+    """Return the mass of a link whose collision shapes are all steel, kg; infinite where it has none."""
+    if not colliders:
+        return math.inf
+    return MAX_DENSITY_KG_M3 * sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in colliders)
 
 
 def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:

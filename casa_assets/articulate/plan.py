@@ -115,7 +115,8 @@ class PartPlan(Record):
     @property
     def full_reason(self) -> str:
         """Return why it is this part, and why it has this joint."""
-        return "; ".join(dict.fromkeys(w for w in (self.reason, self.joint.reason) if w))
+        words = (w for reason in (self.reason, self.joint.reason) for w in reason.split("; ") if w)
+        return "; ".join(dict.fromkeys(words))
 
 
 class InteriorKind(StrEnum):

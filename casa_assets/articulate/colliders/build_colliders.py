@@ -100,7 +100,7 @@ def build_colliders(
     metres_per_unit = articulation.frame.metres or 1.0
     owner = articulation.face_owner(len(mesh.faces))
     names = [p.name for p in articulation.parts]
-    blocking_parts = [_door_in_front(p, articulation.parts, mesh) for p in articulation.parts]
+    blocking_parts = [_front_before(p, articulation.parts, mesh) for p in articulation.parts]
     for added in articulation.added:
         owner[added.faces] = BUILT_OWNER
     solids = [_link_solid(points, mesh, fragment_of_face, np.flatnonzero(owner == BODY_OWNER), None)]
@@ -281,23 +281,28 @@ def _cover_extremes(
     ]
 
 
-def _door_in_front(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) -> int | None:
-    """Return the index of the door in front of a rack, turntable or drawer, or None; x is right, y back, z up."""
+def _front_before(part: PartPlan, parts: Sequence[PartPlan], mesh: WeldedMesh) -> int | None:
+    """Return the index of the door or drawer that a rack, turntable or drawer lies behind, or None.
+
+    A drawer behind the front of another one comes out once that stands open. x is right, y back, z up.
+    """
     if part.kind not in (PartKind.TRAY, PartKind.DRAWER) or part.parent:
         return None
     points = mesh.points[mesh.faces[part.faces].reshape(-1)]
     lower, upper = points.min(axis=0), points.max(axis=0)
     middle = (lower + upper) / 2
-    for i, door in enumerate(parts):
-        if door is part or door.kind is not PartKind.DOOR or door.parent:
+    for i, front in enumerate(parts):
+        if front is part or front.kind not in (PartKind.DOOR, PartKind.DRAWER) or front.parent:
             continue
-        door_points = mesh.points[mesh.faces[door.faces].reshape(-1)]
-        door_lower, door_upper = door_points.min(axis=0), door_points.max(axis=0)
+        front_points = mesh.points[mesh.faces[front.faces].reshape(-1)]
+        front_lower, front_upper = front_points.min(axis=0), front_points.max(axis=0)
+        # A drawer reaches back as far as what is behind its front, which lies within its outline as a whole.
+        is_drawer = front.kind is PartKind.DRAWER
+        first, last = (lower, upper) if is_drawer else (middle, middle)
         if (
-            door_lower[0] <= middle[0] <= door_upper[0]
-            and door_lower[2] <= middle[2] <= door_upper[2]
-            and door_lower[1] < lower[1]
-            and door_upper[1] < middle[1]
+            front_lower[1] < lower[1]
+            and (is_drawer or front_upper[1] < middle[1])
+            and all(front_lower[k] <= first[k] and last[k] <= front_upper[k] for k in (0, 2))
         ):
             return i
     return None

@@ -51,6 +51,13 @@ class JointTravel:
         """True if it goes all of its range, touching nothing."""
         return self.free_share >= 1.0 and self.pushed_share >= FULL_SHARE
 
+    @property
+    def message(self) -> str:
+        """How far it goes, in words that follow its name."""
+        if self.free_share < 1.0:
+            return f"goes {self.free_share:.0%} of its range, then runs into {self.blocked_by}"
+        return f"goes {self.pushed_share:.0%} of its range under 20 N"
+
 
 def joints_reach_full_range(package: Package, limit: float) -> Measurement:
     """KIN009: share of the joints that go all their range under 20 N without collision.
@@ -65,13 +72,7 @@ def joints_reach_full_range(package: Package, limit: float) -> Measurement:
     travels = joint_travels(asset, package.mjcf)
     share = sum(t.is_full for t in travels) / len(travels)
     short = [t for t in travels if not t.is_full] if share < limit else []
-    return Measurement(share, tuple((f"joints/{t.joint}", _message(t)) for t in short))
-
-
-def _message(travel: JointTravel) -> str:
-    if travel.free_share < 1.0:
-        return f"goes {travel.free_share:.0%} of its range, then runs into {travel.blocked_by}"
-    return f"goes {travel.pushed_share:.0%} of its range under 20 N"
+    return Measurement(share, tuple((f"joints/{t.joint}", t.message) for t in short))
 
 
 def joint_travels(asset: Asset, model: Path | Files, pushed: bool = True) -> tuple[JointTravel, ...]:

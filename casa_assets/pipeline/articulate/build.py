@@ -16,6 +16,7 @@ from casa_assets.articulate.decisions import GIVEN_REASON, Decisions, apply_deci
 from casa_assets.articulate.drop_empty_links import drop_empty_links
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
+from casa_assets.articulate.interior.pieces_in_the_way import with_pieces_in_the_way
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan
 from casa_assets.articulate.segment.fragment_measures import TOP
 from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
@@ -159,7 +160,7 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         found = apply_decisions(found, placed, request.decisions)
     except CasaError as error:
         raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
-    found = drop_empty_links(found, placed)
+    found = with_pieces_in_the_way(drop_empty_links(found, placed), placed)
     planned, read = found, model
     model, placed, found = _opened(model, plan.fragmentation, found, request)
     scale = metres_per_file_unit, scale_confidence, scale_reason

@@ -10,6 +10,7 @@ from casa_assets.articulate.confidence import plan_confidence, weakest_part
 from casa_assets.articulate.decisions import axis_word
 from casa_assets.articulate.plan import Articulation
 from casa_assets.model.issue import REVIEW_CODE, Issue, Severity
+from casa_assets.model.record import Vec3
 from casa_assets.model.registry.confidence import ConfidenceModel
 from casa_assets.pipeline.articulate.sidecar import NAME
 
@@ -21,7 +22,7 @@ def doubts(articulation: Articulation, model: ConfidenceModel, contacts: tuple[s
     """Return a warning for each thing that is too uncertain to be accepted unseen; none where all is sure enough.
 
     Args:
-        articulation: with calibrated confidences. contacts: parts that run into each other, in words.
+        articulation: with calibrated confidences. contacts: what runs into what, or does not go all its way, in words.
     """
     issues = []
     if articulation.frame.confidence < model.bars.frame:
@@ -40,9 +41,15 @@ def _issue(subject: str, message: str) -> Issue:
 
 def _frame_message(articulation: Articulation) -> str:
     frame = articulation.frame
-    up, front = (axis_word(frame.direction_to_file(v)) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
+    up, front = (_direction(frame.direction_to_file(v)) for v in ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0)))
     other = f", else {frame.runner_up}" if frame.runner_up else ""
     return f"front {front} and up {up} are {frame.confidence:.0%} sure{other}; say them with --front and --up"
+
+
+def _direction(vector: Vec3) -> str:
+    """Return a direction for a person to read: the name of an axis, else its three numbers, rounded."""
+    word = axis_word(vector)
+    return word if isinstance(word, str) else " ".join(f"{v:.2f}" for v in word)
 
 
 def _plan_message(articulation: Articulation, model: ConfidenceModel) -> str:

@@ -40,6 +40,13 @@ def limit_ranges(built: ArticulateResult) -> ArticulateResult:
         elif helped:
             built = built.with_joints(helped)
             travel = _free_travel(built)
+    limited, is_behind = _limited(built, travel)
+    # What lies behind a door that now opens less far has less room than was measured.
+    return _limited(limited, _free_travel(limited))[0] if is_behind else limited
+
+
+def _limited(built: ArticulateResult, travel: Mapping[str, JointTravel]) -> tuple[ArticulateResult, bool]:
+    """Return the asset with joints limited to the range that is free, and whether something lies behind one of them."""
     metres = built.articulation.frame.metres or 1.0
     limited = {}
     for part in built.articulation.parts:
@@ -48,7 +55,8 @@ def limit_ranges(built: ArticulateResult) -> ArticulateResult:
             end = _round_down(joint.range[1] * free, joint, metres)
             reason = f"{joint.reason}; then it runs into {travel[part.name].blocked_by}"
             limited[part.name] = joint.replace(range=(0.0, end), reason=reason)
-    return built.with_joints(limited)
+    names = {joint.name for joint in built.asset.joints if joint.child in limited}
+    return built.with_joints(limited), any(joint.behind in names for joint in built.asset.joints)
 
 
 def _free_travel(built: ArticulateResult) -> Mapping[str, JointTravel]:

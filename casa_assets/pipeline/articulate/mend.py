@@ -21,7 +21,7 @@ SHAPE_CODES = frozenset({"AST008", "AST009", "AST016"})
 # The check of parts that run into each other, and its limit in registry/limits.yaml.
 CONTACT_CODE, CONTACT_LIMIT = "MJC009", "sweep_penetration_m"
 # Angles to which a door is opened so that what is behind it gets out. Choices: hinges of cabinets go that far.
-WIDER_RAD = (math.radians(110.0), math.radians(135.0))
+WIDER_RAD = (math.radians(110.0), math.radians(135.0), math.radians(150.0))
 # Pairs of parts that are looked for one after another; of each joint only the deepest contact is known at a time.
 MAX_ROUNDS = 6
 

@@ -388,5 +388,7 @@ def _write_and_check(
     by_joint = {t.joint: t for t in joint_travels(asset, staged / "model.xml")}
     travel = {part: by_joint[joint] for part, joint in result.joints.items()}
     is_decided = request.decisions.decision is Word.ACCEPT
-    notes = () if is_decided else doubts(result.articulation, registry.load_confidence(), result.contacts)
+    stuck = tuple(f"{part} {way.message}" for part, way in travel.items() if not way.is_full)
+    contacts = (*result.contacts, *stuck)
+    notes = () if is_decided else doubts(result.articulation, registry.load_confidence(), contacts)
     return check_package(asset, staged, result.category, notes), travel

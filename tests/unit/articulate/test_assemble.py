@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3
 from casa_assets.articulate.colliders.build_colliders import build_colliders
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.errors import Rejected
+from casa_assets.geometry.solid.hull import hull_volume
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import SizeRange
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
-from tests.unit.articulate.blocks import Floats, Ints, box, drawers, microwave, together
+from tests.unit.articulate.blocks import Floats, Ints, box, carcass, drawers, microwave, together
 
 GIVEN = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
 
@@ -80,6 +83,30 @@ def test_what_is_seen_is_labelled_as_what_is_touched(tmp_path: Path) -> None:
     assert labels["door_0"] == {"door", "handle"} == {c.label for c in asset.link("door_0").colliders}
     assert labels["knob_0"] == {"knob"}
     assert labels["object"] == {None}
+
+
+def test_no_link_of_a_tiny_thing_weighs_more_than_steel(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    asset = build(replace(wish(obj(tmp_path / "mw.obj", vertices, faces), tmp_path), size_m=0.03)).asset
+    for link in asset.links:
+        volume = sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in link.colliders)
+        assert link.inertial.mass <= MAX_DENSITY_KG_M3 * volume * (1 + 1e-6)
+
+
+def test_a_drawer_behind_the_front_of_another_waits_for_it() -> None:
+    front, tub = box((0.0, -0.02, 0.0), (0.5, 0.0, 0.3)), box((0.02, 0.0, 0.02), (0.48, 0.4, 0.1))
+    inner, beside = box((0.05, 0.01, 0.15), (0.45, 0.4, 0.25)), box((0.5, -0.02, 0.0), (0.9, 0.4, 0.3))
+    vertices, faces, owner = together(*carcass(1.0, 0.5, 0.4), front, tub, inner, beside)
+    mesh = weld_triangles(vertices, faces)
+    rows = [np.flatnonzero((owner == 5) | (owner == 6)), np.flatnonzero(owner == 7), np.flatnonzero(owner == 8)]
+    joint = JointPlan(kind=JointKind.SLIDE, axis=(0.0, -1.0, 0.0), anchor=(0.25, 0.2, 0.1), range=(0.0, 0.3))
+    parts = tuple(
+        PartPlan(name=f"drawer_{i}", kind=PartKind.DRAWER, faces=own, grip=own[:0], joint=joint)
+        for i, own in enumerate(rows)
+    )
+    frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
+    found = build_colliders(vertices, mesh, mesh.fragment_labels, Articulation(frame=frame, parts=parts), "steel")
+    assert [link.blocking_part for link in found] == [None, None, 0, None]
 
 
 def test_a_rack_of_wires_is_touched_as_a_basket() -> None:

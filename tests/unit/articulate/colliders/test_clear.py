@@ -48,6 +48,20 @@ def test_a_swinging_door_keeps_its_shape() -> None:
     assert all(c[:, 1].min() >= CLEARANCE_M - 1e-9 for c in body.clouds)
 
 
+def test_what_turns_round_gets_room_for_its_corners_in_every_pose() -> None:
+    """A square knob beside a plate of the same depth: at rest its side lies 1 mm away, its corners reach farther."""
+    plate = LinkSolid(None, [cloud((0.021, -0.02, -0.1), (0.2, 0.0, 0.1))], [])
+    knob = LinkSolid(0, [cloud((-0.02, -0.02, -0.02), (0.02, 0.0, 0.02))], [], turns=True, spins=True, is_whole=True)
+    knob.axis, knob.anchor, knob.max_travel = np.array([0.0, -1.0, 0.0]), np.zeros(3), 2 * np.pi
+    clear_moving_parts([plate, knob])
+    reach = 0.02 * np.sqrt(2.0)
+    for shape in plate.clouds:
+        low, high = shape.min(axis=0), shape.max(axis=0)
+        nearest = np.clip(np.zeros(3), low, high)[[0, 2]]
+        assert np.linalg.norm(nearest) >= reach - 1e-9
+    assert max(c[:, 0].max() for c in plate.clouds) == pytest.approx(0.2)
+
+
 def test_a_box_is_a_box_and_a_disc_a_hull() -> None:
     points, faces = box((0, 0, 0), (0.2, 0.3, 0.1))
     (only,) = convex_clouds(points, faces, 8)

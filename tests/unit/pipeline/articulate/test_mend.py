@@ -63,3 +63,25 @@ def test_parts_that_run_into_each_other_are_put_to_a_person(tmp_path: Path) -> N
     done = articulate_one(request)
     assert isinstance(done, ArticulateOutcome), done
     assert (done.decision, done.to_decide) == (Decision.REVIEW, ("contacts",)), done.message
+
+
+def test_a_part_that_hardly_moves_is_put_to_a_person(tmp_path: Path) -> None:
+    """A post of the body stands 20 mm before a drawer that is to open by 300 mm."""
+    post = box((0.1, -0.08, 0.0), (0.3, -0.06, 0.3))
+    vertices, faces, _ = together(*_crossing_drawers()[:9], post)
+    left = PartDecision(kind=PartKind.DRAWER, box_m=((-0.38, -0.26, 0.0), (0.0, 0.3, 0.3)), travel_m=0.3)
+    request = ArticulateRequest(
+        obj(tmp_path / "cabinet.obj", vertices, faces),
+        tmp_path / "lib",
+        category="base_cabinet",
+        size_m=0.8,
+        decisions=Decisions(parts={"left": left}),
+        complete=False,
+        **AXES,
+    )
+    done = articulate_one(request)
+    assert isinstance(done, ArticulateOutcome), done
+    assert done.decision is Decision.REVIEW, done.message
+    assert done.report is not None
+    (issue,) = (i for i in done.report.issues if i.pointer == "contacts")
+    assert "of its range, then runs into object" in issue.message

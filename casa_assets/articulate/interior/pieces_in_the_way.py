@@ -1,0 +1,80 @@
+"""Give drawers the loose pieces of the body that they would run into as they open."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.articulate.plan import Articulation, PartKind, PartPlan
+from casa_assets.articulate.segment.fragment_measures import SIDES, corners_of_labels
+from casa_assets.articulate.segment.raster import render_depth
+from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.model.asset.joint import JointKind
+
+# Longer side of the pictures in which a drawer and what stands before it are compared, pixels.
+PIXELS = 256
+# A piece lies within the outline of a drawer, or touches its front, to within this, diagonals. Choices, as is the next.
+TOLERANCE = 0.002
+# Share of a piece, seen along the way of a drawer, behind which something of the drawer follows.
+MIN_BLOCKED_SHARE = 0.25
+# An axis is one of the six sides where its cosine with it is at least this.
+MIN_COSINE = 0.99
+
+
+def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
+    """Return the articulation with drawers that carry what they would run into as they open.
+
+    A connected piece of the body goes with a drawer where it lies within the outline of the drawer, reaches at least
+    its front and no farther than its back, and something of the drawer is behind it: the sides of a box between front
+    and back, or the foot of a handle. What belongs to the frame reaches beyond that outline, or has nothing behind it.
+
+    Args:
+        mesh: in the frame; the faces of the parts are those of this mesh.
+    """
+    label = mesh.fragment_labels
+    count = int(label.max(initial=-1)) + 1
+    if not count:
+        return articulation
+    lower, upper = corners_of_labels(mesh, label)
+    owner = articulation.face_owner(len(mesh.faces))
+    free = np.ones(count, dtype=bool)
+    free[np.unique(label[(owner >= 0) & (label >= 0)])] = False
+    parts = []
+    for part in articulation.parts:
+        found = _pieces_in_the_way(part, mesh, label, free, lower, upper)
+        free[found] = False
+        faces = np.flatnonzero(np.isin(label, found))
+        parts.append(part.replace(faces=np.union1d(part.faces, faces)) if len(faces) else part)
+    return articulation.replace(parts=tuple(parts))
+
+
+def _pieces_in_the_way(
+    part: PartPlan, mesh: WeldedMesh, label: Ints, free: Bools, lower: Floats, upper: Floats
+) -> list[int]:
+    """Return the free fragments that stand in the way of a part; none where it is no drawer.
+
+    Args:
+        lower, upper: (N, 3) corners of the fragments. free: (N,) those of the body alone.
+    """
+    # The view looks from before the drawer at what comes towards it.
+    views = [s for s in SIDES if float(-s[2] @ part.joint.axis) >= MIN_COSINE]
+    if part.kind is not PartKind.DRAWER or part.joint.kind is not JointKind.SLIDE or not views:
+        return []
+    axes = views[0]
+    near, far = (np.sort(np.stack([c @ axes.T for c in (lower, upper)]), axis=0)[k] for k in (0, 1))
+    own = mesh.points[mesh.faces[part.faces].reshape(-1)] @ axes.T
+    first, last = own.min(axis=0) - TOLERANCE, own.max(axis=0) + TOLERANCE
+    inside = free & (near[:, :2] >= first[:2]).all(axis=1) & (far[:, :2] <= last[:2]).all(axis=1)
+    inside &= (far[:, 2] >= first[2]) & (far[:, 2] <= last[2])
+    if not inside.any():
+        return []
+    from_behind = render_depth(mesh.points, mesh.faces[part.faces], axes * np.array([[1.0], [1.0], [-1.0]]), PIXELS)
+    rear = float((mesh.points @ axes[2]).max()) - from_behind.depth
+    found = []
+    for piece in np.flatnonzero(inside).tolist():
+        image = render_depth(mesh.points, mesh.faces[label == piece], axes, PIXELS)
+        seen = image.face >= 0
+        at = float((mesh.points @ axes[2]).min()) + image.depth[seen]
+        if seen.any() and float((rear[seen] > at + TOLERANCE).mean()) >= MIN_BLOCKED_SHARE:
+            found.append(piece)
+    return found
