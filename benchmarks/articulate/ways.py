@@ -1,12 +1,13 @@
 """Compare the ways of splitting a mesh into fragments, and write how sure the tool is of what it finds.
 
     CASA_SHARED=/path/to/shared ./dev bench articulate_ways --cases FOLDER [FOLDER ...] [--variant input fused]
-        [--keep FOLDER] [--every 4] [--jobs 2] [--rows ROWS.json]
+        [--keep FOLDER] [--every 4] [--jobs 2] [--margins] [--rows ROWS.json]
 
 Each FOLDER is as `./dev bench articulate --cases` takes it: labelled cases, with an index whose rows may name a
 source. Each way of splitting a case is followed to a plan, which score.py grades. Printed are F1 and MAO with the
 welded fragments alone, with each other way where a case has it, with the plan that the tool chooses, and with the best
-plan of each case, which no choice can beat. `--rows` writes what benchmarks/articulate/confidence.py fits on.
+plan of each case, which no choice can beat; with `--margins` what other constants of the choice would give. `--rows`
+writes what benchmarks/articulate/confidence.py fits on.
 """
 
 from __future__ import annotations
@@ -21,13 +22,15 @@ from typing import Any
 
 from benchmarks.articulate.confidence import confidence_row
 from benchmarks.articulate.scoring.score import frame_is_right, load_score, prediction
-from casa_assets.articulate.choose_plan import candidate_plans
+from casa_assets.articulate.choose_plan import best_score, candidate_plans, plan_score
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.segment.segmentations import Segmentation
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.pipeline.articulate.models import load_models
 
 Case = dict[str, Any]
+# Constants of the choice that --margins tries.
+LEAST, ADVANTAGES = (0.0, 0.1, 0.2, 0.3, 0.4), (0.0, 0.15, 0.3, 0.5, 0.8)
 
 
 def case_plans(job: tuple[Path, str, str, Path | None]) -> Case:
@@ -44,7 +47,7 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> Case:
     for plan in candidate_plans(mesh.in_frame(frame), frame, models=load_models()):
         row = score.score_case(case, prediction(plan.articulation))
         sure = confidence_row(row, plan.articulation)
-        plans.append({"way": plan.way.value, "score": plan.expected_parts, "row": row, "sure": sure})
+        plans.append({"way": plan.way.value, "score": plan.score, "row": row, "sure": sure})
     found = {"name": name, "root": str(root), "variant": variant, "plans": plans}
     found["frame"] = [frame.confidence, frame_is_right(frame, case)]
     if stored is not None:
@@ -55,7 +58,13 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> Case:
 
 def chosen(case: Case) -> dict[str, Any]:
     """The plan that the tool takes."""
-    return dict(max(case["plans"], key=lambda p: round(p["score"], 9)))
+    return dict(case["plans"][best_score([p["score"] for p in case["plans"]])])
+
+
+def chosen_with(case: Case, least: float, advantage: float) -> dict[str, Any]:
+    """The plan that the tool would take with other constants of choose_plan.py."""
+    scores = [plan_score([part[0] for part in p["sure"]["parts"]], least) for p in case["plans"]]
+    return dict(case["plans"][best_score(scores, advantage)])
 
 
 def best(case: Case) -> dict[str, Any]:
@@ -82,6 +91,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--every", type=int, default=1)
     parser.add_argument("--rows", type=Path, help="Write what benchmarks/articulate/confidence.py fits on.")
+    parser.add_argument("--margins", action="store_true", help="Also print what other constants of the choice give.")
     args = parser.parse_args()
     found, sources = _gathered(args)
     score = load_score(Path(found[0]["root"]))
@@ -93,6 +103,11 @@ def main() -> None:
         plans += [[chosen(f) for f in rows], [best(f) for f in rows]]
         cells = [_cell(score, [p["row"] for p in column]) for column in plans]
         print(f"{(root[-36:] + ' ' + variant) if root else 'all':44s} {len(rows):5d}  " + "  ".join(cells))
+    if args.margins:
+        print("\nleast confidence x advantage over the first plan   " + "  ".join(f"{a:11.2f}" for a in ADVANTAGES))
+        for least in LEAST:
+            cells = [_cell(score, [chosen_with(f, least, a)["row"] for f in found]) for a in ADVANTAGES]
+            print(f"{least:50.2f} " + "  ".join(cells))
     if args.rows is not None:
         rows_ = {
             f"{f['root']}/{f['variant']}/{f['name']}": {"group": s, "frame": f["frame"], **chosen(f)["sure"]}

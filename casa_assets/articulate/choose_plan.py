@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from casa_assets.articulate.infer import articulate_fragments
@@ -11,6 +12,10 @@ from casa_assets.articulate.segment.fragment_measures import measure_fragments, 
 from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+
+# What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
+# Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
+LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.3
 
 
 @dataclass(frozen=True)
@@ -26,20 +31,32 @@ class Plan:
     articulation: Articulation
 
     @property
-    def expected_parts(self) -> float:
-        """Return how many parts are probably right: the sum of their confidences."""
-        return sum(part.confidence for part in self.articulation.parts)
+    def score(self) -> float:
+        """Return the sum of how much surer than not at all its parts are."""
+        return plan_score([part.confidence for part in self.articulation.parts])
 
 
 def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> Plan:
-    """Return the plan of a mesh in its frame with the most parts that are probably right; of equal ones the first.
+    """Return the plan of a mesh in its frame that has clearly more parts that are probably right; else the first.
 
     Args:
         mesh: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
         models: what was learned from labelled cases; None to go by rules alone.
     """
-    return max(candidate_plans(mesh, frame, category, models), key=lambda p: round(p.expected_parts, 9))
+    plans = candidate_plans(mesh, frame, category, models)
+    return plans[best_score([plan.score for plan in plans])]
+
+
+def plan_score(confidences: Iterable[float], least: float = LEAST_CONFIDENCE) -> float:
+    """Return the score of a plan whose parts have these confidences."""
+    return sum(confidence - least for confidence in confidences)
+
+
+def best_score(scores: Sequence[float], advantage: float = MIN_ADVANTAGE) -> int:
+    """Return the index of the plan to take: the best one if it is better than the first by `advantage`."""
+    best = max(range(len(scores)), key=lambda k: round(scores[k], 9))
+    return best if scores[best] > scores[0] + advantage else 0
 
 
 def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> list[Plan]:

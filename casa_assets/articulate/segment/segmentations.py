@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from casa_assets.articulate.segment.flat_sheets import FlatSheets, find_flat_sheets, split_at_holes
 from casa_assets.articulate.segment.fragment_measures import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges
 from casa_assets.core.typing import Ints
@@ -32,6 +33,7 @@ MIN_NODES, MAX_NODES = 3, 300
 class Segmentation(StrEnum):
     """Way in which a mesh is split into fragments."""
 
+    HOLES = "welded, cut at holes of flat sheets"
     WELDED = "welded"
     PIECES = "pieces"
     LARGE_SPLIT = "pieces of large fragments"
@@ -40,21 +42,25 @@ class Segmentation(StrEnum):
 
 
 def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
-    """Return the (F,) fragment labels of each different way to split a mesh, the usual way first.
+    """Return the (F,) fragment labels of each different way to split a mesh, the way that fits most meshes first.
 
     Labels are numbered by first face; faces without area have -1.
     """
     welded = mesh.fragment_labels
-    found = {Segmentation.WELDED: welded}
     alive = welded >= 0
     if not alive.any():
-        return found
+        return {Segmentation.WELDED: welded}
     candidates: dict[Segmentation, Ints] = {}
+    sheets = find_flat_sheets(mesh)
+    colours = mesh.material_index[mesh.duplicate_of]
+    if sheets.has_hole.any():
+        split = _with_small_ones_joined(mesh, split_at_holes(mesh, sheets), sheets)
+        candidates[Segmentation.HOLES] = _numbered(alive, split, colours)
+    candidates[Segmentation.WELDED] = welded
     pieces = mesh.piece_index[mesh.duplicate_of]
     count = len(np.unique(pieces[alive]))
     if 1 < count <= MAX_PIECES and alive.sum() >= MIN_FACES_PER_PIECE * count:
-        pieces = _with_small_ones_joined(mesh, pieces)
-        colours = mesh.material_index[mesh.duplicate_of]
+        pieces = _with_small_ones_joined(mesh, pieces, sheets)
         candidates[Segmentation.PIECES] = _numbered(alive, pieces, colours)
         large = _is_large(mesh, welded)
         split = np.where(large[np.maximum(welded, 0)], pieces + 1, 0)
@@ -63,17 +69,24 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
         candidates[Segmentation.COLOURLESS] = weld_by_edges(mesh, by_material=False)
     if MIN_NODES <= len(np.unique(mesh.node_index[alive])) <= MAX_NODES:
         candidates[Segmentation.NODES] = _numbered(alive, mesh.node_index[mesh.duplicate_of])
+    found: dict[Segmentation, Ints] = {}
     for way, labels in candidates.items():
         if not any(np.array_equal(labels, other) for other in found.values()):
             found[way] = labels
     return found
 
 
-def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints) -> Ints:
-    """Return the (F,) pieces with those joined that are small, share an edge, and are small together."""
+def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) -> Ints:
+    """Return the (F,) pieces with those joined that are small, share an edge, and are small together.
+
+    A piece that is a sheet with a hole is part of the body, and joins nothing.
+    """
     lower, upper = corners_of_labels(mesh, pieces)
     small = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
     left, right = (pieces[faces] for faces in mesh.solid_neighbors)
+    with_hole = np.ones(len(small), dtype=bool)
+    with_hole[pieces[~sheets.has_hole[sheets.sheet] & (mesh.areas > 0.0)]] = False
+    small &= ~with_hole
     both = small[left] & small[right] & (left != right)
     count = len(small)
     graph = coo_matrix((np.ones(int(both.sum()), dtype=np.int8), (left[both], right[both])), shape=(count, count))
