@@ -79,6 +79,7 @@ def attach_to_panels(
     rest = _pulls(panels, far_out, sure)
     # What is neither knob nor key is a label, or a trim, of what it sits on.
     rest = [c for c in rest if tell(c, rest)[0] is not None or _host(panels, c.lower, c.upper) is None]
+    _count_controls(panels, rest)
     taken |= {f for p in panels for g in p.grips for f in g} | {f for c in rest for f in c.fragments}
     for i in [*range(measured.count), *range(measured.count)]:
         if i in taken:
@@ -93,6 +94,7 @@ def attach_to_panels(
             panel.attachment_depths.append(float(lower[i, 2]))
             taken.add(i)
     rest = _feet(panels, rest, lower, upper)
+    _count_controls(panels, rest)
     for panel in panels:
         found = find_backing_plates(measured, side, panel, taken)
         panel.trims += found
@@ -183,8 +185,6 @@ def _pulls(panels: list[Panel], controls: list[Control], sure: Collection[int]) 
         )
         if not bars and ((len(on_panel) == 1 and len(small) == 1) or (len(on_panel) == 2 and mirrored)):
             panel.grips += [c.fragments for c in small]
-            on_panel = []
-        panel.controls = len(on_panel)
     gripped = {f for p in panels for g in p.grips for f in g}
     return [c for c in controls if not set(c.fragments) & gripped]
 
@@ -218,6 +218,13 @@ def _is_pull(control: Control, protrusion: float) -> bool:
 def _bears(control: Control, bar: Control) -> bool:
     """Return whether a small thing touches a bar, as its feet do."""
     return bool((control.lower <= bar.upper + 0.003).all() and (control.upper >= bar.lower - 0.003).all())
+
+
+def _count_controls(panels: list[Panel], controls: list[Control]) -> None:
+    """Note on each panel how many of some knobs and keys it carries."""
+    hosts = [_host(panels, c.lower, c.upper) for c in controls]
+    for panel in panels:
+        panel.controls = sum(host is panel for host in hosts)
 
 
 def _feet(panels: list[Panel], controls: list[Control], lower: Floats, upper: Floats) -> list[Control]:
