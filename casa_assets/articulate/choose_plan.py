@@ -15,7 +15,7 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 
 # What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
 # Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
-LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.3
+LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def best_score(scores: Sequence[float], advantage: float = MIN_ADVANTAGE) -> int
 
 
 def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> list[Plan]:
-    """Return the plan of each way to split a mesh."""
+    """Return the plan of each way to split a mesh, the one that is right most often first."""
     images = render_sides(mesh)
     controls = None if models is None else models.controls
     found = []
@@ -69,4 +69,6 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
         articulation = articulate_fragments(measured, frame, category, controls, fragmentation.fronts)
         found.append(Plan(way, fragmentation, articulation))
-    return found
+    # The creases of a fused shell are seams of its fronts as well: they are no better than the other ways.
+    is_shell = any(p.fragmentation.shell is not None for p in found if p.way is Segmentation.WELDED)
+    return sorted(found, key=lambda p: p.way is Segmentation.CREASES) if is_shell else found

@@ -43,14 +43,14 @@ def split_at_holes(mesh: WeldedMesh, sheets: FlatSheets) -> Ints:
     left, right = mesh.solid_neighbors
     edge = _shared_edges(mesh, left, right)
     cut = np.isin(sheets.rim_keys(left, edge), sheets.rims) | np.isin(sheets.rim_keys(right, edge), sheets.rims)
-    return _connected(len(mesh.faces), left[~cut], right[~cut])[mesh.duplicate_of]
+    return connected_faces(len(mesh.faces), left[~cut], right[~cut])[mesh.duplicate_of]
 
 
 def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
     """Return the flat sheets of a mesh, and the rims of their holes."""
     left, right = mesh.solid_neighbors
     flat = (mesh.normals[left] * mesh.normals[right]).sum(axis=1) >= FLAT_COS
-    sheet = _connected(len(mesh.faces), left[flat], right[flat])
+    sheet = connected_faces(len(mesh.faces), left[flat], right[flat])
     alive = np.flatnonzero((mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0))
     faces, count = mesh.faces[alive], len(mesh.points)
     ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
@@ -62,7 +62,7 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
     # A point that two sheets share belongs to the outline of each.
     nodes, place = np.unique(np.concatenate([owner, owner]) * count + ends.T.reshape(-1), return_inverse=True)
     a, b = place.reshape(2, -1)
-    loop_of_node = _connected(len(nodes), a, b)
+    loop_of_node = connected_faces(len(nodes), a, b)
     loop = loop_of_node[a]
     sheet_of_loop = np.zeros(len(nodes), dtype=np.int64)
     sheet_of_loop[loop] = owner
@@ -91,7 +91,7 @@ def _shared_edges(mesh: WeldedMesh, left: Ints, right: Ints) -> Ints:
     return found
 
 
-def _connected(count: int, left: Ints, right: Ints) -> Ints:
+def connected_faces(count: int, left: Ints, right: Ints) -> Ints:
     """Return the (F,) number of the group of each face, of pairs of faces that are connected."""
     graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
     found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from casa_assets.articulate.segment.flat_sheets import FlatSheets, find_flat_sheets, split_at_holes
+from casa_assets.articulate.segment.flat_sheets import FlatSheets, connected_faces, find_flat_sheets, split_at_holes
 from casa_assets.articulate.segment.fragment_measures import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges
 from casa_assets.core.typing import Ints
@@ -26,6 +26,8 @@ LARGE_EXTENT_SHARE = 0.6
 # Pieces whose longest side is at most this share of the diagonal join those of their kind that they share edges with:
 # they are facets of knobs, posts and bars of handles. Ref: knobs and buttons are at most 0.121 long (controls.py).
 SMALL_PIECE = 0.14
+# Neighbouring faces whose normals are further apart than this meet in a crease: cosine of 37 degrees.
+CREASE_COS = 0.8
 # Fewest and most nodes that may be the parts of an object.
 MIN_NODES, MAX_NODES = 3, 300
 
@@ -33,6 +35,7 @@ MIN_NODES, MAX_NODES = 3, 300
 class Segmentation(StrEnum):
     """Way in which a mesh is split into fragments."""
 
+    CREASES = "welded, cut at concave creases"
     HOLES = "welded, cut at holes of flat sheets"
     WELDED = "welded"
     PIECES = "pieces"
@@ -53,6 +56,8 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
     candidates: dict[Segmentation, Ints] = {}
     sheets = find_flat_sheets(mesh)
     colours = mesh.material_index[mesh.duplicate_of]
+    split = _with_small_ones_joined(mesh, _split_at_creases(mesh), sheets)
+    candidates[Segmentation.CREASES] = _numbered(alive, split, colours)
     if sheets.has_hole.any():
         split = _with_small_ones_joined(mesh, split_at_holes(mesh, sheets), sheets)
         candidates[Segmentation.HOLES] = _numbered(alive, split, colours)
@@ -74,6 +79,16 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
         if not any(np.array_equal(labels, other) for other in found.values()):
             found[way] = labels
     return found
+
+
+def _split_at_creases(mesh: WeldedMesh) -> Ints:
+    """Return the (F,) number of what is connected without crossing a concave crease, as parts meet what bears them."""
+    left, right = mesh.solid_neighbors
+    middle = mesh.points[mesh.faces].mean(axis=1)
+    bent = (mesh.normals[left] * mesh.normals[right]).sum(axis=1) < CREASE_COS
+    concave = ((middle[right] - middle[left]) * mesh.normals[left]).sum(axis=1) > 0.0
+    whole = ~(bent & concave)
+    return connected_faces(len(mesh.faces), left[whole], right[whole])[mesh.duplicate_of]
 
 
 def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) -> Ints:

@@ -40,7 +40,15 @@ def test_what_stands_out_of_a_hole_of_a_flat_sheet_is_a_fragment() -> None:
     split = split_at_holes(mesh, sheets)
     assert len(np.unique(split)) == 2
     assert len(np.unique(split[is_block])) == 1
-    assert next(iter(segmentations(mesh))) is Segmentation.HOLES
+
+
+def test_what_stands_out_at_a_concave_crease_is_a_fragment() -> None:
+    mesh, is_block = pulled_out(0.1)
+    labels = segmentations(mesh)[Segmentation.CREASES]
+    assert len(set(labels[is_block].tolist())) == 1
+    assert set(labels[is_block].tolist()).isdisjoint(labels[~is_block].tolist())
+    inset, is_block = pulled_out(-0.1)  # its rim is convex, and only its floor meets its walls at a concave crease
+    assert len(set(segmentations(inset)[Segmentation.CREASES][is_block].tolist())) == 2
 
 
 def test_a_block_without_a_hole_stays_whole() -> None:
