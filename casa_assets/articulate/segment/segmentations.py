@@ -76,7 +76,8 @@ def segmentations(mesh: WeldedMesh) -> dict[Segmentation, Ints]:
         candidates[Segmentation.NODES] = _numbered(alive, mesh.node_index[mesh.duplicate_of])
     found: dict[Segmentation, Ints] = {}
     for way, labels in candidates.items():
-        if not any(np.array_equal(labels, other) for other in found.values()):
+        others = [welded] if way is not Segmentation.WELDED else []
+        if not any(np.array_equal(labels, other) for other in [*others, *found.values()]):
             found[way] = labels
     return found
 
