@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +16,10 @@ from casa_assets.articulate.plan import ADDED_MESH_NAMES, Articulation, PartPlan
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 from casa_assets.articulate.vectors import round7, round7_vec3
 from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.mesh.inside_out import inside_out_faces
 from casa_assets.geometry.mesh.measure import shell_moments
 from casa_assets.geometry.mesh.normals import with_normals
+from casa_assets.geometry.mesh.topology import weld
 from casa_assets.geometry.solid.hull import hull_volume
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link, Visual
@@ -160,6 +163,7 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
     front, second = np.zeros(len(own), dtype=bool), np.zeros(len(own), dtype=bool)
     front[rows], second[rows] = drawn.front, drawn.second
     out: list[Visual] = []
+    meshes: list[Mesh] = []
     start = 0
     for i, raw in enumerate(model.parts):
         span = slice(start, start + len(raw.mesh.faces))
@@ -176,8 +180,41 @@ def _visuals(model: RawModel, place: _Place, own: Bools, part: PartPlan | None, 
                 if mesh is not None and len(mesh.vertices) >= MIN_VERTICES:
                     where = f"{name}_{raw.name if raw.name in ADDED_MESH_NAMES.values() else 'visual'}_{len(out):03d}"
                     out.append(Visual(name=where, mesh=mesh, material=f"look_{i:03d}", label=mark))
+                    meshes.append(mesh)
         start = span.stop
-    return tuple(out)
+    return tuple(v.replace(mesh=_shaded(m)) for v, m in zip(out, _turned_outwards(meshes), strict=True))
+
+
+def _turned_outwards(meshes: Sequence[Mesh]) -> list[Mesh]:
+    """Return the meshes of a link with closed parts that wind inwards turned: renderers draw no backs.
+
+    Pieces that share no vertex are looked at one by one, since boards that touch bound no volume once they are welded;
+    then what is welded, for files whose faces share no vertices.
+    """
+    if not meshes:
+        return []
+    starts = np.cumsum([0, *(len(m.vertices) for m in meshes)])
+    vertices = np.concatenate([m.vertices for m in meshes])
+    faces = np.concatenate([m.faces.astype(np.int64) + s for m, s in zip(meshes, starts, strict=False)])
+    points, welded = weld(vertices)
+    faces = _flipped(faces, inside_out_faces(vertices, faces))
+    faces = _flipped(faces, inside_out_faces(points, welded[faces]))
+    ends = np.cumsum([len(m.faces) for m in meshes])[:-1]
+    return [m.replace(faces=f - s) for m, f, s in zip(meshes, np.split(faces, ends), starts, strict=False)]
+
+
+def _flipped(faces: Ints, rows: Bools) -> Ints:
+    """Return faces of which some run the other way round."""
+    found: Ints = np.where(rows[:, None], faces[:, ::-1], faces)
+    return found
+
+
+def _shaded(mesh: Mesh) -> Mesh:
+    """Return a mesh with normals, all values rounded to single precision."""
+    if not len(mesh.faces):
+        return mesh
+    shaded = with_normals(mesh)
+    return shaded if shaded.normals is None else shaded.replace(normals=_single(shaded.normals))
 
 
 def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
@@ -190,11 +227,7 @@ def _cut(mesh: Mesh, rows: Ints, corners: Floats) -> Mesh:
     shape = vertices[local.reshape(-1, 3)]
     alive = np.linalg.norm(np.cross(shape[:, 1] - shape[:, 0], shape[:, 2] - shape[:, 0]), axis=1) > 1e-14
     uv = None if mesh.uv is None else _single(mesh.uv[used])
-    bare = Mesh(vertices=vertices, faces=local.reshape(-1, 3)[alive], uv=uv)
-    if not alive.any():
-        return bare
-    shaded = with_normals(bare)
-    return shaded if shaded.normals is None else shaded.replace(normals=_single(shaded.normals))
+    return Mesh(vertices=vertices, faces=local.reshape(-1, 3)[alive], uv=uv)
 
 
 def _single(values: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""Give drawers the loose pieces of the body that they would run into as they open."""
+"""Give doors and drawers the loose pieces of the body that they would run into as they open."""
 
 from __future__ import annotations
 
@@ -11,22 +11,25 @@ from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset.joint import JointKind
 
-# Longer side of the pictures in which a drawer and what stands before it are compared, pixels.
+# Longer side of the pictures in which a front and what stands before it are compared, pixels.
 PIXELS = 256
-# A piece lies within the outline of a drawer, or touches its front, to within this, diagonals. Choices, as is the next.
+# A piece lies within the outline of a front, or touches it, to within this, diagonals. Choices, as is the next.
 TOLERANCE = 0.002
-# Share of a piece, seen along the way of a drawer, behind which something of the drawer follows.
+# Share of a piece, seen along the way of a front, behind which something of the front follows.
 MIN_BLOCKED_SHARE = 0.25
 # An axis is one of the six sides where its cosine with it is at least this.
 MIN_COSINE = 0.99
+# The way that doors open, in the frame.
+OUT = np.array([0.0, -1.0, 0.0])
 
 
 def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
-    """Return the articulation with drawers that carry what they would run into as they open.
+    """Return the articulation with doors and drawers that carry what they would run into as they open.
 
-    A connected piece of the body goes with a drawer where it lies within the outline of the drawer, reaches at least
-    its front and no farther than its back, and something of the drawer is behind it: the sides of a box between front
-    and back, or the foot of a handle. What belongs to the frame reaches beyond that outline, or has nothing behind it.
+    A connected piece of the body goes with a front where it lies within its outline, reaches at least its front and no
+    farther than its back, and something of it is behind the piece: the sides of a box between front and back, the foot
+    of a handle, what a shell has between the two sheets of a door. What belongs to the frame reaches beyond that
+    outline, or has nothing behind it.
 
     Args:
         mesh: in the frame; the faces of the parts are those of this mesh.
@@ -51,14 +54,15 @@ def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Arti
 def _pieces_in_the_way(
     part: PartPlan, mesh: WeldedMesh, label: Ints, free: Bools, lower: Floats, upper: Floats
 ) -> list[int]:
-    """Return the free fragments that stand in the way of a part; none where it is no drawer.
+    """Return the free fragments that stand in the way of a part; none where it is neither a door nor a drawer.
 
     Args:
         lower, upper: (N, 3) corners of the fragments. free: (N,) those of the body alone.
     """
-    # The view looks from before the drawer at what comes towards it.
-    views = [s for s in SIDES if float(-s[2] @ part.joint.axis) >= MIN_COSINE]
-    if part.kind is not PartKind.DRAWER or part.joint.kind is not JointKind.SLIDE or not views:
+    way = _way(part, mesh)
+    # The view looks from before the front at what comes towards it.
+    views = [s for s in SIDES if way is not None and float(-s[2] @ way) >= MIN_COSINE]
+    if not views:
         return []
     axes = views[0]
     near, far = (np.sort(np.stack([c @ axes.T for c in (lower, upper)]), axis=0)[k] for k in (0, 1))
@@ -78,3 +82,13 @@ def _pieces_in_the_way(
         if seen.any() and float((rear[seen] > at + TOLERANCE).mean()) >= MIN_BLOCKED_SHARE:
             found.append(piece)
     return found
+
+
+def _way(part: PartPlan, mesh: WeldedMesh) -> Floats | None:
+    """Return the direction in which a front begins to open; None for other parts, and for doors that are no leaf."""
+    if part.kind is PartKind.DRAWER and part.joint.kind is JointKind.SLIDE:
+        return np.array(part.joint.axis)
+    if part.kind is PartKind.DOOR and part.joint.kind is JointKind.HINGE and part.joint.edge is not None:
+        extent = np.ptp(mesh.points[mesh.faces[part.faces].reshape(-1)], axis=0)
+        return OUT if int(np.argmin(extent)) == int(np.argmax(np.abs(OUT))) else None
+    return None

@@ -6,9 +6,10 @@ import numpy as np
 
 from casa_assets.checks.asset.applicability import NO_VISUALS, merged_mesh, visuals_of
 from casa_assets.checks.check import Measurement, all_at_least, all_at_most, at_most, count, largest, not_applicable
-from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.mesh.inside_out import inside_out_faces
 from casa_assets.geometry.mesh.measure import backward_share, face_normals
-from casa_assets.geometry.mesh.topology import edge_counts, face_components, weld
+from casa_assets.geometry.mesh.topology import weld
 from casa_assets.model.asset.asset import Asset, Link, Visual
 from casa_assets.model.asset.material import Texture
 from casa_assets.model.pose import Pose
@@ -134,41 +135,7 @@ def _inverted_share(link: Link) -> float:
     vertices, faces = merged_mesh(link.visuals)
     points, welded = weld(vertices)
     faces = welded[faces]
-    component = face_components(faces, len(points))
     _, areas = face_normals(points, faces)
     if areas.sum() <= 0:
         return 0.0
-    lower, upper, volume = _bounds_and_volumes(points, faces, component)
-    least = -1e-9 * (upper - lower).max(axis=1) ** 3  # a closed component may be flat: then it has no inside
-    inverted = np.flatnonzero(_is_closed(faces, component, len(points)) & (volume < least))
-    faulty = [k for k in inverted if not _lines_another(lower, upper, int(k))]
-    return float(areas[np.isin(component, faulty)].sum() / areas.sum())
-
-
-def _bounds_and_volumes(points: Floats, faces: Ints, component: Ints) -> tuple[Floats, Floats, Floats]:
-    """(C, 3) lower and (C, 3) upper corner and (C,) signed volume of each component; volumes hold for closed ones."""
-    components = int(component.max()) + 1
-    corners = points[faces] - points.mean(axis=0)
-    lower, upper = np.full((components, 3), np.inf), np.full((components, 3), -np.inf)
-    np.minimum.at(lower, component, corners.min(axis=1))
-    np.maximum.at(upper, component, corners.max(axis=1))
-    tetrahedra = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    volume = np.bincount(component, weights=tetrahedra, minlength=components).astype(np.float64)
-    return lower, upper, volume
-
-
-def _is_closed(faces: Ints, component: Ints, points: int) -> Mask:
-    """(C,) whether each edge of a component is used by two faces, once each way."""
-    of_point = np.zeros(points, dtype=np.int64)
-    of_point[faces] = component[:, None]
-    ends, uses, balance = edge_counts(faces)
-    closed = np.ones(int(component.max()) + 1, dtype=bool)
-    closed[of_point[ends[(uses != 2) | (balance != 0), 0]]] = False
-    return closed
-
-
-def _lines_another(lower: Floats, upper: Floats, component: int) -> bool:
-    """True if a component lies in the bounds of a larger one: the inner wall of a hollow thing winds inwards."""
-    within = (lower <= lower[component]).all(axis=1) & (upper >= upper[component]).all(axis=1)
-    larger = (upper - lower).prod(axis=1) > (upper - lower)[component].prod()
-    return bool((within & larger).any())
+    return float(areas[inside_out_faces(points, faces)].sum() / areas.sum())

@@ -191,7 +191,8 @@ def _opened(
         Rejected: no part is left (ART001), or the decisions on it do not fit it (ART002).
     """
     model, placed, found = cut_shell_parts(model, fragmentation, found)
-    found = drop_empty_links(found, placed)
+    # Cuts leave pieces of a shell by themselves that were no pieces before.
+    found = with_pieces_in_the_way(drop_empty_links(found, placed), placed)
     if not found.parts:
         raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
     try:

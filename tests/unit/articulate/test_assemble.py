@@ -14,6 +14,7 @@ from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.errors import Rejected
+from casa_assets.geometry.mesh.measure import signed_volume
 from casa_assets.geometry.solid.hull import hull_volume
 from casa_assets.geometry.solid.tessellate import tessellate
 from casa_assets.model.asset.joint import JointKind
@@ -83,6 +84,13 @@ def test_what_is_seen_is_labelled_as_what_is_touched(tmp_path: Path) -> None:
     assert labels["door_0"] == {"door", "handle"} == {c.label for c in asset.link("door_0").colliders}
     assert labels["knob_0"] == {"knob"}
     assert labels["object"] == {None}
+
+
+def test_parts_of_a_file_that_wind_inwards_are_written_outwards(tmp_path: Path) -> None:
+    vertices, faces, _ = microwave()
+    asset = build(wish(obj(tmp_path / "mw.obj", vertices, faces[:, ::-1]), tmp_path)).asset
+    volumes = [signed_volume(v.mesh.vertices, v.mesh.faces) for link in asset.links for v in link.visuals]
+    assert min(volumes) > 0.0
 
 
 def test_no_link_of_a_tiny_thing_weighs_more_than_steel(tmp_path: Path) -> None:
