@@ -112,6 +112,8 @@ def _levels(asset: Asset, region: Region, lower: Floats, upper: Floats) -> list[
         roof = min([roof, *(b for b, _, _ in spans if b >= middle)]) - BOARD_DISTANCE_M
         if roof - floor >= MIN_REGION_M and not _filled(asset, np.array([x, y, (floor + roof) / 2])):
             left, right = _between(asset, np.array([x, y, (floor + roof) / 2]), float(lower[0]), float(upper[0]))
+            if min(right - left, float(upper[1] - lower[1])) < MIN_REGION_M:
+                continue
             pose = Pose(position=round_mm_vec3(((left + right) / 2, y, (floor + roof) / 2)))
             size = round_mm_vec3((right - left, upper[1] - lower[1], roof - floor))
             out.append(region.replace(pose=pose, size=size))
@@ -178,10 +180,10 @@ def region_over_rack(asset: Asset, rack: str, regions: list[Region]) -> Region |
             if a[2] > middle[2] and a[0] < middle[0] < b[0]:
                 above.append(float(a[2]))
     roof = min([floor + MAX_HEIGHT_OVER_RACK_M, *(z - CLEARANCE_M for z in above)])
-    if roof - floor < 0.03:
-        return None
     inset = 0.08 * (upper - lower)[:2]
     a, b = lower[:2] + inset, upper[:2] - inset
+    if roof - floor < 0.03 or float((b - a).min()) < MIN_REGION_M:
+        return None
     center = np.array([(a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (floor + roof) / 2])
     local = asset.asset_from_link(rack).inverse().apply(center[None])[0]
     size = round_mm_vec3((b[0] - a[0], b[1] - a[1], roof - floor))
@@ -199,7 +201,7 @@ def region_in_drawer(asset: Asset, drawer: str) -> Region | None:
     if not spans or spans[0][1] > lower[2] + 0.4 * (upper[2] - lower[2]):
         return None
     floor, roof = spans[0][1], min([float(upper[2]) - CLEARANCE_M, *(s[0] for s in spans[1:])])
-    if roof - floor < 0.03:
+    if roof - floor < 0.03 or float((b - a).min()) < MIN_REGION_M:
         return None
     center = np.array([[middle[0], middle[1], (floor + roof) / 2]])
     local = asset.asset_from_link(drawer).inverse().apply(center)[0]

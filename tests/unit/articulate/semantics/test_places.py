@@ -187,6 +187,11 @@ class TestRooms:
         assert region_bounds(asset, below)[1][2] == pytest.approx(0.29, abs=1e-3)
         assert region_below_racks(asset, region((-0.279, -0.27, 0.26), (0.279, 0.27, 0.779))) is None
 
+    def test_nothing_lies_over_a_rack_that_is_a_wire(self) -> None:
+        wire = {"wire": ((-0.0003, -0.0003, 0.3), (0.0003, 0.0003, 0.302))}
+        asset = thing(link("object", CARCASS, None), link("rack0", wire, label="rack"), slides=("rack0",))
+        assert region_over_rack(asset, "rack0", [region((-0.279, -0.27, 0.021), (0.279, 0.27, 0.4))]) is None
+
     def test_a_drawer_holds_what_lies_on_its_floor(self) -> None:
         tub = {
             "floor": ((-0.2, -0.25, 0.3), (0.2, 0.2, 0.31)),
