@@ -9,6 +9,7 @@ from casa_assets.articulate.segment.fragment_measures import SIDES, corners_of_l
 from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Floats, Ints
+from casa_assets.geometry.mesh.topology import face_components
 from casa_assets.model.asset.joint import JointKind
 
 # Longer side of the pictures in which a front and what stands before it are compared, pixels.
@@ -26,22 +27,20 @@ OUT = np.array([0.0, -1.0, 0.0])
 def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Articulation:
     """Return the articulation with doors and drawers that carry what they would run into as they open.
 
-    A connected piece of the body goes with a front where it lies within its outline, reaches at least its front and no
-    farther than its back, and something of it is behind the piece: the sides of a box between front and back, the foot
-    of a handle, what a shell has between the two sheets of a door. What belongs to the frame reaches beyond that
-    outline, or has nothing behind it.
+    A connected piece of the body, or what parts have left of one, goes with a front where it lies within its outline,
+    reaches at least its front and no farther than its back, and something of it is behind the piece: the sides of a
+    box between front and back, the foot of a handle, what a shell has between the two sheets of a door. What belongs
+    to the frame reaches beyond that outline, or has nothing behind it.
 
     Args:
         mesh: in the frame; the faces of the parts are those of this mesh.
     """
-    label = mesh.fragment_labels
+    label = _pieces_of_body(articulation.face_owner(len(mesh.faces)) < 0, mesh)
     count = int(label.max(initial=-1)) + 1
     if not count:
         return articulation
     lower, upper = corners_of_labels(mesh, label)
-    owner = articulation.face_owner(len(mesh.faces))
     free = np.ones(count, dtype=bool)
-    free[np.unique(label[(owner >= 0) & (label >= 0)])] = False
     parts = []
     for part in articulation.parts:
         found = _pieces_in_the_way(part, mesh, label, free, lower, upper)
@@ -51,13 +50,29 @@ def with_pieces_in_the_way(articulation: Articulation, mesh: WeldedMesh) -> Arti
     return articulation.replace(parts=tuple(parts))
 
 
+def _pieces_of_body(is_body: Bools, mesh: WeldedMesh) -> Ints:
+    """Return the (F,) connected piece of each face of the body, -1 for all others.
+
+    A fragment that parts have taken faces from may be several pieces.
+    """
+    fragment = mesh.fragment_labels
+    label = np.where(is_body, fragment, -1)
+    count = int(fragment.max(initial=-1)) + 1
+    for shared in np.intersect1d(label[label >= 0], fragment[~is_body]).tolist():
+        rows = np.flatnonzero(label == shared)
+        label[rows] = count + face_components(mesh.faces[rows], len(mesh.points))
+        count = int(label.max()) + 1
+    found: Ints = np.unique(label, return_inverse=True)[1].reshape(-1) - int((label < 0).any())
+    return found
+
+
 def _pieces_in_the_way(
     part: PartPlan, mesh: WeldedMesh, label: Ints, free: Bools, lower: Floats, upper: Floats
 ) -> list[int]:
-    """Return the free fragments that stand in the way of a part; none where it is neither a door nor a drawer.
+    """Return the free pieces that stand in the way of a part; none where it is neither a door nor a drawer.
 
     Args:
-        lower, upper: (N, 3) corners of the fragments. free: (N,) those of the body alone.
+        label: (F,) piece of each face. free: (N,) those that no part has. lower, upper: (N, 3) their corners.
     """
     way = _way(part, mesh)
     # The view looks from before the front at what comes towards it.

@@ -23,11 +23,18 @@ SWINGS = JointPlan(
 )
 
 
-def _carried(*loose: Part, sheets: tuple[Part, Part] = (FRONT, BACK), joint: JointPlan = SLIDES) -> list[bool]:
-    """Build a drawer or a door of two sheets in a carcass; return which of some pieces of the body it carries."""
+def _carried(
+    *loose: Part, sheets: tuple[Part, Part] = (FRONT, BACK), joint: JointPlan = SLIDES, taken: int = 0
+) -> list[bool]:
+    """Build a drawer or a door of two sheets in a carcass; return which of some pieces of the body it carries.
+
+    Args:
+        taken: faces of the first piece that it has before.
+    """
     vertices, faces, owner = together(*carcass(0.5, 0.5, 0.3), *sheets, *loose)
     mesh = weld_triangles(vertices, faces)
     own: Ints = np.flatnonzero((owner == 5) | (owner == 6))
+    own = np.concatenate([own, np.flatnonzero(owner == 7)[:taken]])
     kind = PartKind.DRAWER if joint is SLIDES else PartKind.DOOR
     part = PartPlan(name="front_0", kind=kind, faces=own, grip=own[:0], joint=joint)
     frame = Frame(rotation=np.eye(3), origin=(0.0, 0.0, 0.0), scale=1.0, metres=1.0)
@@ -40,6 +47,10 @@ def _carried(*loose: Part, sheets: tuple[Part, Part] = (FRONT, BACK), joint: Joi
 
 def test_sides_of_a_box_and_a_handle_go_with_their_drawer() -> None:
     assert _carried(*SIDES, HANDLE) == [True, True, True]
+
+
+def test_what_a_drawer_has_not_taken_of_a_piece_goes_with_it_too() -> None:
+    assert _carried(*SIDES, taken=4) == [True, True]
 
 
 def test_a_rail_that_the_box_passes_under_stays() -> None:
