@@ -59,6 +59,6 @@ def test_a_block_without_a_hole_stays_whole() -> None:
 
 
 def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> None:
-    assert best_score([1.0, 1.2]) == 0
-    assert best_score([1.0, 1.5, 1.4]) == 1
+    assert best_score([1.0, 1.4]) == 0
+    assert best_score([1.0, 1.7, 1.6]) == 1
     assert best_score([0.0]) == 0
