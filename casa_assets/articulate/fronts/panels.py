@@ -43,6 +43,8 @@ MIN_SMALL_SIDE, MIN_SMALL_LENGTH, MAX_PULL_SHARE, MIN_PULL_PROTRUSION = 0.018, 0
 # The sheet of a body round its fronts: its least share of the width and height of the side, its greatest depth in
 # diagonals, its surface by its rectangle (holes make it less), and how far a front stands out of it at least.
 MIN_SHEET_SHARE, MAX_SHEET_DEPTH, MAX_SHEET_AREA_SHARE, MIN_STEP = 0.85, 0.004, 0.8, 0.004
+# Share of a board of the body that each of two plates covers at least where the board is no front.
+MIN_COVER_SHARE = 0.12
 # Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
@@ -229,19 +231,19 @@ def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
         if upper[i, 2] <= lower[first, 2] + 0.35 * (upper[first, 2] - lower[first, 2]) + 0.002
         or lower[i, 2] <= lower[first, 2] + FLUSH_TOLERANCE
     ]
-    large = [i for i in in_front if footprint[i] >= 0.12 * footprint[first]]
-    separate = [
+    alone = [
         i
-        for i in large
-        if not any(_inside(lower, upper, i, k) for k in large if k != i and footprint[k] >= footprint[i])
+        for i in in_front
+        if not any(_inside(lower, upper, i, k) for k in in_front if k != i and footprint[k] >= footprint[i])
     ]
+    separate = [i for i in alone if footprint[i] >= MIN_COVER_SHARE * footprint[first]]
     filling = [i for i in separate if _fills_hole(measured, lower, upper, i, first)]
     if (len(separate) < 2 and not filling) or measured.visible_area[first, side] >= 0.35 * footprint[first]:
         return [group]
-    out: list[list[int]] = [[i] for i in separate]
+    out: list[list[int]] = [[i] for i in alone]
     for i in group[1:]:
         host = next((g for g in out if i not in g and _inside(lower, upper, i, g[0])), None)
-        if host is not None and i not in separate:
+        if host is not None and i not in alone:
             host.append(i)
     return out
 
