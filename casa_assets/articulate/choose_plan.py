@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from casa_assets.articulate.infer import articulate_fragments
 from casa_assets.articulate.models import Models
-from casa_assets.articulate.plan import Articulation, Frame
+from casa_assets.articulate.plan import Articulation, Frame, PartKind
 from casa_assets.articulate.segment.fragment_measures import measure_fragments, render_sides
 from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
 from casa_assets.articulate.segment.shell_segments import Fragmentation, fragment_mesh
@@ -68,7 +70,22 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
         fragmentation = fragment_mesh(mesh, labels, models)
         measured = measure_fragments(mesh, fragmentation.labels, images=images)
         articulation = articulate_fragments(measured, frame, category, controls, fragmentation.fronts)
+        if way in (Segmentation.CREASES, Segmentation.HOLES) and not _has_whole_lids(mesh, articulation):
+            continue
         found.append(Plan(way, fragmentation, articulation))
     # The creases of a fused shell are seams of its fronts as well: they are no better than the other ways.
     is_shell = any(p.fragmentation.shell is not None for p in found if p.way is Segmentation.WELDED)
     return sorted(found, key=lambda p: p.way is Segmentation.CREASES) if is_shell else found
+
+
+def _has_whole_lids(mesh: WeldedMesh, articulation: Articulation) -> bool:
+    """Return whether no lid is cut out of what is welded, as the lining of a mug would be."""
+    label = mesh.fragment_labels
+    count = np.bincount(label[label >= 0])
+    for part in articulation.parts:
+        if part.kind is PartKind.LID:
+            mine = label[part.faces]
+            used = np.bincount(mine[mine >= 0], minlength=len(count))
+            if ((used > 0) & (used < count)).any():
+                return False
+    return True

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.segment.flat_sheets import FlatSheets, connected_faces, find_flat_sheets, split_at_holes
 from casa_assets.articulate.segment.fragment_measures import corners_of_labels
-from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_by_edges
+from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh, weld_by_edges
 from casa_assets.core.typing import Ints
 from casa_assets.geometry.mesh.topology import merge_rows
 
@@ -87,9 +87,22 @@ def _split_at_creases(mesh: WeldedMesh) -> Ints:
     left, right = mesh.solid_neighbors
     middle = mesh.points[mesh.faces].mean(axis=1)
     bent = (mesh.normals[left] * mesh.normals[right]).sum(axis=1) < CREASE_COS
-    concave = ((middle[right] - middle[left]) * mesh.normals[left]).sum(axis=1) > 0.0
+    inwards = np.where(_wind_inwards(mesh), -1.0, 1.0)[left]
+    concave = inwards * ((middle[right] - middle[left]) * mesh.normals[left]).sum(axis=1) > 0.0
     whole = ~(bent & concave)
     return connected_faces(len(mesh.faces), left[whole], right[whole])[mesh.duplicate_of]
+
+
+def _wind_inwards(mesh: WeldedMesh) -> Bools:
+    """Mark the (F,) faces of welded fragments whose volume about their middle is negative."""
+    label = np.maximum(mesh.fragment_labels, 0)
+    count = np.maximum(np.bincount(label), 1)[:, None]
+    corners = mesh.points[mesh.faces]
+    middle = np.stack([np.bincount(label, corners.mean(axis=1)[:, k]) for k in range(3)], axis=1) / count
+    corners = corners - middle[label][:, None]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
+    found: Bools = np.bincount(label, np.where(mesh.fragment_labels >= 0, volume, 0.0))[label] < 0.0
+    return found
 
 
 def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) -> Ints:

@@ -62,3 +62,10 @@ def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> No
     assert best_score([1.0, 1.4]) == 0
     assert best_score([1.0, 1.7, 1.6]) == 1
     assert best_score([0.0]) == 0
+
+
+def test_a_mesh_that_winds_inwards_has_the_same_creases() -> None:
+    mesh, _ = pulled_out(0.1)
+    turned = weld_triangles(mesh.points, mesh.faces[:, ::-1])
+    labels = [segmentations(m)[Segmentation.CREASES].tolist() for m in (mesh, turned)]
+    assert labels[0] == labels[1]
