@@ -18,6 +18,8 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 # What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
 # Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
 LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5
+# Parts of two plans are the same where this share of their surface is. A choice.
+MIN_SAME_SURFACE = 0.9
 
 
 @dataclass(frozen=True)
@@ -41,13 +43,18 @@ class Plan:
 def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Models | None = None) -> Plan:
     """Return the plan of a mesh in its frame that has clearly more parts that are probably right; else the first.
 
+    Where the welded fragments say the same, theirs is returned.
+
     Args:
         mesh: z up, the front faces -y, a diagonal of 1, the middle at the origin.
         category: id of a category where it is known, empty otherwise.
         models: what was learned from labelled cases; None to go by rules alone.
     """
     plans = candidate_plans(mesh, frame, category, models)
-    return plans[best_score([plan.score for plan in plans])]
+    best = plans[best_score([plan.score for plan in plans])]
+    # What is cut off needlessly may go with the wrong part: the rim of an oven with its door.
+    whole = (p for p in plans if p.way is Segmentation.WELDED and _is_the_same(mesh, p.articulation, best.articulation))
+    return next(whole, best)
 
 
 def plan_score(confidences: Iterable[float], least: float = LEAST_CONFIDENCE) -> float:
@@ -76,6 +83,17 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
     # The creases of a fused shell are seams of its fronts as well: they are no better than the other ways.
     is_shell = any(p.fragmentation.shell is not None for p in found if p.way is Segmentation.WELDED)
     return sorted(found, key=lambda p: p.way is Segmentation.CREASES) if is_shell else found
+
+
+def _is_the_same(mesh: WeldedMesh, one: Articulation, other: Articulation) -> bool:
+    """Return whether two plans have parts of the same kinds, each of nearly the same surface."""
+    if [p.kind for p in one.parts] != [p.kind for p in other.parts]:
+        return False
+    for a, b in zip(one.parts, other.parts, strict=True):
+        both = float(mesh.areas[np.intersect1d(a.faces, b.faces)].sum())
+        if both < MIN_SAME_SURFACE * float(mesh.areas[np.union1d(a.faces, b.faces)].sum()):
+            return False
+    return True
 
 
 def _has_whole_lids(mesh: WeldedMesh, articulation: Articulation) -> bool:
