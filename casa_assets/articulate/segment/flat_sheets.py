@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh
 from casa_assets.core.typing import Ints
+from casa_assets.geometry.mesh.topology import connected_groups
 
 # Neighbouring faces are one flat sheet up to this angle: cosine of 1 degree.
 FLAT_COS = 0.99985
@@ -43,14 +42,14 @@ def split_at_holes(mesh: WeldedMesh, sheets: FlatSheets) -> Ints:
     left, right = mesh.solid_neighbors
     edge = _shared_edges(mesh, left, right)
     cut = np.isin(sheets.rim_keys(left, edge), sheets.rims) | np.isin(sheets.rim_keys(right, edge), sheets.rims)
-    return connected_faces(len(mesh.faces), left[~cut], right[~cut])[mesh.duplicate_of]
+    return connected_groups(len(mesh.faces), left[~cut], right[~cut])[mesh.duplicate_of]
 
 
 def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
     """Return the flat sheets of a mesh, and the rims of their holes."""
     left, right = mesh.solid_neighbors
     flat = (mesh.normals[left] * mesh.normals[right]).sum(axis=1) >= FLAT_COS
-    sheet = connected_faces(len(mesh.faces), left[flat], right[flat])
+    sheet = connected_groups(len(mesh.faces), left[flat], right[flat])
     alive = np.flatnonzero((mesh.duplicate_of == np.arange(len(mesh.faces))) & (mesh.areas > 0.0))
     faces, count = mesh.faces[alive], len(mesh.points)
     ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
@@ -62,7 +61,7 @@ def find_flat_sheets(mesh: WeldedMesh) -> FlatSheets:
     # A point that two sheets share belongs to the outline of each.
     nodes, place = np.unique(np.concatenate([owner, owner]) * count + ends.T.reshape(-1), return_inverse=True)
     a, b = place.reshape(2, -1)
-    loop_of_node = connected_faces(len(nodes), a, b)
+    loop_of_node = connected_groups(len(nodes), a, b)
     loop = loop_of_node[a]
     sheet_of_loop = np.zeros(len(nodes), dtype=np.int64)
     sheet_of_loop[loop] = owner
@@ -88,11 +87,4 @@ def _shared_edges(mesh: WeldedMesh, left: Ints, right: Ints) -> Ints:
     rows = np.arange(len(a))
     ends = np.sort(np.column_stack([a[rows, (lone + 1) % 3], a[rows, (lone + 2) % 3]]), axis=1)
     found: Ints = ends[:, 0] * len(mesh.points) + ends[:, 1]
-    return found
-
-
-def connected_faces(count: int, left: Ints, right: Ints) -> Ints:
-    """Return the (F,) number of the group of each face, of pairs of faces that are connected."""
-    graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
-    found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)
     return found

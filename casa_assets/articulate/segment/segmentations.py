@@ -9,14 +9,12 @@ from __future__ import annotations
 from enum import StrEnum
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
-from casa_assets.articulate.segment.flat_sheets import FlatSheets, connected_faces, find_flat_sheets, split_at_holes
+from casa_assets.articulate.segment.flat_sheets import FlatSheets, find_flat_sheets, split_at_holes
 from casa_assets.articulate.segment.fragment_measures import corners_of_labels
 from casa_assets.articulate.segment.welded_mesh import Bools, WeldedMesh, weld_by_edges
 from casa_assets.core.typing import Ints
-from casa_assets.geometry.mesh.topology import merge_rows
+from casa_assets.geometry.mesh.topology import connected_groups, merge_rows
 
 # A file of more pieces than this, or of pieces with fewer faces than this in the mean, is split at every crease: its
 # pieces say nothing about its parts.
@@ -90,7 +88,7 @@ def _split_at_creases(mesh: WeldedMesh) -> Ints:
     inwards = np.where(_wind_inwards(mesh), -1.0, 1.0)[left]
     concave = inwards * ((middle[right] - middle[left]) * mesh.normals[left]).sum(axis=1) > 0.0
     whole = ~(bent & concave)
-    return connected_faces(len(mesh.faces), left[whole], right[whole])[mesh.duplicate_of]
+    return connected_groups(len(mesh.faces), left[whole], right[whole])[mesh.duplicate_of]
 
 
 def _wind_inwards(mesh: WeldedMesh) -> Bools:
@@ -113,14 +111,12 @@ def _with_small_ones_joined(mesh: WeldedMesh, pieces: Ints, sheets: FlatSheets) 
     lower, upper = corners_of_labels(mesh, pieces)
     small = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
     left, right = (pieces[faces] for faces in mesh.solid_neighbors)
-    with_hole = np.ones(len(small), dtype=bool)
-    with_hole[pieces[~sheets.has_hole[sheets.sheet] & (mesh.areas > 0.0)]] = False
-    small &= ~with_hole
+    is_more = np.zeros(len(small), dtype=bool)  # than a sheet with a hole
+    is_more[pieces[~sheets.has_hole[sheets.sheet] & (mesh.areas > 0.0)]] = True
+    small &= is_more
     both = small[left] & small[right] & (left != right)
     count = len(small)
-    graph = coo_matrix((np.ones(int(both.sum()), dtype=np.int8), (left[both], right[both])), shape=(count, count))
-    _, joined = connected_components(graph, directed=False)
-    joined = joined.astype(np.int64)
+    joined = connected_groups(count, left[both], right[both])
     lower, upper = corners_of_labels(mesh, joined[pieces])
     together = (upper - lower).max(axis=1) <= SMALL_PIECE * mesh.diagonal
     found: Ints = np.where(together[joined], joined, joined.max(initial=0) + 1 + np.arange(count))[pieces]

@@ -14,13 +14,11 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from casa_assets.articulate.plan import Frame
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
-from casa_assets.geometry.mesh.topology import face_components, merge_rows, weld
+from casa_assets.geometry.mesh.topology import connected_groups, face_components, merge_rows, weld
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.ingest.source import RawModel
 
@@ -194,9 +192,7 @@ def weld_by_edges(mesh: WeldedMesh, by_material: bool = True) -> Ints:
     if by_material:
         alike = mesh.material_index[left] == mesh.material_index[right]
         left, right = left[alike], right[alike]
-    shape = (len(mesh.faces), len(mesh.faces))
-    graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=shape)
-    _, component = connected_components(graph, directed=False)
+    component = connected_groups(len(mesh.faces), left, right)
     labels = np.full(len(mesh.faces), -1, dtype=np.int64)
     _, labels[index] = merge_rows(component[index][:, None].astype(np.float64))
     return np.where(mesh.areas > 0.0, labels[mesh.duplicate_of], -1)

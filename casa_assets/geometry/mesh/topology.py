@@ -68,6 +68,13 @@ def face_components(faces: Ints, count: int) -> Ints:
     return place
 
 
+def connected_groups(count: int, left: Ints, right: Ints) -> Ints:
+    """(N,) group of each of `count` things, of which those at the same place of `left` and `right` belong together."""
+    graph = coo_matrix((np.ones(len(left), dtype=np.int8), (left, right)), shape=(count, count))
+    found: Ints = connected_components(graph, directed=False)[1].astype(np.int64)
+    return found
+
+
 def manifold_patches(ids: Ints) -> Ints:
     """(F,) patch of each face: patches are joined over edges of exactly two faces.
 
