@@ -46,7 +46,7 @@ def main() -> None:
         for variant in args.variant:
             several = len(args.variant) > 1
             out = args.predict.with_stem(f"{args.predict.stem}_{variant}") if several else args.predict
-            predict(args.cases, variant, out, args.jobs, args.anonymous)
+            predict(args.cases, variant, out, args.jobs, args.anonymous, args.only or "", args.every)
         return
     with scored(args) as score:
         for variant in args.variant:

@@ -26,7 +26,7 @@ from casa_assets.model.asset.asset import Asset, Base, Exclusion, Inertial, Link
 from casa_assets.model.asset.link import Collider
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.mesh import Mesh
-from casa_assets.model.asset.provenance import Guess, Labels, Provenance
+from casa_assets.model.asset.provenance import UNFOUND_PARTS, Guess, Labels, Provenance
 from casa_assets.model.asset.site import Region
 from casa_assets.model.ingest.source import RawModel
 from casa_assets.model.pose import Pose
@@ -275,6 +275,9 @@ def _guesses(articulation: Articulation) -> tuple[Guess, ...]:
     for part in articulation.parts:
         guess = Guess(subject=part.name, value=part.kind.value, confidence=part.confidence, reason=part.full_reason)
         out.append(guess)
+    if articulation.signs:
+        reason = "; ".join(articulation.signs)
+        out.append(Guess(subject=UNFOUND_PARTS, value="none was found", confidence=0.0, reason=reason))
     for cavity in articulation.cavities:
         if cavity.built:
             message = f"added: {cavity.interior.value}"

@@ -195,6 +195,7 @@ class Articulation(Record):
     Attributes:
         traits: what the form of its fronts says of its kind; names of FORM_TRAITS (frame/kind.py).
         cavities: what the fronts close. added: what was built in them, with the spaces that it leaves.
+        signs: where no part was found, what speaks for some all the same, in words.
     """
 
     frame: Frame
@@ -204,6 +205,7 @@ class Articulation(Record):
     cavities: tuple[Cavity, ...] = ()
     added: tuple[AddedGeometry, ...] = ()
     spaces: tuple[StorageSpace, ...] = ()
+    signs: tuple[str, ...] = ()
 
     def face_owner(self, count: int) -> npt.NDArray[np.int64]:
         """Return the (F,) index of the part that each of `count` faces belongs to, -1 for the body."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import multiprocessing
+import re
 import resource
 import sys
 import tempfile
@@ -43,18 +44,21 @@ class Job:
     anonymous: bool
 
 
-def predict(cases: Path, variant: str, out: Path, jobs: int = 2, anonymous: bool = False) -> None:
+def predict(
+    cases: Path, variant: str, out: Path, jobs: int = 2, anonymous: bool = False, only: str = "", every: int = 1
+) -> None:
     """Write the predictions of every case below a folder that has the variant; those that are there are kept.
 
     Args:
         cases: folder with a folder for each case, itself or in `cases`.
         out: JSON file; the folder of the same name without suffix gets one file for each case.
         anonymous: each mesh is given to the command under a name that says nothing.
+        only: a regular expression for the names of cases; empty for all. every: takes the first of so many.
     """
     root = cases / "cases" if (cases / "cases").is_dir() else cases
     folder = out.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    meshes = sorted(root.glob(f"*/{variant}.obj"))
+    meshes = [m for m in sorted(root.glob(f"*/{variant}.obj")) if re.search(only, m.parent.name)][::every]
     if not meshes:
         raise SystemExit(f"{root}: no case with {variant}.obj; name a folder that holds a folder for each case")
     todo = [Job(m.parent.name, m, folder / f"{m.parent.name}.json", anonymous) for m in meshes]

@@ -8,6 +8,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.asset.asset import Asset, Collider, Link, Visual
+from casa_assets.model.asset.provenance import UNFOUND_PARTS
 from casa_assets.model.ingest.source import SourceKind
 
 # Reasons as reports give them.
@@ -34,8 +35,12 @@ def is_fixture_like(asset: Asset) -> bool:
 
 
 def is_loose_mesh(asset: Asset) -> bool:
-    """True if it was ingested as one rigid mesh; the filters (FLT) apply to those."""
-    return asset.provenance.source in _MESHES and len(asset.links) == 1
+    """True if it was ingested as one rigid mesh; the filters (FLT) apply to those.
+
+    What has one link because its moving parts are still to be found is none.
+    """
+    is_one_link = asset.provenance.source in _MESHES and len(asset.links) == 1
+    return is_one_link and all(g.subject != UNFOUND_PARTS for g in asset.provenance.guesses)
 
 
 def visuals_of(asset: Asset) -> Iterator[tuple[str, Link, Visual]]:

@@ -48,6 +48,10 @@ class Labels(Record):
     split: Split | None = None
 
 
+# Subject of the guess on an asset that probably has moving parts, none of which was found.
+UNFOUND_PARTS = "moving_parts"
+
+
 class Guess(Record):
     """A decision that the source did not state.
 

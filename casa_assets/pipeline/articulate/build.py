@@ -23,6 +23,7 @@ from casa_assets.articulate.segment.shell_cuts import cut_shell_parts
 from casa_assets.articulate.segment.shell_segments import Fragmentation
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_model
 from casa_assets.articulate.semantics.rename import rename_for_runtime
+from casa_assets.articulate.signs_of_parts import signs_of_parts
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest.load import load
 from casa_assets.ingest.sources.bundle import collect
@@ -162,7 +163,8 @@ def build(request: ArticulateRequest) -> ArticulateResult:
         raise Rejected(MISFIT, f"{error}; change the decisions on it") from error
     found = with_pieces_in_the_way(drop_empty_links(found, placed), placed)
     planned, read = found, model
-    model, placed, found = _opened(model, plan.fragmentation, found, request)
+    model, placed, found = _opened(model, plan.fragmentation, found, request, stated)
+    planned = planned if found.parts else found
     scale = metres_per_file_unit, scale_confidence, scale_reason
     spec = _spec(source_file, bundle.sha256, kind, scale, frame.scale)
     asset = assemble(model, placed, found, spec)
@@ -183,18 +185,26 @@ def build(request: ArticulateRequest) -> ArticulateResult:
 
 
 def _opened(
-    model: RawModel, fragmentation: Fragmentation, found: Articulation, request: ArticulateRequest
+    model: RawModel, fragmentation: Fragmentation, found: Articulation, request: ArticulateRequest, stated: str
 ) -> tuple[RawModel, WeldedMesh, Articulation]:
     """Cut the parts of a shell out of a model and build the interiors that it lacks; return it with its parts.
 
+    Where no part is left, it is returned with the signs that there are some all the same.
+
+    Args:
+        stated: id of the kind that the user or a name states, or empty.
     Raises:
-        Rejected: no part is left (ART001), or the decisions on it do not fit it (ART002).
+        Rejected: no part is left and there is no sign of any (ART001), or the decisions on it do not fit it (ART002).
     """
     model, placed, found = cut_shell_parts(model, fragmentation, found)
     # Cuts leave pieces of a shell by themselves that were no pieces before.
     found = with_pieces_in_the_way(drop_empty_links(found, placed), placed)
     if not found.parts:
-        raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
+        names = [name for part in model.parts for name in (*part.nodes, part.name)]
+        signs = signs_of_parts(placed, stated, names, load_models())
+        if not signs:
+            raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
+        return model, placed, found.replace(signs=signs)
     try:
         return add_interiors(model, placed, found, found.category, request.decisions, request.complete)
     except UnknownId as error:

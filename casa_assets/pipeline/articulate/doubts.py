@@ -27,7 +27,9 @@ def doubts(articulation: Articulation, model: ConfidenceModel, contacts: tuple[s
     issues = []
     if articulation.frame.confidence < model.bars.frame:
         issues.append(_issue(FRAME, _frame_message(articulation)))
-    if plan_confidence(articulation, model) < model.bars.plan:
+    if articulation.signs:
+        issues.append(_issue(PLAN, f"no moving part was found, but {'; '.join(articulation.signs)}"))
+    elif plan_confidence(articulation, model) < model.bars.plan:
         issues.append(_issue(PLAN, _plan_message(articulation, model)))
     if contacts:
         issues.append(_issue(CONTACTS, f"{'; '.join(contacts)}; one of them may be no part, or have another joint"))

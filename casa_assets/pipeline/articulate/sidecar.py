@@ -63,8 +63,9 @@ def text(built: ArticulateResult, given: Decisions) -> str:
     lines.append(_row(f"{mark}up", _axis(axis_word(up)), (frame.confidence, frame.reason), frame.runner_up))
     lines.append(_row(f"{mark}front", _axis(axis_word(front)), (frame.confidence, frame.reason)))
     lines.append(_row("size_m", f"{built.longest_m:.6g}", built.size))
-    lines.append("parts:")
     shown = [part for part in built.articulation.parts if not part.added]
+    lines += [f"# No part was found, but {sign}." for sign in built.articulation.signs]
+    lines.append("parts:" if shown or given.parts else "parts: {}")
     for part in shown:
         lines += _part(part, frame.metres or 1.0) + _given_fields(given.parts.get(part.name), _NOT_IN_PLAN)
     for name in sorted(given.parts.keys() - {part.name for part in shown}):

@@ -16,6 +16,7 @@ from casa_assets.model.ingest.user_override import UpAxis, UserOverride, Word
 from casa_assets.model.issue import REVIEW_CODE, Decision
 from casa_assets.model.registry.confidence import Bars, Curve
 from casa_assets.pipeline.articulate import build as building
+from casa_assets.pipeline.articulate import sidecar
 from casa_assets.pipeline.articulate.build import ArticulateRequest, build
 from casa_assets.pipeline.articulate.doubts import doubts
 from casa_assets.pipeline.articulate.overrides import with_override
@@ -23,7 +24,7 @@ from casa_assets.pipeline.articulate.run import ArticulateOutcome, articulate_on
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
-from tests.unit.articulate.blocks import microwave
+from tests.unit.articulate.blocks import box, microwave, together
 from tests.unit.articulate.test_assemble import obj
 
 AXES = {"up": (0.0, 0.0, 1.0), "front": (0.0, -1.0, 0.0)}
@@ -149,3 +150,13 @@ def test_of_nearly_nothing_nothing_moves(
     rows = [f"v {x} {y} {z}" for x, y, z in points] + [f"f {a} {b} {c}" for a, b, c in faces]
     mesh.write_text("\n".join(rows) + "\n", encoding="utf-8")
     assert _articulate(ArticulateRequest(mesh, tmp_path / "lib")).code == "ART001"
+
+
+def test_a_mesh_with_signs_of_parts_of_which_none_was_found_is_in_review(tmp_path: Path) -> None:
+    vertices, faces, _ = together(box((0, 0, 0), (0.6, 0.6, 0.6)))
+    mesh = obj(tmp_path / "oven.obj", vertices, faces)
+    done = _articulate(ArticulateRequest(mesh, tmp_path / "lib", preview=True))
+    assert done.decision is Decision.REVIEW, done.message
+    assert "plan" in done.to_decide
+    assert done.folder is not None
+    assert sidecar.read(done.folder / sidecar.NAME).parts == {}
