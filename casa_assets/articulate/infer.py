@@ -116,7 +116,8 @@ def articulate_fragments(
         for _, panel, edge in list(collector.fronts):
             for tray in find_inner_parts(measured, FRONT, panel, edge, sorted(collector.taken)):
                 _tray(collector, panel, tray)
-        _lids(collector)
+        on_top = [c for c in top_controls if seen.tell_top(c, top_controls)[0] is PartKind.KNOB]
+        _lids(collector, on_top)
         _controls(collector, TOP, top_controls, seen.tell_top)
     button = find_single_button(measured) if category and measured.count > 1 and not collector.parts else None
     if button is not None:
@@ -403,8 +404,12 @@ def _tray(collector: PartCollector, door: Panel, tray: InnerPart) -> None:
     collector.add(kind, list(tray.fragments), list(tray.fragments), joint, "", (tray.confidence, tray.reason))
 
 
-def _lids(collector: PartCollector) -> None:
-    """Add the lids that nothing keeps shut."""
+def _lids(collector: PartCollector, knobs: list[Control]) -> None:
+    """Add the lids that nothing keeps shut.
+
+    Args:
+        knobs: of the top. A plate that bears several is that of a hob, and no lid.
+    """
     for lid in find_lids(collector.measured, collector.taken):
         if lid.opening_angle > 0.0:
             _lid(
@@ -413,6 +418,8 @@ def _lids(collector: PartCollector) -> None:
     # What is taken for plain fronts or for what lies behind them may be the walls and the floor of a box.
     walls = all(p.kind in (PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY) and not len(p.grip) for p in collector.parts)
     box_lid = find_box_lid(collector.measured) if walls else None
+    if box_lid is not None and sum(not set(c.fragments).isdisjoint(box_lid.fragments) for c in knobs) > 1:
+        box_lid = None
     if box_lid is not None and (not collector.parts or is_chest(collector.measured, box_lid)):
         collector.parts, collector.fronts, collector.taken = [], [], set()
         _lid(collector, box_lid, "all that covers a hollow box")
