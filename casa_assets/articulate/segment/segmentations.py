@@ -94,12 +94,14 @@ def _split_at_creases(mesh: WeldedMesh) -> Ints:
 def _wind_inwards(mesh: WeldedMesh) -> Bools:
     """Mark the (F,) faces of welded fragments whose volume about their middle is negative."""
     label = np.maximum(mesh.fragment_labels, 0)
+    # The two copies of a face that is there twice would cancel each other.
+    counts = (mesh.fragment_labels >= 0) & (mesh.duplicate_of == np.arange(len(label)))
     count = np.maximum(np.bincount(label), 1)[:, None]
     corners = mesh.points[mesh.faces]
     middle = np.stack([np.bincount(label, corners.mean(axis=1)[:, k]) for k in range(3)], axis=1) / count
     corners = corners - middle[label][:, None]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    found: Bools = np.bincount(label, np.where(mesh.fragment_labels >= 0, volume, 0.0))[label] < 0.0
+    found: Bools = np.bincount(label, np.where(counts, volume, 0.0))[label] < 0.0
     return found
 
 
