@@ -45,6 +45,9 @@ MIN_SMALL_SIDE, MIN_SMALL_LENGTH, MAX_PULL_SHARE, MIN_PULL_PROTRUSION = 0.018, 0
 MIN_SHEET_SHARE, MAX_SHEET_DEPTH, MAX_SHEET_AREA_SHARE, MIN_STEP = 0.85, 0.004, 0.8, 0.004
 # Share of a board of the body that each of two plates covers at least where the board is no front.
 MIN_COVER_SHARE = 0.12
+# Stiles of a frame upon a board: least length, greatest width, as shares of the board; greatest width of a rail by that
+# of a stile, and greatest share of the board that all rails cover: drawers between two posts leave nothing free.
+MIN_STILE_LENGTH, MAX_STILE_WIDTH, MAX_RAIL_BY_STILE, MAX_RAILED_SHARE = 0.9, 0.36, 2.0, 0.75
 # Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
@@ -240,12 +243,42 @@ def _plates(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats
     filling = [i for i in separate if _fills_hole(measured, lower, upper, i, first)]
     if (len(separate) < 2 and not filling) or measured.visible_area[first, side] >= 0.35 * footprint[first]:
         return [group]
+    if _is_frame(lower[alone, :2], upper[alone, :2], lower[first, :2], upper[first, :2]):
+        return [group]
     out: list[list[int]] = [[i] for i in alone]
     for i in group[1:]:
         host = next((g for g in out if i not in g and _inside(lower, upper, i, g[0])), None)
         if host is not None and i not in alone:
             host.append(i)
     return out
+
+
+def _is_frame(lower: Floats, upper: Floats, board_lower: Floats, board_upper: Floats) -> bool:
+    """Return whether plates are the stiles and rails of a frame along the border of a board, which fills it.
+
+    Args:
+        lower, upper: (N, 2) corners of the plates in (u, v). board_lower, board_upper: (2,) those of the board.
+    """
+    size, whole = upper - lower, board_upper - board_lower
+    for across in (0, 1):
+        along = 1 - across
+        slim = (size[:, along] >= MIN_STILE_LENGTH * whole[along]) & (
+            size[:, across] <= MAX_STILE_WIDTH * whole[across]
+        )
+        first = np.flatnonzero(slim & (lower[:, across] <= board_lower[across] + INSIDE_TOLERANCE))
+        last = np.flatnonzero(slim & (upper[:, across] >= board_upper[across] - INSIDE_TOLERANCE))
+        if not len(first) or not len(last):
+            continue
+        a, b = float(upper[first[0], across]), float(lower[last[0], across])
+        width = MAX_RAIL_BY_STILE * float(max(size[first[0], across], size[last[0], across]))
+        rails = (np.abs(lower[:, across] - a) <= INSIDE_TOLERANCE) & (np.abs(upper[:, across] - b) <= INSIDE_TOLERANCE)
+        rails &= size[:, along] <= width
+        has_ends = (rails & (lower[:, along] <= board_lower[along] + INSIDE_TOLERANCE)).any() and (
+            rails & (upper[:, along] >= board_upper[along] - INSIDE_TOLERANCE)
+        ).any()
+        if has_ends and float(size[rails, along].sum()) <= MAX_RAILED_SHARE * float(whole[along]):
+            return True
+    return False
 
 
 def _fills_hole(measured: MeasuredFragments, lower: Floats, upper: Floats, i: int, sheet: int) -> bool:
