@@ -124,6 +124,16 @@ def test_a_leaf_of_two_boards_under_one_stile_is_one_door() -> None:
     assert set(owner[door.faces].tolist()) == set(range(5, 12))
 
 
+def test_stiles_and_rails_upon_a_board_are_one_front_with_it() -> None:
+    board = box((0.0, -0.01, 0.0), (0.5, 0.0, 0.4))
+    stiles = [box((x, -0.02, 0.0), (x + 0.06, -0.01, 0.4)) for x in (0.0, 0.44)]
+    rails = [box((0.06, -0.02, z), (0.44, -0.01, z + 0.11)) for z in (0.0, 0.29)]
+    handle = bar((0.41, -0.05, 0.15), (0.422, -0.04, 0.25), -0.01)
+    found, owner = found_in([*carcass(0.5, 0.5, 0.4), board, *stiles, *rails, *handle])
+    (door,) = found.parts
+    assert set(range(5, 10)) <= set(owner[door.faces].tolist())
+
+
 def test_a_plate_on_a_closed_block_is_no_door() -> None:
     found, _ = found_in([box((0, 0, 0), (0.6, 0.5, 0.5)), box((0.02, -0.02, 0.02), (0.58, 0.0, 0.48))])
     assert found.parts == ()

@@ -9,7 +9,7 @@ from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from tests.unit.articulate.blocks import Part, box, together
+from tests.unit.articulate.blocks import Part, box, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
@@ -52,3 +52,15 @@ def test_a_table_top_and_an_open_box_have_no_lid() -> None:
     legs = [box((x, y, 0.0), (x + 0.04, y + 0.04, 0.3)) for x in (-0.4, 0.36) for y in (-0.2, 0.16)]
     table = found_in([*legs, box((-0.4, -0.2, 0.3), (0.4, 0.2, 0.36))])
     assert not [p for p in (*table.parts, *found_in(chest()).parts) if p.kind is PartKind.LID]
+
+
+def test_a_plate_with_several_knobs_is_no_lid() -> None:
+    plate = box((-0.4, -0.2, 0.3), (0.4, 0.2, 0.32))
+    knobs = []
+    for x in (-0.2, 0.0, 0.2):
+        points, faces = disc((x, 0.0, 0.0), 0.025, 0.03)
+        knobs.append((points[:, [0, 2, 1]] * [1, 1, -1] + [0.0, -0.12, 0.35], faces))
+    found = found_in([*chest(), plate, *knobs])
+    kinds = [p.kind for p in found.parts]
+    assert PartKind.LID not in kinds
+    assert kinds.count(PartKind.KNOB) == 3

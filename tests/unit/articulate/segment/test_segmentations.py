@@ -36,6 +36,16 @@ def test_a_file_whose_pieces_are_its_welded_fragments_has_one_way() -> None:
     assert list(segmentations(weld_triangles(vertices, faces))) == [Segmentation.WELDED]
 
 
+def test_creases_of_solids_that_are_there_on_both_sides_are_those_of_one_side() -> None:
+    parts = [box((k / 3, 0.1 * k, 0.07), (k / 3 + 0.21, 0.1 * k + 0.33, 0.7)) for k in range(9)]
+    vertices, faces, owner = together(*parts)
+    vertices = vertices @ np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + np.eye(3))[0]
+    doubled = np.concatenate([faces, faces[:, ::-1]])
+    found = segmentations(weld_triangles(vertices, doubled))
+    assert Segmentation.CREASES not in found
+    assert found[Segmentation.WELDED].tolist() == [*owner.tolist(), *owner.tolist()]
+
+
 def test_a_file_that_is_split_at_every_crease_has_no_pieces() -> None:
     vertices, faces, _ = drawers()
     loose = weld_triangles(vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3))
