@@ -9,7 +9,6 @@ colour, and what does not move is grey; the front is the one that the tool guess
 from __future__ import annotations
 
 import argparse
-import colorsys
 import os
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,6 +22,7 @@ from casa_assets.articulate.plan import Articulation
 from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.preview.strip import part_color
 
 # Size of a view and of the words above it, pixels.
 VIEW_PX, GAP_PX, HEAD_PX = 230, 10, 18
@@ -41,7 +41,7 @@ def corner_axes(yaw: float = 35.0, pitch: float = 25.0) -> Floats:
 
 def colours(count: int) -> Ints:
     """(count + 1, 3) colours: grey, and one for each part."""
-    hues = [colorsys.hsv_to_rgb((k * 0.381) % 1, 0.75, 0.95) for k in range(count)]
+    hues = [part_color(k) for k in range(count)]
     return np.array([GREY, *[[round(255 * c) for c in hue] for hue in hues]])
 
 

@@ -40,7 +40,7 @@ SEED, FOLDS = 4, 5
 # Scenes and own families weigh as much together as the sources of the benchmark do; a source of few controls weighs
 # less. Of a large group, so many members are learned from.
 FULL_SOURCE, MOST_OF_GROUP = 40, 4
-TREES, LEAVES, FEWEST_AT_LEAF = 40, 160, 5
+TREES, LEAVES, FEWEST_AT_LEAF = 60, 400, 10
 # What has no joint in its file and, by a forest that has not seen it, is neither with at most this probability.
 MAX_CHANCE_OF_NEITHER = 0.3
 OWN = ("scenes", "drawn", "own")
@@ -148,30 +148,42 @@ def _counts(true: Ints, found: Ints) -> str:
     return f"{(true == found).mean():12.3f} {swapped:7d} {extra:5d} {lost:4d}       "
 
 
-def gathered(args: argparse.Namespace) -> list[Samples]:
-    """All samples: of scenes, of the benchmark, and of own families."""
+def gathered(keep: Path, bench: Path, own: Sequence[Path], scenes: int, drawings: int) -> list[Samples]:
+    """All samples: of scenes, of the benchmark, and of own families.
 
-    def scenes() -> list[Samples]:
-        return [s for i in range(args.scenes) for s in scene_samples(SEED, i)]
+    Args:
+        keep: folder that stores them. bench, own: folders with an index.json. drawings: of each kind.
+    """
+
+    def drawn_scenes() -> list[Samples]:
+        return [s for i in range(scenes) for s in scene_samples(SEED, i)]
 
     def cases(folder: Path, variant: str, own: bool) -> list[Samples]:
         score = load_score(folder)
         rows = json.loads((folder / "index.json").read_text(encoding="utf-8"))["cases"]
         return [s for r in rows for s in case_samples(score, r["name"], "own" if own else r["origin"], variant)]
 
-    keep = args.keep
-    found = list(cached(keep / f"scenes_{args.scenes}.pickle", scenes))
-    plain = [(kind, i) for kind in KINDS for i in range(args.drawings)]
+    found = list(cached(keep / f"scenes_{scenes}.pickle", drawn_scenes))
+    plain = [(kind, i) for kind in KINDS for i in range(drawings)]
     found += cached(
-        keep / f"drawn_{args.drawings}.pickle", lambda: [s for kind, i in plain for s in drawn_samples(kind, SEED, i)]
+        keep / f"drawn_{drawings}.pickle", lambda: [s for kind, i in plain for s in drawn_samples(kind, SEED, i)]
     )
-    bench = unpacked(args.bench or keep)
     for variant in ("input", "fused"):
         found += cached(keep / f"bench_{variant}.pickle", lambda v=variant: cases(bench, v, False))
-    for folder in args.cases:
+    for folder in own:
         name = "_".join(folder.parts[-3:])
         found += cached(keep / f"own_{name}.pickle", lambda folder=folder: cases(folder, "input", True))
     return found
+
+
+def fitted(samples: Sequence[Samples], verbose: bool = False) -> ExtraTreesClassifier:
+    """The forest that samples teach, without those whose labels are doubtful; it may print how it does out of fold."""
+    table = Table(samples)
+    chances = table.told()
+    if verbose:
+        tell(table, chances)
+    table.leave_out_doubtful(chances)
+    return table.learn(np.ones(len(table.types), dtype=bool))
 
 
 def main() -> None:
@@ -184,13 +196,10 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, required=True)
     parser.add_argument("--write", action="store_true")
     args = parser.parse_args()
-    table = Table(gathered(args))
-    chances = table.told()
-    tell(table, chances)
-    table.leave_out_doubtful(chances)
+    bench = unpacked(args.bench or args.keep)
+    forest = fitted(gathered(args.keep, bench, args.cases, args.scenes, args.drawings), verbose=True)
     if args.write:
-        everything = table.learn(np.ones(len(table.types), dtype=bool))
-        write_forest("controls", everything, CONTROL_FEATURES, CONTROL_CLASSES)
+        write_forest("controls", forest, CONTROL_FEATURES, CONTROL_CLASSES)
 
 
 if __name__ == "__main__":

@@ -54,7 +54,7 @@ HIT = 0.55
 NEGATIVES, POSITIVES = 200.0, 6.0
 # True fronts are visible over this share of the picture, and fill this share of their rectangle.
 MIN_VISIBLE, MIN_FILL = 0.003, 0.5
-TREES, LEAVES, FEWEST_AT_LEAF, SHARE_OF_FEATURES, SEED = 48, 160, 4, 0.4, 4
+TREES, LEAVES, FEWEST_AT_LEAF, SHARE_OF_FEATURES, SEED = 48, 160, 10, 0.4, 4
 MARGINS = (-1.0, -0.5, 0.0, 0.5)
 FOLDS = 3
 # What the forests tell apart.

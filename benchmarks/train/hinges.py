@@ -65,6 +65,8 @@ AGAINST_DRAWER = frozenset(
 )
 # A piece that is deep and seen from its front alone is a drawer whatever its kind: least weight, log odds.
 LEAST = {"deep": 4.0}
+# No set has enough doors of fridges to learn this from.
+SET_BY_HAND = {"handles_face": -1.5}
 # Least overlap of the surfaces of a front and of a part of the ground truth.
 MIN_OVERLAP = 0.5
 
@@ -234,6 +236,33 @@ def report(title: str, fronts: Sequence[Front], fit: Any, right: Any) -> Floats:
     return weights
 
 
+def gathered(folders: Sequence[Path], variant: str) -> tuple[list[Front], list[tuple[str, str, float]]]:
+    """The fronts of folders of cases that teach; and of each case its category, the likeliest kind, how likely."""
+    fronts: list[Front] = []
+    guesses: list[tuple[str, str, float]] = []
+    for folder in folders:
+        score = load_score(folder)
+        for row in json.loads((folder / "index.json").read_text())["cases"]:
+            truth_ = json.loads((folder / row["name"] / "gt.json").read_text())
+            row = {"category": truth_["category"]} | row
+            found, kinds = fronts_of(score.Case(str(folder / row["name"]), variant), row)
+            fronts += found
+            best = max(kinds, key=lambda k: kinds[k])
+            guesses.append((row["category"], best, kinds[best]))
+    return fronts, guesses
+
+
+def weight_tables(fronts: Sequence[Front]) -> tuple[dict[str, float], dict[str, float]]:
+    """The weights of hinge edges and of drawers that fronts teach, with those that are set by hand."""
+    edges = _table(EDGE_FEATURES, fit_edges([f for f in fronts if f.edge is not None]))
+    return edges | SET_BY_HAND, _table(DRAWER_FEATURES, fit_drawers(fronts))
+
+
+def _table(names: Sequence[str], weights: Floats) -> dict[str, float]:
+    """Weights by name, but for those that are nearly zero."""
+    return {n: float(f"{w:.3g}") for n, w in zip(names, weights, strict=True) if abs(w) > 1e-3}
+
+
 def main() -> None:
     """Look, fit, print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -241,17 +270,7 @@ def main() -> None:
     parser.add_argument("--variant", default="input")
     parser.add_argument("--kinds", action="store_true")
     args = parser.parse_args()
-    fronts: list[Front] = []
-    guesses: list[tuple[str, str, float]] = []
-    for folder in args.cases:
-        score = load_score(folder)
-        for row in json.loads((folder / "index.json").read_text())["cases"]:
-            truth_ = json.loads((folder / row["name"] / "gt.json").read_text())
-            row = {"category": truth_["category"]} | row
-            found, kinds = fronts_of(score.Case(str(folder / row["name"]), args.variant), row)
-            fronts += found
-            best = max(kinds, key=lambda k: kinds[k])
-            guesses.append((row["category"], best, kinds[best]))
+    fronts, guesses = gathered(args.cases, args.variant)
     if args.kinds:
         for category in sorted({c for c, _, _ in guesses}):
             found = Counter(k for c, k, _ in guesses if c == category)
@@ -263,9 +282,7 @@ def main() -> None:
         ("DRAWER_WEIGHTS", DRAWER_FEATURES, drawers),
     ):
         print(title)
-        print(
-            "\n".join(f'    "{n}": {float(f"{w:.3g}")},' for n, w in zip(names, weights, strict=True) if abs(w) > 1e-3)
-        )
+        print("\n".join(f'    "{n}": {w},' for n, w in _table(names, weights).items()))
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from benchmarks.articulate.cases.pose import AXES, turned
 from benchmarks.articulate.scoring.prediction import part_row
 from casa_assets.articulate.choose_plan import choose_plan
 from casa_assets.articulate.frame.axes import given_frame, guess_frame
+from casa_assets.articulate.models import Models
 from casa_assets.articulate.plan import Articulation, Frame
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
 from casa_assets.checks.motion.joint_travel import joint_travels
@@ -76,13 +77,17 @@ def prediction(found: Articulation) -> dict[str, Any]:
     return {"parts": [part_row(part, part.joint, found.frame, part.faces) for part in found.parts]}
 
 
-def one(case: Any, true_frame: bool) -> tuple[Articulation, float]:
-    """What the tool makes of a case, and the seconds of the processor that it takes."""
+def one(case: Any, true_frame: bool, models: Models | None = None) -> tuple[Articulation, float]:
+    """What the tool makes of a case, and the seconds of the processor that it takes.
+
+    Args:
+        models: instead of those of the registry.
+    """
     begin = time.process_time()
     mesh = weld_triangles(case.V, case.F)
     up, front = truth(case)
     frame = given_frame(mesh, up, front or (0, -1, 0)) if true_frame else guess_frame(mesh)
-    plan = choose_plan(mesh.in_frame(frame), frame, models=load_models())
+    plan = choose_plan(mesh.in_frame(frame), frame, models=models or load_models())
     return plan.articulation, time.process_time() - begin
 
 
@@ -111,12 +116,18 @@ def scored(args: argparse.Namespace) -> Iterator[ModuleType]:
         yield load_score(folder / "cases" if (folder / "cases").exists() else write_cases(folder))
 
 
-def looked_at(score: ModuleType, args: argparse.Namespace, variant: str, name: str) -> dict[str, Any]:
-    """The row of score.py for a case, whether its frame was right, the seconds that it took, and how its joints go."""
+def looked_at(
+    score: ModuleType, args: argparse.Namespace, variant: str, name: str, models: Models | None = None
+) -> dict[str, Any]:
+    """The row of score.py for a case, whether its frame was right, the seconds that it took, and how its joints go.
+
+    Args:
+        models: instead of those of the registry.
+    """
     case = score.Case(f"{score.CASES}/{name}", variant)
     if args.perturb is not None:
         turned(case, np.random.default_rng([args.perturb, zlib.crc32(name.encode())]))
-    found, took = one(case, args.true_frame)
+    found, took = one(case, args.true_frame, models)
     decisions = prediction(found)
     if args.out:
         args.out.mkdir(parents=True, exist_ok=True)

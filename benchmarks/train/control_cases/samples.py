@@ -123,7 +123,7 @@ def _labelled(source: str, truth: dict[str, Any], points: Floats, faces: Ints, p
         truth: as in gt.json. part: (F,) identifier of the part of each face.
     """
     mesh = weld_triangles(points, faces)
-    up, front = (AXES.get(truth.get(k) or "-Y", truth.get(k)) for k in ("up", "front"))
+    up, front = (AXES[axis] if isinstance(axis, str) else axis for axis in (truth["up"], truth.get("front") or "-Y"))
     frame = given_frame(mesh, up, front)
     placed = mesh.in_frame(frame)
     sides = {}
