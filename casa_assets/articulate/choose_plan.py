@@ -18,6 +18,8 @@ from casa_assets.articulate.segment.welded_mesh import WeldedMesh
 # What a part counts for is its confidence less this, and a plan that is not the first has to be better by this much.
 # Fitted on bench, track and own cases (benchmarks/articulate/ways.py --margins).
 LEAST_CONFIDENCE, MIN_ADVANTAGE = 0.3, 0.5
+# The same over a first plan without any part: one part that is rather sure is enough. A choice.
+MIN_ADVANTAGE_OVER_NOTHING = 0.25
 # Parts of two plans are the same where this share of their surface is. A choice.
 MIN_SAME_SURFACE = 0.9
 
@@ -51,7 +53,8 @@ def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Mode
         models: what was learned from labelled cases; None to go by rules alone.
     """
     plans = candidate_plans(mesh, frame, category, models)
-    best = plans[best_score([plan.score for plan in plans])]
+    advantage = MIN_ADVANTAGE if plans[0].articulation.parts else MIN_ADVANTAGE_OVER_NOTHING
+    best = plans[best_score([plan.score for plan in plans], advantage)]
     # What is cut off needlessly may go with the wrong part: the rim of an oven with its door.
     whole = (p for p in plans if p.way is Segmentation.WELDED and _is_the_same(mesh, p.articulation, best.articulation))
     return next(whole, best)

@@ -18,6 +18,7 @@ from casa_assets.articulate.controls.controls import (
 from casa_assets.articulate.controls.faucets import find_faucet_parts
 from casa_assets.articulate.controls.levers import Lever, find_levers
 from casa_assets.articulate.controls.round_controls import button_joint, drop_burner_caps, find_single_button
+from casa_assets.articulate.controls.switches import find_switch_parts
 from casa_assets.articulate.frame.form_traits import form_traits
 from casa_assets.articulate.frame.kind import FORM_TRAITS, kinds_known
 from casa_assets.articulate.fronts.fronts import DOUBTFUL, attach_to_panels, find_handle_spots, select_opening_panels
@@ -106,7 +107,7 @@ def articulate_fragments(
     """
     collector = PartCollector(measured, known)
     traits: dict[str, bool] = {}
-    if measured.count > 1:
+    if measured.count > 1 and not _switch(collector):
         seen = look_at_front(collector, control_forest)
         loose_controls, top_controls = seen.controls, seen.top_controls
         traits = _fronts(collector, seen, category)
@@ -388,6 +389,14 @@ def _faucet(collector: PartCollector) -> bool:
     return bool(found)
 
 
+def _switch(collector: PartCollector) -> bool:
+    """Add what is pressed or turned on a wall switch; return whether the object is one."""
+    found = find_switch_parts(collector.measured)
+    for kind, fragments, joint in found:
+        collector.add(kind, fragments, fragments, joint, "", (joint.confidence, joint.reason))
+    return bool(found)
+
+
 def _tray(collector: PartCollector, door: Panel, tray: InnerPart) -> None:
     """Add something that slides or turns behind a door."""
     lower, upper = collector.measured.box(tray.fragments)
@@ -416,13 +425,16 @@ def _lids(collector: PartCollector, knobs: list[Control]) -> None:
                 collector, lid, "a round cover on top, with a knob" if lid.knob else "a round cover over an open vessel"
             )
     # What is taken for plain fronts or for what lies behind them may be the walls and the floor of a box.
-    walls = all(p.kind in (PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY) and not len(p.grip) for p in collector.parts)
-    box_lid = find_box_lid(collector.measured) if walls else None
-    if box_lid is not None and sum(not set(c.fragments).isdisjoint(box_lid.fragments) for c in knobs) > 1:
-        box_lid = None
-    if box_lid is not None and (not collector.parts or is_chest(collector.measured, box_lid)):
+    walls = (PartKind.DOOR, PartKind.DRAWER, PartKind.TRAY)
+    box_lid = find_box_lid(collector.measured) if all(p.kind in walls for p in collector.parts) else None
+    if box_lid is None or sum(not set(c.fragments).isdisjoint(box_lid.fragments) for c in knobs) > 1:
+        return
+    own = collector.measured.faces_of(box_lid.fragments)
+    # A handle speaks for a front, but for the catch of the lid itself.
+    has_handles = any(len(p.grip) and not np.isin(p.grip, own).all() for p in collector.parts)
+    if not has_handles and (not collector.parts or is_chest(collector.measured, box_lid)):
         collector.parts, collector.fronts, collector.taken = [], [], set()
-        _lid(collector, box_lid, "all that covers a hollow box")
+        _lid(collector, box_lid, "all that covers a box")
 
 
 def _lid(collector: PartCollector, lid: Lid, reason: str) -> None:

@@ -60,6 +60,8 @@ MIN_HOLLOW_SHARE = 0.4
 # A panel smaller than this share of the front with so many controls is a control panel, even if a lever protrudes from
 # it like a handle.
 MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
+# The face of a remote control or a telephone: share of its side, depth of the thing by its longer side, controls on it.
+MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3
 # Most handles of one front: a wide drawer has two.
 MAX_HANDLES = 2
 # Confidence of a front that only the kind of its thing makes one.
@@ -377,7 +379,7 @@ def select_opening_panels(
             or (p.controls and foot < 0.4 * whole[0] * whole[1])
             or (confidence and foot < 0.6 * least)
             or (gripped and foot < 0.35 * max(q.width * q.height for q in gripped))
-        ):
+        ) or _is_key_pad(p, whole):
             continue
         elif boxy and foot >= 0.08 * whole[0] * whole[1] and _closes(measured, side, p):
             out.append((p, 0.55, "lies on the front like a door"))
@@ -387,6 +389,17 @@ def select_opening_panels(
         beside = None if out else door_beside_controls(measured, side, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
+
+
+def _is_key_pad(panel: Panel, whole: Floats) -> bool:
+    """Return whether a panel without a handle is the face of a thin thing with controls, as that of a remote control.
+
+    Args:
+        whole: (3,) width, height and depth of the thing.
+    """
+    covers = panel.width * panel.height >= MIN_KEY_PAD_SHARE * float(whole[0] * whole[1])
+    is_thin = float(whole[2]) <= MAX_KEY_PAD_DEPTH * float(whole[:2].max())
+    return covers and is_thin and panel.controls >= MIN_KEY_PAD_CONTROLS and not panel.grips
 
 
 def _with_round_door(

@@ -10,7 +10,15 @@ from scipy.spatial.transform import Rotation
 
 from casa_assets.articulate.controls.controls import has_round_outline
 from casa_assets.articulate.interior.hollow_parts import view_from_above
-from casa_assets.articulate.segment.fragment_measures import FRONT, LEFT, TOP, MeasuredFragments, corners_from_side
+from casa_assets.articulate.segment.fragment_measures import (
+    BACK,
+    FRONT,
+    LEFT,
+    RIGHT,
+    TOP,
+    MeasuredFragments,
+    corners_from_side,
+)
 from casa_assets.core.typing import Floats
 from casa_assets.geometry.solid.coverage import surface_samples
 
@@ -24,6 +32,7 @@ MAX_KNOB_OFFSET, MAX_KNOB_WIDTH = 0.12, 0.4
 MAX_COVERED_MOUTH = 0.35
 # Directions from a lid to its hinge in order of preference: backwards as of jugs, sides, front.
 HINGE_DIRECTIONS = np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+HINGE_SIDES = (BACK, RIGHT, LEFT, FRONT)
 # Protrusion of a vessel's handle, diagonals, and its height over that of what protrudes elsewhere.
 MIN_HANDLE_REACH, MIN_HANDLE_HEIGHT_RATIO = 0.04, 1.3
 # A lid that opens so far is open; clearance to other fragments, diagonals; samples of its surface.
@@ -43,6 +52,8 @@ PEDAL_REACH = 0.02
 MIN_BOX_LID_HEIGHT, MAX_CHEST_HEIGHT = 0.07, 0.85
 # Widest gap between a lid and what it lies on, diagonals.
 MAX_GAP = 0.015
+# Least height of the lid of a box: a sheet on it is paint, glass or the top of a closed body, diagonals.
+MIN_LID_HEIGHT = 0.008
 
 
 @dataclass(frozen=True)
@@ -100,9 +111,10 @@ def find_lids(measured: MeasuredFragments, taken: set[int]) -> list[Lid]:
 
 
 def find_box_lid(measured: MeasuredFragments) -> Lid | None:
-    """Return the lid of a hollow box: all that lies over a level plane between walls; None where there is none.
+    """Return the lid of a box: all that lies over a level plane between walls; None where there is none.
 
-    It is hinged at the back. Of a round box the lid is screwed on, so none is returned.
+    It is hinged opposite its one catch, grip or pedal, else at the back. Many boxes are modelled as blocks, which need
+    a catch. Of a round box without a catch the lid is screwed on, so none is returned.
     """
     lower, upper = measured.lower.min(axis=0), measured.upper.max(axis=0)
     height = float(upper[2] - lower[2])
@@ -115,14 +127,21 @@ def find_box_lid(measured: MeasuredFragments) -> Lid | None:
         above = np.flatnonzero((measured.lower + measured.upper)[:, 2] / 2 > rim)
         below = np.flatnonzero((measured.lower + measured.upper)[:, 2] / 2 <= rim)
         covers = float(measured.visible_area[above, TOP].sum()) >= MIN_LID_COVER * footprint
-        if len(above) and covers and _is_hollow_box(measured, below.tolist(), rim):
-            corners = measured.box(above.tolist())
-            if has_round_outline(measured, TOP, above.tolist(), (corners[1] - corners[0])[:2]):
-                return None
-            # The hinge is at the height of the rim, whatever the lid's height is.
-            level = np.array([[*corners[0][:2], rim], [*corners[1][:2], rim]])
-            way = _away_from_catch(measured, corners, rim)
-            return Lid(above.tolist(), [], level[0], level[1], HINGE_DIRECTIONS[way], np.pi / 2)
+        if not len(above) or not covers or not _has_walls(measured, below.tolist(), rim):
+            continue
+        corners = measured.box(above.tolist())
+        catches = _sides_with_catch(measured, corners, rim)
+        is_held, is_hollow = len(catches) == 1, _is_hollow(measured, below.tolist(), rim)
+        if has_round_outline(measured, TOP, above.tolist(), (corners[1] - corners[0])[:2]) and not is_held:
+            return None
+        if float(corners[1][2]) - rim < MIN_LID_HEIGHT:
+            continue
+        if not (is_hollow or is_held):
+            continue
+        # The hinge is at the height of the rim, whatever the lid's height is.
+        level = np.array([[*corners[0][:2], rim], [*corners[1][:2], rim]])
+        way = int(np.argmin(HINGE_DIRECTIONS @ HINGE_DIRECTIONS[catches[0]])) if is_held else 0
+        return Lid(above.tolist(), [], level[0], level[1], HINGE_DIRECTIONS[way], np.pi / 2)
     return None
 
 
@@ -134,34 +153,49 @@ def is_chest(measured: MeasuredFragments, lid: Lid) -> bool:
     return high or float(size[2]) <= MAX_CHEST_HEIGHT * float(size[:2].max())
 
 
-def _away_from_catch(measured: MeasuredFragments, lid: tuple[Floats, Floats], rim: float) -> int:
-    """Return the index of the direction away from the one pedal, lock or grip at a side of a box; backwards by default.
+def _sides_with_catch(measured: MeasuredFragments, lid: tuple[Floats, Floats], rim: float) -> list[int]:
+    """Return the indices of the directions to the sides of a box that have a pedal, a lock or a grip in their middle.
 
     Args:
         lid: (3,) lower and upper corner.
     """
     floor = float(measured.lower[:, 2].min())
-    catches = []
+    small = (measured.upper - measured.lower).max(axis=1) <= MAX_CATCH_SIZE
+    is_low = measured.upper[:, 2] < floor + PEDAL_HEIGHT * (rim - floor)
+    at_lid = (measured.lower[:, 2] < lid[1][2] - RIM_OVERLAP) & (measured.upper[:, 2] > rim - RIM_OVERLAP)
+    foot = measured.points_of(np.flatnonzero(~small).tolist())
+    foot = foot[foot[:, 2] < floor + PEDAL_HEIGHT * (rim - floor)]
+    found = []
     for k, way in enumerate(HINGE_DIRECTIONS):
         out = measured.lower @ np.minimum(way, 0.0) + measured.upper @ np.maximum(way, 0.0)
         edge = float(lid[0] @ np.minimum(way, 0.0) + lid[1] @ np.maximum(way, 0.0))
-        small = (measured.upper - measured.lower).max(axis=1) <= MAX_CATCH_SIZE
-        low = measured.upper[:, 2] < floor + PEDAL_HEIGHT * (rim - floor)
-        at_rim = (measured.lower[:, 2] < rim + RIM_OVERLAP) & (measured.upper[:, 2] > rim - RIM_OVERLAP)
+        is_pedal = is_low & (out > float((foot @ way).max(initial=-1.0)) + PEDAL_REACH)
         centre = ((measured.lower + measured.upper) - (lid[0] + lid[1])) / 2 @ np.cross(way, [0.0, 0.0, 1.0])
-        found = small & (low | at_rim) & (out > edge - RIM_OVERLAP) & (np.abs(centre) < MAX_CATCH_OFFSET)
-        if found.any():
-            catches.append(k)
-    return int(np.argmin(HINGE_DIRECTIONS @ HINGE_DIRECTIONS[catches[0]])) if len(catches) == 1 else 0
+        is_catch = is_pedal | (at_lid & (out > edge - RIM_OVERLAP))
+        is_catch &= measured.visible_area[:, HINGE_SIDES[k]] > 0.0
+        rows = np.flatnonzero(small & is_catch & (np.abs(centre) < MAX_CATCH_OFFSET)).tolist()
+        # What is round from there is a knob or a key.
+        lower, upper = corners_from_side(measured, HINGE_SIDES[k])
+        if any(not has_round_outline(measured, HINGE_SIDES[k], [i], (upper - lower)[i, :2]) for i in rows):
+            found.append(k)
+    return found
 
 
-def _is_hollow_box(measured: MeasuredFragments, below: list[int], rim: float) -> bool:
-    """Return whether fragments are walls on all sides of an empty space that is open at the rim."""
-    lower, upper = measured.box(below)
+def _has_walls(measured: MeasuredFragments, below: list[int], rim: float) -> bool:
+    """Return whether fragments are walls on all sides up to a rim; small ones, as pedals are, do not count."""
+    large = [i for i in below if float((measured.upper - measured.lower)[i].max()) > MAX_CATCH_SIZE]
+    if not large:
+        return False
+    lower, upper = measured.box(large)
     size = np.append((upper - lower)[:2], rim - lower[2])
     walls = ((side, axis) for side, axis in ((FRONT, 0), (LEFT, 1)))
-    if any(float(measured.visible_area[below, s].sum()) < MIN_WALL_SHARE * size[a] * size[2] for s, a in walls):
-        return False
+    return all(float(measured.visible_area[large, s].sum()) >= MIN_WALL_SHARE * size[a] * size[2] for s, a in walls)
+
+
+def _is_hollow(measured: MeasuredFragments, below: list[int], rim: float) -> bool:
+    """Return whether fragments leave the middle of their upper half empty."""
+    lower, upper = measured.box(below)
+    size = np.append((upper - lower)[:2], rim - lower[2])
     faces = measured.mesh.faces[measured.faces_of(below)]
     points = surface_samples(measured.mesh.points, faces, SAMPLES)
     inset = MIDDLE_INSET * size[:2]

@@ -9,7 +9,7 @@ from casa_assets.articulate.frame.axes import given_frame
 from casa_assets.articulate.plan import Articulation, PartKind
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
-from tests.unit.articulate.blocks import Part, box, disc, together
+from tests.unit.articulate.blocks import Floats, Part, box, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 
 
@@ -64,3 +64,34 @@ def test_a_plate_with_several_knobs_is_no_lid() -> None:
     kinds = [p.kind for p in found.parts]
     assert PartKind.LID not in kinds
     assert kinds.count(PartKind.KNOB) == 3
+
+
+def test_the_lid_of_a_block_is_told_by_its_catch() -> None:
+    block, lid = box((-0.4, -0.2, 0.0), (0.4, 0.2, 0.3)), box((-0.4, -0.2, 0.301), (0.4, 0.2, 0.36))
+    catch = box((-0.04, -0.22, 0.31), (0.04, -0.2, 0.34))
+    (found,) = found_in([block, lid, catch]).parts
+    assert found.kind is PartKind.LID
+    assert found.joint.axis == pytest.approx((-1, 0, 0))
+    assert not found_in([block, lid]).parts
+
+
+def test_a_bin_with_a_pedal_opens_away_from_it() -> None:
+    angle = np.arange(24) / 24 * 2 * np.pi
+    ring = np.stack([0.15 * np.cos(angle), 0.15 * np.sin(angle)], axis=1)
+    pedal = box((-0.04, -0.2, 0.01), (0.04, -0.1, 0.03))
+    parts = [_upright(ring, 0.0, 0.4), _upright(ring, 0.401, 0.46)]
+    (lid,) = found_in([*parts, pedal]).parts
+    assert lid.kind is PartKind.LID
+    assert lid.joint.axis == pytest.approx((-1, 0, 0))
+    assert not found_in(parts).parts
+
+
+def _upright(ring: Floats, low: float, high: float) -> Part:
+    """A closed prism of (N, 2) corners between two heights."""
+    n = len(ring)
+    points = np.concatenate([np.column_stack([ring, np.full(n, z)]) for z in (low, high)])
+    i = np.arange(n)
+    j = (i + 1) % n
+    walls = np.concatenate([np.column_stack([i, j, j + n]), np.column_stack([i, j + n, i + n])])
+    fan = np.column_stack([np.zeros(n - 2, dtype=np.int64), i[1:-1], i[2:]])
+    return points, np.concatenate([walls, fan[:, ::-1], fan + n])

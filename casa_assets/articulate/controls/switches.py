@@ -1,0 +1,135 @@
+"""Find the rockers, toggles and dimmer knobs of a wall switch: a row of equal pieces in the middle of a thin plate."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from casa_assets.articulate.controls.controls import has_round_outline
+from casa_assets.articulate.plan import JointPlan, PartKind
+from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES, MeasuredFragments, corners_from_side
+from casa_assets.articulate.vectors import to_vec3
+from casa_assets.core.typing import Floats
+from casa_assets.model.asset.joint import JointKind
+
+# Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
+# by height between these: up to six switches in one frame.
+MAX_PLATE_DEPTH, MIN_PLATE_FILL, PLATE_RATIOS = 0.25, 0.85, (0.5, 5.0)
+# Pieces: how many, their height by that of the plate, offset of their middle from that of the plate by its height.
+MAX_PIECES, PIECE_HEIGHTS, MAX_OFF_MIDDLE = 6, (0.08, 0.75), 0.15
+# Sizes, and distances between neighbours, of pieces of one row differ by at most this share.
+MAX_UNEVENNESS = 0.15
+# Pieces that share so much of their width and height are one.
+MIN_COMMON = 0.8
+# A toggle is narrow, by the height of the plate, and stands out by this, by its own width.
+MAX_TOGGLE_WIDTH, MIN_TOGGLE_REACH = 0.16, 1.0
+# Widest and narrowest a dimmer knob may be by the height of the plate; what it stands out by, by its width.
+DIMMER_WIDTHS, MIN_DIMMER_REACH = (0.15, 0.75), 0.12
+# Rockers tilt by 9 degrees to either side, toggles by 29.
+ROCKER_RAD, TOGGLE_RAD = 0.15, 0.5
+SWITCH_CONFIDENCE = 0.6
+# Least thickness of a piece that is alone, by the height of the plate.
+MIN_THICKNESS = 0.005
+
+
+def find_switch_parts(measured: MeasuredFragments) -> list[tuple[PartKind, list[int], JointPlan]]:
+    """Return what is pressed or turned on a wall switch: kind, fragments and joint of each; none of other things."""
+    lower, upper = corners_from_side(measured, FRONT)
+    plate = _plate(measured, lower, upper)
+    if plate is None:
+        return []
+    corner, size = lower[plate], upper[plate] - lower[plate]
+    rest = [i for i in range(measured.count) if i != plate and measured.visible_area[i, FRONT] > 0.0]
+    inside = [i for i in rest if (lower[i] >= corner - 1e-6)[:2].all() and (upper[i] <= upper[plate] + 1e-6)[:2].all()]
+    groups = _stacked(inside, lower, upper)
+    boxes = [np.array([lower[g].min(axis=0), upper[g].max(axis=0)]) for g in groups]
+    middle = float(corner[1] + size[1] / 2)
+    row = [k for k, b in enumerate(boxes) if _fits(b, float(size[1]), middle)]
+    if not 0 < len(row) <= MAX_PIECES or not _is_even([boxes[k] for k in row]):
+        return []
+    # One flat piece alone is a label.
+    if len(row) == 1 and float(np.ptp(boxes[row[0]][:, 2])) <= MIN_THICKNESS * float(size[1]):
+        return []
+    found = [_part(measured, groups[k], boxes[k], float(size[1]), float(corner[2])) for k in row]
+    return [part for part in found if part is not None] if all(found) else []
+
+
+def _plate(measured: MeasuredFragments, lower: Floats, upper: Floats) -> int | None:
+    """Return the fragment that is a thin plate behind all others; None where there is none."""
+    size = upper - lower
+    whole = upper.max(axis=0) - lower.min(axis=0)
+    plate = int(np.argmax(size[:, 0] * size[:, 1]))
+    wide, high, deep = (float(v) for v in size[plate])
+    seen = measured.depth_images[FRONT].face >= 0
+    is_whole = min(wide / float(whole[0]), high / float(whole[1])) > 0.95
+    # Behind the leaf of a door there is a body.
+    deep = max(deep, float(upper[:, 2].max() - lower[plate, 2]))
+    if not is_whole or deep > MAX_PLATE_DEPTH * min(wide, high) or float(seen.mean()) < MIN_PLATE_FILL:
+        return None
+    return plate if PLATE_RATIOS[0] <= wide / high <= PLATE_RATIOS[1] else None
+
+
+def _stacked(rows: Sequence[int], lower: Floats, upper: Floats) -> list[list[int]]:
+    """Return the fragments in groups of what lies one before the other, from left to right.
+
+    The frame that a toggle stands in is not in its group unless it has its height.
+    """
+    groups: list[list[int]] = []
+    for i in sorted(rows, key=lambda k: (round(float(lower[k, 0]), 6), k)):
+        for group in groups:
+            j = group[0]
+            common = np.minimum(upper[i], upper[j])[:2] - np.maximum(lower[i], lower[j])[:2]
+            both = np.maximum(upper[i] - lower[i], upper[j] - lower[j])[:2]
+            if (common >= MIN_COMMON * both).all():
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def _fits(box: Floats, high: float, middle: float) -> bool:
+    """Return whether a piece lies in the middle of the height of a plate."""
+    size = box[1] - box[0]
+    is_high = PIECE_HEIGHTS[0] * high <= float(size[1]) <= PIECE_HEIGHTS[1] * high
+    return is_high and abs(float(box[:, 1].mean()) - middle) <= MAX_OFF_MIDDLE * high
+
+
+def _is_even(boxes: Sequence[Floats]) -> bool:
+    """Return whether pieces are of one size, at one height, and at even distances."""
+    sizes = np.array([b[1] - b[0] for b in boxes])[:, :2]
+    if float(np.ptp(sizes, axis=0).max()) > MAX_UNEVENNESS * float(sizes.max()):
+        return False
+    gaps = np.diff(np.sort([float(b[:, 0].mean()) for b in boxes]))
+    apart = not len(gaps) or float(gaps.min()) >= float(sizes[:, 0].max())
+    return apart and (len(gaps) < 2 or float(np.ptp(gaps)) <= MAX_UNEVENNESS * float(gaps.max()))
+
+
+def _part(
+    measured: MeasuredFragments, group: list[int], box: Floats, high: float, ground: float
+) -> tuple[PartKind, list[int], JointPlan] | None:
+    """Return a rocker, a toggle or a knob with its joint; None where a piece is none of them.
+
+    Args:
+        box: (2, 3) corners in (u, v, w). high: height of the plate. ground: depth of its face.
+    """
+    size = box[1] - box[0]
+    wide, tall, reach = float(size[0]), float(size[1]), ground - float(box[0, 2])
+    u, v = (float(c) for c in box[:, :2].mean(axis=0))
+    foot = to_vec3(np.array([u, v, ground]) @ SIDES[FRONT])
+    if has_round_outline(measured, FRONT, group, size[:2]):
+        if not DIMMER_WIDTHS[0] * high <= wide <= DIMMER_WIDTHS[1] * high or reach < MIN_DIMMER_REACH * wide:
+            return None
+        reason = "a round piece in the middle of a thin plate"
+        joint = JointPlan(kind=JointKind.HINGE, axis=(0.0, -1.0, 0.0), anchor=foot, range=(0.0, 2 * math.pi))
+        joint = joint.replace(endless=True, confidence=SWITCH_CONFIDENCE, reason=reason)
+        return PartKind.KNOB, group, joint
+    is_toggle = wide <= MAX_TOGGLE_WIDTH * high and reach >= MIN_TOGGLE_REACH * wide
+    if not is_toggle and (reach > 0.5 * tall or wide > 2.0 * tall):
+        return None
+    angle = TOGGLE_RAD if is_toggle else ROCKER_RAD
+    reason = "a stick that stands out of a thin plate" if is_toggle else "it lies in the middle of a thin plate"
+    joint = JointPlan(kind=JointKind.HINGE, axis=(1.0, 0.0, 0.0), anchor=foot, range=(-angle, angle))
+    return PartKind.LEVER, group, joint.replace(confidence=SWITCH_CONFIDENCE, reason=reason)
