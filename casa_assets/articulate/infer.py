@@ -21,7 +21,13 @@ from casa_assets.articulate.controls.round_controls import button_joint, drop_bu
 from casa_assets.articulate.controls.switches import find_switch_parts
 from casa_assets.articulate.frame.form_traits import form_traits
 from casa_assets.articulate.frame.kind import FORM_TRAITS, kinds_known
-from casa_assets.articulate.fronts.fronts import DOUBTFUL, attach_to_panels, find_handle_spots, select_opening_panels
+from casa_assets.articulate.fronts.fronts import (
+    DOUBTFUL,
+    attach_to_panels,
+    find_box_boards,
+    find_handle_spots,
+    select_opening_panels,
+)
 from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
 from casa_assets.articulate.fronts.panel_merge import find_slats, merge_bridged_panels, merge_framed_panels
 from casa_assets.articulate.fronts.panels import Panel, find_panels
@@ -271,6 +277,9 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
         is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
         if is_drawer:
+            if not panel.box:
+                others = {f for p in seen.panels if p is not panel for f in p.everything}
+                panel.box = find_box_boards(measured, FRONT, panel, collector.taken | others)
             depth = float(measured.upper[panel.everything, 1].max() - panel.lower[2])
             travel = hinges.DRAWER_TRAVEL_SHARE * depth if depth > 0.15 * view.extent[2] else 0.7 * view.extent[2]
             joint = JointPlan(

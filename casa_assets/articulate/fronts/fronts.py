@@ -13,7 +13,7 @@ from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
 from casa_assets.articulate.fronts.tiled_fronts import detergent_drawers, door_beside_controls, tiled_fronts
 from casa_assets.articulate.interior.hollow_parts import PIXELS, free_share_behind, roofed_share, view_from_above
-from casa_assets.articulate.interior.inner_parts import group_touching, is_shelf
+from casa_assets.articulate.interior.inner_parts import GROUPING_GAPS, group_touching, is_shelf
 from casa_assets.articulate.segment.fragment_measures import (
     BACK,
     BOTTOM,
@@ -44,11 +44,15 @@ MAX_HANDLE_GAP = 0.035
 MIN_HANDLE_SIZE = 0.03
 # Widest gap between a front and the box behind it, diagonals.
 MAX_BOX_GAP = 0.02
+# How far a seal reaches behind its front at most, diagonals.
+MAX_SEAL_DEPTH = 0.004
 # Height of a box as a share of its front: a lower one is a drawer of its own behind a door.
 MIN_BOX_HEIGHT_SHARE = 0.2
 # A box drawn as a block: width and height by its front, how far its front may be sunk, by its depth, and the share of
 # its rectangle that is closed.
 MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
+# Greatest share of a board of a box that is visible from outside, and least depth of a box by the width of its front.
+MAX_VISIBLE_SHARE, MIN_BOX_DEPTH_SHARE = 0.05, 0.25
 # Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
 MAX_HEIGHT_RATIO = 1.3
 # Widest gap between a front and a shelf behind it, diagonals.
@@ -105,7 +109,7 @@ def attach_to_panels(
         panel.trims += found
         taken |= set(found)
     for panel in panels:
-        panel.box = [i for i in _box(measured, side, panel, lower, upper) if i not in taken]
+        panel.box = _box(measured, side, panel, lower, upper, taken)
         taken |= set(panel.box)
     return rest
 
@@ -249,8 +253,14 @@ def _touches(control: Control, lower: Floats, upper: Floats) -> bool:
     return meet and float((upper - lower)[:2].max()) >= 1.5 * float(control.across.max())
 
 
-def _box(measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, upper: Floats) -> list[int]:
-    """Return fragments behind a panel that would move with it as a drawer's box; empty for none."""
+def _box(
+    measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, upper: Floats, taken: Collection[int]
+) -> list[int]:
+    """Return fragments behind a panel that would move with it as a drawer's box; empty for none.
+
+    Args:
+        taken: fragments that are part of something else, or of the panel.
+    """
     hidden = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]].sum(axis=1)
     aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
     surface = np.maximum(measured.area, 1e-12)
@@ -259,7 +269,7 @@ def _box(measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, up
         inside &= (lower[:, k] >= panel.lower[k] - BOX_TOLERANCE) & (upper[:, k] <= panel.upper[k] + BOX_TOLERANCE)
     back = (lower[:, 2] >= panel.lower[2] - INSIDE_TOLERANCE) & (upper[:, 2] > panel.upper[2] + 0.01)
     close = lower[:, 2] <= panel.upper[2] + MAX_BOX_GAP
-    inside[panel.members] = False
+    inside[[*panel.members, *taken]] = False
     inside &= ~_open_above(measured, lower, upper)
     boards = _boards(lower, upper, inside, panel)
     inside[boards] = False
@@ -278,15 +288,43 @@ def _box(measured: MeasuredFragments, side: int, panel: Panel, lower: Floats, up
         if visible is hidden and tall and wide and view_from_above(measured, every).is_box:
             return every
         near = set(first.tolist())
-        found = [
-            h
-            for h in group_touching(lower, upper, every)
-            if not near.isdisjoint(h) and _is_box(measured, h, panel, lower, upper)
-        ]
-        if len(found) == 1:
-            return found[0]
+        # A seal on the back of a front touches the box and the body at once.
+        every = [i for i in every if upper[i, 2] > panel.upper[2] + MAX_SEAL_DEPTH]
+        for gap in GROUPING_GAPS:
+            found = [
+                h
+                for h in group_touching(lower, upper, every, gap)
+                if not near.isdisjoint(h) and _is_box(measured, h, panel, lower, upper)
+            ]
+            if len(found) == 1:
+                return found[0]
     blocks = inside & back & close & (hidden <= 0.05 * surface)
     return [i for i in np.flatnonzero(blocks).tolist() if _is_block(measured, side, i, panel, lower, upper)][:1]
+
+
+def find_box_boards(measured: MeasuredFragments, side: int, panel: Panel, taken: Collection[int]) -> list[int]:
+    """Return the hidden boards behind the front of a drawer that have its outline together; empty for none.
+
+    They are its box where that is drawn as a block of which each side is a fragment. The lining of the body ends
+    farther inside.
+
+    Args:
+        taken: fragments that are part of something else.
+    """
+    lower, upper = corners_from_side(measured, side)
+    unseen = [s for s in (BACK, LEFT, RIGHT, BOTTOM) if s != side]
+    inside = measured.visible_area[:, unseen].sum(axis=1) <= MAX_VISIBLE_SHARE * np.maximum(measured.area, 1e-12)
+    for k in (0, 1):
+        inside &= (lower[:, k] >= panel.lower[k] - BOX_TOLERANCE) & (upper[:, k] <= panel.upper[k] + BOX_TOLERANCE)
+    inside &= (lower[:, 2] >= panel.lower[2]) & ~_open_above(measured, lower, upper)
+    inside[[*panel.everything, *taken]] = False
+    rows = np.flatnonzero(inside)
+    if not len(rows):
+        return []
+    a, b = lower[rows].min(axis=0), upper[rows].max(axis=0)
+    ends = np.abs([a[:2] - panel.lower[:2], b[:2] - panel.upper[:2]]).max()
+    is_deep = float((b - a)[2]) >= MIN_BOX_DEPTH_SHARE * panel.width
+    return rows.tolist() if float(ends) <= INSIDE_TOLERANCE and is_deep else []
 
 
 def _is_block(measured: MeasuredFragments, side: int, i: int, panel: Panel, lower: Floats, upper: Floats) -> bool:

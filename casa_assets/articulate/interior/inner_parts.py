@@ -32,6 +32,9 @@ MIN_RACK_WIDTH_SHARE, MIN_TURNTABLE_WIDTH_SHARE, MAX_HEIGHT_SHARE = 0.45, 0.2, 0
 # Least width of a tub as a share of its door, since tubs stand side by side, and the gaps over which fragments are
 # grouped, the narrower first; diagonals.
 MIN_TUB_WIDTH_SHARE, GROUPING_GAPS = 0.3, (0.0008, 0.004)
+# How far behind the front a tub begins at most, by its depth, and its least height by its shorter side. The front of a
+# block has its outline within this, diagonals, and lies before it by this share of its depth at most.
+MAX_TUB_START_SHARE, MIN_TUB_HEIGHT_SHARE, OUTLINE_TOLERANCE, MAX_FRONT_SHARE = 0.35, 0.08, 0.004, 0.2
 # Greatest share of the surface of an inner part that is visible from outside, and of a tub.
 MAX_VISIBLE_SHARE, MAX_TUB_VISIBLE_SHARE = 0.02, 0.05
 # A plate this near to a wall rests on it, diagonals.
@@ -39,6 +42,8 @@ TOUCH_TOLERANCE = 0.001
 # What slides or turns behind a door has room: over it this share of the height of the door is free, since things stand
 # on it, and on its way out to the door. Shares of the pixels of that opening, without its outer tenths, that are free.
 CLEAR_HEIGHT_SHARE, MIN_FREE_SHARE, OPENING_MARGIN = 0.06, 0.7, 0.1
+# Greatest depth of the lining of a door as a share of the object.
+MAX_LINING_DEPTH = 0.34
 # What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
 # heating element. Ref: baskets that stand on the floor are higher.
 FLOOR_SHARE = 0.03
@@ -84,6 +89,10 @@ def find_inner_parts(
             ):
                 found.append(InnerPart(tuple(group), False, True, 0.7, "a tub behind a front"))
                 gone |= set(group)
+    for group in _fronted_blocks(lower, upper, np.flatnonzero(rows & covered).tolist(), door):
+        if gone.isdisjoint(group) and _has_room(measured, side, group, door, 0.0):
+            found.append(InnerPart(tuple(group), False, True, 0.6, "a block with a front of its own behind a front"))
+            gone |= set(group)
     rows &= measured.visible_area.sum(axis=1) <= surface
     rows[sorted(gone)] = False
     for heap in group_touching(lower, upper, np.flatnonzero(rows).tolist()):
@@ -94,6 +103,27 @@ def find_inner_parts(
         if tray is not None:
             found.append(tray)
             rows[group] = False
+    return found
+
+
+def _fronted_blocks(lower: Floats, upper: Floats, rows: list[int], door: Panel) -> list[list[int]]:
+    """Return the drawers that are drawn as blocks: each with a plate at its front that has its outline."""
+    size = upper - lower
+    found = []
+    for i in rows:
+        near = float(lower[i, 2] - door.upper[2]) <= MAX_TUB_START_SHARE * float(size[i, 2])
+        tall = MIN_TUB_HEIGHT_SHARE * min(size[i, 0], size[i, 2]) <= size[i, 1] <= MAX_HEIGHT_SHARE * door.height
+        if not (near and tall and _fills(lower, upper, [i], door, MIN_TUB_WIDTH_SHARE)):
+            continue
+        others = [
+            j
+            for j in rows
+            if (lower[j, :2] >= lower[i, :2] - OUTLINE_TOLERANCE).all()
+            and (upper[j, :2] <= upper[i, :2] + OUTLINE_TOLERANCE).all()
+            and -MAX_FRONT_SHARE * size[i, 2] <= upper[j, 2] - lower[i, 2] <= OUTLINE_TOLERANCE
+        ]
+        if any((size[j, :2] >= size[i, :2] - 2 * OUTLINE_TOLERANCE).all() for j in others):
+            found.append(sorted({i, *others}))
     return found
 
 
@@ -113,8 +143,8 @@ def _fills(lower: Floats, upper: Floats, group: list[int], door: Panel, share: f
 def _is_tub(measured: MeasuredFragments, lower: Floats, upper: Floats, group: list[int], door: Panel) -> bool:
     """Return whether a group is a drawer: of solid walls, and starting not far behind the front."""
     across = upper[group].max(axis=0) - lower[group].min(axis=0)
-    near = float(lower[group, 2].min() - door.upper[2]) <= 0.35 * float(across[2])
-    tall = 0.08 * min(across[0], across[2]) <= across[1] <= MAX_HEIGHT_SHARE * door.height
+    near = float(lower[group, 2].min() - door.upper[2]) <= MAX_TUB_START_SHARE * float(across[2])
+    tall = MIN_TUB_HEIGHT_SHARE * min(across[0], across[2]) <= across[1] <= MAX_HEIGHT_SHARE * door.height
     return bool(near and tall) and view_from_above(measured, group).is_tub
 
 
@@ -173,7 +203,7 @@ def _free_share(
         lower, upper: (3,) corners of the box in (u, v, w); its outer tenths to the left and right are left out.
     """
     gone = np.zeros(len(measured.label), dtype=bool)
-    gone[measured.faces_of([*group, *door.everything])] = True
+    gone[measured.faces_of([*group, *door.everything, *_inside_door(measured, side, door)])] = True
     faces = measured.mesh.faces[~gone]
     if not len(faces):
         return 1.0
@@ -183,6 +213,14 @@ def _free_share(
     row, column = image.rows_columns(np.array([lower[:2] + margin, upper[:2] - margin]))
     depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1] + nearest
     return float((depth > float(lower[2] + upper[2]) / 2).mean())
+
+
+def _inside_door(measured: MeasuredFragments, side: int, door: Panel) -> list[int]:
+    """Return the fragments that begin within a door and keep within its outline: its lining, which opens with it."""
+    lower, upper = corners_from_side(measured, side)
+    begins = (lower[:, 2] >= door.lower[2]) & (lower[:, 2] < door.upper[2] - TOUCH_TOLERANCE)
+    shallow = upper[:, 2] - lower[:, 2] <= MAX_LINING_DEPTH * float(upper[:, 2].max() - lower[:, 2].min())
+    return [i for i in np.flatnonzero(begins & shallow).tolist() if door.holds(lower[i], upper[i])]
 
 
 def _is_board(lower: Floats, upper: Floats, group: list[int], count: int) -> bool:

@@ -61,6 +61,7 @@ DRAWER_FEATURES = (
     "alike",
     "under_larger",
     "over_larger",
+    "under_pair",
 )
 # A front or its box that reaches back farther than this share of the thing is deep.
 MIN_DEEP_SHARE, MIN_BOX_SHARE = 0.34, 0.3
@@ -336,8 +337,25 @@ def drawer_features(view: FrontView) -> Floats:
             math.log1p(min(alike, MAX_NEIGHBOURS)),
             float(any(o.lower[1] >= panel.upper[1] - SAME_PLACE for o in over)),
             float(any(o.upper[1] <= panel.lower[1] + SAME_PLACE for o in over)),
+            float(_is_under_pair(panel, view.others)),
         ]
     )
+
+
+def _is_under_pair(panel: Panel, others: Sequence[Panel]) -> bool:
+    """Return whether two fronts of one height that lie side by side above a front are as wide together as it is."""
+    above = [o for o in others if o.lower[1] >= panel.upper[1] - SAME_PLACE]
+    for a in above:
+        for b in above:
+            level = (
+                abs(float(a.lower[1] - b.lower[1])) < SAME_PLACE and abs(float(a.upper[1] - b.upper[1])) < SAME_PLACE
+            )
+            ends = (
+                abs(float(a.lower[0] - panel.lower[0])) < SAME_PLACE and abs(b.upper[0] - panel.upper[0]) < SAME_PLACE
+            )
+            if level and ends and float(b.lower[0]) >= float(a.upper[0]) - SAME_PLACE:
+                return True
+    return False
 
 
 def _overlaps(a: Panel, b: Panel) -> bool:

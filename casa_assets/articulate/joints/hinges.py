@@ -68,6 +68,8 @@ DRAWER_WEIGHTS: Mapping[str, float] = {
     "many_stacked": 0.732,
     "alike": 0.2,
     "over_larger": 0.973,
+    # A door as wide as the two above it would be a flap. Set by hand: no set to learn from has enough of them.
+    "under_pair": 3.0,
 }
 # What a feature says, where it decides.
 EDGE_REASONS: Mapping[str, str] = {
@@ -110,6 +112,7 @@ DRAWER_REASONS: Mapping[str, str] = {
     "alike": "it is one of several alike",
     "under_larger": "it lies under a larger front",
     "over_larger": "it lies above a larger front",
+    "under_pair": "it is as wide as the two fronts above it together",
 }
 # At most so many fronts of a thing speak for its kind.
 MAX_SPEAKING_FRONTS = 3
