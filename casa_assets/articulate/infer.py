@@ -55,6 +55,8 @@ from casa_assets.model.record import Vec3
 
 # Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004
+# A front that is a drawer with this probability does not run sideways, whatever is beside it.
+SURE_DRAWER = 0.75
 # A round thing within this share of the middle of the top is its cap and no control.
 TOP_CENTRE_SHARE = 0.1
 
@@ -273,7 +275,8 @@ def _fronts(collector: PartCollector, seen: FrontLook, category: str) -> dict[st
         if confidence <= DOUBTFUL and share_with_fronts(kinds) < 0.5:
             continue
         is_drawer, joint_confidence, joint_reason = hinges.choose_drawer(view, kinds)
-        slide_sign = None if panel.box else sliding_direction(measured, FRONT, panel, view.handle)
+        is_sure = is_drawer and joint_confidence >= SURE_DRAWER
+        slide_sign = None if panel.box or is_sure else sliding_direction(measured, FRONT, panel, view.handle)
         is_drawer &= slide_sign is None
         grip_fragments = sorted(f for g in panel.grips for f in g)
         if is_drawer:

@@ -62,6 +62,7 @@ DRAWER_FEATURES = (
     "under_larger",
     "over_larger",
     "under_pair",
+    "low_under_larger",
 )
 # A front or its box that reaches back farther than this share of the thing is deep.
 MIN_DEEP_SHARE, MIN_BOX_SHARE = 0.34, 0.3
@@ -76,6 +77,10 @@ SAME_PLACE = 0.015
 # A handle is aside where it is farther from the middle than this share of the width; it is centred where it is nearer
 # than this share of width and height.
 ASIDE, CENTRED = 0.12, 0.15
+# Width to height of a drawer under a pair of doors at least: an oven in a cupboard is nearly square.
+MIN_WIDE_RATIO = 1.4
+# Width to height of a low front.
+MIN_LOW_RATIO = 2.0
 # Handles of two fronts face each other where both are so far from the middle, by the height of their fronts.
 FACING = 0.2
 
@@ -103,7 +108,8 @@ class FrontView:
     """A front among all that lies on its side.
 
     Attributes:
-        handle: of the front, None where it has none. box_depth: how far its box reaches behind it, diagonals.
+        handle: of the front, None where it has none. box_depth: how far its box reaches behind it, or that of another
+            front of its size in its column, diagonals.
         lower, upper: (3,) corners of the whole thing in (u, v, w).
         fronts: panels that open, itself among them. handles: of those, in their order.
         still: panels that do not open. controls: (C, 2) middles of knobs and keys that are no handles.
@@ -167,7 +173,7 @@ def view_fronts(
         FrontView(
             panel=p,
             handle=h,
-            box_depth=box_depth(measured, side, p),
+            box_depth=max(box_depth(measured, side, o) for o in fronts if _are_alike(o, p)),
             lower=lower.min(axis=0),
             upper=upper.max(axis=0),
             fronts=fronts,
@@ -309,6 +315,11 @@ def _in_column(a: Panel, b: Panel) -> bool:
     return float(np.abs([a.lower[0] - b.lower[0], a.upper[0] - b.upper[0]]).max()) < SAME_PLACE
 
 
+def _are_alike(a: Panel, b: Panel) -> bool:
+    """Return whether two panels are one, or of one size in one column."""
+    return a is b or (_in_column(a, b) and abs(a.height - b.height) < SAME_PLACE)
+
+
 def drawer_features(view: FrontView) -> Floats:
     """Return the (len(DRAWER_FEATURES),) numbers that speak for a front being that of a drawer."""
     panel, handle, extent = view.panel, view.handle, view.extent
@@ -338,12 +349,18 @@ def drawer_features(view: FrontView) -> Floats:
             float(any(o.lower[1] >= panel.upper[1] - SAME_PLACE for o in over)),
             float(any(o.upper[1] <= panel.lower[1] + SAME_PLACE for o in over)),
             float(_is_under_pair(panel, view.others)),
+            float(
+                panel.width > MIN_LOW_RATIO * panel.height
+                and any(o.lower[1] >= panel.upper[1] - SAME_PLACE for o in over)
+            ),
         ]
     )
 
 
 def _is_under_pair(panel: Panel, others: Sequence[Panel]) -> bool:
-    """Return whether two fronts of one height that lie side by side above a front are as wide together as it is."""
+    """Return whether two fronts of one height that lie side by side above a wide front are as wide together."""
+    if panel.width < MIN_WIDE_RATIO * panel.height:
+        return False
     above = [o for o in others if o.lower[1] >= panel.upper[1] - SAME_PLACE]
     for a in above:
         for b in above:
