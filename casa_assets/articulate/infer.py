@@ -56,7 +56,7 @@ from casa_assets.model.record import Vec3
 # Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004
 # A front that is a drawer with this probability does not run sideways, whatever is beside it.
-SURE_DRAWER = 0.75
+SURE_DRAWER = 0.9
 # A round thing within this share of the middle of the top is its cap and no control.
 TOP_CENTRE_SHARE = 0.1
 

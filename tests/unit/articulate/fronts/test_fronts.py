@@ -189,3 +189,54 @@ def test_two_tall_leaves_in_the_hole_of_a_sheet_are_doors_and_no_handles_of_it()
     doors = of_kind(found, PartKind.DOOR)
     assert sorted(set(owner[d.faces].tolist()).pop() for d in doors) == [2, 3]
     assert {d.joint.edge for d in doors} == {HingeEdge.LEFT, HingeEdge.RIGHT}
+
+
+def test_a_board_set_back_at_the_floor_is_no_front() -> None:
+    feet = [box((x, 0.06, -0.08), (x + 0.03, 0.5, 0.0)) for x in (0.0, 0.47)]
+    plinth = box((0.0, 0.04, -0.08), (0.5, 0.06, 0.0))
+    pull = box((0.2, 0.01, -0.05), (0.3, 0.02, -0.035))
+    door = box((0.0, -0.02, 0.0), (0.5, 0.0, 0.6))
+    handle = bar((0.46, -0.06, 0.2), (0.472, -0.05, 0.4), -0.02)
+    found, owner = found_in([*carcass(0.5, 0.5, 0.6), *feet, plinth, pull, door, *handle])
+    (front,) = found.parts
+    assert front.kind is PartKind.DOOR
+    assert 7 not in owner[front.faces].tolist()
+
+
+def test_a_block_of_boards_behind_a_drawer_goes_with_it() -> None:
+    parts = carcass(0.5, 0.5, 0.62)
+    blocks = []
+    for z in (0.0, 0.21, 0.42):
+        front = box((0.02, -0.02, z), (0.48, 0.0, z + 0.2))
+        handle = bar((0.15, -0.06, z + 0.1), (0.35, -0.05, z + 0.112), -0.02)
+        start = len(parts) + 4
+        parts += [front, *handle, box((0.021, 0.001, z), (0.479, 0.45, z + 0.001))]
+        parts += [box((0.021, 0.001, z + 0.199), (0.479, 0.45, z + 0.2))]
+        parts += [box((0.0201, 0.001, z + 0.002), (0.0208, 0.45, z + 0.198))]
+        parts += [box((0.4792, 0.001, z + 0.002), (0.4799, 0.45, z + 0.198))]
+        blocks.append(set(range(start, start + 4)))
+    found, owner = found_in(parts)
+    assert [p.kind for p in found.parts] == [PartKind.DRAWER] * 3
+    assert sorted(min(b) for b in blocks) == sorted(
+        min(b) for b in blocks if any(b <= set(owner[p.faces].tolist()) for p in found.parts)
+    )
+
+
+def test_a_block_with_a_front_of_its_own_behind_a_door_is_a_drawer() -> None:
+    door = box((0.0, -0.02, 0.0), (0.5, 0.0, 1.2))
+    handle = bar((0.46, -0.06, 0.5), (0.472, -0.05, 0.8), -0.02)
+    block = box((0.05, 0.06, 0.03), (0.45, 0.45, 0.2))
+    plate = box((0.05, 0.04, 0.03), (0.45, 0.058, 0.2))
+    found, owner = found_in([*carcass(0.5, 0.5, 1.2), door, *handle, block, plate])
+    (drawer,) = of_kind(found, PartKind.DRAWER)
+    assert set(owner[drawer.faces].tolist()) == {9, 10}
+    bare, _ = found_in([*carcass(0.5, 0.5, 1.2), door, *handle, block])
+    assert not of_kind(bare, PartKind.DRAWER)
+
+
+def test_a_wide_front_under_a_pair_of_doors_is_a_drawer() -> None:
+    doors = [box((x, -0.02, 0.5), (x + 0.445, 0.0, 1.6)) for x in (0.0, 0.455)]
+    handles = [b for x in (0.42, 0.47) for b in bar((x, -0.06, 0.9), (x + 0.012, -0.05, 1.2), -0.02)]
+    low = box((0.0, -0.02, 0.0), (0.9, 0.0, 0.49))
+    found, _ = found_in([*carcass(0.9, 0.6, 1.6), box((0.02, 0.0, 0.48), (0.88, 0.6, 0.5)), *doors, *handles, low])
+    assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, PartKind.DOOR, PartKind.DRAWER]
