@@ -48,6 +48,9 @@ MIN_COVER_SHARE = 0.12
 # Stiles of a frame upon a board: least length, greatest width, as shares of the board; greatest width of a rail by that
 # of a stile, and greatest share of the board that all rails cover: drawers between two posts leave nothing free.
 MIN_STILE_LENGTH, MAX_STILE_WIDTH, MAX_RAIL_BY_STILE, MAX_RAILED_SHARE = 0.9, 0.36, 2.0, 0.75
+# Closed blocks that are drawers: least depth by that of the thing, greatest share of their sides that is seen (they may
+# lie within walls), and least share of their front that is seen beside what lies on it.
+MIN_BLOCK_DEPTH_SHARE, MAX_BLOCK_ASIDE_SHARE, MIN_BLOCK_SEEN_SHARE = 0.5, 0.35, 0.2
 # Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
@@ -133,6 +136,7 @@ def find_panels(measured: MeasuredFragments, side: int, without: Sequence[int] =
     candidates |= _carry_handles(measured, side, np.flatnonzero(is_plate & is_near & ~is_large).tolist())
     candidates[list(without)] = False
     boxes = candidates & ~is_plate & _are_drawers(measured, side, size, extent)
+    boxes |= candidates & ~is_plate & _are_blocks(measured, side, lower, upper)
     seeds = np.flatnonzero(candidates & (is_plate | boxes))
     order = seeds[np.lexsort((seeds, -footprint[seeds]))]
     groups: list[list[int]] = []
@@ -191,6 +195,31 @@ def _are_drawers(measured: MeasuredFragments, side: int, size: Floats, extent: F
     for i in np.flatnonzero(found).tolist():
         above = view_from_above(measured, [i])
         found[i] = above.is_box if hidden_side_area[i] <= 0.12 * wall_area[i] else bool(is_covered[i]) and above.is_tub
+    return found
+
+
+def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> Bools:
+    """Mark (N,) deep fragments that only the front shows, each of the size of another in its column or row.
+
+    Drawers are drawn so as closed blocks; a single one may be a device that is built in.
+    """
+    size = upper - lower
+    aside = measured.visible_area[:, [s for s in (BACK, LEFT, RIGHT) if s != side]].sum(axis=1)
+    found: Bools = (
+        (size[:, 2] >= MIN_BLOCK_DEPTH_SHARE * float(np.ptp([lower[:, 2].min(), upper[:, 2].max()])))
+        & (size[:, 2] > MAX_THICKNESS_BY_SIDE * size[:, :2].min(axis=1))
+        & (aside <= MAX_BLOCK_ASIDE_SHARE * size[:, 2] * (size[:, 0] + size[:, 1]))
+        & (measured.visible_area[:, side] >= MIN_BLOCK_SEEN_SHARE * size[:, 0] * size[:, 1])
+    )
+    rows = np.flatnonzero(found)
+    corners = np.concatenate([lower[rows], upper[rows]], axis=1)
+    alike = (np.abs(size[rows][:, None, :2] - size[rows][None, :, :2]) <= INSIDE_TOLERANCE).all(axis=2)
+    in_line = [
+        (np.abs(corners[:, None, [k, k + 3]] - corners[None][..., [k, k + 3]]) <= INSIDE_TOLERANCE).all(axis=2)
+        for k in (0, 1)
+    ]
+    mates = alike & (in_line[0] | in_line[1])
+    found[rows] = mates.sum(axis=1) > 1
     return found
 
 

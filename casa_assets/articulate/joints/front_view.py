@@ -62,7 +62,7 @@ DRAWER_FEATURES = (
     "under_larger",
     "over_larger",
     "under_pair",
-    "low_under_larger",
+    "low_beside_larger",
 )
 # A front or its box that reaches back farther than this share of the thing is deep.
 MIN_DEEP_SHARE, MIN_BOX_SHARE = 0.34, 0.3
@@ -327,6 +327,7 @@ def drawer_features(view: FrontView) -> Floats:
     stacked = [o for o in view.others if _in_column(o, panel)]
     size = np.array([panel.width, panel.height])
     alike = sum(float(np.abs(np.array([o.width, o.height]) - size).max()) < SAME_PLACE for o in view.others)
+    # Larger ones above or below it.
     over = [o for o in view.others if _overlaps(o, panel) and o.width * o.height > 1.6 * area]
     return np.array(
         [
@@ -349,10 +350,7 @@ def drawer_features(view: FrontView) -> Floats:
             float(any(o.lower[1] >= panel.upper[1] - SAME_PLACE for o in over)),
             float(any(o.upper[1] <= panel.lower[1] + SAME_PLACE for o in over)),
             float(_is_under_pair(panel, view.others)),
-            float(
-                panel.width > MIN_LOW_RATIO * panel.height
-                and any(o.lower[1] >= panel.upper[1] - SAME_PLACE for o in over)
-            ),
+            float(panel.width > MIN_LOW_RATIO * panel.height and len(over) > 0),
         ]
     )
 

@@ -68,10 +68,10 @@ DRAWER_WEIGHTS: Mapping[str, float] = {
     "many_stacked": 0.732,
     "alike": 0.2,
     "over_larger": 0.973,
-    # A door as wide as the two above it, or a low one under a larger one, would be a flap. Set by hand: no set to learn
-    # from has enough of them.
+    # A door as wide as the two above it, or a low one over or under a larger one, would be a flap. Set by hand: no set
+    # to learn from has enough of them.
     "under_pair": 3.0,
-    "low_under_larger": 2.0,
+    "low_beside_larger": 2.0,
 }
 # What a feature says, where it decides.
 EDGE_REASONS: Mapping[str, str] = {
@@ -114,7 +114,7 @@ DRAWER_REASONS: Mapping[str, str] = {
     "alike": "it is one of several alike",
     "under_larger": "it lies under a larger front",
     "over_larger": "it lies above a larger front",
-    "low_under_larger": "it is low and lies under a larger front",
+    "low_beside_larger": "it is low and lies over or under a larger front",
     "under_pair": "it is as wide as the two fronts above it together",
 }
 # At most so many fronts of a thing speak for its kind.
