@@ -70,8 +70,8 @@ MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3
 MAX_HANDLES = 2
 # Confidence of a front that only the kind of its thing makes one.
 DOUBTFUL = 0.45
-# A plinth: greatest height by that of the thing, and how far it is set back under a front at least, diagonals.
-MAX_PLINTH_HEIGHT, MIN_PLINTH_SETBACK = 0.16, 0.015
+# A plinth or a rail: greatest height by that of the thing; how far it is set back behind a front at least, diagonals.
+MAX_RAIL_HEIGHT, MIN_SETBACK = 0.16, 0.015
 # A panel without a handle that is narrower than this share of the side is a strip of the body.
 MAX_STRIP_SHARE = 0.13
 
@@ -401,7 +401,7 @@ def select_opening_panels(
         if chance is not None:
             out.append((p, chance, "its edges show on the front"))
             continue
-        if (p.is_recessed and not p.grips) or _is_plinth(p, panels, lower, upper):
+        if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper):
             continue
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
             continue
@@ -442,18 +442,20 @@ def _is_key_pad(panel: Panel, whole: Floats) -> bool:
     return covers and is_thin and panel.controls >= MIN_KEY_PAD_CONTROLS and not panel.grips
 
 
-def _is_plinth(panel: Panel, panels: list[Panel], lower: Floats, upper: Floats) -> bool:
-    """Return whether a panel is the low board at the floor that is set back under the fronts above it."""
-    floor, height = float(lower[:, 1].min()), float(np.ptp([lower[:, 1].min(), upper[:, 1].max()]))
-    if panel.lower[1] > floor + INSIDE_TOLERANCE or panel.height > MAX_PLINTH_HEIGHT * height:
+def _is_set_back(panel: Panel, panels: list[Panel], lower: Floats, upper: Floats) -> bool:
+    """Return whether a panel is a low board behind the fronts around it: a plinth at the floor, a rail between two."""
+    floor, height = float(lower[:, 1].min()), float(upper[:, 1].max() - lower[:, 1].min())
+    if panel.height > MAX_RAIL_HEIGHT * height:
         return False
-    above = [
+    ahead = [
         p
         for p in panels
-        if p.lower[1] >= panel.upper[1] - INSIDE_TOLERANCE
-        and min(p.upper[0], panel.upper[0]) - max(p.lower[0], panel.lower[0]) > 0.5 * min(p.width, panel.width)
+        if min(p.upper[0], panel.upper[0]) - max(p.lower[0], panel.lower[0]) > 0.5 * min(p.width, panel.width)
+        and float(panel.lower[2] - p.lower[2]) >= MIN_SETBACK
     ]
-    return any(float(panel.lower[2] - p.lower[2]) >= MIN_PLINTH_SETBACK for p in above)
+    middles = [float(p.lower[1] + p.upper[1] - panel.lower[1] - panel.upper[1]) / 2 for p in ahead]
+    above, below = any(m > 0.0 for m in middles), any(m < 0.0 for m in middles)
+    return above and (below or float(panel.lower[1]) <= floor + INSIDE_TOLERANCE)
 
 
 def _with_round_door(

@@ -10,12 +10,16 @@ import numpy as np
 from casa_assets.articulate.segment.fragment_measures import SIDES, TOP, MeasuredFragments
 from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.coverage import surface_samples
 
 PIXELS = 96
 # Least depth of a cavity, diagonals.
 MIN_CAVITY_DEPTH = 0.05
 # Walls of a tub stand within this share of the plan from its border, and rise by this share of its height.
 WALL_BORDER_SHARE, MIN_WALL_RISE = 0.12, 0.15
+# Points of the surface by which thin walls are told, stretches of a border that are looked at one by one, and the share
+# of such a stretch of a wall that is surface: of rods it is less.
+SAMPLES, WALL_BINS, MIN_WALL_FILL = 4000, 12, 0.4
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,11 @@ def view_from_above(measured: MeasuredFragments, fragments: Sequence[int]) -> Pl
     seen = np.isfinite(share)
     total = float(share.size)
     deep, shallow = seen & (share > 0.5), seen & (share < 0.25)
-    return PlanView(float(seen.sum()) / total, float(deep.sum()) / total, float(shallow.sum()) / total, _walls(share))
+    thin = _thin_walls(surface_samples(measured.mesh.points, faces, SAMPLES), lower, upper, _area(measured, fragments))
+    left, right, far = (max(pair) for pair in zip(_walls(share), thin, strict=True))
+    return PlanView(
+        float(seen.sum()) / total, float(deep.sum()) / total, float(shallow.sum()) / total, (left, right, far)
+    )
 
 
 def free_share_behind(
@@ -104,3 +112,27 @@ def _walls(share: Floats) -> tuple[float, float, float]:
         float(raised[:, -columns:].any(axis=1).mean()),
         float(raised[:rows].any(axis=0).mean()),
     )
+
+
+def _area(measured: MeasuredFragments, fragments: Sequence[int]) -> float:
+    """Return the area of some fragments."""
+    return float(measured.mesh.areas[measured.faces_of(fragments)].sum())
+
+
+def _thin_walls(samples: Floats, lower: Floats, upper: Floats, area: float) -> tuple[float, float, float]:
+    """Return what `_walls` does, by the surface that stands along each border: sheets are not seen from above.
+
+    Args:
+        samples: (N, 3) points spread over the surface. lower, upper: (3,) corners of all. area: of the surface.
+    """
+    size = np.maximum(upper - lower, 1e-9)
+    place = (samples - lower) / size
+    raised = place[:, 2] > MIN_WALL_RISE
+    each = area / max(len(samples), 1)
+    found = []
+    for axis, near in ((0, place[:, 0]), (0, 1.0 - place[:, 0]), (1, 1.0 - place[:, 1])):
+        along = place[raised & (near < WALL_BORDER_SHARE), 1 - axis]
+        held = np.histogram(along, WALL_BINS, (0.0, 1.0))[0] * each
+        whole = float(size[1 - axis] * size[2]) * (1.0 - MIN_WALL_RISE) / WALL_BINS
+        found.append(float((held >= MIN_WALL_FILL * whole).mean()))
+    return found[0], found[1], found[2]
