@@ -44,6 +44,8 @@ TOUCH_TOLERANCE = 0.001
 CLEAR_HEIGHT_SHARE, MIN_FREE_SHARE, OPENING_MARGIN = 0.06, 0.7, 0.1
 # Greatest depth of the lining of a door as a share of the object.
 MAX_LINING_DEPTH = 0.34
+# Least share of its plan that a rack covers: the loop of a heating element covers less, rods of a rack over a tenth.
+MIN_RACK_COVER = 0.06
 # What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
 # heating element. Ref: baskets that stand on the floor are higher.
 FLOOR_SHARE = 0.03
@@ -166,6 +168,7 @@ def _rack(
         or not _fills(lower, upper, group, door, MIN_RACK_WIDTH_SHARE)
         or _is_board(lower, upper, group, measured.count)
         or _lies_on_floor(measured, side, group, door)
+        or view_from_above(measured, group).covered < MIN_RACK_COVER
     ):
         return None
     return InnerPart(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")

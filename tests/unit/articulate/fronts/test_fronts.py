@@ -240,3 +240,28 @@ def test_a_wide_front_under_a_pair_of_doors_is_a_drawer() -> None:
     low = box((0.0, -0.02, 0.0), (0.9, 0.0, 0.49))
     found, _ = found_in([*carcass(0.9, 0.6, 1.6), box((0.02, 0.0, 0.48), (0.88, 0.6, 0.5)), *doors, *handles, low])
     assert sorted(p.kind for p in found.parts) == [PartKind.DOOR, PartKind.DOOR, PartKind.DRAWER]
+
+
+def test_closed_blocks_of_one_size_in_a_column_are_drawers() -> None:
+    walls = carcass(0.5, 0.5, 0.62)
+    blocks = [box((0.02, -0.02, z), (0.48, 0.45, z + 0.18)) for z in (0.025, 0.215, 0.405)]
+    found, owner = found_in([*walls, *blocks])
+    assert [p.kind for p in found.parts] == [PartKind.DRAWER] * 3
+    assert sorted({int(k) for p in found.parts for k in owner[p.faces]}) == [5, 6, 7]
+
+
+def test_a_rail_behind_two_fronts_is_no_front() -> None:
+    fronts = [box((0.0, -0.02, z), (0.5, 0.0, z + 0.27)) for z in (0.0, 0.33)]
+    handles = [b for z in (0.1, 0.43) for b in bar((0.15, -0.06, z), (0.35, -0.05, z + 0.012), -0.02)]
+    rail = box((0.02, 0.02, 0.255), (0.48, 0.03, 0.345))
+    pull = box((0.2, 0.0, 0.29), (0.3, 0.01, 0.305))
+    found, owner = found_in([*carcass(0.5, 0.5, 0.6), *fronts, *handles, rail, pull])
+    assert len(found.parts) == 2
+    assert 13 not in {int(k) for p in found.parts for k in owner[p.faces]}
+
+
+def test_the_loop_of_a_heating_element_is_no_rack() -> None:
+    loop = [box((0.06, y, 0.25), (0.54, y + 0.006, 0.256)) for y in (0.06, 0.42)]
+    loop += [box((x, 0.066, 0.25), (x + 0.006, 0.42, 0.256)) for x in (0.06, 0.534)]
+    found, _ = found_in(oven(*loop))
+    assert not of_kind(found, PartKind.TRAY)
