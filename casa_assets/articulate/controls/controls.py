@@ -21,6 +21,8 @@ MIN_CONTROL_SIZE, MAX_CONTROL_SIZE = 0.006, 0.14
 # A disc fills pi/4 of its square; a hull whose area differs by at most this share is round: that of an octagon that
 # stands on a corner differs by 0.0997.
 ROUNDNESS_TOLERANCE = 0.1
+# A disc of cubes differs from a circle by so much more, by the edge of a cube over the width between outermost ones.
+CUBE_ROUNDNESS_TOLERANCE = 0.5
 MAX_KEY_RATIO = 5.0
 # Least share of the surroundings of a control that is surface: a cap on an edge is surrounded by background.
 MIN_GROUND_SHARE = 0.6
@@ -266,13 +268,18 @@ def _ring(image: DepthImage, lower: Floats, upper: Floats) -> Bools:
 
 
 def has_round_outline(measured: MeasuredFragments, side: int, group: Sequence[int], across: Floats) -> bool:
-    """Return whether the outline of fragments is a circle, with a pointer or without."""
-    if across.max() > 1.2 * across.min():
+    """Return whether the outline of fragments is a circle, with a pointer or without.
+
+    Of what is made of cubes, the outline is that of the middles of its cubes.
+    """
+    cell = measured.mesh.cell
+    if across.max() > 1.2 * across.min() + cell or across.min() <= 2.5 * cell:
         return False
     flat = measured.points_of(group) @ SIDES[side][:2].T
     try:
         hull = float(ConvexHull(flat).volume)
     except QhullError:
         return False
-    share = hull / (np.pi / 4 * float(np.prod(across)))
-    return bool(abs(share - 1.0) <= ROUNDNESS_TOLERANCE)
+    inner = across - cell
+    share = (hull - cell * float(inner.sum()) - cell**2) / (np.pi / 4 * float(np.prod(inner)))
+    return bool(abs(share - 1.0) <= ROUNDNESS_TOLERANCE + CUBE_ROUNDNESS_TOLERANCE * cell / float(inner.min()))

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from casa_assets.articulate.controls.controls import Control, depth_around
+from casa_assets.articulate.controls.controls import (
+    MIN_ROUND_SHARE_OF_ROW,
+    MIN_ROW_LENGTH,
+    Control,
+    depth_around,
+)
 from casa_assets.articulate.controls.groups import ControlGroup, group_controls
 from casa_assets.articulate.segment.fragment_measures import SIDES, TOP, MeasuredFragments, corners_from_side
 from casa_assets.core.typing import Floats
@@ -63,7 +69,9 @@ def control_features(
     Args:
         panels: (2,) lower and upper corner in (u, v) of each panel of the side.
     """
-    groups = group_controls(controls)
+    if measured.mesh.cell > 0.0:
+        controls = _round_as_their_group(controls, measured.mesh.cell)
+    groups = group_controls(controls, measured.mesh.cell)
     lower, upper = corners_from_side(measured, side)
     lower, upper = lower.min(axis=0), upper.max(axis=0)
     width, depth, height = np.maximum(measured.upper.max(axis=0) - measured.lower.min(axis=0), 1e-9)
@@ -161,6 +169,16 @@ def _place(
         most,
         float(large),
     )
+
+
+def _round_as_their_group(controls: Sequence[Control], cell: float) -> list[Control]:
+    """Return controls of which all of a group are round where many of it are: a disc of few cubes may look square."""
+    found = list(controls)
+    for group in group_controls(controls, cell):
+        if len(group.members) >= MIN_ROW_LENGTH and group.round_share >= MIN_ROUND_SHARE_OF_ROW:
+            for i in group.members:
+                found[i] = replace(found[i], is_round=True)
+    return found
 
 
 def _hull_area(flat: Floats) -> float:

@@ -41,15 +41,20 @@ class ControlGroup:
     round_share: float
 
 
-def group_controls(controls: Sequence[Control]) -> list[ControlGroup]:
-    """Return the groups of the controls of one side; every control is in one, if alone."""
+def group_controls(controls: Sequence[Control], cell: float = 0.0) -> list[ControlGroup]:
+    """Return the groups of the controls of one side; every control is in one, if alone.
+
+    Args:
+        cell: edge of the cubes that the object is made of, by which sizes of alike controls may differ; 0 for others.
+    """
     if not controls:
         return []
     middle = np.array([c.middle for c in controls])
     size = np.array([[*c.across, c.protrusion] for c in controls])
     width = size[:, :2].max(axis=1)
     larger = np.maximum(width[:, None], width[None])
-    alike = (np.abs(size[:, None] - size[None]) <= ALIKE_TOLERANCE * larger[..., None]).all(axis=2)
+    tolerance = np.maximum(ALIKE_TOLERANCE * larger, 1.05 * cell)
+    alike = (np.abs(size[:, None] - size[None]) <= tolerance[..., None]).all(axis=2)
     away = np.abs(middle[:, None] - middle[None])
     distance = np.linalg.norm(away, axis=2)
     in_line = (away <= SAME_LINE_SHARE * np.maximum(size[:, None, :2], size[None, :, :2])).any(axis=2)

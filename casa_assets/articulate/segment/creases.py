@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_dilation, find_objects, grey_closing, label, maximum_filter1d
+from scipy.ndimage import binary_dilation, find_objects, grey_closing, grey_opening, label, maximum_filter1d
 
 from casa_assets.articulate.segment.fragment_measures import SIDES
 from casa_assets.articulate.segment.raster import DepthImage, render_depth
@@ -16,6 +16,8 @@ from casa_assets.core.typing import Floats, Ints
 PIXELS = 640
 # Sides of the squares for morphological closing, larger than any knob or handle is wide; diagonals.
 WINDOWS = (0.06, 0.14)
+# What is narrower and deeper than this is a slot or a hole of the shell, and no ground of what stands out; diagonals.
+MAX_SLOT_WIDTH, MIN_SLOT_DEPTH = 0.025, 0.01
 # Least protrusion, diagonals: less is lost in the noise of a shell.
 MIN_PROTRUSION = 0.0025
 LEVELS = tuple(MIN_PROTRUSION * 1.5**k for k in range(10))
@@ -84,14 +86,25 @@ def measure_relief(mesh: WeldedMesh, side: int) -> SideRelief:
     """Analyse a side of a mesh that is in the frame."""
     image = render_depth(mesh.points, mesh.faces, SIDES[side], PIXELS)
     depth = np.where(image.face >= 0, image.depth, BACKGROUND_DEPTH)
-    base = depth
+    base, ground = depth, _without_slots(depth, max(3, round(MAX_SLOT_WIDTH / image.pixel)))
     for window in WINDOWS:
-        base = np.maximum(base, _close_depth(depth, max(3, round(window / image.pixel))))
+        base = np.maximum(base, _close_depth(ground, max(3, round(window / image.pixel))))
     # Where closing reaches past the outline there is no ground to stand out of.
     base = np.where(base > BACKGROUND_DEPTH / 2, depth, base)
     blob, blobs = _blobs(image, depth, base)
     across, along = _edges(mesh, side, image, depth)
     return SideRelief(image, depth, base, blob, blobs, across, along)
+
+
+def _without_slots(depth: Floats, size: int) -> Floats:
+    """Return the depth with what is much farther and narrower than `size` pixels filled up to its surroundings.
+
+    Closing would take the floor of a slot for the ground of all that lies between it and the next one.
+    """
+    padded = np.pad(depth, size, mode="edge")
+    opened = grey_opening(padded, size=(size, size))[size:-size, size:-size]
+    found: Floats = np.where(opened < depth - MIN_SLOT_DEPTH, opened, depth)
+    return found
 
 
 def _close_depth(depth: Floats, size: int) -> Floats:

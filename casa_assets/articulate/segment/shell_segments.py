@@ -54,6 +54,8 @@ WHOLE_SIDE_SHARE = 0.92
 MIN_PLAIN_FRONTS = 3
 # Protrusions are cut off this far before their ground, diagonals.
 CUT_DISTANCE = 0.0015
+# Protrusions of two sides are one thing where they share this much of the surface of the smaller.
+SAME_THING_SHARE = 0.5
 # Triangles of a protrusion keep within this of its outline, diagonals.
 OUTLINE_TOLERANCE = 0.006
 
@@ -66,6 +68,7 @@ class FusedShell:
         mine: (F,) faces of the shell. shown: (F,) those seen from the front. skin: (F,) those seen from elsewhere.
         front, top: views of it. fronts: each a rectangle and the depth of its back.
         chances: of each front, the probability that it is one; None where rules told it.
+        things: numbers of the protrusions of the front, and of the top, that stand out of that side.
     """
 
     mine: Bools
@@ -75,6 +78,7 @@ class FusedShell:
     top: SideRelief
     fronts: tuple[tuple[FrontRectangle, float], ...]
     chances: tuple[float | None, ...] = ()
+    things: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
 
 
 @dataclass(frozen=True)
@@ -153,7 +157,36 @@ def find_shell(mesh: WeldedMesh, label: Ints, models: Models | None = None) -> F
     skin = np.zeros(len(label), dtype=bool)
     for image in side_images:
         skin[image.face[image.face >= 0]] = True
-    return FusedShell(mine, visible, skin, front, top, tuple(fronts), tuple(chance for _, chance in found))
+    things = _things_by_side(mesh, mine, front, top)
+    return FusedShell(mine, visible, skin, front, top, tuple(fronts), tuple(chance for _, chance in found), things)
+
+
+def _things_by_side(
+    mesh: WeldedMesh, mine: Bools, front: SideRelief, top: SideRelief
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the numbers of the protrusions of the front and of the top without those that stand out of the other side.
+
+    A knob of the front, seen from above, stands out of what lies far below it: it belongs to the side that it stands
+    out of by less.
+    """
+    zones = []
+    for side, view in ((FRONT, front), (TOP, top)):
+        zone = np.full(len(mine), -1, dtype=np.int64)
+        _number_blobs(zone, mine, view, mesh, side, 0, range(len(view.blobs)))
+        zones.append(zone)
+    kept = [list(range(len(view.blobs))) for view in (front, top)]
+    both = np.flatnonzero((zones[0] >= 0) & (zones[1] >= 0))
+    area = [np.bincount(zone[zone >= 0], mesh.areas[zone >= 0]) for zone in zones]
+    for i, k in sorted(set(zip(zones[0][both].tolist(), zones[1][both].tolist(), strict=True))):
+        if i not in kept[0] or k not in kept[1]:
+            continue
+        shared = float(mesh.areas[both[(zones[0][both] == i) & (zones[1][both] == k)]].sum())
+        if shared >= SAME_THING_SHARE * min(float(area[0][i]), float(area[1][k])):
+            if front.blobs[i].protrusion <= top.blobs[k].protrusion:
+                kept[1].remove(k)
+            else:
+                kept[0].remove(i)
+    return tuple(kept[0]), tuple(kept[1])
 
 
 def _fronts_by_rule(mesh: WeldedMesh, front: SideRelief, depth: float) -> list[tuple[FrontRectangle, float | None]]:
@@ -216,10 +249,11 @@ def shell_zones(shell: FusedShell, mesh: WeldedMesh, parent: Ints) -> Ints:
         inside = free & _in_rectangle(shell.front, rectangle, flat)
         # A bulging front falls off towards its edges.
         out[inside & ((flat[:, 2] <= back) | (shell.shown[parent] & (flat[:, 2] <= rectangle.plane + falls)))] = i
-    plain = out < 0
     first = len(shell.fronts)
-    _number_blobs(out, free, shell.front, mesh, FRONT, first)
-    _number_blobs(out, free & plain & (out < 0), shell.top, mesh, TOP, first + len(shell.front.blobs))
+    front, top = shell.things
+    plain = out < 0
+    _number_blobs(out, free, shell.front, mesh, FRONT, first, front)
+    _number_blobs(out, free & plain & (out < 0), shell.top, mesh, TOP, first + len(shell.front.blobs), top)
     return out
 
 
@@ -344,19 +378,31 @@ def _cut_depth(view: SideRelief, number: int) -> float:
     return ground - min(CUT_DISTANCE, 0.3 * view.blobs[number].protrusion)
 
 
-def _number_blobs(out: Ints, free: Bools, view: SideRelief, mesh: WeldedMesh, side: int, first: int) -> None:
+def _number_blobs(
+    out: Ints,
+    free: Bools,
+    view: SideRelief,
+    mesh: WeldedMesh,
+    side: int,
+    first: int,
+    chosen: Sequence[int],
+) -> None:
     """Number the faces of each thing that stands out, from `first` on.
 
     Long triangles that reach from it far over the ground are neither: they would make both larger than they are.
+
+    Args:
+        chosen: numbers of the things to look at.
     """
-    if not view.blobs:
+    if not chosen:
         return
     corners_ = mesh.points[mesh.faces] @ SIDES[side].T
     corners_[:, :, 2] -= float((mesh.points @ SIDES[side][2]).min())
     middle = corners_.mean(axis=1)
     row, column = view.image.rows_columns(middle[:, :2])
     nearest = corners_[:, :, 2].min(axis=1)
-    for number, blob in enumerate(view.blobs):
+    for number in chosen:
+        blob = view.blobs[number]
         rows = slice(max(0, blob.rows[0] - 2), blob.rows[1] + 2)
         columns = slice(max(0, blob.columns[0] - 2), blob.columns[1] + 2)
         mask = np.zeros(view.blob.shape, dtype=bool)

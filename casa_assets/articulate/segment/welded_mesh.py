@@ -33,6 +33,8 @@ MAX_FACES_AT_EDGE = 12
 MIN_DOUBLED_SHARE = 0.9
 # Faces whose directions around an edge differ by less, radians, lie on each other.
 SAME_ANGLE = 1e-3
+# The skin of a grid of cubes: share of its triangles that are half the side of a cube, and how much their areas differ.
+MIN_CUBE_SHARE, CUBE_AREA_TOLERANCE = 0.95, 0.02
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,19 @@ class WeldedMesh:
             return index, index
         left, right = _adjacent_faces(self, index)
         return index[left], index[right]
+
+    @cached_property
+    def cell(self) -> float:
+        """Return the edge of the cubes whose skin this mesh is, 0 for any other mesh; in the units of the points."""
+        alive = self.areas > 0.0
+        if not alive.any():
+            return 0.0
+        half = float(np.median(self.areas[alive]))
+        is_half = np.abs(self.areas[alive] - half) <= CUBE_AREA_TOLERANCE * half
+        corners = self.points[self.faces[alive]]
+        longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+        is_half &= np.abs(longest - 2.0 * np.sqrt(half)) <= CUBE_AREA_TOLERANCE * longest
+        return float(np.sqrt(2.0 * half)) if float(is_half.mean()) >= MIN_CUBE_SHARE else 0.0
 
     @property
     def diagonal(self) -> float:

@@ -1,0 +1,55 @@
+"""Shells of voxels: the size of their cubes, and the knobs that stand out of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from casa_assets.articulate.controls.controls import find_controls
+from casa_assets.articulate.controls.groups import group_controls
+from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.segment.creases import measure_relief
+from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments
+from casa_assets.articulate.segment.shell_segments import fragment_mesh
+from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
+from casa_assets.geometry.grid.voxel import boundary, voxelise
+from tests.unit.articulate.blocks import Part, box, disc, together
+
+
+def shell_of(*parts: Part) -> WeldedMesh:
+    """The skin of a grid of cubes around solids."""
+    points, faces, _ = together(*parts)
+    return weld_triangles(*boundary(voxelise(points, faces, 112)))
+
+
+def test_the_skin_of_a_grid_tells_the_edge_of_its_cubes() -> None:
+    assert shell_of(box((0, 0, 0), (0.56, 0.3, 0.4))).cell == pytest.approx(0.56 / 112)
+
+
+def test_a_plain_box_is_no_skin_of_a_grid() -> None:
+    points, faces = box((0, 0, 0), (0.5, 0.3, 0.4))
+    assert weld_triangles(points, faces).cell == 0.0
+
+
+def test_knobs_on_the_wall_behind_a_range_are_round_and_one_group() -> None:
+    body = [box((0, 0, 0), (0.76, 0.65, 0.9)), box((0, 0.58, 0.9), (0.76, 0.65, 1.1))]
+    knobs = [disc((x, 0.555, 1.01), 0.024, 0.03) for x in (0.1, 0.193, 0.555, 0.65)]
+    mesh = shell_of(*body, *knobs)
+    mesh = mesh.in_frame(given_frame(mesh, (0, 0, 1), (0, -1, 0)))
+    controls = find_controls(measure_fragments(mesh, fragment_mesh(mesh).labels), FRONT, [])
+    assert [c.is_round for c in controls] == [True] * 4
+    assert [len(g.members) for g in group_controls(controls, mesh.cell)] == [4]
+
+
+def test_knobs_between_slots_stand_out_of_their_ground() -> None:
+    strips = [(0.0, 0.10), (0.112, 0.20), (0.212, 0.312)]
+    plate = [box((a, 0, 0), (b, 0.03, 0.2)) for a, b in strips]
+    body = box((0, 0.03, -0.02), (0.312, 0.3, 0.22))
+    rims = [box((0, 0, -0.02), (0.312, 0.03, 0.0)), box((0, 0, 0.2), (0.312, 0.03, 0.22))]
+    knobs = [disc((x, -0.02, 0.05), 0.018, 0.02) for x in (0.05, 0.156, 0.262)]
+    points, faces, _ = together(*plate, body, *rims, *knobs)
+    mesh = weld_triangles(points, faces)
+    relief = measure_relief(mesh.in_frame(given_frame(mesh, (0, 0, 1), (0, -1, 0))), FRONT)
+    width = 0.036 / mesh.diagonal
+    assert [b for b in relief.blobs if np.allclose(b.upper - b.lower, width, atol=0.004)] == list(relief.blobs)
+    assert len(relief.blobs) == 3
