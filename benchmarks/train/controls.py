@@ -171,8 +171,9 @@ def gathered(keep: Path, bench: Path, own: Sequence[Path], scenes: int, drawings
     for variant in ("input", "fused"):
         found += cached(keep / f"bench_{variant}.pickle", lambda v=variant: cases(bench, v, False))
     for folder in own:
-        name = "_".join(folder.parts[-3:])
-        found += cached(keep / f"own_{name}.pickle", lambda folder=folder: cases(folder, "input", True))
+        for variant in ("input", "fused"):
+            stored = keep / f"own_{'_'.join(folder.parts[-3:])}_{variant}.pickle"
+            found += cached(stored, lambda f=folder, v=variant: cases(f, v, True))
     return found
 
 
