@@ -17,6 +17,8 @@ from casa_assets.model.asset.joint import JointKind
 # Depth of a plate and of what is behind its face, by its shorter side; share of its rectangle that it fills, and width
 # by height between these: up to six switches in one frame.
 MAX_PLATE_DEPTH, MIN_PLATE_FILL, PLATE_RATIOS = 0.25, 0.85, (0.5, 5.0)
+# Depth of the whole, with what stands out, by the shorter side of the plate.
+MAX_REACH = 0.6
 # Pieces: how many, their height by that of the plate, offset of their middle from that of the plate by its height.
 MAX_PIECES, PIECE_HEIGHTS, MAX_OFF_MIDDLE = 6, (0.08, 0.75), 0.15
 # Sizes, and distances between neighbours, of pieces of one row differ by at most this share.
@@ -30,6 +32,8 @@ DIMMER_WIDTHS, MIN_DIMMER_REACH = (0.15, 0.75), 0.12
 # Rockers tilt by 9 degrees to either side, toggles by 29.
 ROCKER_RAD, TOGGLE_RAD = 0.15, 0.5
 SWITCH_CONFIDENCE = 0.6
+# Share of what is seen from the front that the plate and its switches are: the rest are frames and screws.
+MIN_SHOWN = 0.8
 # Least thickness of a piece that is alone, by the height of the plate.
 MIN_THICKNESS = 0.005
 
@@ -52,6 +56,10 @@ def find_switch_parts(measured: MeasuredFragments) -> list[tuple[PartKind, list[
     # One flat piece alone is a label.
     if len(row) == 1 and float(np.ptp(boxes[row[0]][:, 2])) <= MIN_THICKNESS * float(size[1]):
         return []
+    # Of a back that lies behind a body one sees little.
+    shown = [plate, *(i for k in row for i in groups[k])]
+    if float(measured.visible_area[shown, FRONT].sum()) < MIN_SHOWN * float(measured.visible_area[:, FRONT].sum()):
+        return []
     found = [_part(measured, groups[k], boxes[k], float(size[1]), float(corner[2])) for k in row]
     return [part for part in found if part is not None] if all(found) else []
 
@@ -64,8 +72,9 @@ def _plate(measured: MeasuredFragments, lower: Floats, upper: Floats) -> int | N
     wide, high, deep = (float(v) for v in size[plate])
     seen = measured.depth_images[FRONT].face >= 0
     is_whole = min(wide / float(whole[0]), high / float(whole[1])) > 0.95
-    # Behind the leaf of a door there is a body.
+    # Behind the leaf of a door there is a body, and before the back of a body.
     deep = max(deep, float(upper[:, 2].max() - lower[plate, 2]))
+    is_whole &= float(whole[2]) <= MAX_REACH * min(wide, high)
     if not is_whole or deep > MAX_PLATE_DEPTH * min(wide, high) or float(seen.mean()) < MIN_PLATE_FILL:
         return None
     return plate if PLATE_RATIOS[0] <= wide / high <= PLATE_RATIOS[1] else None
