@@ -16,11 +16,12 @@ from casa_assets.articulate.controls.controls import (
     has_finger_room,
 )
 from casa_assets.articulate.controls.faucets import find_faucet_parts
-from casa_assets.articulate.controls.levers import Lever, find_levers
+from casa_assets.articulate.controls.levers import Lever, find_bar_levers, find_levers
 from casa_assets.articulate.controls.round_controls import button_joint, drop_burner_caps, find_single_button
 from casa_assets.articulate.controls.switches import find_switch_parts
 from casa_assets.articulate.frame.form_traits import form_traits
 from casa_assets.articulate.frame.kind import FORM_TRAITS, kinds_known
+from casa_assets.articulate.frame.side_views import count_slots
 from casa_assets.articulate.fronts.fronts import (
     DOUBTFUL,
     attach_to_panels,
@@ -55,6 +56,8 @@ from casa_assets.model.record import Vec3
 
 # Travel of a button in diagonals, capped by its protrusion. Ref: 2 to 5 mm on an object of 0.8 m.
 MAX_BUTTON_TRAVEL = 0.004
+# Slots for bread that a toaster has at least.
+MIN_BREAD_SLOTS = 2
 # A front that is a drawer with this probability does not run sideways, whatever is beside it.
 SURE_DRAWER = 0.9
 # A round thing within this share of the middle of the top is its cap and no control.
@@ -162,13 +165,18 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     measured = collector.measured
     round_door = find_round_door(measured, FRONT)
     held = [] if round_door is None else [*round_door.members, *fragments_around(measured, FRONT, round_door)]
-    panels = find_panels(measured, FRONT, held)
+    # A toaster has no fronts: its levers and knobs stand on plates that look like some.
+    is_toaster = count_slots(measured.depth_images[TOP]) >= MIN_BREAD_SLOTS
+    panels = [] if is_toaster else find_panels(measured, FRONT, held)
     controls = find_controls(measured, FRONT, [*held, *(f for p in panels for f in p.members)])
     # A lever may be as large as a small panel.
     control_fragments = {f for c in controls for f in c.fragments}
     blocks = [c for c in find_controls(measured, FRONT, []) if control_fragments.isdisjoint(c.fragments)]
     levers, controls = find_levers(measured, FRONT, controls)
     levers += find_levers(measured, FRONT, blocks)[0]
+    if is_toaster:
+        bars, controls = find_bar_levers(measured, FRONT, controls)
+        levers += bars
     tell_front = _tell(measured, FRONT, controls, panels, control_forest)
     _levers(collector, FRONT, levers)
     panels = [p for p in panels if collector.taken.isdisjoint(p.members)]

@@ -38,6 +38,8 @@ MIN_KEYS_ON_PLATE, MAX_KEY_OF_PLATE = 4, 0.2
 # A scale or a bezel around a control that stands out does not move with it: it protrudes by no more than this, in
 # diagonals, and reaches beyond the outline of the control by at least this share of its width.
 MAX_BEZEL_PROTRUSION, BEZEL_MARGIN = 0.002, 0.05
+# A flat sheet is at most this thick, diagonals.
+MAX_SHEET_THICKNESS = 0.0005
 # A cap faces within 45 degrees of its side, its faces agree within 2 degrees, and it is this share of the visible area.
 CAP_FACING_COS, CAP_FLAT_COS, MIN_CAP_SHARE = 0.707, 0.9994, 0.4
 # A cap faces within 20 degrees of its ground: cones and bumpy shells have caps that do not.
@@ -239,6 +241,10 @@ def _without_bezel(lower: Floats, upper: Floats, group: list[int], ground: float
     """
     rows = np.array(group, dtype=np.int64)
     is_flush = lower[rows, 2] > ground - MAX_BEZEL_PROTRUSION
+    # A flat sheet at the foot of a thing that stands out of it is what it stands on.
+    is_flat = upper[rows, 2] - lower[rows, 2] <= MAX_SHEET_THICKNESS
+    feet = upper[rows[~is_flush & ~is_flat], 2]
+    is_flush |= is_flat & (np.abs(lower[rows, 2][:, None] - feet) <= MAX_SHEET_THICKNESS).any(axis=1)
     standing = rows[~is_flush]
     if not len(standing) or not is_flush.any():
         return group

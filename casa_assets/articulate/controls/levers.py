@@ -20,6 +20,8 @@ PAINTED_SLOT_TOLERANCE = 0.001
 MIN_PROTRUSION = 0.01
 # Longest stretch of a slot that something beside it hides, diagonals.
 MAX_SLOT_BREAK = 0.06
+# Width to height of a level bar, and its travel by its height above the floor.
+MIN_BAR_RATIO, BAR_TRAVEL_SHARE = 1.8, 0.5
 # Distance from the middle of a slot at which its sides are sampled, in widths of the lever.
 BESIDE_WIDTHS = 0.75
 
@@ -51,6 +53,23 @@ def find_levers(
             rest.append(control)
         else:
             levers.append(found)
+    return levers, rest
+
+
+def find_bar_levers(
+    measured: MeasuredFragments, side: int, controls: Sequence[Control]
+) -> tuple[list[Lever], list[Control]]:
+    """Separate level bars, which lower the bread of a toaster though no slot is drawn for them, from other controls."""
+    floor = float(corners_from_side(measured, side)[0][:, 1].min())
+    levers: list[Lever] = []
+    rest: list[Control] = []
+    for control in controls:
+        wide = float(control.across[0]) >= MIN_BAR_RATIO * float(control.across[1])
+        room = float(control.lower[1]) - floor
+        if control.is_round or not wide or control.protrusion < MIN_PROTRUSION or room < MIN_SLOT_LENGTH:
+            rest.append(control)
+        else:
+            levers.append(Lever(control, np.array([0.0, -1.0, 0.0]), BAR_TRAVEL_SHARE * room))
     return levers, rest
 
 

@@ -188,7 +188,19 @@ def _blobs(depth: Floats, seen: Bools, pixel: float, far: float) -> tuple[SideFe
 
 
 def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
-    """Count deep narrow grooves that end before the border, as in a toaster: half their number, at most 2."""
+    """Return half the number of slots, at most 2."""
+    return min(_slot_count(depth, seen, pixel), 4) / 2.0
+
+
+def count_slots(image: DepthImage) -> int:
+    """Return the number of deep narrow grooves in a picture that end before its border, as in a toaster."""
+    seen = np.isfinite(image.depth)
+    deepest = float(image.depth[seen].max()) if seen.any() else 0.0
+    return _slot_count(np.where(seen, image.depth, deepest), seen, image.pixel)
+
+
+def _slot_count(depth: Floats, seen: Bools, pixel: float) -> int:
+    """Count deep narrow grooves that end before the border, as in a toaster."""
     window = max(3, int(SLOT_WINDOW / pixel) | 1)
     narrow = ndimage.minimum_filter(depth, window, mode="nearest")
     lid = ndimage.maximum_filter(narrow, window, mode="nearest")
@@ -201,7 +213,7 @@ def _slots(depth: Floats, seen: Bools, pixel: float) -> float:
         closed = all(k.start > 0 and k.stop < n for k, n in zip(box, depth.shape, strict=True))
         slot = long > max(MIN_SLOT_LENGTH, 3.5 * short) and short > MIN_SLOT_WIDTH and float(mask.mean()) > 0.6
         count += closed and slot
-    return min(count, 4) / 2.0
+    return int(count)
 
 
 def _rings(measured: MeasuredFragments, side: int, lower: Floats, upper: Floats) -> float:

@@ -17,10 +17,12 @@ from casa_assets.articulate.segment.fragment_measures import (
     BOTTOM,
     LEFT,
     RIGHT,
+    SIDES,
     TOP,
     MeasuredFragments,
     corners_from_side,
 )
+from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
@@ -51,6 +53,9 @@ MIN_STILE_LENGTH, MAX_STILE_WIDTH, MAX_RAIL_BY_STILE, MAX_RAILED_SHARE = 0.9, 0.
 # Closed blocks that are drawers: least depth by that of the thing, greatest share of their sides that is seen (they may
 # lie within walls), and least share of their front that is seen beside what lies on it.
 MIN_BLOCK_DEPTH_SHARE, MAX_BLOCK_ASIDE_SHARE, MIN_BLOCK_SEEN_SHARE = 0.5, 0.35, 0.2
+# Such a block is closed where its front is sunk by this share of its depth at most, over this share of it, in a picture
+# of so many pixels along the longer side.
+MAX_SUNK_SHARE, MIN_CLOSED_SHARE, CLOSED_PIXELS = 0.1, 0.8, 64
 # Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
@@ -211,6 +216,8 @@ def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Fl
         & (aside <= MAX_BLOCK_ASIDE_SHARE * size[:, 2] * (size[:, 0] + size[:, 1]))
         & (measured.visible_area[:, side] >= MIN_BLOCK_SEEN_SHARE * size[:, 0] * size[:, 1])
     )
+    for i in np.flatnonzero(found).tolist():
+        found[i] = _is_closed(measured, side, i, float(size[i, 2]))
     rows = np.flatnonzero(found)
     corners = np.concatenate([lower[rows], upper[rows]], axis=1)
     alike = (np.abs(size[rows][:, None, :2] - size[rows][None, :, :2]) <= INSIDE_TOLERANCE).all(axis=2)
@@ -221,6 +228,13 @@ def _are_blocks(measured: MeasuredFragments, side: int, lower: Floats, upper: Fl
     mates = alike & (in_line[0] | in_line[1])
     found[rows] = mates.sum(axis=1) > 1
     return found
+
+
+def _is_closed(measured: MeasuredFragments, side: int, fragment: int, depth: float) -> bool:
+    """Return whether a fragment closes its rectangle near its front, unlike the lining of a slot or a niche."""
+    used, local = np.unique(measured.mesh.faces[measured.faces_of([fragment])], return_inverse=True)
+    image = render_depth(measured.mesh.points[used], local.reshape(-1, 3), SIDES[side], CLOSED_PIXELS)
+    return float((image.depth <= MAX_SUNK_SHARE * depth).mean()) >= MIN_CLOSED_SHARE
 
 
 def _inside(lower: Floats, upper: Floats, inner: int, outer: int) -> bool:

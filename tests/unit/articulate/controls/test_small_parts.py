@@ -16,6 +16,8 @@ from casa_assets.model.asset.joint import JointKind
 from tests.unit.articulate.blocks import Floats, Part, box, carcass, disc, together
 from tests.unit.articulate.fragmented import articulate_fragmentation
 
+SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
+
 
 def found_in(parts: list[Part]) -> tuple[Articulation, np.ndarray]:
     """What is found where up is z and the front faces -y, and the part of each face."""
@@ -184,3 +186,30 @@ def test_a_turntable_turns_behind_a_door() -> None:
     assert set(owner[tray.faces].tolist()) == {7}
     assert tray.joint.endless
     assert tray.joint.axis == pytest.approx((0, 0, 1))
+
+
+def toaster(*more: Part) -> list[Part]:
+    """A body with two slots for bread in its top, and what else there is; its front lies at y = 0."""
+    walls = [box((0.0, y, 0.05), (0.4, y + 0.07, 0.25)) for y in (0.0, 0.09, 0.18)]
+    ends = [box((x, y, 0.05), (x + 0.05, y + 0.02, 0.25)) for x in (0.0, 0.35) for y in (0.07, 0.16)]
+    return [box((0.0, 0.0, 0.0), (0.4, 0.25, 0.05)), *walls, *ends, *more]
+
+
+def test_what_stands_on_a_plate_of_a_toaster_is_its_lever_and_its_knob() -> None:
+    plate = box((0.22, -0.006, 0.02), (0.38, 0.0, 0.23))
+    bar = box((0.275, -0.03, 0.19), (0.325, -0.006, 0.21))
+    found = found_in(toaster(plate, bar, disc((0.3, -0.03, 0.06), 0.02, 0.024)))[0]
+    assert sorted(p.kind for p in found.parts) == [PartKind.KNOB, PartKind.LEVER]
+    (lever,) = (p for p in found.parts if p.kind is PartKind.LEVER)
+    assert lever.joint.axis == pytest.approx((0, 0, -1))
+
+
+def test_a_sheet_that_a_knob_stands_on_stays() -> None:
+    sheet = (np.array([[0.1, -0.01, 0.1], [0.18, -0.01, 0.1], [0.18, -0.01, 0.18], [0.1, -0.01, 0.18]]), SQUARE)
+    parts = [box((0.0, 0.0, 0.0), (0.5, 0.3, 0.5)), sheet, disc((0.14, -0.035, 0.14), 0.025, 0.025)]
+    vertices, faces, _ = together(*parts)
+    mesh = weld_triangles(vertices, faces)
+    mesh = mesh.in_frame(given_frame(mesh, (0, 0, 1), (0, -1, 0)))
+    (knob,) = find_controls(measure_fragments(mesh, mesh.fragment_labels), FRONT, [])
+    assert knob.is_round
+    assert len(knob.fragments) == 1
