@@ -85,7 +85,9 @@ def candidate_plans(mesh: WeldedMesh, frame: Frame, category: str = "", models: 
         found.append(Plan(way, fragmentation, articulation))
     # The creases of a fused shell are seams of its fronts as well: they are no better than the other ways.
     is_shell = any(p.fragmentation.shell is not None for p in found if p.way is Segmentation.WELDED)
-    return sorted(found, key=lambda p: p.way is Segmentation.CREASES) if is_shell else found
+    # In the skin of a grid of cubes every step is a crease, and every thing that stands out leaves a hole.
+    late = (Segmentation.CREASES, Segmentation.HOLES) if mesh.cell > 0.0 else (Segmentation.CREASES,)
+    return sorted(found, key=lambda p: p.way in late) if is_shell else found
 
 
 def _is_the_same(mesh: WeldedMesh, one: Articulation, other: Articulation) -> bool:

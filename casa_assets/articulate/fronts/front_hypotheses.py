@@ -43,6 +43,10 @@ MAX_NEIGHBOURS, INSIDE_SHARE = 400, 0.85
 MAX_CHOICE = 60
 # A rectangle is a front from these log odds on.
 MIN_SCORE = 0.0
+# What is less likely by itself is a front, too, from these log odds on, where it is in line with fronts beside it, and
+# flush (but for what is sunk in their frames), within so many diagonals, and its pull has the size of theirs but for
+# this share.
+COMPLETING_SCORE, IN_LINE_SLACK, FLUSH_SLACK, ALIKE_PULLS = -1.1, 0.008, 0.02, 0.25
 # Score of a neighbour that is not there, log odds; and the bound of probabilities.
 NO_NEIGHBOUR, LEAST_PROBABILITY = -4.0, 0.002
 
@@ -128,11 +132,49 @@ def find_fronts(
     alone = log_odds(forests[0].probabilities(found.features)[:, 1])
     features = np.concatenate([found.features, context_features(found, alone)], axis=1)
     chances = forests[1].probabilities(features)[:, 1]
+    kept = choose_fronts(found, log_odds(chances), MIN_SCORE)
+    more = [k for k in choose_fronts(found, log_odds(chances), COMPLETING_SCORE) if _completes(found, relief, k, kept)]
     out: list[tuple[FrontRectangle, float | None]] = []
-    for k in choose_fronts(found, log_odds(chances), MIN_SCORE):
-        (a, b), (c, d) = found.rows[k].tolist(), found.columns[k].tolist()
-        out.append((measure_rectangle(relief, FrontRectangle((a, b), (c, d))), float(chances[k])))
+    for k in [*kept, *more]:
+        out.append((_measured(found, relief, k), max(float(chances[k]), 0.5)))
     return sorted(out, key=lambda m: (m[0].rows, m[0].columns))
+
+
+def _measured(found: FrontHypotheses, relief: SideRelief, k: int) -> FrontRectangle:
+    """Return a hypothesis as a rectangle with its depth and its protrusions."""
+    (a, b), (c, d) = found.rows[k].tolist(), found.columns[k].tolist()
+    return measure_rectangle(relief, FrontRectangle((a, b), (c, d)))
+
+
+def _completes(found: FrontHypotheses, relief: SideRelief, k: int, kept: Sequence[int]) -> bool:
+    """Return whether a rectangle ends in line with the fronts beside it, flush, and has one pull as theirs are."""
+    if k in kept or not kept or any(_conflict(found, k, o) for o in kept):
+        return False
+    own = _measured(found, relief, k)
+    if len(own.blobs) != 1:
+        return False
+    pull, slack = relief.blobs[own.blobs[0]], max(3.0, IN_LINE_SLACK / found.pixel)
+    for across, along in ((found.columns, found.rows), (found.rows, found.columns)):
+        touching = (o for o in kept if min(abs(along[k, 0] - along[o, 1]), abs(along[o, 0] - along[k, 1])) <= slack)
+        beside = [o for o in touching if min(across[k, 1], across[o, 1]) > max(across[k, 0], across[o, 0])]
+        if not beside:
+            continue
+        ends = across[beside, 0].min(), across[beside, 1].max()
+        others = [_measured(found, relief, o) for o in beside]
+        pulls = [relief.blobs[b] for m in others for b in m.blobs]
+        if (
+            float(np.abs(across[k] - ends).max()) <= slack
+            and all(abs(m.plane - own.plane) <= FLUSH_SLACK for m in others)
+            and any(_are_alike(pull, other, found.pixel) for other in pulls)
+        ):
+            return True
+    return False
+
+
+def _are_alike(pull: Protrusion, other: Protrusion, pixel: float) -> bool:
+    """Return whether two pulls have one size, whichever way they lie."""
+    a, b = np.sort(pull.upper - pull.lower), np.sort(other.upper - other.lower)
+    return bool((np.abs(a - b) <= ALIKE_PULLS * np.maximum(a, b) + 2 * pixel).all())
 
 
 def propose_fronts(mesh: WeldedMesh, relief: SideRelief, side: int, given: Sequence[FrontRectangle]) -> FrontHypotheses:

@@ -8,11 +8,13 @@ import pytest
 from casa_assets.articulate.controls.controls import find_controls
 from casa_assets.articulate.controls.groups import group_controls
 from casa_assets.articulate.frame.axes import given_frame
+from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.segment.creases import measure_relief
 from casa_assets.articulate.segment.fragment_measures import FRONT, measure_fragments
 from casa_assets.articulate.segment.shell_segments import fragment_mesh
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
 from casa_assets.geometry.grid.voxel import boundary, voxelise
+from casa_assets.pipeline.articulate.models import load_models
 from tests.unit.articulate.blocks import Part, box, disc, together
 
 
@@ -53,3 +55,20 @@ def test_knobs_between_slots_stand_out_of_their_ground() -> None:
     width = 0.036 / mesh.diagonal
     assert [b for b in relief.blobs if np.allclose(b.upper - b.lower, width, atol=0.004)] == list(relief.blobs)
     assert len(relief.blobs) == 3
+
+
+def test_a_drawer_over_doors_is_a_front_by_its_pull_alone() -> None:
+    body = [box((0, 0, 0.1), (0.6, 0.55, 0.87)), box((0, 0.06, 0), (0.6, 0.55, 0.1))]
+    frames = [box((a, -0.012, 0.1), (a + 0.3, 0, 0.16)) for a in (0.0, 0.3)]
+    frames += [box((a, -0.012, 0.68), (a + 0.3, 0, 0.71)) for a in (0.0, 0.3)]
+    frames += [box((a, -0.012, 0.1), (a + 0.045, 0, 0.71)) for a in (0.0, 0.255, 0.3, 0.555)]
+    drawer = box((0, -0.012, 0.71), (0.6, 0, 0.87))
+    pulls = [disc((x, -0.037, z), 0.014, 0.025) for x, z in ((0.3, 0.79), (0.275, 0.65), (0.325, 0.65))]
+    mesh = shell_of(*body, *frames, drawer, *pulls)
+    mesh = mesh.in_frame(given_frame(mesh, (0, 0, 1), (0, -1, 0)))
+    forests = load_models().front_forests
+    assert forests is not None
+    found = find_fronts(mesh, measure_relief(mesh, FRONT), FRONT, forests)
+    assert len(found) == 3
+    assert found[0][0].columns[0] < 10
+    assert found[0][0].rows[1] == found[1][0].rows[0]
