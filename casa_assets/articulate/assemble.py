@@ -47,6 +47,9 @@ MIN_VERTICES = 4
 # The most that a link weighs for the volume of its collision shapes, kg/m^3: sheets of a small thing would get the mass
 # of a large one. Ref: CRC Handbook of Chemistry and Physics, steel.
 MAX_DENSITY_KG_M3 = 7850.0
+# Sheets that stand for a hollow body enclose little: where shapes of steel are lighter than any thing of the kind,
+# their density may be this many times that of steel, which is what AST003 lets pass.
+MAX_SHEET_DENSITY_FACTOR = 2.4
 # Weight of the body per area over that of moving parts, since it carries motors, frames and insulation. A choice.
 BODY_WEIGHT_FACTOR = 2.0
 
@@ -81,8 +84,6 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
     owner = articulation.face_owner(len(mesh.faces))
     names = [ROOT, *(p.name for p in articulation.parts)]
     anchors = [np.zeros(3), *(place.point(np.array(p.joint.anchor)) for p in articulation.parts)]
-    total = float(mesh.areas.sum() + (BODY_WEIGHT_FACTOR - 1.0) * mesh.areas[owner < 0].sum())
-    mass = _mass(spec)
     shapes = build_colliders(
         place.points,
         mesh,
@@ -91,19 +92,23 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
         spec.substance.id,
         frozenset(map(names.index, spec.refit)),
     )
+    areas = np.bincount(owner + 1, mesh.areas, minlength=len(names))
+    areas[0] *= BODY_WEIGHT_FACTOR
+    heaviest = np.array([_heaviest(s.colliders) for s in shapes])
+    needed = 1.01 * spec.category.mass_kg.low / max(float(heaviest.sum()), 1e-9)
+    heaviest *= needed if 1.0 < needed <= MAX_SHEET_DENSITY_FACTOR else 1.0
+    weights = _weights(_mass(spec), areas, heaviest)
     links = []
     for i, name in enumerate(names):
         rows = np.flatnonzero(owner == i - 1)
         parent = None if i == 0 else (articulation.parts[i - 1].parent or ROOT)
         at = anchors[i] - (np.zeros(3) if parent is None else anchors[names.index(parent)])
-        share = max(float(mesh.areas[rows].sum()) * (1.0 if i else BODY_WEIGHT_FACTOR) / max(total, 1e-12), 1e-4)
-        weight = min(mass * share, _heaviest(shapes[i].colliders))
         links.append(
             Link(
                 name=name,
                 parent=parent,
                 pose=Pose(position=round7_vec3(at)),
-                inertial=_inertial(place.points - anchors[i], mesh.faces[rows], weight),
+                inertial=_inertial(place.points - anchors[i], mesh.faces[rows], float(weights[i])),
                 visuals=_visuals(model, place, owner == i - 1, articulation.parts[i - 1] if i else None, anchors[i]),
                 colliders=shapes[i].colliders,
             )
@@ -241,6 +246,22 @@ def _heaviest(colliders: tuple[Collider, ...]) -> float:
     if not colliders:
         return math.inf
     return MAX_DENSITY_KG_M3 * sum(hull_volume(tessellate(c.shape, c.pose)[0]) for c in colliders)
+
+
+def _weights(total: float, areas: Floats, heaviest: Floats) -> Floats:
+    """Return the (N,) masses of links: shares of a total by their areas, none over its heaviest, kg.
+
+    What is too much for one link goes to the others, as far as they can take it.
+    """
+    shares = np.maximum(areas / max(float(areas.sum()), 1e-12), 1e-4)
+    found: Floats = np.minimum(total * shares, heaviest)
+    for _ in range(len(areas)):
+        missing = total - float(found.sum())
+        room = heaviest - found > 1e-9
+        if missing <= 1e-9 or not room.any():
+            break
+        found = np.minimum(found + missing * np.where(room, shares, 0.0) / float(shares[room].sum()), heaviest)
+    return found
 
 
 def _inertial(points: Floats, faces: Ints, mass: float) -> Inertial:

@@ -35,8 +35,9 @@ OFTEN_STILL = frozenset({"table"})
 PART_WORDS = frozenset(
     {"door", "drawer", "knob", "hinge", "lever", "switch", "flap", "button", "dial", "faucet", "tap", "valve"}
 )
-# A front is seen where it is one with this probability.
-MIN_FRONT_PROBABILITY = 0.6
+# A front is seen where it is one with this probability; on a mesh of one piece, such as a scan, uneven sides show lines
+# that bound nothing.
+MIN_FRONT_PROBABILITY, MIN_FRONT_PROBABILITY_OF_ONE_PIECE = 0.5, 0.8
 # What is thinner is a sheet or a picture, diagonals.
 MIN_THICKNESS = 0.01
 # Least protrusion of a control, diagonals: less is a label or a printed mark.
@@ -82,16 +83,17 @@ def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, mod
         return [f"something {where} stands out like a handle"]
     if measured.count > 1 and _has_control(measured, side):
         return [f"something {where} stands out like a knob, a key or a lever"]
-    if side != TOP and _has_front(mesh, relief, side, models):
+    least = MIN_FRONT_PROBABILITY if measured.count > 1 else MIN_FRONT_PROBABILITY_OF_ONE_PIECE
+    if side != TOP and _has_front(mesh, relief, side, models, least):
         return [f"lines {where} run round what looks like a door or a drawer"]
     return []
 
 
-def _has_front(mesh: WeldedMesh, relief: SideRelief, side: int, models: Models) -> bool:
-    """Return whether a side has what is probably a front."""
+def _has_front(mesh: WeldedMesh, relief: SideRelief, side: int, models: Models, least: float) -> bool:
+    """Return whether a side has what is a front with a probability of at least `least`."""
     forests = models.front_forests
     fronts = [] if forests is None else find_fronts(mesh, relief, side, forests)
-    return any(chance is not None and chance >= MIN_FRONT_PROBABILITY for _, chance in fronts)
+    return any(chance is not None and chance >= least for _, chance in fronts)
 
 
 def _has_control(measured: MeasuredFragments, side: int) -> bool:

@@ -61,8 +61,10 @@ MAX_SEAT_BY_RADIUS, MIN_SEAT_OFFSET = 0.7, 0.3
 # Unevenness of a piece around an axis that it lies on: offset of its centre by its reach, and ratio of its spreads.
 MAX_OFF_CENTRE, MAX_SPREAD_RATIO = 0.15, 2.0
 # A spout that swivels rises over this share of the height of the faucet, and stands on a round seat: ratio of the
-# spreads of the contact, cosine of its normal from upright, radius in diagonals.
+# spreads of the contact, cosine of its normal from upright, radius in diagonals. One on the end of a round upright post
+# may rise less; it begins in the upper part of the post, by this share.
 MIN_SPOUT_RISE, MAX_SEAT_RATIO, MIN_SEAT_UPRIGHT, MAX_SEAT_RADIUS = 0.5, 2.2, 0.97, 0.1
+MIN_RISE_ON_POST, MIN_POST_SHARE = 0.1, 0.7
 # Range of a handle from its closed pose, a quarter turn; of a spout to each side.
 HANDLE_RANGE_RAD, SPOUT_RANGE_RAD = np.pi / 2, np.pi / 2
 
@@ -397,9 +399,19 @@ def _swivel(graph: PieceGraph, trunk: Trunk, handles: Sequence[FaucetHandle]) ->
         groups = graph.groups([i for i in range(len(pieces)) if i not in stays and i not in held])
         moving = next((g for g in groups if path[-1] in g), [])
         points = np.concatenate([pieces[i].points for i in moving])
-        if float(np.ptp(points[:, 2])) >= MIN_SPOUT_RISE * height:
+        rise = MIN_RISE_ON_POST if _is_on_post(pieces[path[k]], seat) else MIN_SPOUT_RISE
+        if float(np.ptp(points[:, 2])) >= rise * height:
             return moving, axis
     return None
+
+
+def _is_on_post(post: Piece, seat: Floats) -> bool:
+    """Return whether a contact lies at the upper end of a round upright piece."""
+    axis = post.turned
+    if axis is None or abs(float(axis.direction[2])) < MIN_SEAT_UPRIGHT:
+        return False
+    low, high = float(post.lower[2]), float(post.upper[2])
+    return float(seat[:, 2].mean()) >= low + MIN_POST_SHARE * (high - low)
 
 
 def _round_seat(seat: Floats, piece: Piece) -> Axis | None:

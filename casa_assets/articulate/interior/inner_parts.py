@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from casa_assets.articulate.fronts.panels import Panel
 from casa_assets.articulate.interior.hollow_parts import view_from_above
@@ -24,6 +25,7 @@ from casa_assets.articulate.segment.fragment_measures import (
 from casa_assets.articulate.segment.raster import render_depth
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.coverage import samples_with_faces
 
 # Longer side of the pictures in which openings are looked through, pixels.
 PIXELS = 256
@@ -49,6 +51,11 @@ MIN_RACK_COVER = 0.06
 # What is thinner than this share of the height of the door and as near to the floor of its cavity is a liner or a
 # heating element. Ref: baskets that stand on the floor are higher.
 FLOOR_SHARE = 0.03
+# A plate that meets other surfaces along this share of its left, right and back border is part of what lines the
+# cavity: racks rest on the sides alone, and baskets stand free. Width of a border and greatest gap to what it meets,
+# diagonals; samples of the plate and of what is around it.
+MIN_MEETING_SHARE, BORDER_DEPTH, MAX_BORDER_GAP = 0.7, 0.004, 0.006
+LINING_SAMPLES, SURROUNDINGS_SAMPLES = 4000, 40000
 
 
 @dataclass(frozen=True)
@@ -169,6 +176,7 @@ def _rack(
         or _is_board(lower, upper, group, measured.count)
         or _lies_on_floor(measured, side, group, door)
         or view_from_above(measured, group).covered < MIN_RACK_COVER
+        or _is_lining(measured, side, group)
     ):
         return None
     return InnerPart(tuple(group), False, False, 0.6, "a level rack behind a door that folds down")
@@ -195,6 +203,26 @@ def _lies_on_floor(measured: MeasuredFragments, side: int, group: list[int], doo
         return False
     a[1], b[1] = a[1] - reach, a[1]
     return _free_share(measured, side, group, door, a, b) < MIN_FREE_SHARE
+
+
+def _is_lining(measured: MeasuredFragments, side: int, group: list[int]) -> bool:
+    """Return whether a group meets other surfaces along its left, right and back border, as floors of cavities do."""
+    points, faces = measured.mesh.points @ SIDES[side].T, measured.mesh.faces
+    mine = np.zeros(len(faces), dtype=bool)
+    mine[measured.faces_of(group)] = True
+    own = samples_with_faces(points, faces[mine], LINING_SAMPLES)[0]
+    lower, upper = own.min(axis=0), own.max(axis=0)
+    corners = points[faces]
+    near = (corners.min(axis=1) <= upper + BORDER_DEPTH).all(axis=1)
+    near &= (corners.max(axis=1) >= lower - BORDER_DEPTH).all(axis=1) & ~mine & (measured.mesh.areas > 0.0)
+    if not near.any():
+        return False
+    around = cKDTree(samples_with_faces(points, faces[near], SURROUNDINGS_SAMPLES)[0])
+    for axis, end in ((0, lower[0]), (0, upper[0]), (2, upper[2])):
+        border = own[np.abs(own[:, axis] - end) < BORDER_DEPTH]
+        if not len(border) or float((around.query(border)[0] < MAX_BORDER_GAP).mean()) < MIN_MEETING_SHARE:
+            return False
+    return True
 
 
 def _free_share(

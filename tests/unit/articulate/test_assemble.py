@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3
+from casa_assets.articulate.assemble import MAX_DENSITY_KG_M3, _weights
 from casa_assets.articulate.colliders.build_colliders import build_colliders
 from casa_assets.articulate.frame.unit_scale import metres_per_unit
 from casa_assets.articulate.plan import Articulation, Frame, JointPlan, PartKind, PartPlan
@@ -101,6 +101,15 @@ def test_no_link_of_a_tiny_thing_weighs_more_than_steel(tmp_path: Path) -> None:
         assert link.inertial.mass <= MAX_DENSITY_KG_M3 * volume * (1 + 1e-6)
 
 
+def test_what_one_link_cannot_weigh_the_others_do() -> None:
+    areas, heaviest = np.array([3.0, 1.0, 0.0]), np.array([5.0, 100.0, 1.0])
+    weights = _weights(40.0, areas, heaviest)
+    assert weights[0] == 5.0
+    assert weights.sum() == pytest.approx(40.0)
+    assert (weights <= heaviest).all()
+    assert _weights(400.0, areas, heaviest).sum() == pytest.approx(106.0)
+
+
 def test_a_drawer_behind_the_front_of_another_waits_for_it() -> None:
     front, tub = box((0.0, -0.02, 0.0), (0.5, 0.0, 0.3)), box((0.02, 0.0, 0.02), (0.48, 0.4, 0.1))
     inner, beside = box((0.05, 0.01, 0.15), (0.45, 0.4, 0.25)), box((0.5, -0.02, 0.0), (0.9, 0.4, 0.3))
@@ -141,7 +150,7 @@ def test_a_rack_of_wires_is_touched_as_a_basket() -> None:
 def test_a_bare_cube_is_refused(tmp_path: Path) -> None:
     vertices, faces, _ = together(box((0, 0, 0), (1, 1, 1)))
     with pytest.raises(Rejected, match="no moving part found"):
-        build(wish(obj(tmp_path / "cube.obj", vertices, faces), tmp_path))
+        build(replace(wish(obj(tmp_path / "cube.obj", vertices, faces), tmp_path), category=""))
 
 
 def test_the_same_file_gives_the_same_asset(tmp_path: Path) -> None:
