@@ -92,7 +92,7 @@ def assemble(model: RawModel, mesh: WeldedMesh, articulation: Articulation, spec
         spec.substance.id,
         frozenset(map(names.index, spec.refit)),
     )
-    areas = np.bincount(owner + 1, mesh.areas, minlength=len(names))
+    areas = np.array([float(mesh.areas[owner == i - 1].sum()) for i in range(len(names))])
     areas[0] *= BODY_WEIGHT_FACTOR
     heaviest = np.array([_heaviest(s.colliders) for s in shapes])
     needed = 1.01 * spec.category.mass_kg.low / max(float(heaviest.sum()), 1e-9)

@@ -66,6 +66,8 @@ MIN_HOLLOW_SHARE = 0.4
 MIN_CONTROLS, MAX_CONTROL_PANEL_SHARE = 2, 0.4
 # The face of a remote control or a telephone: share of its side, depth of the thing by its longer side, controls on it.
 MIN_KEY_PAD_SHARE, MAX_KEY_PAD_DEPTH, MIN_KEY_PAD_CONTROLS = 0.7, 0.35, 3
+# A sheet that is no thicker, diagonals, and at least this share of the side wide is the face of the case itself.
+MAX_FACE_DEPTH, MIN_FACE_WIDTH_SHARE = 0.002, 0.97
 # Most handles of one front: a wide drawer has two.
 MAX_HANDLES = 2
 # Confidence of a front that only the kind of its thing makes one.
@@ -405,6 +407,8 @@ def select_opening_panels(
             continue
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
             continue
+        if not p.grips and p.controls >= MIN_CONTROLS and _is_face_of_case(p, float(whole[0])):
+            continue
         strip = p.height < MAX_STRIP_SHARE * whole[1] or p.width < MAX_STRIP_SHARE * whole[0]
         if p.grips and _handle_count(p, lower, upper) > MAX_HANDLES:
             out.append((p, 0.5, "has several handles, as fronts have that are one piece"))
@@ -429,6 +433,11 @@ def select_opening_panels(
         beside = None if out else door_beside_controls(measured, side, panels, controls)
         out += [] if beside is None else [(beside, DOUBTFUL, "lies beside the controls like a door")]
     return out
+
+
+def _is_face_of_case(panel: Panel, width: float) -> bool:
+    """Return whether a panel is a sheet without thickness that is as wide as the side, as a face of its case is."""
+    return float(panel.upper[2] - panel.lower[2]) <= MAX_FACE_DEPTH and panel.width >= MIN_FACE_WIDTH_SHARE * width
 
 
 def _is_key_pad(panel: Panel, whole: Floats) -> bool:

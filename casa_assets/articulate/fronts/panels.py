@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.articulate.controls.controls import depth_around, has_round_outline
 from casa_assets.articulate.interior.hollow_parts import view_from_above
@@ -56,6 +57,8 @@ MIN_BLOCK_DEPTH_SHARE, MAX_BLOCK_ASIDE_SHARE, MIN_BLOCK_SEEN_SHARE = 0.5, 0.35, 
 # Such a block is closed where its front is sunk by this share of its depth at most, over this share of it, in a picture
 # of so many pixels along the longer side.
 MAX_SUNK_SHARE, MIN_CLOSED_SHARE, CLOSED_PIXELS = 0.1, 0.8, 64
+# The convex outline of a panel is at least this share of its rectangle: of a round one it is .79, of a triangle .5.
+MIN_HULL_SHARE = 0.65
 # Fragments within this much of a rectangle lie inside it, diagonals.
 INSIDE_TOLERANCE = 0.006
 # Fronts that are let into a board begin where it begins, within this, diagonals; panes lie deeper in their frames.
@@ -157,7 +160,17 @@ def find_panels(measured: MeasuredFragments, side: int, without: Sequence[int] =
     panels = [_panel(measured, side, lower, upper, g) for g in plates]
     for p in panels:
         p.is_recessed = float(p.lower[2] - lower[:, 2].min()) > MAX_START_DEPTH * extent[2]
-    return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height]
+    return [p for p in panels if p.visible_area >= 0.12 * p.width * p.height and _fills_rectangle(measured, side, p)]
+
+
+def _fills_rectangle(measured: MeasuredFragments, side: int, panel: Panel) -> bool:
+    """Return whether the outline of the largest piece of a panel is about a rectangle, and no triangle of a face."""
+    flat = measured.points_of(panel.members[:1]) @ SIDES[side][:2].T
+    try:
+        hull = float(ConvexHull(flat).volume)
+    except QhullError:
+        return False
+    return hull >= MIN_HULL_SHARE * float(np.prod(np.ptp(flat, axis=0)))
 
 
 def _carry_handles(measured: MeasuredFragments, side: int, rows: list[int]) -> Bools:
