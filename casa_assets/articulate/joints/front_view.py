@@ -109,7 +109,7 @@ class FrontView:
 
     Attributes:
         handle: of the front, None where it has none. box_depth: how far its box reaches behind it, or that of another
-            front of its size in its column, diagonals.
+            front of its size and with such a handle in its column, diagonals.
         lower, upper: (3,) corners of the whole thing in (u, v, w).
         fronts: panels that open, itself among them. handles: of those, in their order.
         still: panels that do not open. controls: (C, 2) middles of knobs and keys that are no handles.
@@ -173,7 +173,11 @@ def view_fronts(
         FrontView(
             panel=p,
             handle=h,
-            box_depth=max(box_depth(measured, side, o) for o in fronts if _are_alike(o, p)),
+            box_depth=max(
+                box_depth(measured, side, o)
+                for o, g in zip(fronts, handles, strict=True)
+                if o is p or (_are_alike(o, p) and _have_like_handles(g, h))
+            ),
             lower=lower.min(axis=0),
             upper=upper.max(axis=0),
             fronts=fronts,
@@ -316,8 +320,15 @@ def _in_column(a: Panel, b: Panel) -> bool:
 
 
 def _are_alike(a: Panel, b: Panel) -> bool:
-    """Return whether two panels are one, or of one size in one column."""
-    return a is b or (_in_column(a, b) and abs(a.height - b.height) < SAME_PLACE)
+    """Return whether two panels are of one size in one column."""
+    return _in_column(a, b) and abs(a.height - b.height) < SAME_PLACE
+
+
+def _have_like_handles(a: PanelHandle | None, b: PanelHandle | None) -> bool:
+    """Return whether two fronts have their handles at the same place, or none."""
+    if a is None or b is None:
+        return a is b
+    return bool(np.abs(a.middle - b.middle).max() < CENTRED)
 
 
 def drawer_features(view: FrontView) -> Floats:
