@@ -43,6 +43,8 @@ FULL_SOURCE, MOST_OF_GROUP = 40, 4
 TREES, LEAVES, FEWEST_AT_LEAF = 60, 400, 10
 # What has no joint in its file and, by a forest that has not seen it, is neither with at most this probability.
 MAX_CHANCE_OF_NEITHER = 0.3
+# Of so many alike, as the keys of a keyboard, that some forest tells from the others at all is enough.
+MIN_KEYBOARD = 12
 OWN = ("scenes", "drawn", "own")
 KIND_NUMBER = {None: NEITHER, PartKind.KNOB: KNOB, PartKind.BUTTON: KEY}
 
@@ -73,7 +75,9 @@ class Table:
     def leave_out_doubtful(self, chances: Floats) -> None:
         """Learn nothing of what has no joint in its file, but surely looks like a knob or a key: many files omit it."""
         unlabelled = (self.types == NEITHER) & ~np.isin(self.source, OWN)
-        self.learnable &= ~(unlabelled & (chances[:, NEITHER] <= MAX_CHANCE_OF_NEITHER))
+        in_grid = self.features[:, CONTROL_FEATURES.index("group_count")] >= MIN_KEYBOARD
+        doubtful = np.where(in_grid, decided(chances) != NEITHER, chances[:, NEITHER] <= MAX_CHANCE_OF_NEITHER)
+        self.learnable &= ~(unlabelled & doubtful)
 
     def _weights(self) -> Floats:
         weight = np.ones(len(self.types))

@@ -185,6 +185,19 @@ def knob_row(scene: Scene, rng: Rng, left: float, right: float, z: float, y: flo
             _ticks(scene, rng, float(x), z, y, width)
 
 
+def dials_with_keys(scene: Scene, rng: Rng, width: float, z: float, y: float) -> None:
+    """One or two dials, each with a smaller round push button or two beside it, as on toasters and coffee machines."""
+    dial, count, keys = float(rng.uniform(0.09, 0.18)) * width, int(rng.integers(1, 3)), int(rng.integers(1, 3))
+    draw, small = _knob_style(rng), float(rng.uniform(0.35, 0.75)) * dial
+    corners, reach = int(rng.choice([8, 12, 16, 24, 32])), float(rng.uniform(0.3, 1.6)) * small
+    away, lift = float(rng.uniform(0.75, 1.3)) * dial, float(rng.choice([0.0, rng.uniform(-1.0, 1.0)])) * dial
+    sides = rng.permutation([-1.0, 1.0])[:keys]
+    for x in ([0.0], [-0.22 * width, 0.22 * width])[count - 1]:
+        draw(scene, x, z, y, dial)
+        for side in sides:
+            scene.prism(ngon(x + float(side) * away, z + lift, small, small, corners), y - reach, y + 0.1 * small, KEY)
+
+
 def _ticks(scene: Scene, rng: Rng, x: float, z: float, y: float, width: float) -> None:
     """Marks around a knob, printed or raised a little."""
     count, raised = int(rng.integers(4, 12)), float(rng.choice([0.0003, 0.001]))
@@ -498,7 +511,9 @@ def small_appliance(rng: Rng) -> Scene:
     w, d, h = rng.uniform(0.18, 0.4), rng.uniform(0.15, 0.4), rng.uniform(0.15, 0.45)
     _body(scene, w, d, h)
     z, y = float(rng.uniform(0.15, 0.85)) * h, 0.0
-    if rng.random() < 0.6:
+    if rng.random() < 0.3:
+        dials_with_keys(scene, rng, w, z, y)
+    elif rng.random() < 0.6:
         knob_row(scene, rng, -0.4 * w, 0.4 * w, z, y, float(rng.uniform(0.1, 0.22)) * w, int(rng.integers(1, 4)))
         z = float(np.clip(z + rng.choice([-1, 1]) * 0.3 * h, 0.1 * h, 0.9 * h))
     if rng.random() < 0.6:
