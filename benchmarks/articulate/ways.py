@@ -22,7 +22,7 @@ from typing import Any
 
 from benchmarks.articulate.confidence import confidence_row
 from benchmarks.articulate.scoring.score import frame_is_right, load_score, prediction
-from casa_assets.articulate.choose_plan import best_score, candidate_plans, plan_score
+from casa_assets.articulate.choose_plan import best_score, candidate_plans, needed_advantage, plan_score
 from casa_assets.articulate.frame.axes import guess_frame
 from casa_assets.articulate.segment.segmentations import Segmentation
 from casa_assets.articulate.segment.welded_mesh import weld_triangles
@@ -58,7 +58,8 @@ def case_plans(job: tuple[Path, str, str, Path | None]) -> Case:
 
 def chosen(case: Case) -> dict[str, Any]:
     """The plan that the tool takes."""
-    return dict(case["plans"][best_score([p["score"] for p in case["plans"]])])
+    advantage = needed_advantage(len(case["plans"][0]["sure"]["parts"]))
+    return dict(case["plans"][best_score([p["score"] for p in case["plans"]], advantage)])
 
 
 def chosen_with(case: Case, least: float, advantage: float) -> dict[str, Any]:

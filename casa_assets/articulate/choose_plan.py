@@ -53,7 +53,7 @@ def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Mode
         models: what was learned from labelled cases; None to go by rules alone.
     """
     plans = candidate_plans(mesh, frame, category, models)
-    advantage = MIN_ADVANTAGE if plans[0].articulation.parts else MIN_ADVANTAGE_OVER_NOTHING
+    advantage = needed_advantage(len(plans[0].articulation.parts))
     best = plans[best_score([plan.score for plan in plans], advantage)]
     # What is cut off needlessly may go with the wrong part: the rim of an oven with its door.
     whole = (p for p in plans if p.way is Segmentation.WELDED and _is_the_same(mesh, p.articulation, best.articulation))
@@ -63,6 +63,11 @@ def choose_plan(mesh: WeldedMesh, frame: Frame, category: str = "", models: Mode
 def plan_score(confidences: Iterable[float], least: float = LEAST_CONFIDENCE) -> float:
     """Return the score of a plan whose parts have these confidences."""
     return sum(confidence - least for confidence in confidences)
+
+
+def needed_advantage(parts_of_first: int) -> float:
+    """Return by how much a plan has to be better than the first one, which has this many parts."""
+    return MIN_ADVANTAGE if parts_of_first else MIN_ADVANTAGE_OVER_NOTHING
 
 
 def best_score(scores: Sequence[float], advantage: float = MIN_ADVANTAGE) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.articulate.choose_plan import best_score
+from casa_assets.articulate.choose_plan import best_score, needed_advantage
 from casa_assets.articulate.segment.flat_sheets import find_flat_sheets, split_at_holes
 from casa_assets.articulate.segment.segmentations import Segmentation, segmentations
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh, weld_triangles
@@ -62,6 +62,9 @@ def test_another_plan_is_taken_where_it_is_clearly_better_than_the_first() -> No
     assert best_score([1.0, 1.4]) == 0
     assert best_score([1.0, 1.7, 1.6]) == 1
     assert best_score([0.0]) == 0
+    # Over a plan without any part a part that is rather sure is enough.
+    assert best_score([0.0, 0.3], needed_advantage(0)) == 1
+    assert best_score([0.1, 0.4], needed_advantage(1)) == 0
 
 
 def test_a_mesh_that_winds_inwards_has_the_same_creases() -> None:
