@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.controls.classify import check_forest, pooled
+from casa_assets.articulate.controls.classify import check_forest, decided, pooled
 from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.controls.groups import group_controls
 from casa_assets.articulate.frame.axes import given_frame
@@ -72,6 +72,11 @@ def test_a_group_is_told_by_the_mean_of_its_members() -> None:
     told = pooled(np.array([[0.2, 0.7, 0.1], [0.2, 0.7, 0.1], [0.1, 0.3, 0.6]]))
     assert told.argmax() == 1
     assert told.sum() == pytest.approx(1.0)
+
+
+def test_what_is_surely_a_control_is_the_likelier_of_the_two() -> None:
+    chances = np.array([[0.5, 0.4, 0.1], [0.2, 0.38, 0.42], [0.52, 0.02, 0.46], [0.45, 0.3, 0.25]])
+    assert decided(chances).tolist() == [0, 2, 2, 0]
 
 
 def test_a_forest_gives_the_mean_of_its_trees() -> None:
