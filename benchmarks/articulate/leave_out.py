@@ -33,6 +33,7 @@ from casa_assets.articulate.models import Models
 
 NOTHING = "nothing left out"
 SCENES, DRAWINGS = 1500, 20
+VARIANTS = ("input", "fused")
 Row = dict[str, Any]
 
 
@@ -42,7 +43,7 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, required=True)
     parser.add_argument("--cases", type=Path, help="Folder in which the benchmark is unpacked, or to unpack it in.")
     parser.add_argument("--own", type=Path, nargs="*", default=[], help="Folders of a manner each, with cases/.")
-    parser.add_argument("--variant", nargs="+", default=["input", "fused"])
+    parser.add_argument("--variant", nargs="+", default=[*VARIANTS])
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args()
     args.keep.mkdir(parents=True, exist_ok=True)
@@ -71,7 +72,7 @@ def gather(keep: Path, bench: Path, own: Sequence[Path], jobs: int) -> None:
 def hinge_samples(keep: Path, folder: Path) -> list[hinges.Front]:
     """The fronts of a folder of cases that teach hinges and drawers."""
     found: list[hinges.Front] = cached(
-        keep / f"hinges_{'_'.join(folder.resolve().parts[-3:])}.pickle", lambda: hinges.gathered([folder], "input")[0]
+        keep / f"hinges_{'_'.join(folder.resolve().parts[-3:])}.pickle", lambda: hinges.gathered([folder], VARIANTS)[0]
     )
     return found
 

@@ -24,7 +24,15 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from benchmarks.articulate.cases.plain.draw import KINDS
 from benchmarks.articulate.scoring.score import load_score, unpacked
-from benchmarks.train.control_cases.samples import SKIP, Samples, cached, case_samples, drawn_samples, scene_samples
+from benchmarks.train.control_cases.samples import (
+    SKIP,
+    Samples,
+    cached,
+    case_samples,
+    drawn_samples,
+    fused_scene_samples,
+    scene_samples,
+)
 from benchmarks.train.control_cases.scenes import KEY, KNOB, NEITHER
 from benchmarks.train.forest_file import write_forest
 from casa_assets.articulate.controls.classify import CONTROL_CLASSES, decided, pooled
@@ -37,9 +45,12 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 SEED, FOLDS = 4, 5
-# Scenes and own families weigh as much together as the sources of the benchmark do; a source of few controls weighs
-# less. Of a large group, so many members are learned from.
-FULL_SOURCE, MOST_OF_GROUP = 40, 4
+# So many of the scenes and drawings are also learned from as shells, which take a hundred times as long to measure.
+SHARE_OF_SHELLS = 0.27
+# The sources of the benchmark weigh so much together by what scenes and own families do: with more, what one source
+# does alone is learned (with .5, knobs and keys of shells of a source left out are confused a fifth less often than
+# with 1). A source of few controls weighs less. Of a large group, so many members are learned from.
+SHARE_OF_BENCHMARK, FULL_SOURCE, MOST_OF_GROUP = 0.5, 40, 4
 TREES, LEAVES, FEWEST_AT_LEAF = 60, 400, 10
 # What has no joint in its file and, by a forest that has not seen it, is neither with at most this probability.
 MAX_CHANCE_OF_NEITHER = 0.3
@@ -85,7 +96,7 @@ class Table:
         others = np.unique(self.source[~own])
         for name in others:
             rows = (self.source == name) & self.learnable
-            share = min(1.0, rows.sum() / FULL_SOURCE) / len(others)
+            share = SHARE_OF_BENCHMARK * min(1.0, rows.sum() / FULL_SOURCE) / len(others)
             weight[rows] = share * (own & self.learnable).sum() / max(rows.sum(), 1)
         return weight
 
@@ -172,6 +183,7 @@ def gathered(keep: Path, bench: Path, own: Sequence[Path], scenes: int, drawings
     found += cached(
         keep / f"drawn_{drawings}.pickle", lambda: [s for kind, i in plain for s in drawn_samples(kind, SEED, i)]
     )
+    found += shells(keep, round(SHARE_OF_SHELLS * scenes), round(SHARE_OF_SHELLS * drawings))
     for variant in ("input", "fused"):
         found += cached(keep / f"bench_{variant}.pickle", lambda v=variant: cases(bench, v, False))
     for folder in own:
@@ -179,6 +191,22 @@ def gathered(keep: Path, bench: Path, own: Sequence[Path], scenes: int, drawings
             stored = keep / f"own_{'_'.join(folder.parts[-3:])}_{variant}.pickle"
             found += cached(stored, lambda f=folder, v=variant: cases(f, v, True))
     return found
+
+
+def shells(keep: Path, scenes: int, drawings: int) -> list[Samples]:
+    """The samples of scenes and of plain drawings as one shell of cubes each.
+
+    Args:
+        keep: folder that stores them. drawings: of each kind.
+    """
+    plain = [(kind, i) for kind in KINDS for i in range(drawings)]
+    found: list[Samples] = cached(
+        keep / f"fused_scenes_{scenes}.pickle", lambda: [s for i in range(scenes) for s in fused_scene_samples(SEED, i)]
+    )
+    return found + cached(
+        keep / f"fused_drawn_{drawings}.pickle",
+        lambda: [s for kind, i in plain for s in drawn_samples(kind, SEED, i, as_shell=True)],
+    )
 
 
 def fitted(samples: Sequence[Samples], verbose: bool = False) -> ExtraTreesClassifier:

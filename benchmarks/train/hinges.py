@@ -1,6 +1,6 @@
 """Weights of the hinge edge of a door, and of a front being a drawer, learned from labelled cases.
 
-    ./dev bench train_hinges CASES... [--variant input] [--kinds]
+    ./dev bench train_hinges CASES... [--variant input fused] [--kinds]
 
 CASES are folders of cases in the form of the articulation benchmark (with `index.json`): its open cases, those of
 `benchmarks/articulate/draw.py` (each manner is a folder). Each front that the tool finds in the true frame
@@ -63,10 +63,10 @@ FOR_DRAWER = frozenset(
 AGAINST_DRAWER = frozenset(
     {"shelf_behind", "covers_front", "handle_aside", "handle_upright", "handle_low", "height_share"}
 )
-# A piece that is deep and seen from its front alone is a drawer whatever its kind: least weight, log odds.
-LEAST = {"deep": 4.0}
-# No set has enough doors of fridges to learn this from.
-SET_BY_HAND = {"handles_face": -1.5}
+# A piece that is deep and seen from its front alone is a drawer whatever its kind; so is, mostly, what is as wide as
+# two doors above it or low beside a larger front, where a door would be a flap: least weights, log odds. With a shelf
+# right behind it a front has no room for a box: greatest weight. Choices: few cases have such fronts.
+LEAST, MOST = {"deep": 4.0, "under_pair": 2.0, "low_beside_larger": 1.5}, {"shelf_behind": -2.0}
 # Least overlap of the surfaces of a front and of a part of the ground truth.
 MIN_OVERLAP = 0.5
 
@@ -110,10 +110,11 @@ def fronts_of(case: Any, row: Mapping[str, Any]) -> tuple[list[Front], Mapping[s
     guesses = []
     for labels in segmentations(placed).values():
         split = fragment_mesh(placed, labels)
-        collector = PartCollector(measure_fragments(placed, split.labels, images=images))
+        collector = PartCollector(measure_fragments(placed, split.labels, images=images), split.fronts)
         measured = collector.measured
         seen = look_at_front(collector)
-        chosen = [p for p, _, _ in select_opening_panels(measured, FRONT, seen.panels, seen.controls)]
+        panels = select_opening_panels(measured, FRONT, seen.panels, seen.controls, collector.known)
+        chosen = [p for p, _, _ in panels]
         views = view_fronts(measured, FRONT, chosen, seen.panels, seen.controls)
         traits = traits_of_views(measured, views, seen)
         x, y, z = (float(v) for v in np.ptp(measured.mesh.points, axis=0))
@@ -194,8 +195,11 @@ def _weights(fronts: Sequence[Front]) -> Floats:
 
 def _fitted(loss: Any, names: Sequence[str], plus: frozenset[str], minus: frozenset[str]) -> Floats:
     """Return the weights of least loss, with the signs that they may have."""
-    start = np.array([LEAST.get(n, 0.0) for n in names])
-    bounds = [(LEAST.get(n, 0.0), None) if n in plus else (None, 0.0) if n in minus else (None, None) for n in names]
+    start = np.array([LEAST.get(n, MOST.get(n, 0.0)) for n in names])
+    bounds = [
+        (LEAST.get(n, 0.0) if n in plus or n in LEAST else None, MOST.get(n, 0.0) if n in minus or n in MOST else None)
+        for n in names
+    ]
     found: Floats = minimize(loss, start, jac=True, bounds=bounds, method="L-BFGS-B").x
     return found
 
@@ -236,7 +240,7 @@ def report(title: str, fronts: Sequence[Front], fit: Any, right: Any) -> Floats:
     return weights
 
 
-def gathered(folders: Sequence[Path], variant: str) -> tuple[list[Front], list[tuple[str, str, float]]]:
+def gathered(folders: Sequence[Path], variants: Sequence[str]) -> tuple[list[Front], list[tuple[str, str, float]]]:
     """The fronts of folders of cases that teach; and of each case its category, the likeliest kind, how likely."""
     fronts: list[Front] = []
     guesses: list[tuple[str, str, float]] = []
@@ -245,17 +249,18 @@ def gathered(folders: Sequence[Path], variant: str) -> tuple[list[Front], list[t
         for row in json.loads((folder / "index.json").read_text())["cases"]:
             truth_ = json.loads((folder / row["name"] / "gt.json").read_text())
             row = {"category": truth_["category"]} | row
-            found, kinds = fronts_of(score.Case(str(folder / row["name"]), variant), row)
-            fronts += found
-            best = max(kinds, key=lambda k: kinds[k])
-            guesses.append((row["category"], best, kinds[best]))
+            for variant in variants:
+                found, kinds = fronts_of(score.Case(str(folder / row["name"]), variant), row)
+                fronts += found
+                best = max(kinds, key=lambda k: kinds[k])
+                guesses.append((row["category"], best, kinds[best]))
     return fronts, guesses
 
 
 def weight_tables(fronts: Sequence[Front]) -> tuple[dict[str, float], dict[str, float]]:
-    """The weights of hinge edges and of drawers that fronts teach, with those that are set by hand."""
+    """The weights of hinge edges and of drawers that fronts teach."""
     edges = _table(EDGE_FEATURES, fit_edges([f for f in fronts if f.edge is not None]))
-    return edges | SET_BY_HAND, _table(DRAWER_FEATURES, fit_drawers(fronts))
+    return edges, _table(DRAWER_FEATURES, fit_drawers(fronts))
 
 
 def _table(names: Sequence[str], weights: Floats) -> dict[str, float]:
@@ -267,7 +272,7 @@ def main() -> None:
     """Look, fit, print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("cases", nargs="+", type=Path)
-    parser.add_argument("--variant", default="input")
+    parser.add_argument("--variant", nargs="+", default=["input", "fused"])
     parser.add_argument("--kinds", action="store_true")
     args = parser.parse_args()
     fronts, guesses = gathered(args.cases, args.variant)

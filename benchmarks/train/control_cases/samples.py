@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from benchmarks.articulate.cases.labelled import AXES
+from benchmarks.articulate.cases.fuse import fused
+from benchmarks.articulate.cases.labelled import AXES, LabelledMesh
 from benchmarks.articulate.cases.plain.draw import draw
 from benchmarks.train.control_cases.scenes import KEY, KNOB, NEITHER, draw_scene
 from casa_assets.articulate.controls.controls import Control, find_controls
@@ -103,9 +104,27 @@ def scene_samples(seed: int, index: int) -> list[Samples]:
     return list(samples_of(f"{kind}_{index}", "scenes", measure_fragments(mesh, mesh.fragment_labels), sides))
 
 
-def drawn_samples(kind: str, seed: int, index: int) -> list[Samples]:
-    """The controls of a plain drawing, whose bodies, doors and interiors are more like real ones."""
+def fused_scene_samples(seed: int, index: int) -> list[Samples]:
+    """The controls of a drawn scene as one shell of cubes."""
+    kind, points, faces, labels = draw_scene(seed, index)
+    parts = [{"id": KNOB, "type": "knob", "scored": True}, {"id": KEY, "type": "button", "scored": True}]
+    for part in parts:
+        part["joint"] = {"axis": [0.0, 0.0, 1.0] if kind == "hob" else [0.0, 1.0, 0.0]}
+    truth = {"name": f"{kind}_{index}.fused", "up": "+Z", "front": "-Y", "parts": parts}
+    shell = fused(LabelledMesh(points, faces, labels, np.zeros(len(faces), dtype=bool), truth))[1]
+    return _labelled("scenes", truth, shell.points, shell.faces, shell.part)
+
+
+def drawn_samples(kind: str, seed: int, index: int, as_shell: bool = False) -> list[Samples]:
+    """The controls of a plain drawing, whose bodies, doors and interiors are more like real ones.
+
+    Args:
+        as_shell: as one shell of cubes.
+    """
     mesh = draw(kind, seed, index)
+    if as_shell:
+        mesh = fused(mesh)[1]
+        mesh.truth["name"] = f"{mesh.truth['name']}.fused"
     return _labelled("drawn", mesh.truth, mesh.points, mesh.faces, mesh.part)
 
 

@@ -25,9 +25,9 @@ LEAST_PROBABILITY = 1e-4
 # Probability from which on something is a knob or a key. Ref: with its source left out, of what is told at .45 to .50 a
 # quarter is right, of what is told at .50 to .60 three quarters (benchmarks/train/controls.py).
 MIN_PROBABILITY = 0.45
-# What is neither with at most this probability is the likelier of the two, unsure as that may be. Ref: with its source
-# left out, of 63 such things none was neither; without this rule whole rows of knobs of fused shells were lost.
-MAX_PROBABILITY_OF_NEITHER = 0.4
+# What is neither with at most this probability is the likelier of the two, unsure as that may be: without this rule
+# whole rows of knobs of fused shells were lost. From a third on, the forest says nothing.
+MAX_PROBABILITY_OF_NEITHER = 0.3
 # What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
 # are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
 MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3

@@ -42,11 +42,11 @@ MAX_NEIGHBOURS, INSIDE_SHARE = 400, 0.85
 # Most hypotheses among which the best set is looked for.
 MAX_CHOICE = 60
 # A rectangle is a front from these log odds on.
-MIN_SCORE = 0.0
+MIN_SCORE = -0.5
 # What is less likely by itself is a front, too, from these log odds on, where it is in line with fronts beside it, and
 # flush (but for what is sunk in their frames), within so many diagonals, and its pull has the size of theirs but for
 # this share.
-COMPLETING_SCORE, IN_LINE_SLACK, FLUSH_SLACK, ALIKE_PULLS = -1.1, 0.008, 0.02, 0.25
+COMPLETING_SCORE, IN_LINE_SLACK, FLUSH_SLACK, ALIKE_PULLS = -1.6, 0.008, 0.02, 0.25
 # Score of a neighbour that is not there, log odds; and the bound of probabilities.
 NO_NEIGHBOUR, LEAST_PROBABILITY = -4.0, 0.002
 
@@ -107,6 +107,7 @@ FEATURES = (
     "bare_support",
     "no_bars_at_all",
     "bare_among_bars",
+    "pull_fit",
 )
 CONTEXT = ("mirrored", "stacked", "beside", "inside_better", "around_better")
 
@@ -187,18 +188,19 @@ def propose_fronts(mesh: WeldedMesh, relief: SideRelief, side: int, given: Seque
     level = line_table(level_maps, level_at, upright_at, pixel)
     upright = line_table(upright_maps, upright_at, level_at, pixel)
     top, bottom, left, right = _pairs(level_at, upright_at, max(4, round(MIN_SIDE / pixel)))
-    wanted = {(*m.rows, *m.columns) for m in given}
+    wanted = {(*m.rows, *m.columns): m.fit for m in given}
     ends = np.stack([level_at[top], level_at[bottom], upright_at[left], upright_at[right]], axis=1)
     is_given = np.array([tuple(e) in wanted for e in ends.tolist()], dtype=bool)
+    fit = np.array([wanted.get(tuple(e), 0.0) for e in ends.tolist()])
     support = _support(level, upright, top, bottom, left, right)
     kept = is_given | (support.max(axis=2).min(axis=1) >= MIN_SUPPORT)
     pick = np.flatnonzero(kept & (_coverage(relief, ends) >= MIN_COVERAGE))
     if len(pick) > MAX_RECTANGLES:
         rank = np.where(is_given[pick], 2.0, np.sort(support[pick].max(axis=2), axis=1)[:, :2].sum(axis=1) / 2)
         pick = pick[np.argsort(-rank, kind="stable")[:MAX_RECTANGLES]]
-    ends, is_given = ends[pick], is_given[pick]
+    ends, is_given, fit = ends[pick], is_given[pick], fit[pick]
     index = top[pick], bottom[pick], left[pick], right[pick]
-    features = _features(mesh, relief, side, ends, is_given, level, upright, index)
+    features = _features(mesh, relief, side, ends, (is_given, fit), level, upright, index)
     seen = np.flatnonzero((relief.depth < BACKGROUND_DEPTH / 2).any(axis=0))
     turn = float(seen[0] + seen[-1] + 1) if len(seen) else 0.0
     return FrontHypotheses(ends[:, :2], ends[:, 2:], features, turn, pixel)
@@ -260,15 +262,20 @@ def _features(
     relief: SideRelief,
     side: int,
     ends: Ints,
-    is_given: Bools,
+    given: tuple[Bools, Floats],
     level: LineTable,
     upright: LineTable,
     index: tuple[Ints, Ints, Ints, Ints],
 ) -> Floats:
-    """Return the (N, K) features of rectangles."""
+    """Return the (N, K) features of rectangles.
+
+    Args:
+        given: (N,) whether each was given, and how well its pull is placed on it.
+    """
     named = {
         "constant": np.ones(len(ends)),
-        "given": is_given.astype(np.float64),
+        "given": given[0].astype(np.float64),
+        "pull_fit": given[1],
         **_edge_features(relief, level, upright, index),
         **_surface_features(mesh, relief, side, ends),
         **_size_features(relief, ends),

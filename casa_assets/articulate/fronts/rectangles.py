@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import find_objects, label
 
+from casa_assets.articulate.fronts.pull_partition import Item, part_between_pulls
 from casa_assets.articulate.segment.creases import BACKGROUND_DEPTH, MIN_DEPTH_STEP, Protrusion, SideRelief, edge_lines
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
@@ -30,11 +33,11 @@ MAX_PROTRUSION = 0.13
 SURE_HANDLE_PROTRUSION, HANDLE_MARGIN, FLAT_MARGIN, MIN_SURROUNDED_SHARE = 0.024, 0.012, 0.03, 0.97
 # Handles whose middles differ by less lie in one row or column, diagonals.
 SAME_ROW = 0.04
+# A handle that is too short for a bar is at least so much longer than thick, beside bars as thick as it is.
+MIN_STUB_RATIO = 1.6
 # Most pulls, width of their rectangle as a share of the side, tolerance of their sizes, and how many in a row are
 # controls instead.
 MAX_PULLS, MIN_WIDTH_SHARE, SIZE_TOLERANCE, MIN_CONTROLS_IN_ROW = 10, 0.45, 0.3, 3
-# Distance of a pull from a side of its front, or from its middle, by the width of the front.
-MAX_SIDE_OFFSET, MAX_CENTRE_OFFSET = 0.25, 0.12
 # The frame around a recess is this quantile of depth; least size and greatest depth of a recess, diagonals, and the
 # share of its rectangle that it fills.
 FRAME_DEPTH_QUANTILE, MIN_SUNK_SIDE, MAX_SUNK_DEPTH, MIN_SUNK_FILL = 0.15, 0.04, 0.05, 0.85
@@ -46,12 +49,14 @@ class FrontRectangle:
 
     Attributes:
         plane: median depth of its ground. blobs: numbers of the things whose middle lies in it.
+        fit: how well its pull is placed on it, 0 to 1, where it was parted from others by their pulls; else 0.
     """
 
     rows: tuple[int, int]
     columns: tuple[int, int]
     plane: float = 0.0
     blobs: tuple[int, ...] = ()
+    fit: float = 0.0
 
 
 def find_front_rectangles(side: SideRelief) -> list[FrontRectangle]:
@@ -123,12 +128,7 @@ def _at_column(rectangle: FrontRectangle, column: int) -> list[FrontRectangle]:
 
 def _inside(side: SideRelief, rectangle: FrontRectangle) -> list[Protrusion]:
     """Return the protrusions whose middle is in a rectangle."""
-    return [
-        b
-        for b in side.blobs
-        if rectangle.rows[0] <= sum(b.rows) / 2 < rectangle.rows[1]
-        and rectangle.columns[0] <= sum(b.columns) / 2 < rectangle.columns[1]
-    ]
+    return [b for b in side.blobs if _lies_in(b, (rectangle.rows, rectangle.columns))]
 
 
 def is_bar(blob: Protrusion) -> bool:
@@ -155,57 +155,80 @@ def is_surrounded(side: SideRelief, blob: Protrusion, away: float) -> bool:
     return float(ring.mean()) >= MIN_SURROUNDED_SHARE
 
 
-def _held(side: SideRelief, rectangle: FrontRectangle, drawn: bool = False) -> list[FrontRectangle]:
-    """Split a rectangle without seams so that each part has one handle, and none shares a part with controls.
-
-    Args:
-        drawn: it is part of one that had pulls.
-    """
+def _held(side: SideRelief, rectangle: FrontRectangle) -> list[FrontRectangle]:
+    """Split a rectangle without seams so that each part has one handle, and none shares a part with controls."""
     inside = _inside(side, rectangle)
+    pulls = _pulls(side, rectangle, inside)
+    others = [b for b in inside if not any(b is p for p in pulls)]
+    if others and any(is_bar(b) for b in pulls):
+        parts = _band(rectangle, pulls, others)
+        if parts:
+            return [m for part in parts for m in _held(side, part)]
+    if len(pulls) < 2:
+        return [rectangle]
+    sunk = [s for s in _sunk(side, rectangle) if sum(_lies_in(b, s) for b in pulls) == 1]
+    items = [_item(b, sunk) for b in pulls] + _rooms(side, rectangle)
+    cells = part_between_pulls(rectangle.rows, rectangle.columns, items)
+    return [replace(rectangle, rows=c.rows, columns=c.columns, fit=math.exp(-c.cost)) for c in cells] or [rectangle]
+
+
+def _item(pull: Protrusion, sunk: Sequence[tuple[tuple[int, int], tuple[int, int]]]) -> Item:
+    """Return a pull with what no cut may cross: the sunk panel that it is on."""
+    reach = next((s for s in sunk if _lies_in(pull, s)), (pull.rows, pull.columns))
+    return Item(pull.rows, pull.columns, *reach)
+
+
+def _lies_in(blob: Protrusion, window: tuple[tuple[int, int], tuple[int, int]]) -> bool:
+    """Return whether the middle of a protrusion is in a range of rows and columns."""
+    return all(a <= sum(span) / 2 < b for span, (a, b) in zip((blob.rows, blob.columns), window, strict=True))
+
+
+def _rooms(side: SideRelief, rectangle: FrontRectangle) -> list[Item]:
+    """Return the open rooms of a rectangle: what lies so deep behind it, or is not there at all, over a rectangle."""
+    window = slice(*rectangle.rows), slice(*rectangle.columns)
+    depth, free = side.depth[window], side.blob[window] < 0
+    if not free.any():
+        return []
+    plane = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
+    number, _ = label((depth > plane + MAX_SUNK_DEPTH) & free)
+    out = []
+    for i, (rows, columns) in enumerate(find_objects(number), start=1):
+        mask = number[rows, columns] == i
+        if min(mask.shape) >= MIN_SUNK_SIDE / side.image.pixel and float(mask.mean()) >= MIN_SUNK_FILL:
+            top, left = rectangle.rows[0], rectangle.columns[0]
+            spans = (rows.start + top, rows.stop + top), (columns.start + left, columns.stop + left)
+            out.append(Item(*spans, *spans, is_room=True))
+    return out
+
+
+def _pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Protrusion]) -> list[Protrusion]:
+    """Return the handles among the protrusions of a rectangle: bars, and what is as thick and as far out as a bar."""
     bars = [b for b in inside if is_bar(b)]
-    others = [b for b in inside if not is_bar(b)]
-    if bars and others:
-        parts = _band(rectangle, bars, others)
-        if parts:
-            return [m for part in parts for m in _held(side, part)]
-    if len(bars) >= 2:
-        parts = _between(rectangle, bars, max(2, round(SAME_ROW / side.image.pixel)))
-        if parts:
-            return [m for part in parts for m in _held(side, part)]
-    if not bars and len(inside) >= 2 and (drawn or _are_pulls(side, rectangle, inside)):
-        parts = _apart(rectangle, inside, _sunk(side, rectangle))
-        rectangles = [m for part in parts for m in _held(side, part, True)]
-        if rectangles and (drawn or all(_is_drawn(side, m, rectangles) for m in rectangles)):
-            return rectangles
-    return [rectangle]
+    if not bars:
+        return list(inside) if len(inside) >= 2 and _are_pulls(side, rectangle, inside) else []
+    slack = 2 * side.image.pixel
+
+    def is_alike(blob: Protrusion, bar: Protrusion) -> bool:
+        thick = float((bar.upper - bar.lower).min())
+        away = abs(float((blob.upper - blob.lower).min()) - thick)
+        out = abs(blob.protrusion - bar.protrusion) <= SIZE_TOLERANCE * bar.protrusion
+        return out and away <= SIZE_TOLERANCE * thick + slack and blob.long >= MIN_STUB_RATIO
+
+    return [b for b in inside if is_bar(b) or any(is_alike(b, bar) for bar in bars)]
 
 
-def _are_pulls(side: SideRelief, rectangle: FrontRectangle, inside: list[Protrusion]) -> bool:
+def _are_pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Protrusion]) -> bool:
     """Return whether small protrusions on a wide rectangle are pulls: far out, alike, and no row of controls."""
     pixel = side.image.pixel
     wide = (rectangle.columns[1] - rectangle.columns[0]) >= MIN_WIDTH_SHARE * side.depth.shape[1]
     if not wide or len(inside) > MAX_PULLS:
         return False
-    size = np.array([b.upper - b.lower for b in inside])
+    size = np.sort([b.upper - b.lower for b in inside], axis=1)
     middle = np.array([b.middle for b in inside])
     alike = bool((np.abs(size - np.median(size, axis=0)) <= SIZE_TOLERANCE * np.median(size) + 2 * pixel).all())
     out = all(b.long < MIN_BAR_RATIO and MIN_BAR_PROTRUSION <= b.protrusion <= MAX_PROTRUSION for b in inside)
     row = max(int((np.abs(middle[:, 1] - v) < SAME_ROW / 2).sum()) for v in middle[:, 1])
     return alike and out and row < MIN_CONTROLS_IN_ROW
-
-
-def _is_drawn(side: SideRelief, rectangle: FrontRectangle, rectangles: list[FrontRectangle]) -> bool:
-    """Return whether a rectangle has its pull at one side, or in its middle and is framed, stacked or wide."""
-    (pull,) = _inside(side, rectangle)[:1]
-    place = (sum(pull.columns) / 2 - rectangle.columns[0]) / (rectangle.columns[1] - rectangle.columns[0])
-    if min(place, 1 - place) <= MAX_SIDE_OFFSET:
-        return True
-    # None beside it: what lies above or below it lies within its columns.
-    stacked = all(
-        m is rectangle or m.rows[1] <= rectangle.rows[0] or m.rows[0] >= rectangle.rows[1] for m in rectangles
-    )
-    stacked |= any(m is not rectangle and m.columns == rectangle.columns for m in rectangles)
-    return abs(place - 0.5) <= MAX_CENTRE_OFFSET and (stacked or bool(_sunk(side, rectangle)))
 
 
 def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[tuple[tuple[int, int], tuple[int, int]]]:
@@ -226,25 +249,6 @@ def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[tuple[tuple[int, 
     return out
 
 
-def _apart(
-    rectangle: FrontRectangle, pulls: list[Protrusion], sunk: list[tuple[tuple[int, int], tuple[int, int]]]
-) -> list[FrontRectangle]:
-    """Split a rectangle between its pulls, in the widest gap from end to end that meets no pull and nothing sunk."""
-    best: tuple[int, int, int] | None = None
-    for way in (0, 1):
-        own = sorted((b.rows, b.columns)[way] for b in pulls)
-        spans = sorted([*own, *(s[way] for s in sunk)])
-        reach = spans[0][1]
-        for lower, upper in spans[1:]:
-            parted = any(b <= reach for _, b in own) and any(a >= lower for a, _ in own)
-            if lower > reach and parted and (best is None or lower - reach > best[0]):
-                best = (lower - reach, way, (lower + reach) // 2)
-            reach = max(reach, upper)
-    if best is None:
-        return []
-    return _at_row(rectangle, best[2]) if best[1] == 0 else _at_column(rectangle, best[2])
-
-
 def _band(rectangle: FrontRectangle, bars: list[Protrusion], others: list[Protrusion]) -> list[FrontRectangle]:
     """Split off the strip along a side that holds the controls, which lie in the middle of their strip."""
     found: list[tuple[float, int, list[FrontRectangle]]] = []
@@ -262,43 +266,6 @@ def _band(rectangle: FrontRectangle, bars: list[Protrusion], others: list[Protru
         halves = _at_row(rectangle, at) if name == "rows" else _at_column(rectangle, at)
         found.append((max(far) / span, order, halves))
     return min(found, key=lambda f: f[:2])[2] if found else []
-
-
-def _between(rectangle: FrontRectangle, bars: list[Protrusion], row: int) -> list[FrontRectangle]:
-    """Split a rectangle with several handles between the first and the others.
-
-    Fronts with level handles have them all at one distance from their tops; one above doors is drawn by its middle.
-    """
-    by_row = _gap([b.rows for b in bars], row)
-    by_column = _gap([b.columns for b in bars], row)
-    over = [] if by_row is None else [b for b in bars if b.rows[1] <= by_row[0]]
-    under = [] if by_row is None else [b for b in bars if b.rows[1] > by_row[0]]
-    drawn = bool(over and under) and _lie(over) and not _lie(under)
-    if by_row is not None and (drawn or _lie(bars) or by_column is None):
-        top = min(b.rows[0] for b in bars) - rectangle.rows[0]
-        at = sum(by_row) // 2
-        if drawn:
-            at = min(at, by_row[0] + top)
-        elif _lie(bars) and top < 0.9 * (by_row[1] - by_row[0]):
-            at = by_row[1] - top
-        return _at_row(rectangle, at)
-    return _at_column(rectangle, sum(by_column) // 2) if by_column is not None else []
-
-
-def _lie(bars: list[Protrusion]) -> bool:
-    """Return whether at least half of some bars are wider than high."""
-    return 2 * sum(b.columns[1] - b.columns[0] > b.rows[1] - b.rows[0] for b in bars) >= len(bars)
-
-
-def _gap(spans: list[tuple[int, int]], min_size: int) -> tuple[int, int] | None:
-    """Return the first stretch between spans that none of them covers, where it is long enough."""
-    ordered = sorted(spans)
-    reach = ordered[0][1]
-    for lower, upper in ordered[1:]:
-        if lower - reach >= min_size // 2:
-            return reach, lower
-        reach = max(reach, upper)
-    return None
 
 
 def measure_rectangle(side: SideRelief, rectangle: FrontRectangle) -> FrontRectangle:
