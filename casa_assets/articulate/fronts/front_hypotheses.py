@@ -184,7 +184,8 @@ def propose_fronts(mesh: WeldedMesh, relief: SideRelief, side: int, given: Seque
     rows, columns, middle = _given_lines(relief, given)
     level_maps, upright_maps = (seam_maps(mesh, relief, side, upright) for upright in (False, True))
     level_at = find_lines(level_maps, pixel, rows)
-    upright_at = find_lines(upright_maps, pixel, sorted({*columns, middle}))
+    central = [] if any(abs(middle - c) <= 2 for c in columns) else [middle]
+    upright_at = find_lines(upright_maps, pixel, sorted([*columns, *central]))
     level = line_table(level_maps, level_at, upright_at, pixel)
     upright = line_table(upright_maps, upright_at, level_at, pixel)
     top, bottom, left, right = _pairs(level_at, upright_at, max(4, round(MIN_SIDE / pixel)))

@@ -140,10 +140,9 @@ def find_lines(maps: SeamMaps, pixel: float, more: list[int]) -> Ints:
         if size <= loud.shape[1]:
             score = np.maximum(score, uniform_filter1d(heard, size, axis=1, mode="constant").max(axis=1) * share**0.25)
     near = max(2, round(SAME_LINE / pixel))
-    kept: list[int] = []
-    for at in [*more, *np.argsort(-score, kind="stable").tolist()]:
-        enough = at in more or (score[at] >= MIN_LOUDNESS and len(kept) < MAX_LINES)
-        if enough and all(abs(at - k) > (near if at not in more else 1) for k in kept):
+    kept = sorted(set(more))
+    for at in np.argsort(-score, kind="stable").tolist():
+        if score[at] >= MIN_LOUDNESS and len(kept) < MAX_LINES and all(abs(at - k) > near for k in kept):
             kept.append(int(at))
     return np.array(sorted(kept), dtype=np.int64)
 

@@ -3,7 +3,13 @@
 import numpy as np
 
 from casa_assets.articulate.fronts.drawer_boxes import find_drawer_box
-from casa_assets.articulate.fronts.front_hypotheses import FrontHypotheses, choose_fronts, context_features
+from casa_assets.articulate.fronts.front_hypotheses import (
+    FrontHypotheses,
+    choose_fronts,
+    context_features,
+    propose_fronts,
+)
+from casa_assets.articulate.fronts.rectangles import FrontRectangle
 from casa_assets.articulate.fronts.seam_evidence import LINE_MEASURES, find_lines, line_table, seam_maps
 from casa_assets.articulate.segment.creases import measure_relief
 from casa_assets.articulate.segment.fragment_measures import FRONT, SIDES
@@ -33,6 +39,19 @@ def test_a_groove_as_shallow_as_the_bumps_around_it_is_the_loudest_line() -> Non
     groove = table.values[:, 0, 1, LINE_MEASURES.index("groove")]
     assert abs(at[groove.argmax()] - height / 2) <= 4
     assert groove.max() > 2 * np.sort(groove)[-2]
+
+
+def test_lines_that_are_given_are_kept_however_near_they_are_to_each_other() -> None:
+    """The seam between two doors lies a pixel beside the middle of the outline: the doors are among the hypotheses."""
+    mesh = _wall(groove=0.0, noise=0.0)
+    relief = measure_relief(mesh, FRONT)
+    maps = seam_maps(mesh, relief, FRONT, upright=False)
+    assert {100, 101}.issubset(find_lines(maps, relief.image.pixel, [100, 101]).tolist())
+    height, width = relief.depth.shape
+    doors = [FrontRectangle((0, height), (0, width // 2 + 1)), FrontRectangle((0, height), (width // 2 + 1, width))]
+    found = propose_fronts(mesh, relief, FRONT, doors)
+    proposed = {(*rows, *columns) for rows, columns in zip(found.rows.tolist(), found.columns.tolist(), strict=True)}
+    assert {(*d.rows, *d.columns) for d in doors} <= proposed
 
 
 def _hypotheses(boxes: list[tuple[int, int, int, int]]) -> FrontHypotheses:
