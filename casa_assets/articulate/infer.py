@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from casa_assets.articulate.controls.classify import TellControl, tell_by_forest
+from casa_assets.articulate.controls.classify import TellControl, tell_beside_dials, tell_by_forest
 from casa_assets.articulate.controls.controls import (
     Control,
     classify_control,
@@ -166,7 +166,8 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
     round_door = find_round_door(measured, FRONT)
     held = [] if round_door is None else [*round_door.members, *fragments_around(measured, FRONT, round_door)]
     # A toaster has no fronts: its levers and knobs stand on plates that look like some.
-    is_toaster = count_slots(measured.depth_images[TOP]) >= MIN_BREAD_SLOTS
+    slots = count_slots(measured.depth_images[TOP])
+    is_toaster = slots >= MIN_BREAD_SLOTS
     panels = [] if is_toaster else find_panels(measured, FRONT, held)
     controls = find_controls(measured, FRONT, [*held, *(f for p in panels for f in p.members)])
     # A lever may be as large as a small panel.
@@ -178,6 +179,8 @@ def look_at_front(collector: PartCollector, control_forest: Forest | None = None
         bars, controls = find_bar_levers(measured, FRONT, controls)
         levers += bars
     tell_front = _tell(measured, FRONT, controls, panels, control_forest)
+    if slots:
+        tell_front = tell_beside_dials(tell_front)
     _levers(collector, FRONT, levers)
     panels = [p for p in panels if collector.taken.isdisjoint(p.members)]
     top_controls = find_controls(measured, TOP, sorted(collector.taken))

@@ -31,6 +31,8 @@ MAX_PROBABILITY_OF_NEITHER = 0.3
 # What stands out by less than this, diagonals, is printed or stuck on. Unless it is round, so many alike and more
 # are flat keys, where distances between them differ by at most this share of their mean: those of letters vary.
 MAX_FLAT_PROTRUSION, MIN_FLAT_KEYS, MAX_FLAT_IRREGULARITY = 0.0015, 3, 0.3
+# Round keys of toasters are at most this wide by their dials.
+MAX_KEY_BY_DIAL = 0.8
 # A side with more small things than this is no front with controls, but a lattice or a scan in pieces.
 MAX_CONTROLS = 1000
 
@@ -59,6 +61,25 @@ def tell_by_forest(
             found = (None, 0.0, "") if is_mark else _type(pooled(chances[rows]), group)
             told |= {tuple(controls[i].fragments): found for i in rows}
     return lambda control, _others: told.get(tuple(control.fragments), (None, 0.0, ""))
+
+
+def tell_beside_dials(tell: TellControl) -> TellControl:
+    """Return what tells the controls of a toaster: round ones that are clearly smaller than its dials are its keys.
+
+    Args:
+        tell: tells a control by its form and place alone.
+    """
+
+    def told(control: Control, others: Sequence[Control]) -> ControlType:
+        kind, confidence, reason = tell(control, others)
+        if kind is not PartKind.KNOB:
+            return kind, confidence, reason
+        width = max(float(o.across.max()) for o in (control, *others) if tell(o, others)[0] is PartKind.KNOB)
+        if float(control.across.max()) > MAX_KEY_BY_DIAL * width:
+            return kind, confidence, reason
+        return PartKind.BUTTON, confidence, "smaller than the dial beside it"
+
+    return told
 
 
 def pooled(chances: Floats) -> Floats:

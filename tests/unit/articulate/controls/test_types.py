@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from casa_assets.articulate.choose_plan import choose_plan
-from casa_assets.articulate.controls.classify import check_forest, decided, pooled
+from casa_assets.articulate.controls.classify import check_forest, decided, pooled, tell_beside_dials
 from casa_assets.articulate.controls.controls import Control
 from casa_assets.articulate.controls.groups import group_controls
 from casa_assets.articulate.frame.axes import given_frame
@@ -88,3 +90,16 @@ def test_a_forest_gives_the_mean_of_its_trees() -> None:
         forest_from_dict({"features": ["a"], "classes": ["x", "y"], "trees": [[[0, 0.5, 1, 3], *leaf, *leaf]]})
     with pytest.raises(ValueError, match="other features"):
         check_forest(forest)
+
+
+def test_round_things_that_are_smaller_than_the_dial_of_a_toaster_are_its_keys() -> None:
+    def tell(_control: Control, _others: Sequence[Control]) -> tuple[PartKind | None, float, str]:
+        return PartKind.KNOB, 0.6, "round"
+
+    dial, key, lever = control(0.0, 0.0, 0.06, 0.06), control(0.08, 0.0, 0.04, 0.04), control(0.0, 0.1, 0.058, 0.058)
+    told = tell_beside_dials(tell)
+    assert [told(c, [dial, key, lever])[0] for c in (dial, key, lever)] == [
+        PartKind.KNOB,
+        PartKind.BUTTON,
+        PartKind.KNOB,
+    ]
