@@ -13,8 +13,11 @@ from dataclasses import dataclass, field
 
 Span = tuple[int, int]
 
-# Most things that are parted: the number of partitions grows fast.
-MAX_ITEMS = 14
+# Most things that are parted, and most cells that are looked at: the number of partitions grows fast where things are
+# in no order. Nine fronts in three rows take some 5,000.
+MAX_ITEMS, MAX_CELLS = 14, 8_000
+# Cuts lie at multiples of the longer side by this.
+GRID = 128
 # Costs are squares of deviations by these: of the middle of a pull from that of its cell, by its width or height, and
 # of its distance from an edge, by the least side of the cell. Choices.
 MIDDLE_SLACK, HEIGHT_SLACK, EDGE_SLACK = 0.06, 0.08, 0.06
@@ -79,7 +82,7 @@ def part_between_pulls(rows: Span, columns: Span, items: Sequence[Item]) -> list
     """Return the cells of the cheapest partition of a rectangle in which each pull has one, top down.
 
     Returns:
-        Nothing where there is no such partition, or where a cell of it is no likely front.
+        Nothing where there is no such partition, where a cell of it is no likely front, or where there are too many.
     """
     pulls = [i for i in items if not i.is_room]
     if len(pulls) < 2 or len(items) > MAX_ITEMS:
@@ -88,7 +91,10 @@ def part_between_pulls(rows: Span, columns: Span, items: Sequence[Item]) -> list
     top = tuple(_top_distance(rows, [p for p in pulls if _lies(p) is lies]) for lies in (False, True))
     for side in _side_distances(columns, pulls):
         cost = NO_COMMON_DISTANCE * (side is None)
-        part = _Search(tuple(items), top, side).best(rows, columns, tuple(range(len(items))))
+        search = _Search(tuple(items), top, side, max(_size(rows), _size(columns)) // GRID)
+        part = search.best(rows, columns, tuple(range(len(items))))
+        if len(search.known) >= MAX_CELLS:
+            return []
         if part is not None and (best is None or part.cost + cost < best.cost):
             best = _Part(part.cost + cost, part.cells)
     if best is None or max(c.cost for c in best.cells) > MAX_CELL_COST:
@@ -135,11 +141,13 @@ class _Search:
 
     Attributes:
         top: distance from the top of pulls that do not lie, and of those that do. side: from a side, of standing ones.
+        grid: cuts lie on every such pixel, and one more.
     """
 
     items: tuple[Item, ...]
     top: tuple[int | None, ...]
     side: int | None
+    grid: int
     known: dict[tuple[Span, Span], _Part | None] = field(default_factory=dict)
 
     def best(self, rows: Span, columns: Span, inside: tuple[int, ...]) -> _Part | None:
@@ -150,26 +158,34 @@ class _Search:
         """
         key = rows, columns
         if key not in self.known:
-            found = [self._leaf(rows, columns, inside)]
-            if len(inside) > 1:
-                found += [self._cut(rows, columns, inside, axis, at) for axis, at in self._cuts(rows, columns, inside)]
-            parts = [p for p in found if p is not None]
-            self.known[key] = min(parts, key=lambda p: round(p.cost, 9)) if parts else None
+            if len(self.known) >= MAX_CELLS:
+                return None
+            self.known[key] = None
+            best = self._leaf(rows, columns, inside)
+            for axis, at in self._cuts(rows, columns, inside) if len(inside) > 1 else ():
+                part = self._cut(rows, columns, inside, axis, at, math.inf if best is None else best.cost)
+                if part is not None and (best is None or part.cost < best.cost - 1e-9):
+                    best = part
+            self.known[key] = best
         return self.known[key]
 
-    def _cut(self, rows: Span, columns: Span, inside: tuple[int, ...], axis: int, at: int) -> _Part | None:
-        """Return the cheapest partition of a cell that is cut at a row (axis 0) or a column (axis 1)."""
+    def _cut(self, rows: Span, columns: Span, inside: tuple[int, ...], axis: int, at: int, most: float) -> _Part | None:
+        """Return the cheapest partition of a cell that is cut at a row (axis 0) or a column (axis 1).
+
+        Args:
+            most: what costs more is not looked at.
+        """
         spans = [self._reach(i, axis) for i in inside]
-        before = tuple(i for i, s in zip(inside, spans, strict=True) if s[1] <= at)
-        after = tuple(i for i, s in zip(inside, spans, strict=True) if s[0] >= at)
         ends = (rows, columns)[axis]
         halves = (ends[0], at), (at, ends[1])
-        one, other = (
-            self.best(half, columns, mine) if axis == 0 else self.best(rows, half, mine)
-            for half, mine in zip(halves, (before, after), strict=True)
-        )
-        if one is None or other is None:
-            return None
+        parts: list[_Part] = []
+        for half in halves:
+            mine = tuple(i for i, s in zip(inside, spans, strict=True) if half[0] <= s[0] and s[1] <= half[1])
+            part = self.best(half, columns, mine) if axis == 0 else self.best(rows, half, mine)
+            if part is None or part.cost + sum(p.cost for p in parts) >= most:
+                return None
+            parts.append(part)
+        one, other = parts
         each = [_size(h) / p.along[axis] for h, p in zip(halves, (one, other), strict=True)]
         count = one.along[axis] + other.along[axis]
         # Drawers are as high as drawers, but lower than the doors under them.
@@ -198,7 +214,7 @@ class _Search:
         """Return where a cut in a gap may lie: its middle, equal shares, and where pulls have their usual places."""
         found = [_middle(gap)]
         found += [ends[0] + k / n * _size(ends) for n in (2, 3, 4) for k in range(1, n)]
-        for i in inside:
+        for i in self._beside(axis, gap, inside):
             item = self.items[i]
             own = (item.rows, item.columns)[axis]
             if item.is_room:
@@ -210,7 +226,19 @@ class _Search:
                 found.append(own[0] - top)
             elif axis == 1 and self.side is not None:
                 found += [own[0] - self.side, own[1] + self.side]
-        return {round(at) for at in found if max(gap[0], ends[0] + 2) <= round(at) <= min(gap[1], ends[1] - 2)}
+        grid = 1 + self.grid
+        snapped = {round(at / grid) * grid for at in found}
+        return {at for at in snapped if max(gap[0], ends[0] + 2) <= at <= min(gap[1], ends[1] - 2)}
+
+    def _beside(self, axis: int, gap: Span, inside: tuple[int, ...]) -> list[int]:
+        """Return the items that lie right before and right behind a gap, with those in line with them."""
+        before = [i for i in inside if self._reach(i, axis)[1] <= gap[0]]
+        after = [i for i in inside if self._reach(i, axis)[0] >= gap[1]]
+        last = max(_middle(self._reach(i, axis)) for i in before)
+        first = min(_middle(self._reach(i, axis)) for i in after)
+        slack = max(_size(self._reach(i, axis)) for i in (*before, *after)) / 2
+        near = [i for i in before if _middle(self._reach(i, axis)) >= last - slack]
+        return near + [i for i in after if _middle(self._reach(i, axis)) <= first + slack]
 
     def _leaf(self, rows: Span, columns: Span, inside: tuple[int, ...]) -> _Part | None:
         """Return a cell as it is: of a pull, of two pulls of one drawer, or of a room; None of anything else."""
