@@ -65,8 +65,8 @@ AGAINST_DRAWER = frozenset(
 )
 # A piece that is deep and seen from its front alone is a drawer whatever its kind; so is, mostly, what is as wide as
 # two doors above it or low beside a larger front, where a door would be a flap: least weights, log odds. With a shelf
-# right behind it a front has no room for a box: greatest weight. Nobody puts a handle in the middle of a door both ways:
-# of 257 fronts with a level one there 253 are drawers. Choices: few cases have such fronts of unusual proportions.
+# right behind it a front has no room for a box: greatest weight. Nobody puts a handle in the middle of a door both
+# ways: of 257 fronts with a level one there 253 are drawers. Choices: few cases have such fronts.
 LEAST = {"deep": 4.0, "under_pair": 2.0, "low_beside_larger": 1.5, "handle_centred": 2.0}
 MOST = {"shelf_behind": -2.0}
 # Least overlap of the surfaces of a front and of a part of the ground truth.
