@@ -87,7 +87,8 @@ class Table:
         """Learn nothing of what has no joint in its file, but surely looks like a knob or a key: many files omit it."""
         unlabelled = (self.types == NEITHER) & ~np.isin(self.source, OWN)
         in_grid = self.features[:, CONTROL_FEATURES.index("group_count")] >= MIN_KEYBOARD
-        doubtful = np.where(in_grid, decided(chances) != NEITHER, chances[:, NEITHER] <= MAX_CHANCE_OF_NEITHER)
+        is_key = decided(chances, self.on_top) != NEITHER
+        doubtful = np.where(in_grid, is_key, chances[:, NEITHER] <= MAX_CHANCE_OF_NEITHER)
         self.learnable &= ~(unlabelled & doubtful)
 
     def _weights(self) -> Floats:
@@ -132,7 +133,7 @@ def _fold(samples: Samples) -> str:
 
 def tell(table: Table, chances: Floats) -> None:
     """Print how many are right, by the rule and by the forest."""
-    best = decided(chances)
+    best = decided(chances, table.on_top)
     print(f"{'source':28s} side   controls   rule: right swapped extra lost   forest: right swapped extra lost")
     shown = [*np.unique(table.source), "all of the benchmark"]
     for name in shown:

@@ -78,7 +78,13 @@ def test_a_group_is_told_by_the_mean_of_its_members() -> None:
 
 def test_what_is_surely_a_control_is_the_likelier_of_the_two() -> None:
     chances = np.array([[0.5, 0.4, 0.1], [0.2, 0.38, 0.42], [0.52, 0.02, 0.46], [0.45, 0.3, 0.25]])
-    assert decided(chances).tolist() == [0, 2, 2, 0]
+    assert decided(chances, np.zeros(4, dtype=bool)).tolist() == [0, 2, 2, 0]
+
+
+def test_on_the_top_less_makes_a_control() -> None:
+    chances = np.array([[0.56, 0.34, 0.1], [0.7, 0.28, 0.02]])
+    assert decided(chances, np.zeros(2, dtype=bool)).tolist() == [0, 0]
+    assert decided(chances, np.ones(2, dtype=bool)).tolist() == [1, 0]
 
 
 def test_a_forest_gives_the_mean_of_its_trees() -> None:
