@@ -90,10 +90,10 @@ def _signs_of_side(mesh: WeldedMesh, measured: MeasuredFragments, side: int, mod
 
 
 def _has_front(mesh: WeldedMesh, relief: SideRelief, side: int, models: Models, least: float) -> bool:
-    """Return whether a side has what is a front with a probability of at least `least`."""
+    """Return whether a side has what is a front with a probability of more than `least`."""
     forests = models.front_forests
     fronts = [] if forests is None else find_fronts(mesh, relief, side, forests)
-    return any(chance is not None and chance >= least for _, chance in fronts)
+    return any(chance is not None and chance > least for _, chance in fronts)
 
 
 def _has_control(measured: MeasuredFragments, side: int) -> bool:
