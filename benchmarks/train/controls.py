@@ -45,7 +45,7 @@ Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
 SEED, FOLDS = 4, 5
-# So many of the scenes and drawings are also learned from as shells, which take a hundred times as long to measure.
+# So many of the scenes and drawings are also learned from as shells, which take far longer to measure.
 SHARE_OF_SHELLS = 0.27
 # The sources of the benchmark weigh so much together by what scenes and own families do: with more, what one source
 # does alone is learned (with .5, knobs and keys of shells of a source left out are confused a fifth less often than

@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 Span = tuple[int, int]
 
 # Most things that are parted, and most cells that are looked at: the number of partitions grows fast where things are
-# in no order. Nine fronts in three rows take some 5,000.
+# in no order. Nine fronts in three rows take some 7,000.
 MAX_ITEMS, MAX_CELLS = 14, 8_000
-# Cuts lie at multiples of the longer side by this.
+# Pixels between two cuts: one, and one more for every so many of the longer side.
 GRID = 128
 # Costs are squares of deviations by these: of the middle of a pull from that of its cell, by its width or height, and
 # of its distance from an edge, by the least side of the cell. Choices.
@@ -91,7 +91,7 @@ def part_between_pulls(rows: Span, columns: Span, items: Sequence[Item]) -> list
     top = tuple(_top_distance(rows, [p for p in pulls if _lies(p) is lies]) for lies in (False, True))
     for side in _side_distances(columns, pulls):
         cost = NO_COMMON_DISTANCE * (side is None)
-        search = _Search(tuple(items), top, side, max(_size(rows), _size(columns)) // GRID)
+        search = _Search(tuple(items), top, side, 1 + max(_size(rows), _size(columns)) // GRID)
         part = search.best(rows, columns, tuple(range(len(items))))
         if len(search.known) >= MAX_CELLS:
             return []
@@ -141,7 +141,7 @@ class _Search:
 
     Attributes:
         top: distance from the top of pulls that do not lie, and of those that do. side: from a side, of standing ones.
-        grid: cuts lie on every such pixel, and one more.
+        grid: cuts lie at multiples of so many pixels.
     """
 
     items: tuple[Item, ...]
@@ -226,8 +226,7 @@ class _Search:
                 found.append(own[0] - top)
             elif axis == 1 and self.side is not None:
                 found += [own[0] - self.side, own[1] + self.side]
-        grid = 1 + self.grid
-        snapped = {round(at / grid) * grid for at in found}
+        snapped = {round(at / self.grid) * self.grid for at in found}
         return {at for at in snapped if max(gap[0], ends[0] + 2) <= at <= min(gap[1], ends[1] - 2)}
 
     def _beside(self, axis: int, gap: Span, inside: tuple[int, ...]) -> list[int]:

@@ -190,15 +190,8 @@ def _rooms(side: SideRelief, rectangle: FrontRectangle) -> list[Item]:
     if not free.any():
         return []
     plane = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
-    number, _ = label((depth > plane + MAX_SUNK_DEPTH) & free)
-    out = []
-    for i, (rows, columns) in enumerate(find_objects(number), start=1):
-        mask = number[rows, columns] == i
-        if min(mask.shape) >= MIN_SUNK_SIDE / side.image.pixel and float(mask.mean()) >= MIN_SUNK_FILL:
-            top, left = rectangle.rows[0], rectangle.columns[0]
-            spans = (rows.start + top, rows.stop + top), (columns.start + left, columns.stop + left)
-            out.append(Item(*spans, *spans, is_room=True))
-    return out
+    spans = _filled(side, rectangle, (depth > plane + MAX_SUNK_DEPTH) & free)
+    return [Item(*span, *span, is_room=True) for span in spans]
 
 
 def _pulls(side: SideRelief, rectangle: FrontRectangle, inside: Sequence[Protrusion]) -> list[Protrusion]:
@@ -238,7 +231,16 @@ def _sunk(side: SideRelief, rectangle: FrontRectangle) -> list[tuple[tuple[int, 
     if not free.any():
         return []
     frame = float(np.quantile(depth[free], FRAME_DEPTH_QUANTILE))
-    number, _ = label((depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
+    return _filled(side, rectangle, (depth > frame + MIN_DEPTH_STEP) & (depth < frame + MAX_SUNK_DEPTH) | ~free)
+
+
+def _filled(side: SideRelief, rectangle: FrontRectangle, deep: Bools) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Return rows and columns of the large connected regions that fill their rectangles.
+
+    Args:
+        deep: mask of the pixels of `rectangle`.
+    """
+    number, _ = label(deep)
     min_size = MIN_SUNK_SIDE / side.image.pixel
     out = []
     for i, (rows, columns) in enumerate(find_objects(number), start=1):
