@@ -3,9 +3,10 @@
     python3 -m venv PEER && PEER/bin/pip install scene_synthesizer==1.15.0
     ./dev bench articulate_peer --python PEER/bin/python --out FOLDER [--seed 78] [--each 5]
 
-Writes FOLDER/cases/<kind>_<k>/ with `input.obj`, `fused.obj` and gt.json, as `./dev bench articulate_sets --sets
-FOLDER` and `./dev bench articulate --cases FOLDER` read them: cabinets divided at random, microwaves, refrigerators,
-dishwashers, ranges, sink, base and wall cabinets. scene_synthesizer (Apache-2.0) needs an environment of its own.
+Writes FOLDER/cases/<kind>_<k>/ with `input.obj`, `welded.obj`, `fused.obj` and gt.json, as `./dev bench
+articulate_sets --sets FOLDER` and `./dev bench articulate --cases FOLDER` read them: cabinets divided at random,
+microwaves, refrigerators, dishwashers, ranges, sink, base and wall cabinets. scene_synthesizer (Apache-2.0) needs an
+environment of its own.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from benchmarks.articulate.cases.fuse import fused
 from benchmarks.articulate.cases.labelled import LabelledMesh, write_case
 
 SCRIPT = Path(__file__).parent / "cases" / "peer_assets.py"
+# Share of the diagonal within which vertices are one in `welded.obj`, as in the articulation benchmark.
+WELDED_SHARE = 1e-4
 # Categories as the articulation benchmark names them.
 CATEGORIES = {"range": "oven", "refrigerator": "fridge", "microwave": "microwave", "dishwasher": "dishwasher"}
 # In this kind the front faces the other way.
@@ -43,7 +46,7 @@ def main() -> None:
         subprocess.run(command, check=True)
         for path in sorted(Path(folder).glob("*.json")):
             mesh = labelled(path)
-            write_case(args.out / "cases" / path.stem, *fused(mesh))
+            write_case(args.out / "cases" / path.stem, *fused(mesh), welded=WELDED_SHARE)
             kept = ("name", "category", "source")
             rows.append({k: mesh.truth[k] for k in kept} | {"tags": ["core", "proc"]})
     (args.out / "cases" / "index.json").write_text(json.dumps({"cases": rows}), encoding="utf-8")

@@ -59,9 +59,11 @@ AGAINST_EDGE = frozenset(
 )
 FOR_DRAWER = frozenset(
     {"handle_centred", "deep", "box", "wide", "handle_level", "stacked", "many_stacked", "alike", "under_larger"}
+    | {"level_and_centred", "centred_beside_aside"}
 )
 AGAINST_DRAWER = frozenset(
     {"shelf_behind", "covers_front", "handle_aside", "handle_upright", "handle_low", "height_share"}
+    | {"others_have_boxes"}
 )
 # A piece that is deep and seen from its front alone is a drawer whatever its kind; so is, mostly, what is as wide as
 # two doors above it or low beside a larger front, where a door would be a flap: least weights, log odds. With a shelf

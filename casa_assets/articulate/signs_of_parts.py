@@ -1,4 +1,4 @@
-"""Find signs that a thing has moving parts where none was found: names of the file, and handles, fronts and controls.
+"""Find signs that a thing has moving parts where none was found: names of the file, handles, fronts, controls, levers.
 
 A mesh with such a sign is not said to have nothing that moves; a person looks at it.
 """
@@ -6,6 +6,7 @@ A mesh with such a sign is not said to have nothing that moves; a person looks a
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from casa_assets.articulate.frame.kind import KIND_TRAITS
 from casa_assets.articulate.fronts.front_hypotheses import find_fronts
 from casa_assets.articulate.fronts.rectangles import is_handle
 from casa_assets.articulate.models import Models
+from casa_assets.articulate.segment.contacts import Axis, Piece, PieceGraph, piece_graph
 from casa_assets.articulate.segment.creases import SideRelief, measure_relief
 from casa_assets.articulate.segment.fragment_measures import (
     BACK,
@@ -27,6 +29,7 @@ from casa_assets.articulate.segment.fragment_measures import (
 )
 from casa_assets.articulate.segment.shell_segments import MIN_BOXINESS, boxiness
 from casa_assets.articulate.segment.welded_mesh import WeldedMesh
+from casa_assets.core.typing import Floats
 from casa_assets.model.registry.vocabulary import split_words
 
 # Kinds of KIND_TRAITS that are also made without any moving part.
@@ -34,6 +37,7 @@ OFTEN_STILL = frozenset({"table"})
 # Words that name a moving part. `handle` and `lid` are left out: mugs and jars have them.
 PART_WORDS = frozenset(
     {"door", "drawer", "knob", "hinge", "lever", "switch", "flap", "button", "dial", "faucet", "tap", "valve"}
+    | {"slider", "sash", "crank"}
 )
 # A front is seen where it is one with this probability; on a mesh of one piece, such as a scan, uneven sides show lines
 # that bound nothing.
@@ -42,6 +46,16 @@ MIN_FRONT_PROBABILITY, MIN_FRONT_PROBABILITY_OF_ONE_PIECE = 0.5, 0.8
 MIN_THICKNESS = 0.01
 # Least protrusion of a control, diagonals: less is a label or a printed mark.
 MIN_CONTROL_PROTRUSION = 0.004
+# A lever is so much longer than wide, stands out at right angles within 20 degrees, and is so long by the radius of
+# what it turns about; that has a round post below it which is longer than wide. Pans have no post.
+MIN_STICK_RATIO, MAX_AXIS_COS, MIN_LEVER_BY_RADIUS, MIN_POST_RATIO = 2.0, 0.35, 1.5, 1.2
+# Lines of two round pieces are one where they are this parallel and this near, by the smaller radius.
+SAME_AXIS_COS, SAME_LINE_BY_RADIUS = 0.99, 0.3
+# A panel in a frame is no thicker than this share of the frame's width, and covers this share of its outline; two that
+# overlap by less than this share of the smaller one are two sashes, not a pane in its rim.
+MAX_PANEL_DEPTH, MIN_SASH_SHARE, MAX_SASH_SHARE, MAX_SASH_OVERLAP = 0.3, 0.15, 0.65, 0.3
+# More pieces than this are not compared with each other.
+MAX_PIECES = 200
 SIDE_NAMES = {FRONT: "front", BACK: "back", LEFT: "left side", RIGHT: "right side", TOP: "top"}
 
 
@@ -56,9 +70,10 @@ def signs_of_parts(mesh: WeldedMesh, stated: str, names: Sequence[str], models: 
         return ()
     found = _signs_of_names(stated, names)
     views = render_sides(mesh)
+    measured = measure_fragments(mesh, mesh.fragment_labels, images=views)
+    found += _signs_of_pieces(measured)
     # Fruit, bottles and mugs have creases and handles too; what has doors, drawers or keys has flat walls.
     if boxiness(mesh, views) >= MIN_BOXINESS:
-        measured = measure_fragments(mesh, mesh.fragment_labels, images=views)
         for side in SIDE_NAMES:
             found += _signs_of_side(mesh, measured, side, models)
     return tuple(found)
@@ -99,3 +114,77 @@ def _has_front(mesh: WeldedMesh, relief: SideRelief, side: int, models: Models, 
 def _has_control(measured: MeasuredFragments, side: int) -> bool:
     """Return whether a small piece stands out of a side, as knobs, keys and levers do."""
     return any(c.protrusion >= MIN_CONTROL_PROTRUSION for c in find_controls(measured, side, []))
+
+
+def _signs_of_pieces(measured: MeasuredFragments) -> list[str]:
+    """Return the signs that pieces give by how they sit on and in each other."""
+    if not 2 <= measured.count <= MAX_PIECES:
+        return []
+    graph = piece_graph(measured)
+    found = ["a lever stands out from the end of a round post"] if _has_lever(graph) else []
+    if _has_sashes(graph.pieces):
+        found.append("panels lie side by side in a frame, as the sashes of a window do")
+    return found
+
+
+def _has_lever(graph: PieceGraph) -> bool:
+    """Return whether a long piece stands out from a round one that sits on the end of a round post."""
+    for i, hub in enumerate(graph.pieces):
+        if hub.turned is None:
+            continue
+        beside = graph.neighbours(i)
+        is_on_post = any(_is_post(graph.pieces[j], hub.turned) for j in beside)
+        if is_on_post and any(_stands_out(graph.pieces[j], hub.turned) for j in beside):
+            return True
+    return False
+
+
+def _is_post(piece: Piece, axis: Axis) -> bool:
+    """Return whether a piece is round about an axis and longer along it than wide."""
+    own = piece.turned
+    if own is None or abs(float(own.direction @ axis.direction)) < SAME_AXIS_COS:
+        return False
+    if float(axis.distance(own.origin[None])[0]) > SAME_LINE_BY_RADIUS * min(own.radius, axis.radius):
+        return False
+    return float(np.ptp(own.along(piece.points))) > MIN_POST_RATIO * own.radius
+
+
+def _stands_out(piece: Piece, axis: Axis) -> bool:
+    """Return whether a piece is long and points away from an axis at right angles."""
+    away = piece.points - piece.middle
+    spread, directions = np.linalg.eigh(away.T @ away)
+    ratio = float(np.sqrt(spread[2] / max(float(spread[1]), 1e-12)))
+    length = float(np.ptp(away @ directions[:, 2]))
+    level = abs(float(directions[:, 2] @ axis.direction)) < MAX_AXIS_COS
+    return ratio > MIN_STICK_RATIO and level and length > MIN_LEVER_BY_RADIUS * axis.radius
+
+
+def _has_sashes(pieces: Sequence[Piece]) -> bool:
+    """Return whether two flat pieces lie in the outline of a third that is flat the same way."""
+    boxes = [np.array([p.lower, p.upper]) for p in pieces]
+    for outer in boxes:
+        depth = int(np.argmin(np.ptp(outer, axis=0)))
+        across = [k for k in range(3) if k != depth]
+        width = float(np.ptp(outer, axis=0)[across].min())
+        inside = [b for b in boxes if b is not outer and _is_sash(b, outer, depth, across, width)]
+        if any(_share_of_overlap(a, b, across) < MAX_SASH_OVERLAP for a, b in combinations(inside, 2)):
+            return True
+    return False
+
+
+def _is_sash(box: Floats, outer: Floats, depth: int, across: Sequence[int], width: float) -> bool:
+    """Return whether a box is flat, lies in the outline of another one and covers a fair share of it."""
+    thickness = max(float(np.ptp(b[:, depth])) for b in (box, outer))
+    if thickness > MAX_PANEL_DEPTH * width or int(np.argmin(np.ptp(box, axis=0))) != depth:
+        return False
+    is_inside = (box[0] > outer[0])[across].all() and (box[1] < outer[1])[across].all()
+    meets = box[0, depth] <= outer[1, depth] and outer[0, depth] <= box[1, depth]
+    share = float(np.prod(np.ptp(box, axis=0)[across]) / max(float(np.prod(np.ptp(outer, axis=0)[across])), 1e-12))
+    return bool(is_inside and meets and MIN_SASH_SHARE <= share <= MAX_SASH_SHARE)
+
+
+def _share_of_overlap(a: Floats, b: Floats, across: Sequence[int]) -> float:
+    """Return the part of the smaller of two outlines that lies in the other."""
+    shared = (np.minimum(a[1], b[1]) - np.maximum(a[0], b[0]))[across].clip(min=0.0)
+    least = min(float(np.prod(np.ptp(box, axis=0)[across])) for box in (a, b))
+    return float(np.prod(shared)) / max(least, 1e-12)

@@ -111,12 +111,12 @@ def build_colliders(
         solid.is_whole = part.kind in SINGLE_SHAPE_KINDS
         solid.blocking_link = None if door is None else door + 1
         solids.append(solid)
-    _set_joints(solids, articulation, points, mesh, metres_per_unit)
-    _add_interiors(solids, articulation, points, mesh, metres_per_unit)
     for i in sorted(refit):
         rows = np.flatnonzero(owner == (BODY_OWNER if i == 0 else i - 1))
         if len(rows):
             _fit_as_a_whole(solids[i], points, mesh, rows)
+    _set_joints(solids, articulation, points, mesh, metres_per_unit)
+    _add_interiors(solids, articulation, points, mesh, metres_per_unit)
     for i, solid in enumerate(solids):
         solid.clouds = [snap_to_box(c) for c in solid.clouds]
         # Link 0 is the body; link i is part i - 1.

@@ -29,6 +29,9 @@ MAX_OPEN_FILL, MAX_FLAT_RATIO, MIN_HOLE_SHARE, HOLE_PX = 0.5, 0.06, 0.3, 48
 MIN_OUTLINE_FILL = 0.95
 # Voxels along the longest side: the finest grid that needs few enough shapes is taken.
 VOXEL_COUNTS = (28, 18, 12, 8)
+# Coarser ones, for what still needs too many: where the shapes that there is room for end this share of the longest
+# side short of the surface. Ref: nine tenths of collider_bounds_ratio in registry/limits.yaml.
+COARSE_VOXEL_COUNTS, MAX_SHORTFALL_SHARE = (5, 3), 0.018
 MIN_THICKNESS_M = 0.002
 # Part of that thickness by which rounding may fall short of it.
 ROUNDING_SHARE = 0.01
@@ -57,12 +60,23 @@ def convex_clouds(points: Floats, faces: Ints, max_count: int) -> list[Floats]:
         return [_hull_or_box(cloud)]
     samples = np.concatenate([cloud, surface_samples(cloud, triangles, SAMPLES)])
     found: list[Floats] = []
-    for cells in VOXEL_COUNTS:
+    for cells in (*VOXEL_COUNTS, *COARSE_VOXEL_COUNTS):
+        if cells in COARSE_VOXEL_COUNTS and not _falls_short(found, cloud):
+            break
         grid = finest if cells == VOXEL_COUNTS[0] else voxelise(cloud, triangles, cells=cells)
         found, left = _boxes_of_voxels(grid, samples, max_count)
         if not left:
             break
-    return found or [_hull_or_box(cloud)]
+    return [_hull_or_box(cloud)] if _falls_short(found, cloud) else found
+
+
+def _falls_short(shapes: list[Floats], cloud: Floats) -> bool:
+    """Return whether the box around shapes ends inside that around a cloud, or there are none."""
+    if not shapes:
+        return True
+    gaps = np.min([s.min(axis=0) for s in shapes], axis=0) - cloud.min(axis=0)
+    gaps = np.maximum(gaps, cloud.max(axis=0) - np.max([s.max(axis=0) for s in shapes], axis=0))
+    return bool(gaps.max() > MAX_SHORTFALL_SHARE * np.ptp(cloud, axis=0).max())
 
 
 def hull_closes_opening(points: Floats, faces: Ints) -> bool:

@@ -12,7 +12,13 @@ from casa_assets.articulate.fronts.known_fronts import NO_FRONTS, KnownFronts
 from casa_assets.articulate.fronts.panel_layers import find_backing_plates, find_door_bins
 from casa_assets.articulate.fronts.panels import INSIDE_TOLERANCE, Panel
 from casa_assets.articulate.fronts.tiled_fronts import detergent_drawers, door_beside_controls, tiled_fronts
-from casa_assets.articulate.interior.hollow_parts import PIXELS, free_share_behind, roofed_share, view_from_above
+from casa_assets.articulate.interior.hollow_parts import (
+    PIXELS,
+    free_share_behind,
+    roofed_share,
+    share_open_to_the_top,
+    view_from_above,
+)
 from casa_assets.articulate.interior.inner_parts import GROUPING_GAPS, group_touching, is_shelf
 from casa_assets.articulate.segment.fragment_measures import (
     BACK,
@@ -53,6 +59,8 @@ MIN_BOX_HEIGHT_SHARE = 0.2
 MIN_BLOCK_WIDTH_SHARE, MIN_BLOCK_HEIGHT_SHARE, MAX_BLOCK_SUNK_SHARE, MIN_BLOCK_FILL = 0.55, 0.35, 0.1, 0.8
 # Greatest share of a board of a box that is visible from outside, and least depth of a box by the width of its front.
 MAX_VISIBLE_SHARE, MIN_BOX_DEPTH_SHARE = 0.05, 0.25
+# A box is a basin where whoever looks down on the worktop sees into it over this share of its plan.
+MIN_BASIN_SHARE = 0.5
 # Height to width of a front above which only a tub is a box: fridges have many shelves and bins.
 MAX_HEIGHT_RATIO = 1.3
 # Widest gap between a front and a shelf behind it, diagonals.
@@ -403,7 +411,7 @@ def select_opening_panels(
         if chance is not None:
             out.append((p, chance, "its edges show on the front"))
             continue
-        if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper):
+        if (p.is_recessed and not p.grips) or _is_set_back(p, panels, lower, upper) or _has_basin(measured, p, gripped):
             continue
         if p.grips and p.controls >= MIN_CONTROLS and foot < MAX_CONTROL_PANEL_SHARE * whole[0] * whole[1]:
             continue
@@ -438,6 +446,12 @@ def select_opening_panels(
 def _is_face_of_case(panel: Panel, width: float) -> bool:
     """Return whether a panel is a sheet without thickness that is as wide as the side, as a face of its case is."""
     return float(panel.upper[2] - panel.lower[2]) <= MAX_FACE_DEPTH and panel.width >= MIN_FACE_WIDTH_SHARE * width
+
+
+def _has_basin(measured: MeasuredFragments, panel: Panel, gripped: list[Panel]) -> bool:
+    """Return whether a panel is the false front of a sink: others have handles, its box is open on top."""
+    is_plain = bool(gripped) and not panel.grips and bool(panel.box)
+    return is_plain and share_open_to_the_top(measured, panel.box) > MIN_BASIN_SHARE
 
 
 def _is_key_pad(panel: Panel, whole: Floats) -> bool:

@@ -101,6 +101,20 @@ def roofed_share(measured: MeasuredFragments, side: int, lower: Floats, upper: F
     return float((height >= float(upper[1]) - 0.25 * float(upper[1] - lower[1])).mean())
 
 
+def share_open_to_the_top(measured: MeasuredFragments, fragments: Sequence[int]) -> float:
+    """Return the share of the plan of some fragments in which whoever looks down on the thing sees into them.
+
+    There nothing lies above half of their height: neither a worktop nor the body, but for what stands in them.
+    """
+    lower, upper = measured.box(fragments)
+    corners = np.sort(np.array([lower, upper]) @ SIDES[TOP].T, axis=0)
+    image = measured.depth_images[TOP]
+    row, column = image.rows_columns(corners[:, :2])
+    depth = image.depth[row[1] : row[0] + 1, column[0] : column[1] + 1]
+    height = float(measured.upper[:, 2].max()) - np.where(np.isfinite(depth), depth, np.inf)
+    return float((height < float(lower[2] + upper[2]) / 2).mean())
+
+
 def _walls(share: Floats) -> tuple[float, float, float]:
     """Return the shares of the left, right and far border of a plan that have a wall rising above the floor."""
     rows, columns = (max(1, round(WALL_BORDER_SHARE * n)) for n in share.shape)

@@ -63,6 +63,9 @@ DRAWER_FEATURES = (
     "over_larger",
     "under_pair",
     "low_beside_larger",
+    "level_and_centred",
+    "centred_beside_aside",
+    "others_have_boxes",
 )
 # A front or its box that reaches back farther than this share of the thing is deep.
 MIN_DEEP_SHARE, MIN_BOX_SHARE = 0.34, 0.3
@@ -110,6 +113,7 @@ class FrontView:
     Attributes:
         handle: of the front, None where it has none. box_depth: how far its box reaches behind it, or that of another
             front of its size and with such a handle in its column, diagonals.
+        others_box_depth: how far the deepest box of the other fronts reaches behind its own, diagonals.
         lower, upper: (3,) corners of the whole thing in (u, v, w).
         fronts: panels that open, itself among them. handles: of those, in their order.
         still: panels that do not open. controls: (C, 2) middles of knobs and keys that are no handles.
@@ -119,6 +123,7 @@ class FrontView:
     panel: Panel
     handle: PanelHandle | None
     box_depth: float
+    others_box_depth: float
     lower: Floats
     upper: Floats
     fronts: Sequence[Panel]
@@ -169,15 +174,17 @@ def view_fronts(
     handles = [panel_handle(p, lower, upper) for p in fronts]
     still = [p for p in panels if not any(p is f for f in fronts)]
     middles = np.array([c.middle for c in controls]).reshape(-1, 2)
+    depths = [box_depth(measured, side, p) for p in fronts]
     return [
         FrontView(
             panel=p,
             handle=h,
             box_depth=max(
-                box_depth(measured, side, o)
-                for o, g in zip(fronts, handles, strict=True)
+                d
+                for o, g, d in zip(fronts, handles, depths, strict=True)
                 if o is p or (_are_alike(o, p) and _have_like_handles(g, h))
             ),
+            others_box_depth=max((d for o, d in zip(fronts, depths, strict=True) if o is not p), default=0.0),
             lower=lower.min(axis=0),
             upper=upper.max(axis=0),
             fronts=fronts,
@@ -337,6 +344,7 @@ def drawer_features(view: FrontView) -> Floats:
     area = panel.width * panel.height
     stacked = [o for o in view.others if _in_column(o, panel)]
     size = np.array([panel.width, panel.height])
+    has_box = view.box_depth > MIN_BOX_SHARE * extent[2]
     alike = sum(float(np.abs(np.array([o.width, o.height]) - size).max()) < SAME_PLACE for o in view.others)
     # Larger ones above or below it.
     over = [o for o in view.others if _overlaps(o, panel) and o.width * o.height > 1.6 * area]
@@ -344,16 +352,16 @@ def drawer_features(view: FrontView) -> Floats:
         [
             1.0,
             float(panel.upper[2] - panel.lower[2] > MIN_DEEP_SHARE * extent[2]),
-            float(view.box_depth > MIN_BOX_SHARE * extent[2]),
+            float(has_box),
             float(panel.has_shelf_behind),
             view.log_ratio,
             panel.height / max(float(extent[1]), 1e-9),
             float(panel.width > 0.8 * extent[0] and panel.height > 0.5 * extent[1]),
-            float(handle is not None and abs(float(handle.middle[0]) - 0.5) > ASIDE),
+            float(handle is not None and _is_aside(handle)),
             float(handle is not None and handle.is_upright),
-            float(handle is not None and handle.is_level and abs(float(handle.middle[0]) - 0.5) <= ASIDE),
+            float(handle is not None and handle.is_level and not _is_aside(handle)),
             0.0 if handle is None else max(0.0, 0.5 - float(handle.middle[1])),
-            float(handle is not None and float(np.abs(handle.middle - 0.5).max()) <= CENTRED),
+            float(handle is not None and _is_centred(handle)),
             float(handle is None),
             math.log1p(min(len(stacked), MAX_NEIGHBOURS)),
             float(len(stacked) >= MIN_STACK - 1),
@@ -362,8 +370,21 @@ def drawer_features(view: FrontView) -> Floats:
             float(any(o.upper[1] <= panel.lower[1] + SAME_PLACE for o in over)),
             float(_is_under_pair(panel, view.others)),
             float(panel.width > MIN_LOW_RATIO * panel.height and len(over) > 0),
+            float(handle is not None and handle.is_level and _is_centred(handle)),
+            float(handle is not None and _is_centred(handle) and any(_is_aside(h) for h in view.handles if h)),
+            float(view.others_box_depth > MIN_BOX_SHARE * extent[2] and not has_box),
         ]
     )
+
+
+def _is_aside(handle: PanelHandle) -> bool:
+    """Return whether a handle is off the middle of the width."""
+    return abs(float(handle.middle[0]) - 0.5) > ASIDE
+
+
+def _is_centred(handle: PanelHandle) -> bool:
+    """Return whether a handle is in the middle both ways."""
+    return float(np.abs(handle.middle - 0.5).max()) <= CENTRED
 
 
 def _is_under_pair(panel: Panel, others: Sequence[Panel]) -> bool:

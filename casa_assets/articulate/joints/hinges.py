@@ -116,6 +116,9 @@ DRAWER_REASONS: Mapping[str, str] = {
     "under_larger": "it lies under a larger front",
     "over_larger": "it lies above a larger front",
     "low_beside_larger": "it is low and lies over or under a larger front",
+    "level_and_centred": "a level handle in its middle",
+    "centred_beside_aside": "its handle is in its middle, those of others are at a side",
+    "others_have_boxes": "boxes go with other fronts, none with it",
     "under_pair": "it is as wide as the two fronts above it together",
 }
 # At most so many fronts of a thing speak for its kind.

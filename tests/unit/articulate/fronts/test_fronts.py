@@ -66,6 +66,21 @@ def test_a_basin_that_one_looks_into_stays_behind_a_false_front() -> None:
     assert of_kind(found, PartKind.DRAWER) == []
 
 
+def test_the_outer_wall_of_a_basin_is_no_box_of_a_drawer() -> None:
+    walls = [p for i, p in enumerate(carcass(0.6, 0.5, 0.7)) if i != 3]
+    rim = [
+        box((0.0, 0.0, 0.69), (0.1, 0.5, 0.71)),
+        box((0.5, 0.0, 0.69), (0.6, 0.5, 0.71)),
+        box((0.1, 0.0, 0.69), (0.5, 0.05, 0.71)),
+        box((0.1, 0.45, 0.69), (0.5, 0.5, 0.71)),
+    ]
+    basin = [*tub((0.1, 0.04, 0.55), (0.5, 0.46, 0.69)), *tub((0.07, 0.01, 0.52), (0.53, 0.49, 0.69))]
+    doors = [box((x, -0.02, 0.02), (x + 0.29, 0.0, 0.49)) for x in (0.005, 0.305)]
+    bars = [p for x in (0.26, 0.33) for p in bar((x, -0.06, 0.2), (x + 0.012, -0.05, 0.35), -0.02)]
+    found, _ = found_in([*walls, *rim, *basin, box((0.005, -0.02, 0.5), (0.595, 0.0, 0.69)), *doors, *bars])
+    assert [p.kind for p in found.parts] == [PartKind.DOOR, PartKind.DOOR]
+
+
 def test_a_tub_behind_a_door_is_a_drawer_of_its_own() -> None:
     parts = [*carcass(0.5, 0.5, 0.9), box((0.0, -0.02, 0.0), (0.5, 0.0, 0.9))]
     parts += bar((0.44, -0.06, 0.4), (0.452, -0.05, 0.6), -0.02)
