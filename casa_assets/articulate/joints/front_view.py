@@ -345,6 +345,10 @@ def drawer_features(view: FrontView) -> Floats:
     stacked = [o for o in view.others if _in_column(o, panel)]
     size = np.array([panel.width, panel.height])
     has_box = view.box_depth > MIN_BOX_SHARE * extent[2]
+    covers = bool(panel.width > 0.8 * extent[0] and panel.height > 0.5 * extent[1])
+    is_drawn = handle is not None and handle.is_level and _is_centred(handle)
+    # Height speaks for a door, but not where the handle is one that nobody puts on a tall door.
+    tells_by_form = covers or not is_drawn
     alike = sum(float(np.abs(np.array([o.width, o.height]) - size).max()) < SAME_PLACE for o in view.others)
     # Larger ones above or below it.
     over = [o for o in view.others if _overlaps(o, panel) and o.width * o.height > 1.6 * area]
@@ -354,9 +358,9 @@ def drawer_features(view: FrontView) -> Floats:
             float(panel.upper[2] - panel.lower[2] > MIN_DEEP_SHARE * extent[2]),
             float(has_box),
             float(panel.has_shelf_behind),
-            view.log_ratio,
-            panel.height / max(float(extent[1]), 1e-9),
-            float(panel.width > 0.8 * extent[0] and panel.height > 0.5 * extent[1]),
+            view.log_ratio if tells_by_form else max(view.log_ratio, 0.0),
+            panel.height / max(float(extent[1]), 1e-9) if tells_by_form else 0.0,
+            float(covers),
             float(handle is not None and _is_aside(handle)),
             float(handle is not None and handle.is_upright),
             float(handle is not None and handle.is_level and not _is_aside(handle)),
@@ -370,7 +374,7 @@ def drawer_features(view: FrontView) -> Floats:
             float(any(o.upper[1] <= panel.lower[1] + SAME_PLACE for o in over)),
             float(_is_under_pair(panel, view.others)),
             float(panel.width > MIN_LOW_RATIO * panel.height and len(over) > 0),
-            float(handle is not None and handle.is_level and _is_centred(handle)),
+            float(is_drawn),
             float(handle is not None and _is_centred(handle) and any(_is_aside(h) for h in view.handles if h)),
             float(view.others_box_depth > MIN_BOX_SHARE * extent[2] and not has_box),
         ]
