@@ -25,6 +25,7 @@ from casa_assets.cli.verbs.export.app import app as export
 from casa_assets.cli.verbs.families import app as families
 from casa_assets.cli.verbs.find import find
 from casa_assets.cli.verbs.ingest import fetch, ingest
+from casa_assets.cli.verbs.objects import app as objects
 from casa_assets.cli.verbs.preview import preview
 from casa_assets.cli.verbs.report import index, report
 from casa_assets.cli.verbs.review import review
@@ -51,6 +52,7 @@ app = typer.Typer(
 for verb in (ingest, articulate, fetch, find, preview, report, review, index, checks, doctor):
     app.command()(verb)
 app.add_typer(families)
+app.add_typer(objects)
 app.add_typer(textures)
 app.add_typer(scenes)
 app.add_typer(scene)

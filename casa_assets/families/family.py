@@ -114,13 +114,14 @@ class Family(Generic[P]):
     """A family: its code joined to its title, category, presets and rules of sampling out of the registry.
 
     Attributes:
-        name: such as `microwave`. params: the type of its numbers.
+        name: such as `microwave`, or of objects their category. params: the type of its numbers.
         build: numbers and finishes into an asset; no randomness.
         sample: draws a member; every number within the bounds of its type.
         title: what a person calls it, one line.
-        category: id in registry/fixtures.yaml.
+        category: id in registry/fixtures.yaml, or of objects in registry/categories.yaml.
         description: what members there are, one sentence.
         presets: named members, each visibly different.
+        form: of objects, the name of their form in families/objects/; empty for fixtures.
     """
 
     name: str
@@ -131,6 +132,7 @@ class Family(Generic[P]):
     category: str
     description: str
     presets: Mapping[str, P]
+    form: str = ""
 
 
 def pick(rng: np.random.Generator, options: tuple[Any, ...] | list[Any]) -> Any:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from enum import Enum
 from operator import attrgetter
+from types import MappingProxyType
 from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
@@ -22,18 +23,24 @@ from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.model.registry.finish import Surface
 
 P = TypeVar("P", bound=Params)
+NOTHING_FIXED: Mapping[str, Any] = MappingProxyType({})
 # (values drawn so far, rng, available) -> value
 Draw = Callable[[Mapping[str, Any], np.random.Generator, AvailableFinishes], Any]
 
 
 def read_sample_rules(
-    params: type[P], rules: Mapping[str, Any], document: Document, path: KeyPath = ("sample",)
+    params: type[P],
+    rules: Mapping[str, Any],
+    document: Document,
+    path: KeyPath = ("sample",),
+    fixed: Mapping[str, Any] = NOTHING_FIXED,
 ) -> Callable[[np.random.Generator, AvailableFinishes], P]:
     """The function that draws a member by the rules.
 
     Args:
         params: the type of the member.
         rules: field -> rule, as they stand in the document below `path`.
+        fixed: field -> value of all members, checked already.
     Raises:
         RegistryError: a field, a rule or a value that `params` does not take; it names file, line and pointer.
     """
@@ -45,12 +52,21 @@ def read_sample_rules(
         draws[name] = _RuleReader(document, params, name, tuple(draws)).read(rule, (*path, name))
 
     def sample(rng: np.random.Generator, available: AvailableFinishes) -> P:
-        values: dict[str, Any] = {}
+        values: dict[str, Any] = dict(fixed)
         for name, draw in draws.items():
             values[name] = draw(values, rng, available)
         return params(**{name: value for name, value in values.items() if name in params.model_fields})
 
     return sample
+
+
+def read_fixed(params: type[P], stated: Mapping[str, Any], document: Document, path: KeyPath) -> Mapping[str, Any]:
+    """The values that all members have, as they are written. Raises RegistryError where `params` does not take one."""
+    for name, value in stated.items():
+        if name not in params.model_fields:
+            raise document.fault((*path, name), expected_one_of(tuple(params.model_fields), name), repr(name))
+        _RuleReader(document, params, name, ()).constant(value, (*path, name))
+    return stated
 
 
 class _RuleReader:
@@ -74,8 +90,11 @@ class _RuleReader:
                 options = [self.read(option, (*path, i)) for i, option in enumerate(rule)]
                 return lambda values, rng, available: pick(rng, options)(values, rng, available)
             case {"range": [low, high], "step": float(step), **rest} if not rest:
-                low, high = self._constant(low, path), self._constant(high, path)
+                low, high = self.constant(low, path), self.constant(high, path)
                 return lambda values, rng, available: between(rng, low, high, step)
+            case {"one_of": [_, *_] as options, **rest} if not rest:
+                chosen = [self.constant(option, (*path, i)) for i, option in enumerate(options)]
+                return lambda values, rng, available: pick(rng, chosen)
             case {"integers": [int(first), int(last)], **rest} if not rest:
                 return lambda values, rng, available: int(rng.integers(first, last + 1))
             case {"chance": float(share), **branches} if branches.keys() <= {"then", "else"}:
@@ -95,7 +114,7 @@ class _RuleReader:
                 return self._cases(name, cases, path)
             case dict() | list():
                 raise self.document.fault(path, "a rule of a random member", repr(rule)[:80])
-        constant = self._constant(rule, path)
+        constant = self.constant(rule, path)
         return lambda values, rng, available: constant
 
     def _any(self, path: KeyPath) -> Draw:
@@ -141,7 +160,7 @@ class _RuleReader:
             raise self.document.fault(path, f"an earlier row, {expected_one_of(self.earlier, row)}", repr(name))
         return (lambda values: attrgetter(field)(values[row])) if field else (lambda values: values[row])
 
-    def _constant(self, value: Any, path: KeyPath) -> Any:
+    def constant(self, value: Any, path: KeyPath) -> Any:
         """A value that the field takes, as it is written."""
         try:
             self.type.validate_python(value)

@@ -12,9 +12,9 @@ from rich.markup import escape
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from casa_assets.cli.member_output import check_faults, json_row, print_result, print_summary
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
-from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families.run import FamilyResult
@@ -82,11 +82,11 @@ def show(
         for request in requests:
             result = build_one(request, out, checked=check, drawn=False)
             results.append(result)
-            _print_result(result, console)
+            print_result(result, console)
             if result.folder:
                 for path in pictures(Path(result.folder), out, request.title.replace("/", "_").replace("#", "n"), size):
                     console.print(f"  {path}", highlight=False, soft_wrap=True)
-    _check_faults(results)
+    check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
 
@@ -122,11 +122,11 @@ def build(
             results.append(result)
             progress.update(task, completed=len(results))
             if json_:
-                typer.echo(json.dumps(_json_row(result), sort_keys=True))
+                typer.echo(json.dumps(json_row(result), sort_keys=True))
             elif not result.passed:
-                _print_result(result, progress.console)
-    _print_summary(results, console)
-    _check_faults(results)
+                print_result(result, progress.console)
+    print_summary(results, console)
+    check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
 
@@ -154,46 +154,3 @@ def catalogue(
             for done in make(out, jobs, names or [], textures):
                 progress.update(task, description=escape(done))
     console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)
-
-
-def _check_faults(results: list[FamilyResult]) -> None:
-    """Raises BatchFault where some were not built by a fault of the program."""
-    faults = [r.request.title for r in results if r.is_fault]
-    if faults:
-        raise BatchFault(faults)
-
-
-def _json_row(result: FamilyResult) -> dict[str, object]:
-    return {
-        "member": result.request.title,
-        "id": result.asset_id,
-        "passed": result.passed,
-        "message": result.message,
-        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in result.problems],
-        "build_s": round(result.build_s, 4),
-        "write_s": round(result.write_s, 4),
-        "draw_s": round(result.draw_s, 4),
-        "check_s": round(result.check_s, 4),
-        "bytes": result.size_bytes,
-    }
-
-
-def _print_result(result: FamilyResult, console: Console) -> None:
-    mark = "[green]passed[/]" if result.passed else "[red]failed[/]"
-    seconds = f"build {result.build_s:.2f} s, write {result.write_s:.2f} s, check {result.check_s:.2f} s"
-    console.print(
-        f"{mark} [bold]{result.request.title}[/] {result.asset_id} ({seconds}, {result.size_bytes / 1e6:.2f} MB)"
-    )
-    if result.message:
-        console.print(escape(result.message), highlight=False)
-    for issue in result.problems:
-        console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}", highlight=False)
-
-
-def _print_summary(results: list[FamilyResult], console: Console) -> None:
-    from casa_assets.pipeline.families.run import summary
-
-    table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")
-    for row in summary(results):
-        table.add_row(*row)
-    console.print(table)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -14,6 +14,9 @@ from rich.table import Table
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
 from casa_assets.model.kitchen.surface import Surface
+
+if TYPE_CHECKING:
+    from casa_assets.model.registry.texture_recipe import TextureRecipe
 
 app = typer.Typer(
     name="textures",
@@ -43,7 +46,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
         return
     table = Table("set", "id", "kind", "size [m]", "substance")
     for r in found:
-        table.add_row(r.surface.value, r.id, r.kind, f"{r.tile_m[0]:g} x {r.tile_m[1]:g}", r.substance)
+        table.add_row(_group(r), r.id, r.kind, f"{r.tile_m[0]:g} x {r.tile_m[1]:g}", r.substance)
     console = Console()
     console.print(table)
     console.print(pluralize(len(found), "recipe"), highlight=False)
@@ -74,7 +77,7 @@ def make(
     with bar(console) as progress, writing(out):
         task = progress.add_task("painting", total=len(recipes))
         for recipe in recipes:
-            paths = write_finish(recipe, out / recipe.surface.value, _cache(out), size)
+            paths = write_finish(recipe, out / _group(recipe), _cache(out), size)
             progress.advance(task)
             if json_:
                 typer.echo(json.dumps({"id": recipe.id, "files": [str(p) for p in paths]}))
@@ -216,3 +219,8 @@ def _cache(out: Path) -> Path:
     from casa_assets.pipeline.library.library import Library
 
     return Library(out).cache
+
+
+def _group(recipe: TextureRecipe) -> str:
+    """The surface of a recipe, or `objects`."""
+    return "objects" if recipe.surface is None else recipe.surface.value

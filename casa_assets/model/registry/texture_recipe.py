@@ -8,11 +8,11 @@ from casa_assets.model.registry.finish import Surface
 
 
 class TextureRecipe(Record):
-    """A row of registry/textures/<surface>.yaml.
+    """A row of registry/textures/<surface>.yaml, or of registry/skins/.
 
     Attributes:
-        id: unique among all surfaces.
-        surface: which set it belongs to.
+        id: unique among all of them.
+        surface: which set it belongs to; None for a skin of objects.
         kind: name of a kind of texture. seed: of its generator.
         tile_m: width and height of the picture in metres.
         substance: id in registry/substances.yaml.
@@ -20,7 +20,7 @@ class TextureRecipe(Record):
     """
 
     id: Id
-    surface: Surface
+    surface: Surface | None = None
     kind: Id
     seed: int
     tile_m: tuple[Positive, Positive]

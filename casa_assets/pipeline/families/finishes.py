@@ -14,7 +14,7 @@ from casa_assets.model.asset.material import Material
 from casa_assets.model.record import Vec4
 from casa_assets.model.registry.finish import Finish, Plain, Surface
 from casa_assets.pipeline.cache.cache_key import digest_of
-from casa_assets.pipeline.textures.recipes import find_recipe, finish_key, finish_of, recipes
+from casa_assets.pipeline.textures.recipes import every_recipe, find_recipe, finish_key, finish_of, recipes
 from casa_assets.registry.families import look_samplers
 
 
@@ -76,7 +76,7 @@ def finishes(names: Iterable[str], cache: Path) -> dict[str, Finish]:
         UnknownId: neither a plain finish nor a recipe.
     """
     by_id = dict(plain())
-    pictured = {name: row for rows in recipes().values() for name, row in rows.items()}
+    pictured = every_recipe()
     for name in names:
         if name in by_id:
             continue

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from statistics import median
+from types import ModuleType
 from typing import Any
 
 from casa_assets import registry
@@ -16,9 +17,11 @@ from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
 from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params, Supplies
+from casa_assets.families.objects import FORMS
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.issue import Issue, Report
+from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.families.finishes import available_finishes, finishes, finishes_key
 from casa_assets.pipeline.ingest.job import writing
@@ -36,6 +39,7 @@ from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.camera import View
 from casa_assets.registry.families import family, family_names
+from casa_assets.registry.objects import object_family, object_names
 
 # The package that the code of all families is below.
 FAMILIES_PACKAGE = "casa_assets.families"
@@ -46,12 +50,17 @@ PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
 
 @dataclass(frozen=True)
 class FamilyRequest:
-    """One member to be built: a preset, or draw number `index` of a seed."""
+    """One member to be built: a preset, or draw number `index` of a seed.
+
+    Attributes:
+        is_object: it is of registry/objects/, and `family` its category; else of registry/families/.
+    """
 
     family: str
     preset: str = ""
     seed: int = 0
     index: int = 0
+    is_object: bool = False
 
     @property
     def title(self) -> str:
@@ -107,17 +116,29 @@ def requests_for(names: Sequence[str], samples: int, seed: int, presets: bool) -
     return requests
 
 
+def object_requests(names: Sequence[str], count: int, seed: int) -> list[FamilyRequest]:
+    """The first draws of each category of objects; of all where none is named. Raises UnknownId."""
+    for name in names:
+        object_family(name)
+    chosen = names or object_names()
+    return [FamilyRequest(name, seed=seed, index=i, is_object=True) for name in chosen for i in range(count)]
+
+
+def family_of(request: FamilyRequest) -> Family[Any]:
+    """The family of a member. Raises UnknownId."""
+    return object_family(request.family) if request.is_object else family(request.family)
+
+
 def params_of(request: FamilyRequest) -> Params:
     """The numbers of a member: a preset, or one drawn by the family's rules. Raises UnknownId."""
-    member_family = family(request.family)
+    member_family = family_of(request)
     if request.preset:
         if request.preset not in member_family.presets:
             raise UnknownId(f"preset of {request.family}", request.preset, member_family.presets)
         chosen: Params = member_family.presets[request.preset]
         return chosen
-    drawn: Params = member_family.sample(
-        rng_for(request.seed, f"families/{request.family}/{request.index}"), available_finishes()
-    )
+    lane = f"{'objects' if request.is_object else 'families'}/{request.family}/{request.index}"
+    drawn: Params = member_family.sample(rng_for(request.seed, lane), available_finishes())
     return drawn
 
 
@@ -132,22 +153,33 @@ def asset_key(member_family: Family[Any], params: Params) -> str:
 
     Another family, or a texture of a kind that the asset does not show, has no part in it.
     """
-    code = _code_key(member_family.name)
+    code = _code_key(member_family.name, member_family.form)
     densities = sorted(registry.load().densities.items())
     values = [params.digest, labels_of(member_family).digest, densities, finishes_key(params.finishes)]
     return digest_of("asset", member_family.name, code, *values)
 
 
 @cache
-def _code_key(name: str) -> str:
-    return key_of(*modules_holding(MODELS[name], FAMILIES_PACKAGE))
+def _code_key(name: str, form: str) -> str:
+    return key_of(*_modules(name, form))
+
+
+def _modules(name: str, form: str) -> tuple[ModuleType, ...]:
+    """The modules that hold the code of a family, or of the form of objects."""
+    return modules_holding(FORMS[form] if form else MODELS[name], FAMILIES_PACKAGE)
 
 
 def labels_of(member_family: Family[Any]) -> Labels:
     """Category, classes and Wikidata item of a family's assets, from the registry."""
     data = registry.load()
-    category = data.fixtures[member_family.category]
+    category = _category_of(member_family)
     return Labels(category=category.id, classes=data.classes_of(category), qcode=category.qcode)
+
+
+def _category_of(member_family: Family[Any]) -> Category:
+    """The row of a family's category: of an object in categories.yaml, else in fixtures.yaml."""
+    data = registry.load()
+    return (data.categories if member_family.form else data.fixtures)[member_family.category]
 
 
 def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn: bool = True) -> FamilyResult:
@@ -166,7 +198,7 @@ def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn
 
 
 def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, drawn: bool) -> FamilyResult:
-    member_family = family(request.family)
+    member_family = family_of(request)
     params = params_of(request)
     begin = time.perf_counter()
     asset = build_asset(member_family, params, library.cache)
@@ -177,7 +209,7 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     written = time.perf_counter()
     report = Report(subject=asset.id)
     if checked:
-        report = check_package(asset, staged, registry.load().fixtures[member_family.category])
+        report = check_package(asset, staged, _category_of(member_family))
     checked_at = time.perf_counter()
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(member_family.name, asset.id)
@@ -199,7 +231,7 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
 
 def _made_by(member_family: Family[Any], params: Params) -> disk.MadeBy:
     """Producer, cache key and versions for the certificate of a member."""
-    modules = modules_holding(MODELS[member_family.name], FAMILIES_PACKAGE)
+    modules = _modules(member_family.name, member_family.form)
     versions = versions_of({"family": modules, **WRITING})
     written = key_of(write_package, check_package, certificate)
     return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(member_family, params), written), versions)

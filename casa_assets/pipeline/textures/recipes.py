@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache, lru_cache
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +23,8 @@ from casa_assets.textures.kinds import KINDS
 from casa_assets.textures.make import SIZE_PX, kind_of, make, paint
 
 FOLDER = "textures"  # of the registry, and within a cache
+SKINS = "skins"  # of the registry
+SKIN_PX = 384  # longer side of the picture of an object
 CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
 
 
@@ -54,7 +57,32 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
     return MappingProxyType(found)
 
 
-def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> TextureRecipe:
+@lru_cache(maxsize=4)
+def skins(root: Path | None = None) -> Mapping[str, TextureRecipe]:
+    """All pictures of objects by id, of every file under registry/skins/.
+
+    Raises:
+        RegistryError: a row names an unknown key, kind or substance, or its id is taken.
+    """
+    folder = (registry.data_root() if root is None else root) / SKINS
+    substances = registry.load(root).substances
+    taken = {name: rows for rows, names in recipes(root).items() for name in names}
+    found: dict[str, TextureRecipe] = {}
+    for path in sorted(folder.glob("*.yaml")):
+        document = replace(registry.read_document(path), file=f"{SKINS}/{path.name}")
+        if not isinstance(document.value, dict):
+            raise document.fault((), "a mapping of ids to recipes", type(document.value).__name__)
+        for name, stated in document.value.items():
+            if name in taken or name in found:
+                raise document.fault((name,), "an id that no other picture has", repr(name))
+            found[name] = _recipe(document, name, stated, None)
+            if found[name].substance not in substances:
+                substance = repr(found[name].substance)
+                raise document.fault((name, "substance"), "a substance of substances.yaml", substance)
+    return MappingProxyType(found)
+
+
+def _recipe(document: Document, name: str, stated: Any, surface: Surface | None) -> TextureRecipe:
     """A checked row; its params are those of its kind, with everything spelled out."""
     row = dict(stated) if isinstance(stated, dict) else {}
     kind = KINDS.get(str(row.get("kind")))
@@ -65,16 +93,27 @@ def _recipe(document: Document, name: str, stated: Any, surface: Surface) -> Tex
     return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
 
 
+def every_recipe() -> Mapping[str, TextureRecipe]:
+    """The recipes of all surfaces and of all objects, by id."""
+    return {n: r for group in (*recipes().values(), skins()) for n, r in group.items()}
+
+
 def find_recipe(name: str) -> TextureRecipe:
     """The recipe of that id. Raises UnknownId with the nearest names."""
-    rows = {n: r for group in recipes().values() for n, r in group.items()}
+    rows = every_recipe()
     if name not in rows:
         raise UnknownId("texture", name, rows)
     return rows[name]
 
 
-def finish_key(recipe: TextureRecipe, size_px: int = SIZE_PX) -> str:
+def picture_px(recipe: TextureRecipe) -> int:
+    """Pixels along the longer side of the picture of a recipe."""
+    return SKIN_PX if recipe.surface is None else SIZE_PX
+
+
+def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
     """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance."""
+    size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
     return digest_of("texture", _code_key(recipe.kind), recipe.digest, substance.digest, size_px)
 
@@ -84,8 +123,9 @@ def _code_key(kind: str) -> str:
     return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
 
 
-def finish_of(recipe: TextureRecipe, cache: Path, size_px: int = SIZE_PX) -> Finish:
+def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) -> Finish:
     """The finish of a recipe, from `<cache>/textures` or painted now. Finishes used longest ago make room for it."""
+    size_px = size_px or picture_px(recipe)
     store = Store(cache / FOLDER)
     key = finish_key(recipe, size_px)
     kept = store.get(key)
@@ -93,6 +133,8 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int = SIZE_PX) -> Fin
         return Finish.from_json(kept)
     substance = registry.load().substances[recipe.substance]
     made = finish(recipe.id, recipe.tile_m, make(recipe, size_px), substance)
+    if recipe.surface is None:  # it covers a whole thing and does not repeat
+        made = made.replace(material=made.material.replace(tile_m=None))
     store.put(key, made.to_json().encode())
     store.trim(int(CACHE_SHARE * max_cache_bytes()))
     return made

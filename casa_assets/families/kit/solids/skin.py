@@ -23,7 +23,8 @@ def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0),
 
     Args:
         solid: to be drawn.
-        tile_m: size of the picture on it, or None: then the mesh has no texture coordinates.
+        tile_m: size of the picture on it that repeats, or None: then the mesh has the coordinates of a picture that is
+            made for the whole of it, where the solid has some, else none.
         grain: direction that the picture's height runs along, frame of the solid.
         name: of the part; parts of different names show different cuts of the picture.
     Returns:
@@ -33,16 +34,24 @@ def solid_mesh(solid: Solid, tile_m: Vec2 | None, grain: Vec3 = (0.0, 0.0, 1.0),
     _, areas = face_normals(points, faces)
     keep = areas > 1e-14
     faces = faces[keep]
-    if tile_m is None:
+    if tile_m is None and solid.picture_uv is None:
         return _rounded(with_normals(Mesh(vertices=points, faces=faces), solid.crease_deg))
+    if tile_m is None:
+        assert solid.picture_uv is not None
+        return _with_uv(points, faces, solid.picture_uv[keep], solid.crease_deg)
     uv_m = solid.uv_m[keep] if solid.uv_m is not None else flat_uv(points, faces, np.array(grain))
     uv = (uv_m + uv_offset(name)) / np.array(tile_m)
     # Whole pictures may be taken off: the numbers stay small, and float32 keeps its digits.
     uv -= np.floor(uv.reshape(-1, 2).min(axis=0))
+    return _with_uv(points, faces, uv, solid.crease_deg)
+
+
+def _with_uv(points: Floats, faces: Ints, uv: Floats, crease_deg: float) -> Mesh:
+    """The mesh whose corners have some texture coordinates; corners that agree are one vertex."""
     corners = np.column_stack([faces.ravel(), np.round(uv.reshape(-1, 2), 7)])
     first, index = merge_rows(corners)
     mesh = Mesh(vertices=points[faces.ravel()[first]], faces=index.reshape(-1, 3), uv=uv.reshape(-1, 2)[first])
-    return _rounded(with_normals(mesh, solid.crease_deg))
+    return _rounded(with_normals(mesh, crease_deg))
 
 
 def flat_uv(points: Floats, faces: Ints, grain: Floats) -> Floats:

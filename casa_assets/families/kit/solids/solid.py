@@ -29,6 +29,7 @@ class Solid:
         points: (P, 3) float64. faces: (F, 3) int64.
         shapes: collision shapes and their poses, same frame; empty where nobody has said: then its hull is taken.
         uv_m: (F, 3, 2) own texture coordinates of the corners in metres, or None: then each face is laid flat.
+        picture_uv: (F, 3, 2) coordinates of the corners in a picture that is made for the whole of it, 0..1, or None.
         crease_deg: faces that meet at less are shaded as one smooth surface.
     """
 
@@ -37,6 +38,7 @@ class Solid:
     shapes: tuple[Placed, ...] = ()
     uv_m: Floats | None = None
     crease_deg: float = 50.0
+    picture_uv: Floats | None = None
 
     @property
     def bounds(self) -> Floats:
@@ -66,14 +68,16 @@ class Solid:
         """Its mirror image in the plane x = 0. Collision shapes are mirrored: boxes, cylinders and hulls stay such."""
         flip = np.array([-1.0, 1.0, 1.0])
         shapes = tuple(_mirrored(shape, at) for shape, at in self.shapes)
-        uv_m = None if self.uv_m is None else self.uv_m[:, ::-1]
-        return replace(self, points=self.points * flip, faces=self.faces[:, ::-1], shapes=shapes, uv_m=uv_m)
+        uv_m, picture_uv = (None if uv is None else uv[:, ::-1] for uv in (self.uv_m, self.picture_uv))
+        faces = self.faces[:, ::-1]
+        return replace(self, points=self.points * flip, faces=faces, shapes=shapes, uv_m=uv_m, picture_uv=picture_uv)
 
     def oriented_outwards(self) -> Solid:
         """Return the solid, or where its faces look inwards a copy with all of them reversed."""
         if self.volume > 0:
             return self
-        return replace(self, faces=self.faces[:, ::-1], uv_m=None if self.uv_m is None else self.uv_m[:, ::-1])
+        uv_m, picture_uv = (None if uv is None else uv[:, ::-1] for uv in (self.uv_m, self.picture_uv))
+        return replace(self, faces=self.faces[:, ::-1], uv_m=uv_m, picture_uv=picture_uv)
 
     def without_colliders(self) -> Solid:
         """Return a copy without collision shapes."""
@@ -131,11 +135,13 @@ def concatenate(solids: Sequence[Solid]) -> Solid:
     """Concatenate surfaces and shapes of several solids, without welding them."""
     starts = np.cumsum([0, *(len(s.points) for s in solids)])
     uv_m = [s.uv_m for s in solids if s.uv_m is not None]
+    picture_uv = [s.picture_uv for s in solids if s.picture_uv is not None]
     return Solid(
         points=np.concatenate([s.points for s in solids]),
         faces=np.concatenate([s.faces + start for s, start in zip(solids, starts, strict=False)]),
         shapes=tuple(shape for s in solids for shape in s.shapes),
         uv_m=np.concatenate(uv_m) if len(uv_m) == len(solids) else None,
+        picture_uv=np.concatenate(picture_uv) if len(picture_uv) == len(solids) else None,
         crease_deg=solids[0].crease_deg,
     )
 

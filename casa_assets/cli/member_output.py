@@ -1,0 +1,60 @@
+"""Print the outcomes of building members of families and of objects."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from casa_assets.errors import BatchFault
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.families.run import FamilyResult
+
+
+def check_faults(results: list[FamilyResult]) -> None:
+    """Raises BatchFault where some were not built by a fault of the program."""
+    faults = [r.request.title for r in results if r.is_fault]
+    if faults:
+        raise BatchFault(faults)
+
+
+def json_row(result: FamilyResult) -> dict[str, object]:
+    """What `--json` tells of a member."""
+    return {
+        "member": result.request.title,
+        "id": result.asset_id,
+        "passed": result.passed,
+        "message": result.message,
+        "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in result.problems],
+        "build_s": round(result.build_s, 4),
+        "write_s": round(result.write_s, 4),
+        "draw_s": round(result.draw_s, 4),
+        "check_s": round(result.check_s, 4),
+        "bytes": result.size_bytes,
+    }
+
+
+def print_result(result: FamilyResult, console: Console) -> None:
+    """Print whether a member passed, how long it took, and every issue."""
+    mark = "[green]passed[/]" if result.passed else "[red]failed[/]"
+    seconds = f"build {result.build_s:.2f} s, write {result.write_s:.2f} s, check {result.check_s:.2f} s"
+    console.print(
+        f"{mark} [bold]{result.request.title}[/] {result.asset_id} ({seconds}, {result.size_bytes / 1e6:.2f} MB)"
+    )
+    if result.message:
+        console.print(escape(result.message), highlight=False)
+    for issue in result.problems:
+        console.print(f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}", highlight=False)
+
+
+def print_summary(results: list[FamilyResult], console: Console) -> None:
+    """Print a table of medians, a row for each family or category."""
+    from casa_assets.pipeline.families.run import summary
+
+    table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")
+    for row in summary(results):
+        table.add_row(*row)
+    console.print(table)

@@ -1,0 +1,121 @@
+"""Closed surfaces of organic things: a profile turned about an axis, with lobes, bumps, a bend, and a cut."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.model.record import Vec2
+
+
+def smooth_profile(points: Sequence[Vec2], count: int) -> Floats:
+    """(count, 2) points, evenly far apart, of a smooth curve through some points from the lower end to the upper one.
+
+    Args:
+        points: (radius, height) in order; a curve may turn back, as round the hollow of a stem.
+    """
+    line = np.array(points, dtype=np.float64)
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    fine = np.linspace(0.0, run[-1], 40 * count)
+    curve = np.stack([PchipInterpolator(run, line[:, k])(fine) for k in (0, 1)], axis=1)
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    even = np.linspace(0.0, length[-1], count)
+    found = np.stack([np.interp(even, length, curve[:, k]) for k in (0, 1)], axis=1)
+    found[[0, -1]] = line[[0, -1]]
+    return found
+
+
+def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
+    """A surface of revolution about z whose ends lie on the axis; one picture covers it from end to end.
+
+    Args:
+        profile: (N, 2) radius and height, metres; the first and last radius are 0.
+        around: points around.
+    """
+    angles = np.arange(around) * 2 * np.pi / around
+    inner = profile[1:-1]
+    rings = np.stack(
+        [
+            inner[:, :1] * np.cos(angles),
+            inner[:, :1] * np.sin(angles),
+            np.broadcast_to(inner[:, 1:], (len(inner), around)),
+        ],
+        axis=2,
+    )
+    points = np.concatenate([[[0.0, 0.0, profile[0, 1]]], rings.reshape(-1, 3), [[0.0, 0.0, profile[-1, 1]]]])
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(profile, axis=0), axis=1))])
+    v = run / run[-1]
+    u = np.arange(around + 1) / around
+    last = len(points) - 1
+    faces: list[tuple[int, int, int]] = []
+    uv: list[tuple[Vec2, Vec2, Vec2]] = []
+    for i in range(around):
+        j, u0, u1 = (i + 1) % around, float(u[i]), float(u[i + 1])
+        um = (u0 + u1) / 2
+        faces.append((0, 1 + j, 1 + i))
+        uv.append(((um, float(v[0])), (u1, float(v[1])), (u0, float(v[1]))))
+        for k in range(len(inner) - 1):
+            a, b, c, d = (1 + k * around + i, 1 + k * around + j, 1 + (k + 1) * around + j, 1 + (k + 1) * around + i)
+            v0, v1 = float(v[k + 1]), float(v[k + 2])
+            faces += [(a, b, c), (a, c, d)]
+            uv += [((u0, v0), (u1, v0), (u1, v1)), ((u0, v0), (u1, v1), (u0, v1))]
+        top = 1 + (len(inner) - 1) * around
+        faces.append((last, top + i, top + j))
+        uv.append(((um, float(v[-1])), (u0, float(v[-2])), (u1, float(v[-2]))))
+    return Solid(points, np.array(faces, dtype=np.int64), crease_deg=crease_deg, picture_uv=np.array(uv))
+
+
+def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) -> Floats:
+    """Points drawn in towards the z axis in `count` furrows, as peppers, tomatoes and pumpkins have them.
+
+    Args:
+        depth: of a furrow, by the radius. sharp: 1 for waves, more for narrow furrows between round lobes.
+    """
+    if count < 1 or depth <= 0:
+        return points
+    angle = np.arctan2(points[:, 1], points[:, 0])
+    furrow = np.abs(np.sin(0.5 * count * angle + phase))
+    share = 1.0 - depth * (1.0 - furrow ** (1.0 / sharp))
+    return np.column_stack([points[:, :2] * share[:, None], points[:, 2]])
+
+
+def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator) -> Floats:
+    """Points moved from the middle of their box by smooth random waves, so that no two members are alike.
+
+    Args:
+        amount: by the distance from the middle. waves: over the largest side.
+    """
+    if amount <= 0:
+        return points
+    middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, float(np.ptp(points, axis=0).max())
+    away = points - middle
+    total = np.zeros(len(points))
+    for _ in range(7):
+        way = rng.normal(size=3)
+        way *= waves * 2 * np.pi / size / np.linalg.norm(way) * rng.uniform(0.5, 1.2)
+        total += np.sin(away @ way + rng.uniform(0.0, 2 * np.pi))
+    found: Floats = middle + away * (1.0 + amount * total[:, None] / 3.0)
+    return found
+
+
+def bent(points: Floats, angle: float, start: float = 0.0) -> Floats:
+    """Points bent along the z axis towards +x by an angle in all, rad.
+
+    Args:
+        start: share of the height below which it stays straight.
+    """
+    if abs(angle) < 1e-6:
+        return points
+    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    first = low + start * (high - low)
+    length = high - first
+    along = np.maximum(points[:, 2] - first, 0.0)
+    turn, radius = angle * along / length, length / angle
+    across = radius - points[:, 0]
+    x = np.where(along > 0, radius - across * np.cos(turn), points[:, 0])
+    z = np.where(along > 0, first + across * np.sin(turn), points[:, 2])
+    return np.column_stack([x, points[:, 1], z])

@@ -1,0 +1,150 @@
+"""Fruit, vegetables and other things that grew in one piece: a profile with lobes, a bend, a stem and leaves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.solids.solid import Solid, concatenate
+from casa_assets.families.kit.solids.sweep import tube
+from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned
+from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.families.parts.decor.leaves import golden_angles, leaf
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.record import Vec2
+
+Metres = Annotated[float, Field(gt=0, le=0.5)]
+Share = Annotated[float, Field(ge=0, le=1)]
+# Points around and along a body.
+AROUND, ALONG = 32, 25
+# Stems and leaves that stand out of the box round the body by more than this have a collision shape, metres.
+MIN_OUT = 0.003
+# A body that bends farther than this is covered by several hulls, rad; how many there are at most.
+BENT, MAX_HULLS = 0.35, 4
+
+
+class Rest(StrEnum):
+    """How it lies."""
+
+    STANDS = "stands"  # as it is drawn
+    LIES = "lies"  # its axis level, along x, and so the plane in which it bends
+
+
+class Produce(Params):
+    """Parameters of what grew in one piece; lengths in metres.
+
+    Attributes:
+        profile: (radius, height) from the lower end to the upper one, radius by the largest, height by the length; a
+            curve may turn back into a hollow. length: along the axis. width: across it. flat: the other width by that.
+        lobes, lobe_depth, lobe_sharp: furrows round the axis, depth by the radius. bumps: unevenness, by the radius.
+            waves: of the bumps, over the length. bend: rad, from bend_start of the length on.
+        stem, stem_radius: of a stalk out of the upper end; 0 for none. stem_at: where it starts, by the length.
+        leaves, leaf_length, leaf_width, leaf_rise: round the upper end; rise is how steep they stand, rad.
+        rest: how it lies. seed: of what is random in its form.
+        skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
+    """
+
+    profile: Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=16)]
+    length: Metres
+    width: Metres
+    flat: Annotated[float, Field(ge=0.3, le=1)] = 1.0
+    lobes: Annotated[int, Field(ge=0, le=16)] = 0
+    lobe_depth: Annotated[float, Field(ge=0, le=0.5)] = 0.1
+    lobe_sharp: Annotated[float, Field(ge=0.5, le=4)] = 1.5
+    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
+    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.0
+    bend: Annotated[float, Field(ge=-3, le=3)] = 0.0
+    bend_start: Share = 0.0
+    stem: Annotated[float, Field(ge=0, le=0.2)] = 0.0
+    stem_radius: Annotated[float, Field(gt=0, le=0.03)] = 0.0015
+    stem_at: Share = 1.0
+    leaves: Annotated[int, Field(ge=0, le=40)] = 0
+    leaf_length: Metres = 0.02
+    leaf_width: Metres = 0.008
+    leaf_rise: Annotated[float, Field(ge=-1.6, le=1.6)] = 0.2
+    rest: Rest = Rest.STANDS
+    seed: Annotated[int, Field(ge=0, le=9999)] = 0
+    skin: FinishId
+    stem_finish: FinishId = "stem_brown"
+    leaf_finish: FinishId = "leaf_mid"
+
+
+def build(builder: AssetBuilder, p: Produce) -> None:
+    """Build the asset: it rests on z = 0."""
+    rng = np.random.Generator(np.random.PCG64(p.seed))
+    profile = np.array(p.profile) * (p.width / 2, p.length)
+    body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], ALONG), AROUND)
+    shaped = _shaped(body.points, p, rng)
+    top = p.stem_at * p.length
+    laid = _laid(shaped, p)
+    lowest = float(laid[:, 2].min())
+    body = replace(body, points=laid - (0.0, 0.0, lowest))
+    builder.add(ROOT, body.with_colliders_of(*_hulls(body, p)), p.skin, label="body", name="body")
+    stem = [_stem(p, rng, top)] if p.stem > 0 else []
+    for parts, finish, label in ((stem, p.stem_finish, "stem"), (_leaves(p, rng, top), p.leaf_finish, "leaf")):
+        if not parts:
+            continue
+        grown = concatenate([part.without_colliders() for part in parts])
+        points = _laid(bent(grown.points, p.bend, p.bend_start), p) - (0.0, 0.0, lowest)
+        grown = replace(grown, points=points)
+        # What hardly stands out needs no shape of its own.
+        far = float(np.abs(points - np.clip(points, *body.bounds)).max())
+        builder.add(ROOT, grown.with_hull_collider(), finish, label=label, collider=far > MIN_OUT, density=150.0)
+
+
+def _laid(points: Floats, p: Produce) -> Floats:
+    """Points as they rest: upright, or the axis along x and the bend level."""
+    return points[:, [2, 0, 1]] if p.rest is Rest.LIES else points
+
+
+def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
+    """The points of the body with lobes, bumps and its bend."""
+    points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, 0.3)
+    points = bumped(points, p.bumps, p.waves, rng)
+    return bent(points * (1.0, p.flat, 1.0), p.bend, p.bend_start)
+
+
+def _stem(p: Produce, rng: np.random.Generator, start: float) -> Solid:
+    """A stalk that leans to one side."""
+    lean, turn = float(rng.uniform(0.1, 0.45)), float(rng.uniform(0.0, 2 * math.pi))
+    side = p.stem * lean * np.array([math.cos(turn), math.sin(turn)])
+    path = [(0.0, 0.0, start - 0.15 * p.stem), (0.0, 0.0, start + 0.4 * p.stem)]
+    path.append((float(side[0]), float(side[1]), start + p.stem))
+    return tube(path, p.stem_radius, 0.4 * p.stem)
+
+
+def _leaves(p: Produce, rng: np.random.Generator, start: float) -> list[Solid]:
+    """Leaves round the upper end."""
+    out = []
+    for angle in golden_angles(p.leaves):
+        size = float(rng.uniform(0.8, 1.1))
+        blade = leaf(p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.2)
+        blade = blade.rotated("x", p.leaf_rise + float(rng.uniform(-0.15, 0.15))).rotated("z", angle)
+        out.append(blade.translated(z=start))
+    return out
+
+
+def _hulls(body: Solid, p: Produce) -> list[Solid]:
+    """The body as one hull, or where it bends as several along it."""
+    count = 1 if abs(p.bend) < BENT else min(MAX_HULLS, 1 + math.ceil(abs(p.bend) / 0.5))
+    if count == 1:
+        return [body.with_hull_collider()]
+    rings = np.array_split(np.arange(ALONG - 2), count)
+    hulls = []
+    for k, part in enumerate(rings):
+        rows = [1 + i * AROUND + j for i in (*part, *([part[-1] + 1] if k < count - 1 else [])) for j in range(AROUND)]
+        rows += [0] if k == 0 else []
+        rows += [len(body.points) - 1] if k == count - 1 else []
+        hulls.append(Solid(body.points[rows], np.empty((0, 3), dtype=np.int64)).with_hull_collider())
+    return hulls
+
+
+FORM = ParametricModel("produce", Produce, build, base=Base.FREE)

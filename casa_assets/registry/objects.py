@@ -1,0 +1,100 @@
+"""Objects of registry/objects/: the form of each category, what all its members have in common, how they are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Any
+
+from pydantic import Field
+
+from casa_assets.errors import UnknownId
+from casa_assets.families.family import Family, Params
+from casa_assets.families.objects import FORMS
+from casa_assets.families.sampling import read_fixed, read_sample_rules
+from casa_assets.model.record import Id, Record
+from casa_assets.model.registry.document import Document
+from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.registry import data_root, load, read_document, read_record
+
+FOLDER = "objects"
+
+
+class ObjectRow(Record):
+    """A row of a file of registry/objects/, under the id of a category in registry/categories.yaml.
+
+    Attributes:
+        form: name of a form, families/objects/.
+        about: what members there are, one sentence.
+        fixed: field of the form's Params -> the value that all members have.
+        sample: field -> the rule by which a member's value is drawn (`families/sampling.py`).
+    """
+
+    form: Id
+    about: str
+    sample: dict[str, Any]
+    fixed: dict[str, Any] = Field(default_factory=dict)
+
+
+@lru_cache(maxsize=1)
+def object_files() -> Mapping[str, tuple[str, ...]]:
+    """The categories of each file, by the name of the file, such as `fruit`. Raises RegistryError."""
+    found: dict[str, list[str]] = {}
+    for name, member in _rows().items():
+        found.setdefault(member[0], []).append(name)
+    return MappingProxyType({name: tuple(rows) for name, rows in found.items()})
+
+
+def object_family(name: str) -> Family[Any]:
+    """The family of the objects of a category. Raises UnknownId with the nearest names, RegistryError."""
+    rows = _rows()
+    if name not in rows:
+        raise UnknownId("category of objects", name, rows)
+    return rows[name][1]
+
+
+def object_names() -> tuple[str, ...]:
+    """Categories of which there are objects, file by file."""
+    return tuple(_rows())
+
+
+@lru_cache(maxsize=1)
+def _rows() -> Mapping[str, tuple[str, Family[Any]]]:
+    """Of each category the name of its file and its family."""
+    found: dict[str, tuple[str, Family[Any]]] = {}
+    for path in sorted((data_root() / FOLDER).glob("*.yaml")):
+        document = replace(read_document(path), file=f"{FOLDER}/{path.name}")
+        if not isinstance(document.value, dict):
+            raise document.fault((), "a mapping of categories to objects", type(document.value).__name__)
+        for name in document.value:
+            if name in found:
+                raise document.fault((name,), "a category that no other file has", repr(name))
+            found[name] = (path.stem, _read(str(name), document))
+    return MappingProxyType(found)
+
+
+def _read(name: str, document: Document) -> Family[Any]:
+    """The family of a row. Raises RegistryError with file, line, pointer, expected and got."""
+    categories = load().categories
+    if name not in categories:
+        raise document.fault((name,), expected_one_of(tuple(categories), name), repr(name))
+    row = read_record(ObjectRow, document.value[name], document, (name,))
+    if row.form not in FORMS:
+        raise document.fault((name, "form"), expected_one_of(tuple(FORMS), row.form), repr(row.form))
+    form = replace(FORMS[row.form], name=name)
+    fixed = read_fixed(form.params, row.fixed, document, (name, "fixed"))
+    rules = read_sample_rules(form.params, row.sample, document, (name, "sample"), fixed)
+    family: Family[Params] = Family(
+        name=name,
+        params=form.params,
+        build=form.build,
+        sample=rules,
+        title=name.replace("_", " "),
+        category=name,
+        description=row.about,
+        presets={},
+        form=row.form,
+    )
+    return family
