@@ -72,6 +72,8 @@ UNSCORED = frozenset(
         "wheel",
     }
 ) - {"door", "drawer", "handle", "window"}
+# What slides this nearly along the way that the front faces is pulled out.
+PULLED_COS = 0.9
 # Keys of a panel without joints are not scored either: pieces of a panel that are no longer than this, metres.
 KEYS, KEY_M = "panel", 0.05
 
@@ -152,6 +154,9 @@ def _part(asset: Asset, joint: Joint, number: int) -> dict[str, Any]:
         axis, low, high = -axis, -high, -low
     link = asset.link(joint.child)
     kind = _kind(asset, joint.child)
+    # The front of a freezer that is pulled out towards the user is a drawer; a sash that slides sideways is none.
+    if kind == "door" and joint.kind is JointKind.SLIDE and abs(float(axis[1])) > PULLED_COS:
+        kind = "drawer"
     row = {
         "type": "prismatic" if joint.kind is JointKind.SLIDE else "revolute",
         "axis": axis.tolist(),
