@@ -16,17 +16,17 @@ from casa_assets.model.files import Files
 START = "start"
 
 
-def collision_spec(mjcf: Path | Files) -> mujoco.MjSpec:
+def collision_spec(mjcf: Path | Files, name: str = "model.xml") -> mujoco.MjSpec:
     """Specification of an MJCF file without visuals and pictures, which take time to compile and touch nothing.
 
     Args:
-        mjcf: a `model.xml` on disk, or a package in memory that holds one.
+        mjcf: a file on disk, or a package in memory. name: of the file in the package.
     Raises:
         ValueError: MuJoCo cannot read the file.
     """
     if isinstance(mjcf, Files):
-        assets = {path: data for path, data in mjcf.entries.items() if path != "model.xml"}
-        spec = mujoco.MjSpec.from_string(mjcf.entries["model.xml"].decode(), assets=assets)
+        assets = {path: data for path, data in mjcf.entries.items() if path != name}
+        spec = mujoco.MjSpec.from_string(mjcf.entries[name].decode(), assets=assets)
     else:
         spec = mujoco.MjSpec.from_file(str(mjcf))
     for geom in list(spec.geoms):

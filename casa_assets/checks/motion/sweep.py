@@ -61,11 +61,11 @@ def contacts_of_files(mjcf: Files) -> dict[str, tuple[Penetration, float]]:
     The second is with all joints at zero, metres; 0 where the bodies are apart.
 
     Args:
-        mjcf: a package in memory with its `model.xml`.
+        mjcf: a package in memory with its `scene.xml`, whose way of finding contacts is that of the check.
     Raises:
         ValueError: MuJoCo cannot read the file.
     """
-    model = collision_spec(mjcf).compile()
+    model = collision_spec(mjcf, "scene.xml").compile()
     return {joint: (contact, _depth_at_rest(model, contact)) for joint, contact in _deepest_contacts(model).items()}
 
 

@@ -102,20 +102,45 @@ def bumped(points: Floats, amount: float, waves: float, rng: np.random.Generator
     return found
 
 
-def bent(points: Floats, angle: float, start: float = 0.0) -> Floats:
-    """Points bent along the z axis towards +x by an angle in all, rad.
+def bent(points: Floats, angle: float, start: float, span: Vec2) -> Floats:
+    """Points bent along the z axis towards +x by an angle in all, rad; what lies beyond the span goes on straight.
 
     Args:
-        start: share of the height below which it stays straight.
+        start: share of the span below which it stays straight. span: lowest and highest z of what is bent.
     """
     if abs(angle) < 1e-6:
         return points
-    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    low, high = span
     first = low + start * (high - low)
     length = high - first
-    along = np.maximum(points[:, 2] - first, 0.0)
+    along = (points[:, 2] - first).clip(0.0, length)
+    beyond = points[:, 2] - first - along
     turn, radius = angle * along / length, length / angle
     across = radius - points[:, 0]
-    x = np.where(along > 0, radius - across * np.cos(turn), points[:, 0])
-    z = np.where(along > 0, first + across * np.sin(turn), points[:, 2])
+    x = radius - across * np.cos(turn) + np.where(beyond > 0, beyond * np.sin(turn), 0.0)
+    z = first + across * np.sin(turn) + beyond * np.where(beyond > 0, np.cos(turn), 1.0)
     return np.column_stack([x, points[:, 1], z])
+
+
+def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator) -> Floats:
+    """Points raised where leaves lie round a head, as those of a cabbage do: each ends in a step.
+
+    Args:
+        depth: of a leaf, by the distance from the middle of the box.
+    """
+    if leaves < 1:
+        return points
+    middle, size = (points.min(axis=0) + points.max(axis=0)) / 2, np.ptp(points, axis=0) / 2
+    away = (points - middle) / size
+    angle, height = np.arctan2(away[:, 1], away[:, 0]), away[:, 2]
+    raised = np.zeros(len(points))
+    for k in range(leaves):
+        turn = k * 2.399963 + float(rng.uniform(-0.3, 0.3))
+        reach, top = float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.35, 0.95))
+        off = (angle - turn + np.pi) % (2 * np.pi) - np.pi
+        wave = 0.06 * np.sin(7.0 * off + k)
+        # A leaf is a round shield that starts at the foot; its rim is a step two points wide.
+        inside = 1.0 - np.sqrt((off / reach) ** 2 + ((height + 1.0) / (top + 1.0 + wave)) ** 2)
+        raised = np.maximum(raised, (k + 1) / leaves * np.clip(inside / 0.08, 0.0, 1.0))
+    found: Floats = middle + (points - middle) * (1.0 + depth * raised[:, None])
+    return found

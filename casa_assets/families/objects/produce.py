@@ -15,7 +15,7 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned
+from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned, wrapped
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.families.parts.decor.leaves import golden_angles, leaf
 from casa_assets.model.asset.asset import Base
@@ -23,8 +23,8 @@ from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Share = Annotated[float, Field(ge=0, le=1)]
-# Points around and along a body.
-AROUND, ALONG = 32, 25
+# Points around and along a body; more where it has narrow furrows or leaves that wrap it.
+COARSE, FINE, MANY_LOBES = (32, 25), (56, 37), 9
 # Stems and leaves that stand out of the box round the body by more than this have a collision shape, metres.
 MIN_OUT = 0.003
 # A body that bends farther than this is covered by several hulls, rad; how many there are at most.
@@ -47,7 +47,9 @@ class Produce(Params):
         lobes, lobe_depth, lobe_sharp: furrows round the axis, depth by the radius. bumps: unevenness, by the radius.
             waves: of the bumps, over the length. bend: rad, from bend_start of the length on.
         stem, stem_radius: of a stalk out of the upper end; 0 for none. stem_at: where it starts, by the length.
+        wraps, wrap_depth: leaves that lie round it, and how far they stand out, by the distance from its middle.
         leaves, leaf_length, leaf_width, leaf_rise: round the upper end; rise is how steep they stand, rad.
+        flesh: share of its volume that is flesh; the rest is air.
         rest: how it lies. seed: of what is random in its form.
         skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
     """
@@ -66,10 +68,13 @@ class Produce(Params):
     stem: Annotated[float, Field(ge=0, le=0.2)] = 0.0
     stem_radius: Annotated[float, Field(gt=0, le=0.03)] = 0.0015
     stem_at: Share = 1.0
+    wraps: Annotated[int, Field(ge=0, le=24)] = 0
+    wrap_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.1
     leaves: Annotated[int, Field(ge=0, le=40)] = 0
     leaf_length: Metres = 0.02
     leaf_width: Metres = 0.008
     leaf_rise: Annotated[float, Field(ge=-1.6, le=1.6)] = 0.2
+    flesh: Annotated[float, Field(ge=0.1, le=1.1)] = 1.0
     rest: Rest = Rest.STANDS
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
@@ -81,19 +86,24 @@ def build(builder: AssetBuilder, p: Produce) -> None:
     """Build the asset: it rests on z = 0."""
     rng = np.random.Generator(np.random.PCG64(p.seed))
     profile = np.array(p.profile) * (p.width / 2, p.length)
-    body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], ALONG), AROUND)
-    shaped = _shaped(body.points, p, rng)
+    around, along = FINE if p.lobes >= MANY_LOBES or p.wraps else COARSE
+    body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], along), around)
+    straight = _shaped(body.points, p, rng)
+    span = float(straight[:, 2].min()), float(straight[:, 2].max())
+    shaped = bent(straight, p.bend, p.bend_start, span)
     top = p.stem_at * p.length
     laid = _laid(shaped, p)
     lowest = float(laid[:, 2].min())
     body = replace(body, points=laid - (0.0, 0.0, lowest))
-    builder.add(ROOT, body.with_colliders_of(*_hulls(body, p)), p.skin, label="body", name="body")
+    density = p.flesh * builder.supplies.finish(p.skin).substance.density
+    body = body.with_colliders_of(*_hulls(body, p, around, along))
+    builder.add(ROOT, body, p.skin, label="body", name="body", density=density)
     stem = [_stem(p, rng, top)] if p.stem > 0 else []
     for parts, finish, label in ((stem, p.stem_finish, "stem"), (_leaves(p, rng, top), p.leaf_finish, "leaf")):
         if not parts:
             continue
         grown = concatenate([part.without_colliders() for part in parts])
-        points = _laid(bent(grown.points, p.bend, p.bend_start), p) - (0.0, 0.0, lowest)
+        points = _laid(bent(grown.points, p.bend, p.bend_start, span), p) - (0.0, 0.0, lowest)
         grown = replace(grown, points=points)
         # What hardly stands out needs no shape of its own.
         far = float(np.abs(points - np.clip(points, *body.bounds)).max())
@@ -106,10 +116,10 @@ def _laid(points: Floats, p: Produce) -> Floats:
 
 
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
-    """The points of the body with lobes, bumps and its bend."""
+    """The points of the body with lobes, bumps and leaves round it."""
     points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, 0.3)
-    points = bumped(points, p.bumps, p.waves, rng)
-    return bent(points * (1.0, p.flat, 1.0), p.bend, p.bend_start)
+    points = wrapped(bumped(points, p.bumps, p.waves, rng), p.wraps, p.wrap_depth, rng)
+    return points * (1.0, p.flat, 1.0)
 
 
 def _stem(p: Produce, rng: np.random.Generator, start: float) -> Solid:
@@ -132,15 +142,16 @@ def _leaves(p: Produce, rng: np.random.Generator, start: float) -> list[Solid]:
     return out
 
 
-def _hulls(body: Solid, p: Produce) -> list[Solid]:
+def _hulls(body: Solid, p: Produce, around: int, along: int) -> list[Solid]:
     """The body as one hull, or where it bends as several along it."""
     count = 1 if abs(p.bend) < BENT else min(MAX_HULLS, 1 + math.ceil(abs(p.bend) / 0.5))
     if count == 1:
         return [body.with_hull_collider()]
-    rings = np.array_split(np.arange(ALONG - 2), count)
+    rings = np.array_split(np.arange(along - 2), count)
     hulls = []
     for k, part in enumerate(rings):
-        rows = [1 + i * AROUND + j for i in (*part, *([part[-1] + 1] if k < count - 1 else [])) for j in range(AROUND)]
+        rings_of = (*part, *([part[-1] + 1] if k < count - 1 else []))
+        rows = [1 + i * around + j for i in rings_of for j in range(around)]
         rows += [0] if k == 0 else []
         rows += [len(body.points) - 1] if k == count - 1 else []
         hulls.append(Solid(body.points[rows], np.empty((0, 3), dtype=np.int64)).with_hull_collider())

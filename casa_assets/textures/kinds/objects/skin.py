@@ -23,13 +23,16 @@ class Skin(Record):
         colors: from the lower end to the upper one; `at` says where each lies, 0..1, evenly where it is left out.
         mottle: how far the lightness wanders, 0..1; mottle_mm: size of these clouds.
         blush: second colour in large clouds, over blush_share of the surface. blush_at: height about which it lies,
-            0..1, None for anywhere; it fades within blush_reach.
+            0..1, None for anywhere; it fades within blush_reach. blush_edge: how softly its clouds end.
         streaks: colour of lines from end to end; streak_mm: width of one; streak_share: how much of it shows.
         spots: colour of spots; spot_mm: distance between two; spot_size: diameter by that distance; spot_share: how
             much they show. raised_mm: how far they stand out; below 0 they are pits.
         net: colour of a net of corky lines; net_mm: width of a mesh; net_raised_mm: how far they stand out.
         ribs: number of grooves from end to end; rib_color: in them.
         grain_mm, relief_mm: size and depth of an even roughness.
+        disc: the colours run from the middle of the picture to the circle in it, as on what is seen from above.
+        wander: how far the places of the colours wander to and fro, 0..1.
+        veins: colour of branching lines, as fat in meat; vein_mm: distance between two; vein_share: how broad they are.
         roughness: 0..1.
     """
 
@@ -41,6 +44,7 @@ class Skin(Record):
     blush_share: Share = 0.4
     blush_at: Share | None = None
     blush_reach: Share = 0.4
+    blush_edge: Annotated[float, Field(ge=0.1, le=4)] = 0.6
     streaks: HexColor | None = None
     streak_mm: Millimetres = 1.5
     streak_share: Share = 0.4
@@ -57,6 +61,11 @@ class Skin(Record):
     grain_mm: Annotated[float, Field(gt=0, le=20)] = 1.5
     relief_mm: Annotated[float, Field(ge=0, le=2)] = 0.05
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.45
+    disc: bool = False
+    wander: Share = 0.0
+    veins: HexColor | None = None
+    vein_mm: Millimetres = 12.0
+    vein_share: Share = 0.3
 
     @model_validator(mode="after")
     def _places_of_all_colors(self) -> Skin:
@@ -69,12 +78,23 @@ def paint(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one skin."""
     x, y = canvas.axes()
     up = np.asarray(1.0 - y / canvas.tile_m[1] + 0.0 * x, dtype=np.float32)
+    if p.disc:
+        across, along = x / canvas.tile_m[0] - 0.5, y / canvas.tile_m[1] - 0.5
+        up = np.asarray(np.minimum(np.hypot(across, along) / 0.49, 1.0), dtype=np.float32)
+    if p.wander:
+        clouds = canvas.noise(0.2 * canvas.tile_m[1], 0.2 * canvas.tile_m[0], rng, 4)
+        up = np.asarray(np.clip(up + 0.2 * p.wander * clouds, 0.0, 1.0), dtype=np.float32)
     albedo, height = _ends(p, up), np.zeros(canvas.size_px, dtype=np.float32)
     size = p.mottle_mm / 1000
     cloud = canvas.noise(size, size, rng, 3)
     albedo = albedo * (1.0 + 0.16 * p.mottle * cloud)[..., None]
     if p.blush is not None:
         albedo = blend(albedo, rgb(p.blush), _blush(p, canvas, up, rng))
+    if p.veins is not None:
+        mesh = canvas.cells(p.vein_mm / 1000, p.vein_mm / 1000)
+        crests = noise.ridged(canvas.size_px, mesh, rng, 3)
+        edge = float(np.quantile(crests, 1.0 - 0.5 * p.vein_share))
+        albedo = blend(albedo, rgb(p.veins), 0.9 * smoothstep(edge - 0.05, edge + 0.05, crests))
     if p.streaks is not None:
         lines = canvas.noise(0.5 * canvas.tile_m[1], p.streak_mm / 1000, rng, 2)
         broken = smoothstep(-1.2, 0.6, canvas.noise(0.2 * canvas.tile_m[1], 4 * p.streak_mm / 1000, rng, 2))
@@ -112,7 +132,7 @@ def _blush(p: Skin, canvas: Canvas, up: Map, rng: np.random.Generator) -> Map:
     size: Vec2 = (0.45 * canvas.tile_m[1], 0.3 * canvas.tile_m[0])
     field = canvas.noise(size[0], size[1], rng, 4)
     edge = float(np.quantile(field, 1.0 - p.blush_share))
-    share = smoothstep(edge - 0.6, edge + 0.6, field)
+    share = smoothstep(edge - p.blush_edge, edge + p.blush_edge, field)
     if p.blush_at is not None:
         share = share * smoothstep(p.blush_reach, 0.4 * p.blush_reach, np.abs(up - p.blush_at))
     return np.asarray(share, dtype=np.float32)
