@@ -48,7 +48,8 @@ class Produce(Params):
             waves: of the bumps, over the length. bend: rad, from bend_start of the length on.
         stem, stem_radius: of a stalk out of the upper end; 0 for none. stem_at: where it starts, by the length.
         wraps, wrap_depth: leaves that lie round it, and how far they stand out, by the distance from its middle.
-        leaves, leaf_length, leaf_width, leaf_rise: round the upper end; rise is how steep they stand, rad.
+        leaves, leaf_length, leaf_width, leaf_rise: round the upper end; rise is how steep they stand, rad, and
+            leaf_spread how much steeper the last of them stands than the first.
         flesh: share of its volume that is flesh; the rest is air.
         rest: how it lies. seed: of what is random in its form.
         skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
@@ -74,6 +75,7 @@ class Produce(Params):
     leaf_length: Metres = 0.02
     leaf_width: Metres = 0.008
     leaf_rise: Annotated[float, Field(ge=-1.6, le=1.6)] = 0.2
+    leaf_spread: Annotated[float, Field(ge=0, le=1.6)] = 0.0
     flesh: Annotated[float, Field(ge=0.1, le=1.1)] = 1.0
     rest: Rest = Rest.STANDS
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
@@ -134,10 +136,11 @@ def _stem(p: Produce, rng: np.random.Generator, start: float) -> Solid:
 def _leaves(p: Produce, rng: np.random.Generator, start: float) -> list[Solid]:
     """Leaves round the upper end."""
     out = []
-    for angle in golden_angles(p.leaves):
+    for k, angle in enumerate(golden_angles(p.leaves)):
         size = float(rng.uniform(0.8, 1.1))
         blade = leaf(p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.2)
-        blade = blade.rotated("x", p.leaf_rise + float(rng.uniform(-0.15, 0.15))).rotated("z", angle)
+        rise = p.leaf_rise + p.leaf_spread * k / p.leaves + float(rng.uniform(-0.15, 0.15))
+        blade = blade.rotated("x", rise).rotated("z", angle)
         out.append(blade.translated(z=start))
     return out
 

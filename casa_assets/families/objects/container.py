@@ -1,0 +1,319 @@
+"""Closed containers: bottles, jars, cans, flasks and shakers, with a label round them and what closes them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.solids.blocks import board, lathe, rod
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.sweep import tube
+from casa_assets.families.objects.closures import Closure, Mouth, closure_parts
+from casa_assets.families.objects.container_body import (
+    Section,
+    body,
+    cup,
+    grooved,
+    piece,
+    radius_at,
+    rounded_outline,
+    sleeve,
+)
+from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.record import Vec2, Vec3
+
+Metres = Annotated[float, Field(gt=0, le=0.5)]
+Share = Annotated[float, Field(ge=0, le=1)]
+# Height of the foot on which a body with a collider that is a hull stands, metres.
+FOOT = 0.006
+# Share of the height within which ridges reach their full depth.
+FLUTE_RISE = 0.08
+# Metres between a wall and what is in it.
+GAP = 0.0006
+
+
+class Container(Params):
+    """Parameters of a closed container; lengths in metres, heights as shares of `height` where they are called so.
+
+    Attributes:
+        width: of the widest part, along x. height: from the foot to the mouth, without what closes it.
+        flat: depth by width. corner: radius of the section's corners by half the width; 1 is round or oval.
+        foot: radius at the foot by the widest one; foot_bend: of the edge there, by half the width.
+        waist: radius midway of the lower part, by what it would be without one.
+        shoulder: share of the height where the widest part ends; neck_at: where the neck begins; neck: radius of the
+            mouth by the widest one. shoulder_bend, neck_bend: radii of these corners by half the width.
+        bulge: how far the neck bulges midway, by the mouth; lip: ring at the mouth, how far it stands out by the mouth.
+        grooves: round the body, from groove_low to groove_high, shares; groove_depth.
+        flutes: ridges from foot to shoulder, round bodies only; flute_depth by half the width.
+        closure: what closes it. cap_height, cap_wide: its height, its radius by that of the mouth.
+        base_cap: height of a cap on which it stands upside down, 0 for none.
+        open_top: the body is open above and what is in it is seen from there. wall: thickness.
+        label_low, label_high: shares between which the label lies; label_wrap: share of the way round.
+        tag_low, tag_high, tag_wrap: of a second label.
+        sleeve: share of the height that foil covers, from the mouth down.
+        band_low, band_high: of a plain band, such as a grip.
+        fill: share of the height that is filled, 0 for an empty one. rims: beads at both ends, as tins have.
+        handle: share of the height that a handle at its right side takes, 0 for none. handle_at: its middle.
+            handle_out: how far it stands out by half the width. handle_thick.
+        heft: mass of the whole by the volume of its body, kg/m^3.
+        body, content, cap, cap_second, label, tag, foil, band_finish, rim_finish, handle_finish: finishes; label and
+            tag are pictures or plain.
+    """
+
+    width: Metres
+    height: Metres
+    flat: Annotated[float, Field(ge=0.35, le=1)] = 1.0
+    corner: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    foot: Annotated[float, Field(ge=0.4, le=1.4)] = 1.0
+    foot_bend: Annotated[float, Field(ge=0.01, le=1)] = 0.08
+    waist: Annotated[float, Field(ge=0.5, le=1.3)] = 1.0
+    shoulder: Annotated[float, Field(ge=0.02, le=0.99)] = 0.66
+    neck_at: Annotated[float, Field(ge=0.03, le=0.995)] = 0.78
+    neck: Annotated[float, Field(ge=0.1, le=1)] = 0.38
+    shoulder_bend: Annotated[float, Field(ge=0, le=4)] = 0.5
+    neck_bend: Annotated[float, Field(ge=0, le=4)] = 0.4
+    bulge: Annotated[float, Field(ge=-0.4, le=0.6)] = 0.0
+    lip: Annotated[float, Field(ge=0, le=0.4)] = 0.0
+    grooves: Annotated[int, Field(ge=0, le=16)] = 0
+    groove_low: Share = 0.1
+    groove_high: Share = 0.5
+    groove_depth: Annotated[float, Field(ge=0, le=0.006)] = 0.0015
+    flutes: Literal[0, 4, 8, 16] = 0
+    flute_depth: Annotated[float, Field(ge=0, le=0.2)] = 0.06
+    closure: Closure = Closure.SCREW
+    cap_height: Annotated[float, Field(ge=0, le=0.12)] = 0.015
+    cap_wide: Annotated[float, Field(ge=0.4, le=2.5)] = 1.05
+    base_cap: Annotated[float, Field(ge=0, le=0.06)] = 0.0
+    open_top: bool = False
+    wall: Annotated[float, Field(ge=0.0008, le=0.008)] = 0.0022
+    label_low: Share = 0.15
+    label_high: Share = 0.55
+    label_wrap: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    tag_low: Share = 0.8
+    tag_high: Share = 0.9
+    tag_wrap: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    sleeve: Share = 0.0
+    band_low: Share = 0.0
+    band_high: Share = 0.0
+    fill: Annotated[float, Field(ge=0, le=0.99)] = 0.85
+    rims: bool = False
+    handle: Annotated[float, Field(ge=0, le=0.9)] = 0.0
+    handle_at: Share = 0.6
+    handle_out: Annotated[float, Field(ge=0.2, le=1.5)] = 0.55
+    handle_thick: Annotated[float, Field(ge=0.003, le=0.025)] = 0.012
+    heft: Annotated[float, Field(ge=50, le=2600)] = 1000.0
+    body: FinishId = "bottle_clear"
+    content: FinishId = "water"
+    cap: FinishId = "plastic_white"
+    cap_second: FinishId = "plastic_grey_dark"
+    label: FinishId | None = None
+    tag: FinishId | None = None
+    foil: FinishId = "foil_gold"
+    band_finish: FinishId = "plastic_grey_dark"
+    rim_finish: FinishId = "stainless_polished"
+    handle_finish: FinishId | None = None
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Container:
+        if not self.shoulder < self.neck_at:
+            raise ValueError(f"shoulder below neck_at is expected, got {self.shoulder} and {self.neck_at}")
+        if self.label is not None and not self.label_low < self.label_high:
+            raise ValueError("label_low below label_high is expected")
+        return self
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Outline and section of a body.
+
+    Attributes:
+        outline: (radius, z) from the foot to the mouth, metres. plain: the same without grooves.
+    """
+
+    outline: list[Vec2]
+    plain: list[Vec2]
+    section: Section
+
+    def z(self, share: float) -> float:
+        """A height from a share of the height of the body."""
+        low, high = self.plain[0][1], self.plain[-1][1]
+        return low + share * (high - low)
+
+
+def build(builder: AssetBuilder, p: Container) -> None:
+    """Build the asset: it stands on z = 0 about the origin."""
+    frame = _frame(p)
+    seen = builder.supplies.finish(p.body).material.base_color[3] < 0.999
+    shell = (
+        cup(frame.outline, frame.section, p.wall, 1.5 * p.wall) if p.open_top else body(frame.outline, frame.section)
+    )
+    if p.flutes and frame.section.is_round:
+        shell = replace(shell, points=_fluted(shell.points, p, frame), crease_deg=60.0)
+    solid_body = body(frame.outline, frame.section)
+    shell = shell.with_colliders_of(*_hits(p, frame))
+    builder.add(ROOT, shell, p.body, label="body", name="body", density=0.0)
+    builder.add(ROOT, solid_body, p.body, collider=False, density=p.heft, visible=False)
+    level = frame.z(p.fill)
+    if (seen or p.open_top) and p.fill > 0.02:
+        inset = p.wall + GAP + (p.flute_depth * p.width / 2 if p.flutes else 0.0)
+        held = piece(frame.plain, frame.plain[0][1] + max(0.003, p.wall), level)
+        held = [(r, z) for r, z in held if r > inset + 0.001]
+        inside = body(held, frame.section, inset)
+        builder.add(ROOT, inside, p.content, label="content", collider=False, density=0.0)
+    _labels(builder, p, frame)
+    _close(builder, p, frame, level)
+    if p.handle > 0:
+        _handle(builder, p, frame)
+
+
+def _frame(p: Container) -> _Frame:
+    """The body's outline: foot, widest part, shoulder, neck, lip."""
+    half = p.width / 2
+    # The foot may be the widest part of all, as of a cone.
+    r = half / max(1.0, p.foot, p.waist * (1 + p.foot) / 2 if p.waist > 1 else 1.0)
+    h, n = p.height, p.neck * r
+    foot, start = p.foot * r, p.base_cap
+    points: list[Vec3] = [(max(0.4 * foot, foot - p.foot_bend * half), 0.0, 0.0), (foot, 0.0, p.foot_bend * half)]
+    if abs(p.waist - 1) > 0.005:
+        points.append(((foot + r) / 2 * p.waist, 0.5 * p.shoulder * h, 2.5 * half))
+    points.append((r, p.shoulder * h, p.shoulder_bend * half))
+    points.append((n, p.neck_at * h, p.neck_bend * half))
+    if abs(p.bulge) > 0.005:
+        points.append((n * (1 + p.bulge), (0.5 + 0.5 * p.neck_at) * h, 1.5 * half))
+    if p.lip > 0:
+        out, z = n * (1 + p.lip), h - min(0.009, 0.5 * (1 - p.neck_at) * h)
+        points += [(n, z, 0.0), (out, z + 0.001, 0.0), (out, h - 0.001, 0.0), (out - 0.0006, h, 0.0)]
+    else:
+        points.append((n, h, 0.0))
+    plain = [(q, z + start) for q, z in rounded_outline(points)]
+    widest = max(q for q, _ in plain)
+    if p.flutes:  # rows where the ridges begin and are full, so that labels lie on them
+        low, high = _ridged(p, start)
+        rise = FLUTE_RISE * h
+        rows = sorted({low, low + rise, high - rise, high} - {z for _, z in plain})
+        plain = sorted([*plain, *((radius_at(plain, z), z) for z in rows)], key=lambda point: point[1])
+    outline = grooved(plain, start + p.groove_low * h, start + p.groove_high * h, p.grooves, p.groove_depth)
+    # What stands on its cap keeps its section to both ends.
+    mouth = widest if p.base_cap > 0 else plain[-1][0]
+    return _Frame(outline, plain, Section(p.flat, p.corner, mouth, widest))
+
+
+def _ridged(p: Container, start: float) -> Vec2:
+    """Heights between which a fluted body has ridges."""
+    return start + 0.04 * p.height, start + p.shoulder * p.height
+
+
+def _fluted(points: Floats, p: Container, frame: _Frame) -> Floats:
+    """The points of a body with ridges from its foot to its shoulder."""
+    angle = np.arctan2(points[:, 1], points[:, 0])
+    low, high = _ridged(p, frame.plain[0][1])
+    here = np.clip(np.minimum((points[:, 2] - low), (high - points[:, 2])) / (FLUTE_RISE * p.height), 0.0, 1.0)
+    share = 1.0 - p.flute_depth * here * (0.5 - 0.5 * np.cos(p.flutes * angle))
+    return np.column_stack([points[:, :2] * share[:, None], points[:, 2]])
+
+
+def _hits(p: Container, frame: _Frame) -> list[Solid]:
+    """Collision solids: the foot, the body up to its widest end, the shoulder, the neck; a cap below it."""
+    outline, section = frame.plain, frame.section
+    widest, mouth = section.widest, outline[-1][0]
+    base, top = outline[0][1], outline[-1][1]
+    edge = max(z for r, z in outline if r > 0.97 * widest)
+    narrow = [z for r, z in outline if z > edge and r < 1.25 * mouth]
+    start = narrow[0] if narrow else top
+    low = [r for r, z in outline if base + 0.1 * (edge - base) < z <= edge]
+    solids = []
+    foot_radius = radius_at(outline, base + FOOT)
+    if p.base_cap > 0:
+        ring = section.ring(p.cap_wide * outline[0][0])
+        x, y = 0.8 * float(ring[:, 0].max()), 0.8 * float(ring[:, 1].max())
+        solids.append(board((-x, -y, 0.0), (x, y, p.base_cap), 0.0))
+    if section.is_round and min(low, default=0.0) > 0.94 * widest:
+        solids.append(rod(widest, edge - base).translated(z=(edge + base) / 2))
+    else:
+        lower = FOOT / 2 if p.base_cap == 0 else base
+        solids.append(body(piece(outline, max(base, lower), edge), section).with_hull_collider())
+        if p.base_cap == 0:
+            ring = section.ring(foot_radius)
+            x, y = 0.75 * float(ring[:, 0].max()), 0.75 * float(ring[:, 1].max())
+            round_foot = rod(0.95 * foot_radius, FOOT).translated(z=FOOT / 2)
+            solids.append(round_foot if section.is_round else board((-x, -y, 0.0), (x, y, FOOT), 0.0))
+    if start - edge > 0.002:
+        solids.append(body(piece(outline, edge, start), section).with_hull_collider())
+    if top - start > 0.003:
+        r = max(q for q, z in outline if z >= start)
+        neck = rod(r, top - start).translated(z=(top + start) / 2)
+        solids.append(neck if section.is_round else body(piece(outline, start, top), section).with_hull_collider())
+    return solids
+
+
+def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
+    """Labels, foil and band round the body."""
+    rows = (
+        (p.label, p.label_low, p.label_high, p.label_wrap, 0.0004, "label"),
+        (p.tag, p.tag_low, p.tag_high, p.tag_wrap, 0.0004, "tag"),
+        (p.foil if p.sleeve > 0 else None, 1.0 - p.sleeve, 0.998, 1.0, 0.0005, "foil"),
+        (p.band_finish if p.band_high > p.band_low else None, p.band_low, p.band_high, 1.0, 0.0008, "band"),
+    )
+    for finish, low, high, wrap, out, label in rows:
+        if finish is not None:
+            part = piece(frame.plain, frame.z(low), frame.z(high))
+            skin = sleeve(part, frame.section, wrap, out)
+            if p.flutes and frame.section.is_round:
+                skin = replace(skin, points=_fluted(skin.points, p, frame))
+            builder.add(ROOT, skin, finish, label=label, name=label, collider=False, density=0.0)
+
+
+def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> None:
+    """What closes it, and the beads of a tin."""
+    z, radius = frame.plain[-1][1], frame.plain[-1][0]
+    if p.open_top:
+        z = level
+    mouth = Mouth(radius, z, p.cap_height, p.cap_wide, max(0.0, (1 - p.neck_at) * p.height - 0.001))
+    for k, part in enumerate(closure_parts(p.closure, mouth)):
+        finish = p.cap_second if part.second else p.cap
+        hit = bool(part.solid.shapes)
+        name = "cap" if k == 0 else None
+        builder.add(ROOT, part.solid, finish, label="cap", name=name, collider=hit, density=150.0)
+    if p.base_cap > 0:
+        r, top = p.cap_wide * frame.plain[0][0], p.base_cap + 0.001
+        cap = body([(0.97 * r, 0.0), (r, 0.001), (0.985 * r, top - 0.002), (0.96 * r, top)], frame.section)
+        builder.add(ROOT, cap, p.cap, label="cap", name="base", collider=False, density=150.0)
+    if p.rims:
+        r = frame.section.widest
+        for at in (0.0, frame.z(1.0) - 0.002):
+            bead = lathe(
+                [(r - 0.001, at), (r + 0.0012, at + 0.0006), (r + 0.0012, at + 0.0024), (r - 0.001, at + 0.003)], 36
+            )
+            builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=0.0)
+
+
+def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
+    """A handle at the right side: out of the body, down, and back to it."""
+    half, thick = p.width / 2, p.handle_thick
+    high = min(0.97, p.handle_at + p.handle / 2)
+    low = max(0.04, p.handle_at - p.handle / 2)
+    z0, z1 = frame.z(low), frame.z(high)
+    x0, x1 = radius_at(frame.plain, z0), radius_at(frame.plain, z1)
+    out = max(x0, x1) + p.handle_out * half
+    drop = 0.25 * (z1 - z0)
+    path = [
+        (x1 - 0.6 * thick, 0.0, z1),
+        (out, 0.0, z1 - 0.3 * drop),
+        (out, 0.0, z0 + drop),
+        (x0 - 0.4 * thick, 0.0, z0),
+    ]
+    turns = np.linspace(0.0, 2 * math.pi, 13)[:-1]
+    oval = np.column_stack([0.65 * thick * np.cos(turns), 0.4 * thick * np.sin(turns)])
+    bar = tube(path, oval, 0.35 * (z1 - z0), up=(1.0, 0.0, 0.3))
+    builder.add(ROOT, bar, p.handle_finish or p.body, label="handle", name="handle", density=400.0)
+
+
+FORM = ParametricModel("container", Container, build, base=Base.FREE)

@@ -1,0 +1,435 @@
+"""Bodies of prepared food: domes over an outline, long bodies that lie, rings, sheets, coats, small things on top."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import StrEnum
+from itertools import pairwise
+
+import numpy as np
+from scipy.interpolate import CubicSpline, LinearNDInterpolator, NearestNDInterpolator
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.kit.solids.solid import Solid, concatenate
+from casa_assets.families.objects.closed_surface import smooth_profile, turned
+from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.model.record import Vec2
+
+CREASE = 60.0  # degrees; food is soft
+
+
+class Piece(StrEnum):
+    """A small thing that is strewn on food; sizes are for a `size` of 1."""
+
+    SEED = "seed"
+    ROD = "rod"
+    CHIP = "chip"
+    BALL = "ball"
+    DISC = "disc"
+    SHRED = "shred"
+
+
+# Half lengths of a piece along x, y, z by its size.
+_PIECES = {
+    Piece.SEED: (0.5, 0.32, 0.16),
+    Piece.ROD: (0.5, 0.12, 0.12),
+    Piece.CHIP: (0.5, 0.42, 0.3),
+    Piece.BALL: (0.5, 0.5, 0.5),
+    Piece.DISC: (0.5, 0.5, 0.07),
+    Piece.SHRED: (0.5, 0.08, 0.05),
+}
+
+
+def outline_curve(points: Sequence[Vec2], length: float, width: float, count: int = 40) -> Floats:
+    """(count, 2) even points of a smooth closed curve through some points, counter-clockwise, scaled to a box.
+
+    Args:
+        points: in order round the outline, about the origin, in any unit.
+        length, width: of the box along x and y, metres; its middle is the origin.
+    """
+    corners = np.array(points, dtype=np.float64)
+    loop = np.vstack([corners, corners[:1]])
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(loop, axis=0), axis=1))])
+    fine = CubicSpline(run, loop, bc_type="periodic")(np.linspace(0.0, run[-1], 40 * count))
+    fine = fine - (fine.min(axis=0) + fine.max(axis=0)) / 2
+    fine *= np.array([length, width]) / np.ptp(fine, axis=0)
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    even = np.arange(count) / count * along[-1]
+    curve = np.stack([np.interp(even, along, fine[:, k]) for k in (0, 1)], axis=1)
+    x, y = curve[:, 0], curve[:, 1]
+    clockwise = float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) < 0
+    return np.asarray(curve[::-1] if clockwise else curve)
+
+
+def superellipse(length: float, width: float, power: float = 2.0, count: int = 40) -> Floats:
+    """(count, 2) points of a rounded outline about the origin: power 2 is an ellipse, more is squarer."""
+    angle = np.arange(count) * 2 * np.pi / count
+    c, s = np.cos(angle), np.sin(angle)
+    radius = (np.abs(c) ** power + np.abs(s) ** power) ** (-1.0 / power)
+    return np.stack([0.5 * length * radius * c, 0.5 * width * radius * s], axis=1)
+
+
+def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 15) -> Solid:
+    """A body over an outline, from the middle of its underside over its rim to the middle of its upper side.
+
+    Its picture is a disc: the middle of the picture is the middle of either side, the circle in it is the rim.
+
+    Args:
+        outline: (N, 2), counter-clockwise, seen whole from the origin, metres.
+        profile: (share of the outline, share of the height), the first and last share of the outline 0.
+    """
+    curve = smooth_profile(list(profile), rings)
+    n = len(outline)
+    inner = curve[1:-1]
+    points = np.concatenate(
+        [
+            [[0.0, 0.0, height * curve[0, 1]]],
+            *(np.column_stack([outline * share, np.full(n, height * z)]) for share, z in inner),
+            [[0.0, 0.0, height * curve[-1, 1]]],
+        ]
+    )
+    size = float(np.ptp(outline, axis=0).mean()) / 2
+    flat = np.column_stack([curve[:, 0] * size, curve[:, 1] * height])
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(flat, axis=0), axis=1))])
+    rim = int(np.argmax(curve[:, 0]))
+    share = np.where(np.arange(len(run)) <= rim, run / run[rim], (run[-1] - run) / (run[-1] - run[rim]))
+    angle = np.arctan2(outline[:, 1], outline[:, 0])
+    ring_uv = 0.5 + 0.49 * share[1:-1, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    uv = np.concatenate([[[0.5, 0.5]], ring_uv.reshape(-1, 2), [[0.5, 0.5]]])
+    faces = capped_rings(n, len(inner))
+    return Solid(points, faces, crease_deg=CREASE, picture_uv=uv[faces])
+
+
+def capped_rings(n: int, rings: int) -> Ints:
+    """(F, 3) faces over a first point, `rings` rings of n points and a last point."""
+    j = np.arange(n)
+    k = (j + 1) % n
+    faces = [np.stack([np.zeros(n, dtype=np.int64), 1 + k, 1 + j], axis=1)]
+    for r in range(rings - 1):
+        a, b, c, d = 1 + r * n + j, 1 + r * n + k, 1 + (r + 1) * n + k, 1 + (r + 1) * n + j
+        faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    last, top = 1 + rings * n, 1 + (rings - 1) * n
+    faces.append(np.stack([np.full(n, last), top + j, top + k], axis=1))
+    return np.concatenate(faces).astype(np.int64)
+
+
+def long_body(
+    profile: Sequence[Vec2],
+    length: float,
+    width: float,
+    height: float,
+    *,
+    square: float = 2.0,
+    square_top: float = 2.0,
+    foot: float = 1.0,
+    cut: float = 1.0,
+    around: int = 28,
+    along: int = 27,
+) -> Solid:
+    """A body about the x axis, from -x to +x; its picture runs round it and from end to end.
+
+    Args:
+        profile: (radius, place) from one end to the other, both 0..1; the first and last radius are 0.
+        square, square_top: powers of the superellipse of its section below and above; 2 is an ellipse.
+        foot: share of the half height below the axis at which it is flat.
+        cut: place at which it is cut off square; what is left has the whole length.
+    """
+    curve = smooth_profile(list(profile), along)
+    if cut < 1:
+        kept = curve[curve[:, 1] < cut - 0.005]
+        edge = float(np.interp(cut, curve[:, 1], curve[:, 0]))
+        curve = np.vstack([kept, [(edge, cut), (0.0, cut)]]) / (1.0, cut)
+    body = turned(curve, around, CREASE)
+    c, s, place = body.points[:, 0], body.points[:, 1], body.points[:, 2]
+    radius = np.hypot(c, s)
+    angle = np.arctan2(s, c)
+    power = np.where(s < 0, square, square_top)
+    out = radius * (np.abs(np.cos(angle)) ** power + np.abs(np.sin(angle)) ** power) ** (-1.0 / power)
+    y, z = 0.5 * width * out * np.cos(angle), 0.5 * height * out * np.sin(angle)
+    z = np.maximum(z, -0.5 * height * foot)
+    return replace(body, points=np.column_stack([length * (place - 0.5), y, z])).oriented_outwards()
+
+
+def cut_face(points: Floats) -> Solid:
+    """The inside on the face at +x where a long body is cut: a thin plate a millimetre proud of it."""
+    end = points[np.isclose(points[:, 0], points[:, 0].max())]
+    rim = end[np.hypot(end[:, 1], end[:, 2]) > 1e-4]
+    rim = rim[np.argsort(np.arctan2(rim[:, 2], rim[:, 1]))]
+    face = dome(
+        np.column_stack([-rim[:, 2], rim[:, 1]]) * 0.94, [(0, 0), (0.97, 0), (1, 0.5), (0.97, 1), (0, 1)], 0.003, 9
+    )
+    return face.rotated("y", math.pi / 2).translated(x=float(rim[0, 0]) - 0.002)
+
+
+def bent_level(points: Floats, angle: float, length: float) -> Floats:
+    """Points about the x axis bent level by an angle over a length, rad, metres; both ends move towards +y."""
+    if abs(angle) < 1e-6:
+        return points
+    radius = length / angle
+    turn = points[:, 0] / radius
+    out = radius - points[:, 1]
+    return np.column_stack([out * np.sin(turn), radius - out * np.cos(turn), points[:, 2]])
+
+
+def ring_body(
+    diameter: float, height: float, hole: float, power: float = 2.2, around: int = 40, section: int = 18
+) -> Solid:
+    """A ring about z; its picture runs round it, and from below over the outside and the top back through the hole."""
+    half = (diameter - hole) / 4
+    middle = (diameter + hole) / 4
+    angle = -np.pi / 2 + np.arange(section) * 2 * np.pi / section
+    c, s = np.cos(angle), np.sin(angle)
+    radius = (np.abs(c) ** power + np.abs(s) ** power) ** (-1.0 / power)
+    r, z = middle + half * radius * c, 0.5 * height * radius * s
+    turn = np.arange(around) * 2 * np.pi / around
+    points = np.stack(
+        [r[None] * np.cos(turn)[:, None], r[None] * np.sin(turn)[:, None], np.broadcast_to(z, (around, section))],
+        axis=2,
+    )
+    faces, uv = [], []
+    for i in range(around):
+        for j in range(section):
+            i1, j1 = (i + 1) % around, (j + 1) % section
+            a, b, c4, d = i * section + j, i1 * section + j, i1 * section + j1, i * section + j1
+            u0, u1, v0, v1 = i / around, (i + 1) / around, j / section, (j + 1) / section
+            faces += [(a, b, c4), (a, c4, d)]
+            uv += [((u0, v0), (u1, v0), (u1, v1)), ((u0, v0), (u1, v1), (u0, v1))]
+    body = Solid(points.reshape(-1, 3), np.array(faces, dtype=np.int64), crease_deg=CREASE, picture_uv=np.array(uv))
+    return body.oriented_outwards()
+
+
+def sheet(middle: Floats, thickness: float | Floats) -> Solid:
+    """A closed body round a (N, M, 3) grid, thin at its border; its picture is the grid.
+
+    Args:
+        middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces.
+        thickness: metres, one for all or (N, M).
+    """
+    n, m = middle.shape[:2]
+    along, across = np.gradient(middle, axis=0), np.gradient(middle, axis=1)
+    normal = np.cross(along, across)
+    normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-12)
+    half = np.broadcast_to(np.asarray(thickness, dtype=np.float64) / 2, (n, m)).copy()
+    border = np.ones((n, m), dtype=bool)
+    border[1:-1, 1:-1] = False
+    half[border] *= 0.5
+    offset = normal * half[..., None]
+    points = np.concatenate([(middle + offset).reshape(-1, 3), (middle - offset).reshape(-1, 3)])
+    index = np.arange(n * m).reshape(n, m)
+    a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
+    top = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    rim = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
+    after = np.roll(rim, -1)
+    sides = [np.stack([rim, rim + n * m, after + n * m], axis=1), np.stack([rim, after + n * m, after], axis=1)]
+    faces = np.concatenate([top, top[:, ::-1] + n * m, *sides]).astype(np.int64)
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, m), indexing="ij")
+    uv = np.stack([u.ravel(), v.ravel()], axis=1)
+    return Solid(points, faces, crease_deg=75.0, picture_uv=np.concatenate([uv, uv])[faces]).oriented_outwards()
+
+
+def seen_from_above(solid: Solid, bounds: Floats | None = None) -> Solid:
+    """The solid under a picture that is laid over it from above: its width along x, its height along y.
+
+    Args:
+        bounds: (2, 3) box that the picture covers; the solid's own where left out.
+    """
+    low, high = solid.bounds if bounds is None else bounds
+    uv = (solid.points[:, :2] - low[:2]) / (high - low)[:2]
+    return replace(solid, picture_uv=uv.clip(0.0, 1.0)[solid.faces])
+
+
+def vertex_normals(solid: Solid) -> Floats:
+    """(P, 3) unit normals of the points."""
+    normals, areas = face_normals(solid.points, solid.faces)
+    total = np.zeros_like(solid.points)
+    for k in range(3):
+        np.add.at(total, solid.faces[:, k], normals * areas[:, None])
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-12))
+
+
+def coated(solid: Solid, thickness: float, level: float, wave: float, rng: np.random.Generator) -> Solid:
+    """A coat over the upper part of a body: it stands out of it there and goes under its surface below.
+
+    Args:
+        thickness: metres. level: share of the body's height above which it is coated.
+        wave: by how much of the height the edge wanders up and down.
+    """
+    points = solid.points
+    low, high = points[:, 2].min(), points[:, 2].max()
+    edge = np.full(len(points), level)
+    if wave > 0:
+        edge = edge + wave * smooth_noise(points[:, :2], 4.0 / float(np.ptp(points[:, 0])), rng)
+    share = (points[:, 2] - low) / (high - low)
+    side = np.clip((share - edge) / 0.09, -1.0, 1.0)
+    out = thickness * np.where(side > 0, np.sqrt(np.abs(side)), side)
+    return replace(solid, points=points + vertex_normals(solid) * out[:, None], shapes=())
+
+
+def smooth_noise(points: Floats, waves: float, rng: np.random.Generator) -> Floats:
+    """(P,) smooth random values of about -1..1 at points of any dimension; `waves` to a metre."""
+    total = np.zeros(len(points))
+    for _ in range(6):
+        way = np.asarray(rng.normal(size=points.shape[1]))
+        way = way / np.linalg.norm(way) * (waves * 2 * np.pi * rng.uniform(0.5, 1.3))
+        total += np.sin(points @ way + rng.uniform(0.0, 2 * np.pi))
+    return total / 2.6
+
+
+class Surface:
+    """The upper side of a body, by place: its height above a point of the ground."""
+
+    def __init__(self, solid: Solid) -> None:
+        normals = vertex_normals(solid)
+        upper = solid.points[normals[:, 2] > 0.05]
+        # Of points above one another only the highest counts.
+        upper = upper[np.argsort(-upper[:, 2])]
+        _, first = np.unique(np.round(upper[:, :2], 5), axis=0, return_index=True)
+        upper = upper[first]
+        self._inside = LinearNDInterpolator(upper[:, :2], upper[:, 2])
+        self._nearest = NearestNDInterpolator(upper[:, :2], upper[:, 2])
+
+    def height(self, places: Floats) -> Floats:
+        """(N,) z over (N, 2) places, metres; beyond the rim that of the nearest point."""
+        found = np.asarray(self._inside(places))
+        return np.asarray(np.where(np.isnan(found), self._nearest(places), found))
+
+
+def ridge(surface: Surface, path: Floats, width: float, height: float, lens: bool, sunk: float = 0.35) -> Solid:
+    """A raised line that lies on a surface: a burst score of a loaf, icing out of a bag, a mark of a grill.
+
+    Args:
+        path: (N, 2) places that it passes, metres; it is smoothed to 12 pieces or more.
+        width, height: of its section, metres. lens: it narrows to nothing at both ends.
+        sunk: share of its height that is in the body.
+    """
+    line = np.asarray(path, dtype=np.float64)
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    count = max(12, 4 * (len(line) - 1))
+    at = np.linspace(0.0, run[-1], count)
+    dense = (
+        CubicSpline(run, line)(at) if len(line) > 2 else np.stack([np.interp(at, run, line[:, k]) for k in (0, 1)], 1)
+    )
+    z = surface.height(dense)
+    forward = np.gradient(dense, axis=0)
+    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
+    side = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
+    t = np.linspace(0.0, 1.0, count)
+    swell = np.sin(np.pi * t) ** 0.7 if lens else np.minimum(1.0, np.minimum(t, 1 - t) * count / 1.5) ** 0.5
+    swell = np.maximum(swell, 0.04)
+    angle = np.linspace(0.0, 2 * np.pi, 8, endpoint=False)
+    rings = []
+    for p, n, level, s in zip(dense, side, z, swell, strict=True):
+        off = 0.5 * width * s * np.cos(angle)
+        places = p + off[:, None] * n
+        base = surface.height(places) if lens else np.full(8, level)
+        rings.append(np.column_stack([places, base + height * (s * 0.5 * np.sin(angle) + 0.5 - sunk)]))
+    points = np.concatenate([rings[0].mean(axis=0)[None], *rings, rings[-1].mean(axis=0)[None]])
+    return Solid(points, capped_rings(8, count), crease_deg=75.0).oriented_outwards()
+
+
+def ellipsoid(size: tuple[float, float, float], around: int = 8, along: int = 5) -> Solid:
+    """A ball with few faces stretched to a size, metres; its picture runs round it and from end to end of x."""
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, along)
+    profile = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
+    profile[[0, -1], 0] = 0.0
+    body = turned(profile, around, 80.0)
+    return replace(body, points=body.points[:, [2, 0, 1]] * (np.array(size) / 2))
+
+
+def strewn(
+    solid: Solid,
+    kind: Piece,
+    count: int,
+    size: float,
+    rng: np.random.Generator,
+    *,
+    steep: float = 0.35,
+    above: float = 0.0,
+    sunk: float = 0.25,
+    apart: float = 1.0,
+) -> list[Solid]:
+    """Small things on the upper side of a body, each turned at random and a little different in size.
+
+    Args:
+        size: length of one, metres. steep: least z of the normal where one may lie.
+        above: share of the height below which none lies. sunk: share of a piece's height that is in the body.
+        apart: least distance between two by the size.
+    """
+    normals, areas = face_normals(solid.points, solid.faces)
+    centers = solid.points[solid.faces].mean(axis=1)
+    low, high = solid.bounds[:, 2]
+    share = np.where((normals[:, 2] > steep) & (centers[:, 2] > low + above * (high - low)), areas, 0.0)
+    if count < 1 or share.sum() <= 0:
+        return []
+    half = np.array(_PIECES[kind]) * size
+    if kind in (Piece.BALL, Piece.CHIP):
+        small = ellipsoid((2 * half[0], 2 * half[1], 2 * half[2]), 10, 6)
+    elif kind is Piece.DISC:
+        small = dome(
+            superellipse(size, size, count=14), [(0, 0), (0.8, 0), (1, 0.3), (1, 0.7), (0.8, 1), (0, 1)], 0.14 * size, 7
+        )
+        small = small.translated(z=-half[2])
+    else:
+        small = ellipsoid((2 * half[0], 2 * half[1], 2 * half[2]), 6, 5)
+    taken: list[Floats] = []
+    out: list[Solid] = []
+    for face in rng.choice(len(share), size=6 * count, p=share / share.sum()):
+        if len(out) == count:
+            break
+        weights = rng.dirichlet(np.ones(3))
+        place = weights @ solid.points[solid.faces[face]]
+        if any(float(np.linalg.norm(place - other)) < apart * size for other in taken):
+            continue
+        taken.append(place)
+        out.append(_placed(small, place, normals[face], rng, sunk * half[2]))
+    return out
+
+
+def _placed(small: Solid, place: Floats, normal: Floats, rng: np.random.Generator, sunk: float) -> Solid:
+    """A small thing set on a place, z along the normal, turned at random about it."""
+    turn = rng.uniform(0.0, 2 * np.pi)
+    x = np.array([math.cos(turn), math.sin(turn), 0.0])
+    x -= normal * float(x @ normal)
+    if np.linalg.norm(x) < 1e-6:
+        x = np.array([0.0, 0.0, 1.0])
+    x /= np.linalg.norm(x)
+    frame = np.stack([x, np.cross(normal, x), normal])
+    height = float(small.points[:, 2].max())
+    points = (small.points * rng.uniform(0.85, 1.15)) @ frame + place + normal * (height - 2 * sunk)
+    return replace(small, points=points)
+
+
+def hulls_by(points: Floats, key: Floats, count: int) -> list[Solid]:
+    """Hulls that cover points piece by piece along a key, such as x or the angle about z; neighbours share an edge."""
+    edges = np.linspace(float(key.min()), float(key.max()), count + 1)
+    margin = 1e-6 + 0.02 * float(edges[1] - edges[0])
+    out = []
+    for low, high in pairwise(edges):
+        part = points[(key >= low - margin) & (key <= high + margin)]
+        out.append(Solid(part, np.empty((0, 3), dtype=np.int64)).with_hull_collider())
+    return out
+
+
+def hull_of(*solids: Solid) -> Solid:
+    """One hull over several bodies, without a surface."""
+    points = np.concatenate([s.points for s in solids])
+    return Solid(points, np.empty((0, 3), dtype=np.int64)).with_hull_collider()
+
+
+def on_ground(solids: Sequence[Solid]) -> list[Solid]:
+    """The bodies moved so that the lowest point of all is at z = 0."""
+    low = min(float(s.points[:, 2].min()) for s in solids)
+    return [s.translated(z=-low) for s in solids]
+
+
+def flat_foot(points: Floats, share: float = 0.03) -> Floats:
+    """Points whose lowest share of the height is flat, so that the body rests on a face."""
+    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    return np.column_stack([points[:, :2], np.maximum(points[:, 2], low + share * (high - low))])
+
+
+def joined(solids: Sequence[Solid]) -> Solid:
+    """Bodies as one, without shapes to touch."""
+    return concatenate([s.without_colliders() for s in solids])

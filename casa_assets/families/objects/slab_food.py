@@ -1,0 +1,325 @@
+"""Meat and fish: slabs with a rind and bones, thin slices, and long bodies with fins, ties and a cut face."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from enum import StrEnum
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.sweep import prism, tube
+from casa_assets.families.objects.closed_surface import bumped
+from casa_assets.families.objects.food_bodies import (
+    Surface,
+    bent_level,
+    cut_face,
+    dome,
+    ellipsoid,
+    flat_foot,
+    hull_of,
+    hulls_by,
+    joined,
+    long_body,
+    outline_curve,
+    ridge,
+    seen_from_above,
+    sheet,
+    smooth_noise,
+    superellipse,
+)
+from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.record import Vec2
+
+Metres = Annotated[float, Field(gt=0, le=0.8)]
+Thin = Annotated[float, Field(ge=0, le=0.05)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Profile = Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=24)]
+Line = Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=32)]
+Lines = Annotated[tuple[Line, ...], Field(max_length=16)]
+# Bend in a long body from which on it has several hulls, rad.
+BENT = 0.35
+# Points round a long body.
+AROUND = 24
+FIN_OUT = 0.002  # metres that a fin or a bone may stand out without a shape of its own
+
+
+class Cut(StrEnum):
+    """What the thing is at heart."""
+
+    SLAB = "slab"  # a slab over an outline
+    STRIP = "strip"  # a thin strip that rises and falls
+    LONG = "long"  # a long body along x
+
+
+class SlabFood(Params):
+    """Parameters of meat and fish; lengths in metres, places in shares of length and width about the middle.
+
+    Attributes:
+        cut: shape at heart. length, width, height: along x, y, z; of a strip the height is its thickness.
+        outline: of a slab seen from above, points in order; none is an ellipse of power `square`.
+        profile: of a slab (share of the outline, share of the height) from below to above; of a long body
+            (radius, place) from end to end.
+        square: power of the superellipse of a section. foot: share of the lower half height before it is flat.
+        bend: of a long body, rad. cut_at: place where it is cut off square, 1 for nowhere.
+        segments, segment_depth: rings along a long body. bumps, waves: unevenness. wave: rise and fall, metres.
+        above: its picture lies over it from above, along its length; else it runs round or over the rim.
+        rind, rind_from, rind_to: thickness of fat along a slab's edge, between two angles in degrees.
+        lines, line_width, line_height, line_lens: raised lines on top: marks of a grill, gills, folds, flat bones.
+        fins: outlines of flat parts that stand out in the middle of the height. fin_thickness.
+        eyes: places of eyes on both sides; eye_size.
+        bones: paths of round bones in the middle of the height; bone_radius, bone_knob: of them and of their end.
+        feelers: paths of thin round parts; feeler_radius.
+        ties: rounds of string.
+        density: of its body, kg/m^3. seed: of what is random.
+        skin, rind_finish, face_finish, line_finish, fin_finish, eye_finish, bone_finish, feeler_finish: finishes.
+    """
+
+    cut: Cut = Cut.SLAB
+    length: Metres
+    width: Metres
+    height: Metres
+    outline: tuple[Vec2, ...] = ()
+    profile: Profile = ((0, 0), (0.86, 0), (0.97, 0.12), (1, 0.45), (0.96, 0.85), (0.85, 0.98), (0.4, 1), (0, 1))
+    square: Annotated[float, Field(ge=1, le=12)] = 2.0
+    foot: Annotated[float, Field(ge=0.1, le=1)] = 1.0
+    bend: Annotated[float, Field(ge=-5, le=5)] = 0.0
+    cut_at: Annotated[float, Field(ge=0.3, le=1)] = 1.0
+    segments: Annotated[int, Field(ge=0, le=12)] = 0
+    segment_depth: Annotated[float, Field(ge=0, le=0.6)] = 0.1
+    bumps: Annotated[float, Field(ge=0, le=0.3)] = 0.02
+    waves: Annotated[float, Field(ge=0.3, le=8)] = 1.5
+    wave: Thin = 0.0
+    above: bool = False
+    rind: Thin = 0.0
+    rind_from: Annotated[float, Field(ge=-360, le=360)] = 0.0
+    rind_to: Annotated[float, Field(ge=-360, le=360)] = 180.0
+    lines: Lines = ()
+    line_width: Thin = 0.004
+    line_height: Thin = 0.001
+    line_lens: bool = False
+    fins: Lines = ()
+    fin_thickness: Thin = 0.002
+    eyes: Annotated[tuple[Vec2, ...], Field(max_length=4)] = ()
+    eye_size: Thin = 0.008
+    bones: Lines = ()
+    bone_radius: Thin = 0.006
+    bone_knob: Thin = 0.0
+    feelers: Lines = ()
+    feeler_radius: Thin = 0.0008
+    ties: Annotated[int, Field(ge=0, le=10)] = 0
+    density: Annotated[float, Field(ge=50, le=2000)] = 1040.0
+    seed: Annotated[int, Field(ge=0, le=9999)] = 0
+    skin: FinishId
+    rind_finish: FinishId = "dish_fat"
+    face_finish: FinishId = "dish_meat_pink"
+    line_finish: FinishId = "dish_char"
+    fin_finish: FinishId = "dish_fin"
+    eye_finish: FinishId = "dish_eye"
+    bone_finish: FinishId = "dish_bone"
+    feeler_finish: FinishId = "dish_shell_orange"
+
+
+def build(builder: AssetBuilder, p: SlabFood) -> None:
+    """Build the asset: it rests on z = 0."""
+    rng = np.random.Generator(np.random.PCG64(p.seed))
+    body, face = _body(p, rng)
+    low = float(body.points[:, 2].min())
+    body = body.translated(z=-low)
+    rind = _rind(p, body) if p.rind > 0 else None
+    hulls = _hulls(body, p) if rind is None else [hull_of(body, rind)]
+    builder.add(ROOT, body.with_colliders_of(*hulls), p.skin, label="body", name="body", density=p.density)
+    if face is not None:
+        builder.add(ROOT, face.translated(z=-low), p.face_finish, label="face", collider=False, density=0.0)
+    if rind is not None:
+        builder.add(ROOT, rind, p.rind_finish, label="rind", collider=False, density=0.0)
+    middle = (float(body.points[:, 2].min()) + float(body.points[:, 2].max())) / 2
+    if p.lines:
+        surface = Surface(body)
+        size, center = np.ptp(body.points, axis=0)[:2], (body.points.min(axis=0) + body.points.max(axis=0))[:2] / 2
+        ridges = [
+            ridge(surface, np.array(line) * size + center, p.line_width, p.line_height, p.line_lens) for line in p.lines
+        ]
+        builder.add(ROOT, joined(ridges), p.line_finish, label="line", collider=False, density=0.0)
+    for parts, finish, label in (
+        (_fins(p), p.fin_finish, "fin"),
+        (_bones(p), p.bone_finish, "bone"),
+        (_feelers(p), p.feeler_finish, "feeler"),
+        (_ties(p, body), "rope", "string"),
+    ):
+        if not parts:
+            continue
+        whole = joined(parts)
+        if label != "string":
+            whole = replace(whole, points=bent_level(whole.points, p.bend, p.length)).translated(z=middle)
+        builder.add(ROOT, whole, finish, label=label, collider=False, density=300.0)
+        if label != "string":
+            for part in parts:
+                moved = replace(part, points=bent_level(part.points, p.bend, p.length)).translated(z=middle)
+                if _stands_out(moved, body):
+                    builder.add_collider(ROOT, hull_of(moved), finish, label)
+    if p.eyes:
+        builder.add(ROOT, joined(_eyes(p, body)), p.eye_finish, label="eye", collider=False, density=0.0)
+
+
+def _stands_out(part: Solid, body: Solid) -> bool:
+    """Whether a part leaves the box round the body by so much that it needs a shape of its own."""
+    return float(np.abs(part.points - np.clip(part.points, *body.bounds)).max()) > FIN_OUT
+
+
+def _body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
+    """The body, and the face where a long one is cut."""
+    if p.cut is Cut.STRIP:
+        return _strip(p, rng), None
+    if p.cut is Cut.SLAB:
+        body = dome(_outline(p), p.profile, p.height)
+        points = bumped(body.points, p.bumps, p.waves, rng)
+        points[:, 2] += p.wave * smooth_noise(points[:, :2], p.waves / p.length, rng)
+        body = replace(body, points=points if p.wave else flat_foot(points))
+        return seen_from_above(body) if p.above else body, None
+    body = long_body(
+        p.profile,
+        p.length,
+        p.width,
+        p.height,
+        square=p.square,
+        square_top=p.square,
+        foot=p.foot,
+        cut=p.cut_at,
+        around=AROUND,
+        along=51 if p.segments else 31,
+    )
+    points = body.points
+    if p.segments:
+        phase = np.mod(p.segments * (points[:, 0] / p.length + 0.5), 1.0)
+        points = points * np.column_stack([np.ones(len(points)), *2 * [1.0 - p.segment_depth * phase]])
+    face = cut_face(points) if p.cut_at < 1 else None
+    points = points if face is not None else bumped(points, p.bumps, p.waves, rng)
+    if p.above:
+        body = seen_from_above(replace(body, points=points))
+    return replace(body, points=flat_foot(bent_level(points, p.bend, p.length))), face
+
+
+def _strip(p: SlabFood, rng: np.random.Generator) -> Solid:
+    """A thin strip along x that rises and falls; its picture runs along it."""
+    n, m = 41, 9
+    s, t = np.meshgrid(np.linspace(-0.5, 0.5, n), np.linspace(-0.5, 0.5, m), indexing="ij")
+    phase = rng.uniform(0, 2 * math.pi)
+    place = np.stack([s.ravel() * p.length, t.ravel() * p.width], axis=1)
+    z = p.wave * np.sin(2 * np.pi * p.waves * s + phase + 0.8 * t).ravel()
+    z += 0.35 * p.wave * smooth_noise(place, 2.5 * p.waves / p.length, rng)
+    x = s * p.length
+    side = p.bumps * p.width * smooth_noise(np.stack([x[:, 0], 0 * x[:, 0]], axis=1), 3.0 / p.length, rng)
+    end = 1.0 - 0.25 * np.abs(2 * s) ** 10
+    y = t * p.width * end * (1 + 0.6 * p.bumps * np.sin(9 * s + 2 * phase)) + side[:, None]
+    return sheet(np.stack([x, y, z.reshape(n, m)], axis=2), p.height)
+
+
+def _outline(p: SlabFood) -> Floats:
+    if p.outline:
+        return outline_curve(p.outline, p.length, p.width, 44)
+    return superellipse(p.length, p.width, p.square, 44)
+
+
+def _rind(p: SlabFood, body: Solid) -> Solid:
+    """Fat along a part of the edge of a slab, a little lower than the meat; elsewhere it hides in it."""
+    outline = _outline(p)
+    angle = np.degrees(np.arctan2(outline[:, 1], outline[:, 0]))
+    middle, half = (p.rind_from + p.rind_to) / 2, abs(p.rind_to - p.rind_from) / 2
+    off = np.abs(np.mod(angle - middle + 180.0, 360.0) - 180.0)
+    share = np.clip((half - off) / 25.0, 0.0, 1.0)
+    share = share * share * (3 - 2 * share)
+    radius = np.hypot(outline[:, 0], outline[:, 1])
+    out = 0.93 * (1 - share) + share * (1.0 + p.rind / radius)
+    height = float(np.ptp(body.points[:, 2]))
+    rind = dome(outline * out[:, None], p.profile, 0.95 * height)
+    return replace(rind, points=flat_foot(rind.points)).translated(z=0.005 * height)
+
+
+def _fins(p: SlabFood) -> list[Solid]:
+    """Flat parts of an outline, about z = 0."""
+    out = []
+    for line in p.fins:
+        outline = np.array(line) * (p.length, p.width)
+        x, y = outline[:, 0], outline[:, 1]
+        if float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) < 0:
+            outline = outline[::-1]
+        part = prism(outline, p.fin_thickness, 0.0003).translated(z=-p.fin_thickness / 2)
+        out.append(replace(part, shapes=()))
+    return out
+
+
+def _bones(p: SlabFood) -> list[Solid]:
+    """Round bones about z = 0, with a double knob at their end where it has one."""
+    out = []
+    for line in p.bones:
+        path = [(x * p.length, y * p.width, 0.0) for x, y in line]
+        parts = [tube(path, p.bone_radius, 0.04).without_colliders()]
+        if p.bone_knob > 0:
+            x, y, _ = path[-1]
+            r = p.bone_knob
+            for side in (-0.55, 0.55):
+                parts.append(ellipsoid((2 * r, 1.7 * r, 1.8 * r), 12, 8).translated(x, y + side * r))
+        out.append(joined([replace(part, picture_uv=None, uv_m=None) for part in parts]))
+    return out
+
+
+def _feelers(p: SlabFood) -> list[Solid]:
+    """Thin round parts about z = 0."""
+    paths = [[(x * p.length, y * p.width, 0.0) for x, y in line] for line in p.feelers]
+    return [tube(path, p.feeler_radius, 0.02).without_colliders() for path in paths]
+
+
+def _ties(p: SlabFood, body: Solid) -> list[Solid]:
+    """String round a long body at even places."""
+    out = []
+    rings = (len(body.points) - 2) // AROUND
+    for k in range(p.ties):
+        first = 1 + AROUND * round(rings * (k + 1) / (p.ties + 1))
+        ring = body.points[first : first + AROUND]
+        center = (ring.min(axis=0) + ring.max(axis=0)) / 2
+        ring = ring[np.argsort(np.arctan2(ring[:, 2] - center[2], ring[:, 1] - center[1]))]
+        loop = np.vstack([ring, ring[:2]])
+        loop = center + (loop - center) * (1.0, 1.005, 1.005)
+        loop[:, 2] = np.maximum(loop[:, 2], 0.001)
+        kept = [loop[0]]
+        for point in loop[1:]:
+            if np.linalg.norm(point - kept[-1]) > 0.003:
+                kept.append(point)
+        out.append(tube([(float(a), float(b), float(c)) for a, b, c in kept], 0.0014).without_colliders())
+    return out
+
+
+def _eyes(p: SlabFood, body: Solid) -> list[Solid]:
+    """Eyes on the upper and the lower side."""
+    out = []
+    size = p.eye_size
+    top = float(body.points[:, 2].max())
+    for x, y in p.eyes:
+        place = np.array([[x * p.length, y * p.width]])
+        height = float(Surface(body).height(place)[0])
+        for z in (height - 0.05 * size, top - height + 0.05 * size):
+            eye = ellipsoid((size, size, 0.4 * size), 12, 7)
+            out.append(eye.translated(float(place[0, 0]), float(place[0, 1]), z))
+    return out
+
+
+def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
+    """The body as one hull, or as several along a bend."""
+    if p.cut is Cut.LONG and abs(p.bend) > BENT:
+        points = body.points
+        if abs(p.bend) > 2.5:
+            middle = p.length / p.bend
+            return hulls_by(points, np.arctan2(points[:, 0], (middle - points[:, 1]) * np.sign(p.bend)), 6)
+        return hulls_by(points, points[:, 0], 2 + 2 * math.ceil(abs(p.bend) / 1.2))
+    return [body.with_hull_collider()]
+
+
+FORM = ParametricModel("slab", SlabFood, build, base=Base.FREE)

@@ -1,0 +1,205 @@
+"""Handles, spouts, knobs and rims of vessels: sections that change along a path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.families.kit.solids.blocks import lathe
+from casa_assets.families.kit.solids.boolean import subtract
+from casa_assets.families.kit.solids.loft import loft
+from casa_assets.families.kit.solids.solid import Solid, concatenate
+from casa_assets.families.kit.solids.sweep import circle, prism, tube
+from casa_assets.model.record import Vec2, Vec3
+
+NO_FACES = np.empty((0, 3), dtype=np.int64)
+
+
+def strap(
+    path: Sequence[Vec3] | Floats,
+    sizes: Sequence[Vec2] | Floats,
+    side: Vec3 = (0.0, 1.0, 0.0),
+    power: float = 1.0,
+    pieces: int = 1,
+    count: int = 12,
+) -> Solid:
+    """A bar along a path in a plane, whose section changes on the way.
+
+    Args:
+        path: (M, 3) its middle, metres. sizes: (M, 2) full width along `side` and full thickness across it.
+        side: direction square to the plane of the path. power: 1 for an elliptic section, less for a square one.
+        pieces: hulls along it. count: points of a section.
+    """
+    line, size, across = np.array(path, dtype=np.float64), np.array(sizes, dtype=np.float64), np.array(side)
+    way = np.gradient(line, axis=0)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    normal = np.cross(across, way)
+    turn = np.arange(count) * 2 * np.pi / count + (np.pi / count if power < 0.8 else 0.0)
+    x, y = (np.sign(f) * np.abs(f) ** power / 2 for f in (np.cos(turn), np.sin(turn)))
+    rings = [p + x[:, None] * w * across - y[:, None] * t * n for p, (w, t), n in zip(line, size, normal, strict=True)]
+    found = loft(rings, 45.0).oriented_outwards()
+    cuts = np.array_split(np.arange(len(line) - 1), pieces)
+    hulls = [
+        Solid(np.concatenate(rings[int(part[0]) : int(part[-1]) + 2]), NO_FACES).with_hull_collider()
+        for part in cuts
+        if len(part)
+    ]
+    return found.with_colliders_of(*hulls)
+
+
+def ear(
+    top: Vec2, low: Vec2, reach: float, width: float, thick: float, square: float, sag: float = 0.0, pieces: int = 3
+) -> Solid:
+    """The handle of a mug: a loop in the plane x, z.
+
+    Args:
+        top, low: (x, z) of its ends, within the wall. reach: farthest x. square: 1 round, less for corners.
+        sag: how far its widest place lies below the middle, by half its height.
+    """
+    t = np.linspace(math.pi / 2, -math.pi / 2, 15)
+    c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
+    along = (1 - s) / 2
+    base = top[0] + (low[0] - top[0]) * along
+    half, middle = (top[1] - low[1]) / 2, (top[1] + low[1]) / 2
+    z = middle + half * (s - sag * c * (1 - s * s) ** 0.5)
+    x = base + (reach - base) * c
+    path = np.stack([x, 0 * x, z], axis=1)
+    ends = 1.0 + 0.25 * np.abs(s) ** 6
+    power = 0.6 if width > 1.4 * thick else 0.9
+    return strap(path, np.stack([width * ends, thick * ends], axis=1), power=power, pieces=pieces)
+
+
+def loop(x: float, y: float, z: float, reach: float, thick: float, tall: float, square: float) -> Solid:
+    """A loop in a level plane at the side of a pot, towards +x.
+
+    Args:
+        x, y: where it meets the wall, at y and -y. reach: how far it stands out from there. tall: its height.
+    """
+    t = np.linspace(-math.pi / 2, math.pi / 2, 13)
+    c, s = np.abs(np.cos(t)) ** square, np.sign(np.sin(t)) * np.abs(np.sin(t)) ** square
+    path = np.stack([x + reach * c, y * s, np.full(len(t), z)], axis=1)
+    ends = 1.0 + 0.3 * np.abs(s) ** 8
+    sizes = np.stack([tall * ends, thick * ends], axis=1)
+    return strap(path, sizes, side=(0.0, 0.0, 1.0), power=0.75, pieces=3, count=10)
+
+
+def arch(x: float, low: float, high: float, width: float, thick: float, square: float, grip: float = 1.0) -> Solid:
+    """A handle over the top, in the plane x, z, from -x to x.
+
+    Args:
+        low, high: of its ends and of its middle. grip: how much thicker it is at the top.
+    """
+    t = np.linspace(math.pi, 0.0, 19)
+    c, s = np.sign(np.cos(t)) * np.abs(np.cos(t)) ** square, np.sin(t) ** square
+    path = np.stack([x * c, 0 * t, low + (high - low) * s], axis=1)
+    more = 1.0 + (grip - 1.0) * np.clip((s - 0.75) / 0.2, 0, 1)
+    return strap(path, np.stack([width * more, thick * more], axis=1), power=0.8, pieces=5)
+
+
+def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> Solid:
+    """A hollow tube from the wall of a pot towards -x, open at its tip.
+
+    Args:
+        start, end: (x, z) of the middle of its ends; start lies within the wall. radius, tip: of both ends.
+        curve: 0 straight, 1 bent like a swan's neck.
+    """
+    a, b = np.array(start), np.array(end)
+    reach = b - a
+    one = a + reach * (0.33 + 0.5 * curve, 0.33 - 0.33 * curve)
+    two = a + reach * (0.66 - 0.16 * curve, 0.66 + 0.1 * curve)
+    t = np.linspace(0.0, 1.0, 10)[:, None]
+    flat = (1 - t) ** 3 * a + 3 * t * (1 - t) ** 2 * one + 3 * t**2 * (1 - t) * two + t**3 * b
+    path = np.stack([flat[:, 0], 0 * flat[:, 0], flat[:, 1]], axis=1)
+    size = radius + (tip - radius) * t[:, 0] ** 0.8
+    hole = np.array([tip - 0.0022, tip - 0.0024, tip - 0.003])
+    back = np.array([path[-1], path[-1] + 0.25 * (path[-2] - path[-1]), path[-2]])
+    way = np.gradient(path, axis=0)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    ring = circle(1.0, 14)
+    rings = []
+    for p, w, r in (*zip(path, way, size, strict=True), *((q, way[-1], h) for q, h in zip(back, hole, strict=True))):
+        normal = np.cross((0.0, 1.0, 0.0), w)
+        rings.append(p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * normal))
+    found = loft(rings, 45.0).oriented_outwards()
+    hulls = [Solid(np.concatenate(rings[k : k + 5]), NO_FACES).with_hull_collider() for k in (0, 4)]
+    hulls.append(Solid(np.concatenate(rings[8:10]), NO_FACES).with_hull_collider())
+    return found.with_colliders_of(*hulls[:2], hulls[2])
+
+
+def rim_bead(ring: Floats, radius: float, count: int = 8) -> Solid:
+    """A wire along a closed ring of points; it has no collision shape of its own."""
+    n = len(ring)
+    way = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
+    way /= np.linalg.norm(way, axis=1)[:, None]
+    out = np.cross(way, (0.0, 0.0, 1.0))
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    up = np.cross(out, way)
+    turn = np.arange(count) * 2 * np.pi / count
+    points = ring[:, None] + radius * (
+        np.cos(turn)[None, :, None] * out[:, None] + np.sin(turn)[None, :, None] * up[:, None]
+    )
+    i, k = np.meshgrid(np.arange(n), np.arange(count), indexing="ij")
+    a, b = i * count + k, np.roll(np.arange(n), -1)[i] * count + k
+    c, d = np.roll(np.arange(n), -1)[i] * count + (k + 1) % count, i * count + (k + 1) % count
+    faces = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    return Solid(points.reshape(-1, 3), faces.astype(np.int64), crease_deg=60.0).oriented_outwards()
+
+
+def long_handle(start: Vec3, length: float, rise: float, profile: Sequence[Vec3], hole: float) -> Solid:
+    """The handle of a pan along +x.
+
+    Args:
+        start: its beginning. rise: rad above level, less towards its end. profile: (share of the length, width,
+            thickness). hole: radius of the hole near its end, 0 for none.
+    """
+    s = np.linspace(0.0, 1.0, 13)
+    # It starts steeper than it ends, as if bent.
+    up = length * math.sin(rise) * (1 - (1 - s) ** 1.7)
+    path = np.stack([start[0] + length * math.cos(rise) * s, np.full(13, start[1]), start[2] + up], axis=1)
+    at = np.array(profile)
+    sizes = np.stack([np.interp(s, at[:, 0], at[:, k]) for k in (1, 2)], axis=1)
+    bar = strap(path, sizes, power=0.75, pieces=2, count=12)
+    end = path[-1]
+    if hole > 0:
+        slot = circle(hole, 12) * (1.8, 1.0)
+        tool = prism(slot, 0.08, 0.0).translated(float(end[0]) - 2.6 * hole, 0.0, float(end[2]) - 0.04)
+        bar = subtract(bar, tool, shapes=bar.shapes)
+    return bar
+
+
+def knob(radius: float, height: float, slim: float) -> Solid:
+    """A knob about z that stands on z = 0. slim: radius of its neck by its own."""
+    n = slim * radius
+    profile = [(1.15 * n, -0.001), (n, 0.25 * height), (0.8 * radius, 0.45 * height), (radius, 0.62 * height)]
+    profile += [(0.92 * radius, 0.85 * height), (0.6 * radius, 0.96 * height), (0.0, height)]
+    return replace(lathe(profile, 18, 50.0), uv_m=None).with_hull_collider()
+
+
+def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
+    """Wires of a sieve on a turned surface, from its middle to its rim and round it; no collision shape.
+
+    Args:
+        outside: (N, 2) radius and height from the edge of the foot to the rim. count: wires to the rim.
+    """
+    line = np.concatenate([[[0.012, outside[0, 1]]], outside])
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    at = np.linspace(0.0, run[-1], 8)
+    r, z = (np.interp(at, run, line[:, k]) for k in (0, 1))
+    section = circle(radius, 3)
+    found = []
+    for k in range(count):
+        turn = 2 * math.pi * k / count
+        first = 0 if k % 2 == 0 else 3
+        path = [(float(a * math.cos(turn)), float(a * math.sin(turn)), float(b)) for a, b in zip(r, z, strict=True)]
+        found.append(tube(path[first:], section).without_colliders())
+    turns = np.arange(24) * 2 * np.pi / 24
+    for s in np.linspace(0.12, 0.94, 9):
+        a, b = (float(np.interp(s * run[-1], run, line[:, k])) for k in (0, 1))
+        ring = np.stack([a * np.cos(turns), a * np.sin(turns), np.full(24, b)], axis=1)
+        found.append(rim_bead(ring, radius, 3))
+    plain = [Solid(part.points, part.faces, crease_deg=80.0) for part in found]
+    return concatenate(plain)
