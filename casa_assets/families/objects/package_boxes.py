@@ -224,13 +224,15 @@ def wrapped_block(p: Package) -> list[Part]:
     outline = four_sides(p.front, p.side, 2)
     fold = 0.0007
     top = p.height * (1.0 - p.bare)
-    body = _sides(p, outline, top - 2 * fold, p.lower, 1.0 - p.upper).translated(z=fold)
+    # A wrapper that is open lies smoothly, so that it stays clear of what is in it.
+    smooth = p if p.bare == 0 else p.replace(dents=0.0)
+    body = _sides(smooth, outline, top - 2 * fold, p.lower, 1.0 - p.upper).translated(z=fold)
     parts = [Part(body, p.skin, "package", p.density if p.bare == 0 else 0.0)]
     for end in (0, 1):
         if end == 0 or p.bare == 0:
             parts += _parcel_end(p, top, fold, end)
     if p.bare > 0:
-        parts.append(Part(_bare_block(p, 0.0006), p.content or p.skin, "food", p.density, collider=True))
+        parts.append(Part(_bare_block(p, 0.0007), p.content or p.skin, "food", p.density, collider=True))
         if p.liner > 0:
             # Foil under the paper stands out a little, where it was torn.
             half_x, half_y = p.width / 2 - 0.0004, p.depth / 2 - 0.0004
@@ -272,7 +274,7 @@ def _bare_block(p: Package, less: float) -> Solid:
     shape = BlockShape.TABLET if p.rows > 0 else BlockShape.SLAB
     block = Block(
         shape=shape,
-        width=p.height - less,
+        width=p.height - 2 * less,
         depth=p.width - 2 * less,
         height=p.depth - 2 * less,
         corner=0.1,
@@ -285,7 +287,7 @@ def _bare_block(p: Package, less: float) -> Solid:
         skin=p.skin,
     )
     made = BLOCKS[shape](block)[0].solid.transformed(UPRIGHT)
-    return made.translated(y=-p.depth / 2 + less, z=p.height / 2 + less / 2)
+    return made.translated(y=-p.depth / 2 + less, z=p.height / 2 + less)
 
 
 def paper_bag(p: Package) -> list[Part]:

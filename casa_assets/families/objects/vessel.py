@@ -4,29 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from enum import StrEnum
-from typing import Annotated
 
 import numpy as np
-from pydantic import Field
 
-from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, prism
 from casa_assets.families.objects.vessel_colliders import closed_shapes, open_shapes
-from casa_assets.families.objects.vessel_fittings import (
-    arch,
-    ear,
-    long_handle,
-    loop,
-    rim_bead,
-    sieve_wires,
-    spout,
-    strap,
-)
-from casa_assets.families.objects.vessel_lids import KnobForm, Lid, add_lid
+from casa_assets.families.objects.vessel_fittings import rim_bead, sieve_wires, strap
+from casa_assets.families.objects.vessel_handles import handles, seated, spouts
+from casa_assets.families.objects.vessel_lids import Lid, add_lid
+from casa_assets.families.objects.vessel_params import Vessel
 from casa_assets.families.objects.vessel_surface import (
     RIM_V,
     Plan,
@@ -40,127 +29,9 @@ from casa_assets.families.objects.vessel_surface import (
 )
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
-from casa_assets.model.record import Vec2
 
-Metres = Annotated[float, Field(gt=0, le=0.7)]
-Length = Annotated[float, Field(ge=0, le=0.4)]
-Share = Annotated[float, Field(ge=0, le=1)]
 # The most collision shapes of a vessel with all that is on it.
 MOST_SHAPES = 24
-
-
-class HandleForm(StrEnum):
-    """Where a hand takes it."""
-
-    NONE = "none"
-    EAR = "ear"  # the handle of a mug
-    EARS = "ears"  # two of them
-    LONG = "long"  # the handle of a pan, in one piece
-    GRIP = "grip"  # the same with a grip of another finish
-    LOOPS = "loops"  # level loops on both sides
-    LONG_LOOP = "long_loop"  # a long grip, and a level loop across
-    ARCH = "arch"  # over the top
-
-
-class Vessel(Params):
-    """Parameters of a vessel; lengths in metres.
-
-    Attributes:
-        profile: the outside from the edge of the foot to the rim, (radius, height), radius by half the width, height by
-            the height. soft: a smooth curve runs through these points; else corners are rounded by `rounding`.
-        width, height: of the body. across: the width in y by that in x. corner: radius of the corners seen from above
-            by half the lesser width; 1 for round or oval.
-        wall: its thickness. floor: thickness of the floor. stem: share of the height below the floor of the inside.
-        fillet: between floor and wall inside. foot: height of a hollow under the foot.
-        facets, flutes, flute_depth, twist, fluted_from: as in `Plan`. weave, stakes, rows: strands of a basket.
-        lip, lip_width, lip_rise, lip_from: of a spout drawn out of the rim, as in `Plan`.
-        bead: radius of a wire round the rim.
-        handle: where a hand takes it. handle_reach: how far it stands out; the length of a long one; the height of an
-            arch. handle_top, handle_low: of an ear, by the height. handle_width, handle_thick: of its section.
-            handle_square: 1 round, less for corners. handle_sag: of an ear. handle_rise: of a long one, rad.
-            handle_hole: radius of a hole in its end.
-        spout: how far a tube of a spout stands out. spout_from, spout_to: heights of its ends, by the height.
-            spout_radius: at the wall. spout_curve: 0 straight, 1 bent.
-        lid: it has a lid on it. lid_rise, lid_dome, lid_over: height, shape, how far it reaches over the rim.
-            lid_skirt: how far it reaches down outside. lid_bead: radius of a ring of metal round it.
-            knob, knob_size: what it is lifted by.
-        hole: radius of holes in its wall, 0 for none. hole_gap: distance of two. holes_from, holes_to: by the height.
-        wires: of a sieve, from its middle to its rim; its wall is then gauze.
-        content: how full it is, by the height. marks: lines of a measure. sleeve: a band of card about the middle.
-        matter: share of the wall's volume that is matter.
-        skin, rim_finish, handle_finish, grip_finish, spout_finish, lid_finish, knob_finish, content_finish,
-            mark_finish: finishes. skin may be a picture for the whole of it; its height is the way from the middle of
-            the underside (0) over the rim (0.5) to the middle of the inside (1).
-    """
-
-    profile: Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=20)]
-    soft: bool = True
-    rounding: Length = 0.004
-    width: Metres
-    height: Metres
-    across: Annotated[float, Field(ge=0.3, le=1)] = 1.0
-    corner: Share = 1.0
-    wall: Annotated[float, Field(ge=0.0006, le=0.02)] = 0.004
-    floor: Annotated[float, Field(ge=0.0006, le=0.04)] = 0.005
-    stem: Share = 0.0
-    fillet: Length = 0.006
-    foot: Annotated[float, Field(ge=0, le=0.03)] = 0.0
-    facets: Annotated[int, Field(ge=0, le=20)] = 0
-    flutes: Annotated[int, Field(ge=0, le=40)] = 0
-    flute_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.03
-    twist: Annotated[float, Field(ge=-3, le=3)] = 0.0
-    fluted_from: Share = 0.0
-    weave: Annotated[float, Field(ge=0, le=0.01)] = 0.0
-    stakes: Annotated[int, Field(ge=8, le=48)] = 32
-    rows: Annotated[int, Field(ge=3, le=20)] = 8
-    lip: Length = 0.0
-    lip_width: Annotated[float, Field(ge=0.1, le=1.5)] = 0.4
-    lip_rise: Annotated[float, Field(ge=-0.05, le=0.1)] = 0.0
-    lip_from: Annotated[float, Field(ge=0, le=0.95)] = 0.55
-    bead: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    handle: HandleForm = HandleForm.NONE
-    handle_reach: Length = 0.03
-    handle_top: Annotated[float, Field(ge=0, le=1.2)] = 0.85
-    handle_low: Share = 0.2
-    handle_width: Metres = 0.014
-    handle_thick: Metres = 0.008
-    handle_square: Annotated[float, Field(ge=0.3, le=1.2)] = 0.8
-    handle_sag: Annotated[float, Field(ge=-0.5, le=0.5)] = 0.0
-    handle_rise: Annotated[float, Field(ge=-0.3, le=0.9)] = 0.15
-    handle_hole: Annotated[float, Field(ge=0, le=0.012)] = 0.0
-    spout: Length = 0.0
-    spout_from: Share = 0.3
-    spout_to: Annotated[float, Field(ge=0, le=1.4)] = 0.9
-    spout_radius: Metres = 0.016
-    spout_tip: Metres = 0.008
-    spout_curve: Share = 0.6
-    lid: bool = False
-    lid_rise: Length = 0.02
-    lid_dome: Annotated[float, Field(ge=1, le=12)] = 2.5
-    lid_over: Annotated[float, Field(ge=-0.03, le=0.02)] = 0.002
-    lid_skirt: Length = 0.0
-    lid_thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
-    lid_bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
-    knob: KnobForm = KnobForm.BALL
-    knob_size: Metres = 0.012
-    hole: Annotated[float, Field(ge=0, le=0.02)] = 0.0
-    hole_gap: Metres = 0.02
-    holes_from: Share = 0.2
-    holes_to: Share = 0.85
-    wires: Annotated[int, Field(ge=0, le=40)] = 0
-    content: Share = 0.0
-    marks: Annotated[int, Field(ge=0, le=12)] = 0
-    sleeve: bool = False
-    matter: Annotated[float, Field(ge=0.05, le=1)] = 1.0
-    skin: FinishId
-    rim_finish: FinishId = "stainless_brushed"
-    handle_finish: FinishId | None = None
-    grip_finish: FinishId = "plastic_black"
-    lid_finish: FinishId | None = None
-    knob_finish: FinishId | None = None
-    lid_bead_finish: FinishId = "stainless_polished"
-    content_finish: FinishId = "coffee_dark"
-    mark_finish: FinishId = "plastic_red"
 
 
 def build(builder: AssetBuilder, p: Vessel) -> None:
@@ -169,7 +40,7 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
     floor = p.stem * p.height + p.floor + p.foot
     points = [(r * p.width / 2, z * p.height) for r, z in p.profile]
     profile = vessel_profile(points, p.soft, p.rounding, p.wall, floor, p.fillet, p.foot)
-    parts = [part for parts in (_handles(p, profile, plan), _spouts(p, profile)) for part in parts]
+    parts = [part for parts in (handles(p, profile, plan), spouts(p, profile)) for part in parts]
     if p.weave > 0:
         profile = woven(profile, plan.row / 2)
     path, v = profile.path()
@@ -186,7 +57,7 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
     builder.add(ROOT, body.with_shapes(*shapes), p.skin, label="body", name="body", density=density)
     around = math.pi * p.width
     for part, finish, label in parts:
-        solid = pictured(_seated(part, p, plan, profile), profile, around)
+        solid = pictured(seated(part, p, plan, profile), profile, around)
         builder.add(ROOT, solid, finish, label=label, density=_handle_density(builder, p, finish))
     rim = plan.ring(*(float(n) for n in (profile.outside[-1] + profile.inside[-1]) / 2))
     if p.bead > 0:
@@ -245,94 +116,6 @@ def _handle_density(builder: AssetBuilder, p: Vessel, finish: str) -> float:
     """kg/m^3 of a handle or spout, which may be hollow: of metal never more than a third of the solid."""
     density = builder.supplies.finish(finish).substance.density
     return min(density, 2600.0) * (p.matter if finish == p.skin else 1.0)
-
-
-def _seated(part: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
-    """A handle or spout whose end is drawn back into the wall where it would come out on the inside."""
-    x, y, z = part.points.T
-    within = np.array([profile.radius(float(h)) for h in z]) - 0.7 * p.wall
-    if plan.corner is not None:
-        flat = np.column_stack([np.sign(x) * np.maximum(np.abs(x), within), y])
-    else:
-        short = np.maximum(plan.half_y - (plan.half_x - within), 1e-4)
-        far = np.hypot(x, y * within / short)
-        flat = part.points[:, :2] * np.maximum(1.0, within / np.maximum(far, 1e-6))[:, None]
-    below = z < p.height
-    points = np.column_stack([np.where(below[:, None], flat, part.points[:, :2]), z])
-    return replace(part, points=points)
-
-
-Part = tuple[Solid, str, str]
-
-
-def _handles(p: Vessel, profile: Profile, plan: Plan) -> list[Part]:
-    """Handles with their finishes and labels."""
-    own = p.handle_finish or p.skin
-    top, low = p.handle_top * p.height, p.handle_low * p.height
-    into = 0.55 * p.wall
-    r = profile.radius(top)
-    reach = p.handle_reach
-    if p.handle in (HandleForm.EAR, HandleForm.EARS):
-        ends = [(profile.radius(z) - into, z) for z in (top, low)]
-        out = max(profile.radius(z) for z in np.linspace(low, top, 5)) + reach
-        part = ear(ends[0], ends[1], out, p.handle_width, p.handle_thick, p.handle_square, p.handle_sag)
-        both = [part] if p.handle is HandleForm.EAR else [part, part.rotated("z", math.pi)]
-        return [(part, own, "handle") for part in both]
-    if p.handle is HandleForm.LOOPS:
-        return [(part, own, "handle") for part in _loops(p, profile, plan, top)]
-    if p.handle is HandleForm.ARCH:
-        part = arch(r - into, top, p.height + reach, p.handle_width, p.handle_thick, p.handle_square, 1.25)
-        return [(part, own, "handle")]
-    if p.handle is HandleForm.NONE:
-        return []
-    w, t = p.handle_width, p.handle_thick
-    if p.handle is HandleForm.LONG:
-        taper = ((0, 1.5 * w, 1.1 * t), (0.12, w, t), (0.55, 0.8 * w, t), (0.9, 1.15 * w, t), (1, 0.7 * w, 0.8 * t))
-        bar = long_handle((r - into, 0.0, top), reach, p.handle_rise, taper, p.handle_hole)
-        return [(bar, own, "handle")]
-    # A strap of metal, and on its end a grip.
-    bare = 0.26 * reach
-    run = p.handle_rise
-    # The strap leaves the wall as steeply as the grip begins.
-    metal = strap(
-        [
-            (r - into, 0.0, top),
-            (r + 0.2 * bare, 0.0, top + 0.3 * bare * math.sin(run)),
-            *((r + s * bare * math.cos(run), 0.0, top + s * bare * math.sin(run) * 1.15) for s in (0.45, 0.8, 1.15)),
-        ],
-        [(1.5 * w, 0.35 * t), (1.1 * w, 0.35 * t), (0.7 * w, 0.45 * t), (0.6 * w, 0.5 * t), (0.6 * w, 0.5 * t)],
-        power=0.7,
-    )
-    start = (r + bare * math.cos(run), 0.0, top + 1.15 * bare * math.sin(run))
-    swell = ((0, 0.72 * w, 0.8 * t), (0.06, 0.85 * w, t), (0.5, w, 1.1 * t), (0.85, 1.1 * w, t), (1, 0.6 * w, 0.6 * t))
-    grip = long_handle(start, reach - bare, run, swell, p.handle_hole)
-    found = [(metal, own, "handle"), (grip, p.grip_finish, "handle")]
-    if p.handle is HandleForm.LONG_LOOP:
-        found.append((_loops(p, profile, plan, top)[1], own, "handle"))
-    return found
-
-
-def _loops(p: Vessel, profile: Profile, plan: Plan, z: float) -> list[Solid]:
-    """Level loops to both sides."""
-    r, half = profile.radius(z), 0.5 * min(0.5 * p.width * p.across, 0.1)
-    short = plan.half_y - (plan.half_x - r)
-    x = r - 0.55 * p.wall
-    if plan.corner is None:
-        # Its ends go in far enough to be covered; `_seated` keeps them within the wall.
-        x = r * math.sqrt(max(0.0, 1 - (half / short) ** 2)) - 0.55 * p.wall - p.handle_thick - p.weave
-    reach = r + (0.5 if p.handle is HandleForm.LONG_LOOP and p.handle_reach > 0.08 else 1.0) * min(p.handle_reach, 0.05)
-    part = loop(x, half, z, reach - x, p.handle_thick, min(p.handle_width, 2 * p.handle_thick), p.handle_square)
-    return [part, part.rotated("z", math.pi)]
-
-
-def _spouts(p: Vessel, profile: Profile) -> list[Part]:
-    """The tube of a spout."""
-    if p.spout <= 0:
-        return []
-    z = p.spout_from * p.height
-    start = (-(profile.radius(z) - 0.6 * p.wall - 0.3 * p.spout_radius), z)
-    end = (-(max(profile.radius(z), profile.radius(0.5 * p.height)) + p.spout), p.spout_to * p.height)
-    return [(spout(start, end, p.spout_radius, p.spout_tip, p.spout_curve), p.skin, "spout")]
 
 
 def _pierced(body: Solid, p: Vessel, plan: Plan, profile: Profile) -> Solid:
