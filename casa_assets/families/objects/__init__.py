@@ -4,21 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from casa_assets.families.objects import (
-    block,
-    board,
-    cluster,
-    container,
-    dough,
-    package,
-    pocket_tray,
-    produce,
-    slab_food,
-    stacked,
-    utensil,
-    vessel,
-    vessel_lids,
-)
+from casa_assets.families.objects.containers import container
+from casa_assets.families.objects.food import dough, slab, stacked
+from casa_assets.families.objects.grown import cluster, produce
+from casa_assets.families.objects.packages import block, package
+from casa_assets.families.objects.tools import utensil
+from casa_assets.families.objects.vessels import board, lids, pocket_tray, vessel
 from casa_assets.families.parametric_model import ParametricModel
 
 FORMS: dict[str, ParametricModel[Any]] = {
@@ -28,11 +19,11 @@ FORMS: dict[str, ParametricModel[Any]] = {
         cluster.FORM,
         container.FORM,
         produce.FORM,
-        slab_food.FORM,
+        slab.FORM,
         stacked.FORM,
         utensil.FORM,
         vessel.FORM,
-        vessel_lids.FORM,
+        lids.FORM,
         board.FORM,
         pocket_tray.FORM,
         package.FORM,

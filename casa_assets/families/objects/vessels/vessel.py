@@ -11,12 +11,12 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, prism
-from casa_assets.families.objects.vessel_colliders import closed_shapes, open_shapes
-from casa_assets.families.objects.vessel_fittings import rim_bead, sieve_wires, strap
-from casa_assets.families.objects.vessel_handles import handles, seated, spouts
-from casa_assets.families.objects.vessel_lids import Lid, add_lid
-from casa_assets.families.objects.vessel_params import Vessel
-from casa_assets.families.objects.vessel_surface import (
+from casa_assets.families.objects.vessels.colliders import closed_shapes, open_shapes
+from casa_assets.families.objects.vessels.fittings import rim_bead, sieve_wires, strap
+from casa_assets.families.objects.vessels.handles import handles, seated, spouts
+from casa_assets.families.objects.vessels.lids import Lid, add_lid
+from casa_assets.families.objects.vessels.params import Vessel
+from casa_assets.families.objects.vessels.surface import (
     RIM_V,
     Plan,
     Profile,

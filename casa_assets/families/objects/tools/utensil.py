@@ -17,9 +17,9 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Solid, axis_turn, concatenate
 from casa_assets.families.kit.solids.sweep import prism, rectangle
-from casa_assets.families.objects import utensil_heads as heads
-from casa_assets.families.objects.swept_bar import Bar, Size, bar, drilled, hull_of, stadium, value_at
-from casa_assets.families.objects.utensil_heads import Part
+from casa_assets.families.objects.tools import heads
+from casa_assets.families.objects.tools.heads import Part
+from casa_assets.families.objects.tools.swept_bar import Bar, Size, bar, drilled, hull_of, stadium, value_at
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.geometry.mesh.measure import solid_moments
 from casa_assets.geometry.solid.hull import convex_hull

@@ -11,11 +11,11 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import board, lathe
 from casa_assets.families.kit.solids.solid import Solid, axis_turn
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.objects.block import SHAPES as BLOCKS
-from casa_assets.families.objects.block import Block
-from casa_assets.families.objects.block import Shape as BlockShape
-from casa_assets.families.objects.package_part import Part
-from casa_assets.families.objects.wrapping import (
+from casa_assets.families.objects.packages.block import SHAPES as BLOCKS
+from casa_assets.families.objects.packages.block import Block
+from casa_assets.families.objects.packages.block import Shape as BlockShape
+from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.wrapping import (
     LYING_ALONG,
     SEALED,
     Outline,
@@ -31,7 +31,7 @@ from casa_assets.families.objects.wrapping import (
 from casa_assets.model.pose import Pose
 
 if TYPE_CHECKING:
-    from casa_assets.families.objects.package import Package
+    from casa_assets.families.objects.packages.package import Package
 
 # Heights of the rings of a body, as shares of it.
 LEVELS = ramp(0.0, 0.04, 0.14, 0.32, 0.5, 0.68, 0.86, 0.96, 1.0)

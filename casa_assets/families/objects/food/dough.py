@@ -17,7 +17,7 @@ from casa_assets.families.kit.solids.blocks import box
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.closed_surface import bumped
-from casa_assets.families.objects.food_bodies import (
+from casa_assets.families.objects.food.bodies import (
     Piece,
     Surface,
     bent_level,

@@ -11,8 +11,8 @@ from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.objects.vessel_fittings import arch, knob, rim_bead
-from casa_assets.families.objects.vessel_surface import Plan, patched, round_plan, surface
+from casa_assets.families.objects.vessels.fittings import arch, knob, rim_bead
+from casa_assets.families.objects.vessels.surface import Plan, patched, round_plan, surface
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 

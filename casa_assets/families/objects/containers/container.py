@@ -15,8 +15,7 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.objects.closures import Closure, Mouth, closure_parts
-from casa_assets.families.objects.container_body import (
+from casa_assets.families.objects.containers.body import (
     Section,
     body,
     cup,
@@ -26,6 +25,7 @@ from casa_assets.families.objects.container_body import (
     rounded_outline,
     sleeve,
 )
+from casa_assets.families.objects.containers.closures import Closure, Mouth, closure_parts
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2, Vec3

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
-from casa_assets.families.objects.vessel_lids import KnobForm
+from casa_assets.families.objects.vessels.lids import KnobForm
 from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(gt=0, le=0.7)]

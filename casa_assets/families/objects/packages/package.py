@@ -14,11 +14,11 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, box_shape
-from casa_assets.families.objects.package_bags import pillow, pouch, twist
-from casa_assets.families.objects.package_boxes import brick, carton, gable, paper_bag, wrapped_block
-from casa_assets.families.objects.package_part import Part
-from casa_assets.families.objects.package_tubs import roll, tub
-from casa_assets.families.objects.wrapping import LYING_ALONG, LYING_BACK
+from casa_assets.families.objects.packages.bags import pillow, pouch, twist
+from casa_assets.families.objects.packages.boxes import brick, carton, gable, paper_bag, wrapped_block
+from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.tubs import roll, tub
+from casa_assets.families.objects.packages.wrapping import LYING_ALONG, LYING_BACK
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.pose import Pose

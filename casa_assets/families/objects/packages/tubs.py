@@ -10,11 +10,18 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import lathe
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.objects.closed_surface import smooth_profile
-from casa_assets.families.objects.package_part import Part
-from casa_assets.families.objects.wrapping import Outline, four_sides, ramp, round_sides, with_front_picture, wrapped
+from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.wrapping import (
+    Outline,
+    four_sides,
+    ramp,
+    round_sides,
+    with_front_picture,
+    wrapped,
+)
 
 if TYPE_CHECKING:
-    from casa_assets.families.objects.package import Package
+    from casa_assets.families.objects.packages.package import Package
 
 FLANGE, FILM = 0.0012, 0.0006
 

@@ -16,7 +16,7 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import prism, tube
 from casa_assets.families.objects.closed_surface import bumped
-from casa_assets.families.objects.food_bodies import (
+from casa_assets.families.objects.food.bodies import (
     Surface,
     bent_level,
     cut_face,

@@ -15,7 +15,7 @@ from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, prism, rectangle, tube
 from casa_assets.families.objects.closed_surface import smooth_profile, turned
-from casa_assets.families.objects.swept_bar import hull_of, lofted, stadium
+from casa_assets.families.objects.tools.swept_bar import hull_of, lofted, stadium
 from casa_assets.model.record import Vec2, Vec3
 
 # Pieces of the wall of a cup as colliders.

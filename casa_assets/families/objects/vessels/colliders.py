@@ -11,7 +11,7 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import box, rod
 from casa_assets.families.kit.solids.solid import Placed, Solid
-from casa_assets.families.objects.vessel_surface import Plan, Profile, thinned
+from casa_assets.families.objects.vessels.surface import Plan, Profile, thinned
 
 NO_FACES = np.empty((0, 3), dtype=np.int64)
 # Slabs are at least as thick as this, metres.

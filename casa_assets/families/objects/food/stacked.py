@@ -17,7 +17,7 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import prism, tube
 from casa_assets.families.objects.closed_surface import bumped, lobed, smooth_profile, turned
-from casa_assets.families.objects.food_bodies import (
+from casa_assets.families.objects.food.bodies import (
     CREASE,
     Piece,
     Surface,

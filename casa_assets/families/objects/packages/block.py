@@ -19,8 +19,8 @@ from casa_assets.families.kit.solids.blocks import ball
 from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.objects.closed_surface import bumped
-from casa_assets.families.objects.package_part import Part
-from casa_assets.families.objects.wrapping import Outline, four_sides, round_sides, wrapped
+from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.wrapping import Outline, four_sides, round_sides, wrapped
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.model.asset.asset import Base

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.objects.vessel_fittings import arch, ear, long_handle, loop, spout, strap
-from casa_assets.families.objects.vessel_params import HandleForm, Vessel
-from casa_assets.families.objects.vessel_surface import Plan, Profile
+from casa_assets.families.objects.vessels.fittings import arch, ear, long_handle, loop, spout, strap
+from casa_assets.families.objects.vessels.params import HandleForm, Vessel
+from casa_assets.families.objects.vessels.surface import Plan, Profile
 
 # A solid, its finish and its label.
 Part = tuple[Solid, str, str]

@@ -10,11 +10,11 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import board, rod
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.objects.package_part import Part
-from casa_assets.families.objects.wrapping import SEALED, round_sides, two_sheets, with_spot, wrapped
+from casa_assets.families.objects.packages.part import Part
+from casa_assets.families.objects.packages.wrapping import SEALED, round_sides, two_sheets, with_spot, wrapped
 
 if TYPE_CHECKING:
-    from casa_assets.families.objects.package import Package
+    from casa_assets.families.objects.packages.package import Package
 
 # Pieces across a sheet.
 ACROSS = 28

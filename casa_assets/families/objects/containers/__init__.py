@@ -1,0 +1,1 @@
+"""Bottles, cans and jars with what closes them."""

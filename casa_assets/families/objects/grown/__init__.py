@@ -1,0 +1,1 @@
+"""What grew: fruit, vegetables, nuts, eggs."""

@@ -1,0 +1,1 @@
+"""What food is packed in, and blocks, wrapped and bare."""

@@ -1,0 +1,1 @@
+"""Cutlery, cooking utensils and small tools: a handle and a head."""

@@ -1,0 +1,1 @@
+"""What holds something and is open: dishes, pots, trays; their lids, and boards."""
