@@ -281,11 +281,11 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
         finish = p.cap_second if part.second else p.cap
         hit = bool(part.solid.shapes)
         name = "cap" if k == 0 else None
-        builder.add(ROOT, part.solid, finish, label="cap", name=name, collider=hit, density=150.0)
+        builder.add(ROOT, part.solid, finish, label="cap", name=name, collider=hit, density="screw_cap")
     if p.base_cap > 0:
         r, top = p.cap_wide * frame.plain[0][0], p.base_cap + 0.001
         cap = body([(0.97 * r, 0.0), (r, 0.001), (0.985 * r, top - 0.002), (0.96 * r, top)], frame.section)
-        builder.add(ROOT, cap, p.cap, label="cap", name="base", collider=False, density=150.0)
+        builder.add(ROOT, cap, p.cap, label="cap", name="base", collider=False, density="screw_cap")
     if p.rims:
         r = frame.section.widest
         for at in (0.0, frame.z(1.0) - 0.002):
@@ -313,7 +313,7 @@ def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
     turns = np.linspace(0.0, 2 * math.pi, 13)[:-1]
     oval = np.column_stack([0.65 * thick * np.cos(turns), 0.4 * thick * np.sin(turns)])
     bar = tube(path, oval, 0.35 * (z1 - z0), up=(1.0, 0.0, 0.3))
-    builder.add(ROOT, bar, p.handle_finish or p.body, label="handle", name="handle", density=400.0)
+    builder.add(ROOT, bar, p.handle_finish or p.body, label="handle", name="handle", density="flask_handle")
 
 
 FORM = ParametricModel("container", Container, build, base=Base.FREE)

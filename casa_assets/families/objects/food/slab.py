@@ -159,7 +159,7 @@ def build(builder: AssetBuilder, p: SlabFood) -> None:
         whole = joined(parts)
         if label != "string":
             whole = replace(whole, points=bent_level(whole.points, p.bend, p.length)).translated(z=middle)
-        builder.add(ROOT, whole, finish, label=label, collider=False, density=300.0)
+        builder.add(ROOT, whole, finish, label=label, collider=False, density="fish_fin")
         if label != "string":
             for part in parts:
                 moved = replace(part, points=bent_level(part.points, p.bend, p.length)).translated(z=middle)

@@ -226,7 +226,7 @@ def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.
 def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
     """Bread, what is on it, bread."""
     outline = (
-        outline_curve(p.outline, p.length, p.width, 48) if p.outline else superellipse(p.length, p.width, p.square, 48)
+        outline_curve(p.outline, p.length, p.width, 40) if p.outline else superellipse(p.length, p.width, p.square, 40)
     )
     parts: list[Part] = []
     light: list[Part] = []
@@ -259,7 +259,7 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
     reach = float(np.abs(outline).max())
     match filling:
         case Filling.CHEESE | Filling.CHEESE_PALE if not p.outline:
-            grid = np.linspace(-0.93 * reach, 0.93 * reach, 17)
+            grid = np.linspace(-0.93 * reach, 0.93 * reach, 13)
             x, y = np.meshgrid(grid, grid, indexing="ij")
             hang = np.maximum(np.hypot(x, y) - 0.94 * reach, 0.0)
             points = np.stack(
@@ -287,9 +287,9 @@ def _layer(p: Stacked, filling: Filling, outline: Floats, thickness: float, rng:
                 way = np.array([math.cos(turn), math.sin(turn)])
                 edge = float((outline @ way).max()) - size / 2
                 if filling in (Filling.ONION, Filling.ONION_RED):
-                    part = ring_body(size, thickness, 0.72 * size, 3.0, 24, 8).translated(z=thickness / 2)
+                    part = ring_body(size, thickness, 0.72 * size, 3.0, 20, 6).translated(z=thickness / 2)
                 else:
-                    part = dome(superellipse(size, size, count=28), _FLAT, thickness, 8)
+                    part = dome(superellipse(size, size, count=24), _FLAT, thickness, 7)
                 x, y = edge * way
                 out.append(part.translated(float(x), float(y), 0.0003 * k))
             return out

@@ -82,7 +82,7 @@ def build(builder: AssetBuilder, p: Cluster) -> None:
             continue
         whole = concatenate([s.without_colliders() for s in solids]).translated(z=-lowest)
         hulls = [s.translated(z=-lowest).with_hull_collider() for s in _covers(solids, label, p)]
-        density = p.density if label == "body" else 300.0
+        density = p.density if label == "body" else "plant_stalk"
         builder.add(ROOT, whole.with_colliders_of(*hulls), finish, label=label, name=label, density=density)
 
 

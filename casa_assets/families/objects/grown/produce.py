@@ -109,7 +109,7 @@ def build(builder: AssetBuilder, p: Produce) -> None:
         grown = replace(grown, points=points)
         # What hardly stands out needs no shape of its own.
         far = float(np.abs(points - np.clip(points, *body.bounds)).max())
-        builder.add(ROOT, grown.with_hull_collider(), finish, label=label, collider=far > MIN_OUT, density=150.0)
+        builder.add(ROOT, grown.with_hull_collider(), finish, label=label, collider=far > MIN_OUT, density="plant_leaf")
 
 
 def _laid(points: Floats, p: Produce) -> Floats:

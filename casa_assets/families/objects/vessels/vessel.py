@@ -64,8 +64,8 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
         bead = rim_bead(rim, p.bead, 6 if p.weave > 0 or p.hole > 0 else 8)
         bead = patched(bead, RIM_V, 0.002)
         # Of metal it is a rolled edge with air in it.
-        density = builder.supplies.finish(p.rim_finish).substance.density
-        builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=min(density, 2700.0))
+        density = min(builder.supplies.finish(p.rim_finish).substance.density, builder.supplies.density("rolled_edge"))
+        builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=density)
     if p.wires:
         wires = sieve_wires(profile.outside, p.wires, 0.0005)
         builder.add(ROOT, wires, p.rim_finish, label="body", collider=False)
@@ -171,7 +171,7 @@ def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> 
     r = float(np.interp(level, inside[:, 1], inside[:, 0]))
     line = np.concatenate([low, [[r, level]]]) - (0.0005, -0.0004)
     path = np.concatenate([[[0.0, floor + 0.0004]], line, [[0.0, level + 0.0004]]])
-    builder.add(ROOT, turned_on(path, plan), p.content_finish, label="content", collider=False, density=1000.0)
+    builder.add(ROOT, turned_on(path, plan), p.content_finish, label="content", collider=False, density="liquid")
 
 
 def _prints(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:
