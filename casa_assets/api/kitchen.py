@@ -155,6 +155,8 @@ def kitchen(
     seed: int | None = None,
     surfaces: Mapping[str, str] | Literal["random"] | None = None,
     closed: bool = False,
+    objects: int = 0,
+    objects_seed: int = 0,
 ) -> Kitchen:
     """A floor plan in a style.
 
@@ -164,18 +166,21 @@ def kitchen(
         surfaces: wall, floor, counter or cabinet -> texture, see `surfaces()`; `random`: drawn by the seed, each by
             itself.
         closed: draw the walls too that a plan leaves open.
+        objects: how many things are put where people keep them: plates in cupboards, food in the refrigerator. There
+            are fewer where there is no room for so many; `facts["objects"]` lists them.
+        objects_seed: draws which things, and where.
     Raises:
         UnknownId: no such plan, style, surface or texture; the error names the nearest.
         CasaError: the plan does not fit together with these lengths or this style.
     """
     if surfaces == "random":
-        return Kitchen(SceneRecipe(plan, style, seed, draw_surfaces(seed or 0), closed))
+        return Kitchen(SceneRecipe(plan, style, seed, draw_surfaces(seed or 0), closed, objects, objects_seed))
     pairs = []
     for name, texture in (surfaces or {}).items():
         if name not in list(Surface):
             raise UnknownId("surface", name, [s.value for s in Surface])
         pairs.append((Surface(name), texture))
-    return Kitchen(SceneRecipe(plan, style, seed, ordered_surfaces(pairs), closed))
+    return Kitchen(SceneRecipe(plan, style, seed, ordered_surfaces(pairs), closed, objects, objects_seed))
 
 
 @overload

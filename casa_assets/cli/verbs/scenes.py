@@ -27,6 +27,7 @@ app = typer.Typer(
 )
 scene_app = typer.Typer(name="scene", help="A kitchen of one's own.", no_args_is_help=True, rich_markup_mode="rich")
 OUT = Path("out/scenes")
+MAX_OBJECTS = 60
 
 
 @app.command("list")
@@ -271,19 +272,21 @@ def new(
         typer.Option(help="'style', 'random' (drawn by the seed), or ids: 'wall=brick_red_running,floor=oak_ebony'."),
     ] = "style",
     closed: Annotated[bool, typer.Option("--closed", help="Draw the open walls too.")] = False,
+    objects: Annotated[int, typer.Option(min=0, max=MAX_OBJECTS, help="Things put where people keep them.")] = 0,
+    objects_seed: Annotated[int, typer.Option(min=0, help="Draws which things, and where.")] = 0,
     out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = OUT,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
 ) -> None:
     """Build one kitchen: a plan in a style, with lengths and textures of its own. Its id names all of it.
 
-    Example:  casa-assets scene new galley --style rustic --seed 7 --textures random
+    Example:  casa-assets scene new galley --style rustic --seed 7 --textures random --objects 40
     """
     from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces
     from casa_assets.registry.kitchens import load_plan, load_style
 
     load_plan(plan), load_style(style)
     surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
-    _build([SceneRecipe(plan, style, seed, surfaces, closed)], out, 1, True, False, json_)
+    _build([SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed)], out, 1, True, False, json_)
 
 
 def _pairs(text: str) -> list[tuple[Surface, str]]:

@@ -55,11 +55,13 @@ FLOOR_TO_M = 0.1  # height of the foot of what stands on the floor
 
 
 def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
-    """Floor plan of a kitchen and of the scene that was composed of it."""
+    """Floor plan of a kitchen and of the scene that was composed of it; objects put into it are no fixtures."""
     items = {item.name: item for item in kitchen.items}
     assets = scene.asset_of
-    outlines = {a.id: AssetOutlines(a) for a in scene.assets}
-    fixtures = tuple(_fixture(p, assets[p.name], items[p.name], outlines) for p in scene.placements)
+    ordered = [p for p in scene.placements if p.resting is None]
+    kept = {p.asset for p in ordered}
+    outlines = {a.id: AssetOutlines(a) for a in scene.assets if a.id in kept}
+    fixtures = tuple(_fixture(p, assets[p.name], items[p.name], outlines) for p in ordered)
     by_name = {f.name: f for f in fixtures}
     walls = tuple(
         RoomWall(

@@ -11,7 +11,7 @@ from pydantic import Field, StringConstraints, field_validator, model_validator
 from casa_assets.model.asset.asset import Asset, JointValue
 from casa_assets.model.asset.material import Positive, Unit
 from casa_assets.model.pose import Pose
-from casa_assets.model.record import Id, Record, Vec3
+from casa_assets.model.record import Id, MixedCaseId, Record, Vec3
 
 # `<plan>__<style>`, and more parts for what differs from them.
 SceneId = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*$", max_length=160)]
@@ -33,6 +33,14 @@ class Layer(StrEnum):
     CEILING = "ceiling"
 
 
+class Resting(Record):
+    """What an object rests in or on: a link of another placement, and the name of the region or site there."""
+
+    placement: Id
+    link: Id
+    region: MixedCaseId
+
+
 class Placement(Record):
     """One copy of an asset.
 
@@ -42,6 +50,7 @@ class Placement(Record):
         pose: world_from_asset.
         joints: starting positions, rad or m; joints that are not named start at zero.
         layer: what it belongs to.
+        resting: of an object that was put into the kitchen, what holds it: it goes along with a drawer that opens.
     """
 
     name: Id
@@ -49,6 +58,7 @@ class Placement(Record):
     pose: Pose = Pose()
     joints: tuple[JointValue, ...] = ()
     layer: Layer = Layer.THINGS
+    resting: Resting | None = None
 
 
 class Camera(Record):
@@ -148,6 +158,11 @@ class Scene(Record):
     exclusions: tuple[tuple[PlacedLink, PlacedLink], ...] = ()
 
     @property
+    def objects(self) -> tuple[Placement, ...]:
+        """What was put into the kitchen and is no part of its plan and style: plates, food, tools."""
+        return tuple(place for place in self.placements if place.resting is not None)
+
+    @property
     def asset_of(self) -> dict[str, Asset]:
         """Name of a placement -> its asset, in the order of the placements."""
         assets = {asset.id: asset for asset in self.assets}
@@ -167,6 +182,11 @@ class Scene(Record):
             if place.asset not in assets:
                 raise ValueError(f"placement {place.name!r}: no asset {place.asset!r}")
             _check_joints(place, assets[place.asset])
+        links = {place.name: {link.name for link in assets[place.asset].links} for place in self.placements}
+        for place in self.objects:
+            rest = place.resting
+            if rest is not None and rest.link not in links.get(rest.placement, ()):
+                raise ValueError(f"placement {place.name!r} rests on {rest.placement}/{rest.link}, which is not there")
         return self
 
 

@@ -28,6 +28,7 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
+from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
 
@@ -59,6 +60,8 @@ class SceneRecipe:
         seed: draws the lengths of the plan; None: as the plan has them.
         surfaces: finishes that differ from the style's, in the order of the surfaces.
         closed: whether open walls are drawn too.
+        objects: how many things of registry/objects/ are put into it, where people keep them; 0: none.
+        objects_seed: draws which, and where.
     """
 
     plan: str
@@ -66,10 +69,15 @@ class SceneRecipe:
     seed: int | None = None
     surfaces: tuple[tuple[Surface, str], ...] = ()
     closed: bool = False
+    objects: int = 0
+    objects_seed: int = 0
 
     @property
     def scene_id(self) -> str:
-        """`<plan>__<style>`, then `__s<seed>`, `__t<digest of the finishes>` and `__closed` where they apply."""
+        """`<plan>__<style>`, and what applies of `__s<seed>`, `__t<digest of finishes>`, `__closed`, `__o<objects>`.
+
+        The last has the seed of the objects, where it is not 0, right after their number: `__o40s3`.
+        """
         parts = [self.plan, self.style]
         if self.seed is not None:
             parts.append(f"s{self.seed}")
@@ -78,6 +86,8 @@ class SceneRecipe:
             parts.append("t" + hashlib.sha256(text.encode()).hexdigest()[:8])
         if self.closed:
             parts.append("closed")
+        if self.objects:
+            parts.append(f"o{self.objects}" + (f"s{self.objects_seed}" if self.objects_seed else ""))
         return "__".join(parts)
 
 
@@ -185,8 +195,11 @@ def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene
 
     assets = {w.name: built(w.name, w.choice) for w in kitchen.items}
     props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
+    composed = compose_kitchen(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
+    if recipe.objects:
+        composed = composed[0], put_into(composed[1], recipe.objects, recipe.objects_seed, store)
     store.tidy()
-    return compose_kitchen(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
+    return composed
 
 
 def compose_kitchen(
@@ -213,4 +226,5 @@ def kitchen_key(recipe: SceneRecipe) -> str:
     assets = [(name, asset_key(family(c.family), params_of(c))) for name, c in sorted(choices.items())]
     # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled
     # in one order.
-    return digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(compose_kitchen))
+    key = digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(compose_kitchen))
+    return digest_of(key, objects_key(recipe.objects, recipe.objects_seed)) if recipe.objects else key

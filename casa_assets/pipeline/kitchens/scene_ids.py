@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -14,7 +15,8 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, or
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
 
-_REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?")
+_OBJECTS = r"(?:__o(?P<objects>\d+)(?:s(?P<objects_seed>\d+))?)?"
+_REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?" + _OBJECTS)
 
 
 def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
@@ -34,11 +36,12 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     if plan not in plan_names() or style not in style_names() or fields is None:
         raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()])
     seed = None if fields["seed"] is None else int(fields["seed"])
-    bare = SceneRecipe(plan, style, seed, (), fields["closed"] is not None)
+    objects, objects_seed = int(fields["objects"] or 0), int(fields["objects_seed"] or 0)
+    bare = SceneRecipe(plan, style, seed, (), fields["closed"] is not None, objects, objects_seed)
     if fields["finishes"] is None:
         return bare
     for surfaces in _candidates(scene_id, seed, places):
-        recipe = SceneRecipe(plan, style, seed, surfaces, bare.closed)
+        recipe = replace(bare, surfaces=surfaces)
         if recipe.scene_id == scene_id:
             return recipe
     where = ", ".join(str(place) for place in places) or "no folder"

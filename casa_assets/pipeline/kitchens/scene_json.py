@@ -62,7 +62,8 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
                 for h in kitchen.holes
             ],
         },
-        "fixtures": [_fixture(p, scene.asset_of[p.name], items[p.name]) for p in scene.placements],
+        "fixtures": [_fixture(p, scene.asset_of[p.name], items[p.name]) for p in scene.placements if p.resting is None],
+        **({"objects": [_object(p, scene.asset_of[p.name]) for p in scene.objects]} if scene.objects else {}),
         "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
         **whereabouts(DesignSubject(facts_of(kitchen, scene))),
     }
@@ -111,6 +112,19 @@ def _fixture(placement: Placement, asset: Asset, item: OrderItem) -> dict[str, A
         "regions": {r.name: _region(placement, asset, r) for r in asset.regions},
         "sites": {s.name: {"site": f"{placement.name}__{s.name}", "kind": s.kind} for s in asset.sites},
         "parts": sorted({v.label for k in asset.links for v in k.visuals if v.label}),
+    }
+
+
+def _object(placement: Placement, asset: Asset) -> dict[str, Any]:
+    """An object that was put into the kitchen: what it is, where it rests, and in what."""
+    assert placement.resting is not None, "objects rest in something"
+    return {
+        "name": placement.name,
+        "asset": asset.id,
+        "category": asset.labels.category,
+        **_pose(placement.pose),
+        "mass_kg": round(asset.mass, 4),
+        "in": placement.resting.model_dump(),
     }
 
 

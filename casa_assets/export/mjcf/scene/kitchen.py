@@ -160,22 +160,44 @@ def _add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) 
 
 
 def _add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
-    """Keyframes `start`, `closed` and `open`: joints that an asset's own keyframe does not name are at zero."""
+    """Keyframes `start`, `closed` and `open`: joints that an asset's own keyframe does not name are at zero.
+
+    What rests in a drawer goes along with it.
+    """
     qpos: dict[str, list[float]] = {START_POSE: [], CLOSED_POSE: [], OPEN_POSE: []}
+    holders, assets = {place.name: place for place in scene.placements}, scene.asset_of
     for place, context in zip(scene.placements, contexts, strict=True):
         asset = context.asset
-        keyframes = {key.name: joint_positions(key.joints) for key in asset.keyframes}
-        closed = keyframes.get(CLOSED_POSE, {})
-        positions = {
-            START_POSE: joint_positions(place.joints),
-            CLOSED_POSE: closed,
-            OPEN_POSE: keyframes.get(OPEN_POSE, closed),
-        }
-        base = world_from_root(place, asset)
-        free_joint = (*base.position, *base.quaternion) if asset.base is Base.FREE else ()
+        positions = _key_positions(place, asset)
         joints = keyframe.joint_order(asset, asset.root.name)
+        base = world_from_root(place, asset)
         for name, values in qpos.items():
+            pose = base
+            if place.resting is not None:
+                holder = holders[place.resting.placement]
+                pose = _carried(holder, assets[holder.name], place.resting.link, name) @ base
+            free_joint = (*pose.position, *pose.quaternion) if asset.base is Base.FREE else ()
             values += [*free_joint, *(positions[name].get(joint, 0.0) for joint in joints)]
     block = etree.SubElement(root, "keyframe")
     for name, values in qpos.items():
         etree.SubElement(block, "key", {"name": name, **({"qpos": number.numbers(values)} if values else {})})
+
+
+def _key_positions(place: Placement, asset: Asset) -> dict[str, dict[str, float]]:
+    """Name of each keyframe of a scene -> positions of the joints of a placement, rad or m."""
+    keyframes = {key.name: joint_positions(key.joints) for key in asset.keyframes}
+    closed = keyframes.get(CLOSED_POSE, {})
+    return {
+        START_POSE: joint_positions(place.joints),
+        CLOSED_POSE: closed,
+        OPEN_POSE: keyframes.get(OPEN_POSE, closed),
+    }
+
+
+def _carried(holder: Placement, asset: Asset, link: str, name: str) -> Pose:
+    """How a link of a placement lies in the world in a keyframe, relative to how it lies as the scene begins."""
+    positions = _key_positions(holder, asset)
+    if not asset.is_moved(link) or positions[name] == positions[START_POSE]:
+        return Pose()
+    at_start, now = (holder.pose @ asset.asset_from_link(link, positions[k]) for k in (START_POSE, name))
+    return now @ at_start.inverse()

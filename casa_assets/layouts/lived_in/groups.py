@@ -1,0 +1,152 @@
+"""Arrange the objects of a group to each other: a stack of plates, a row of mugs, fruit in a bowl."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.core.rotation import about_axis
+from casa_assets.core.typing import Floats
+from casa_assets.layouts.lived_in.silhouette import CELL_M, CELL_SLACK_M, Silhouette
+from casa_assets.model.kitchen.habit import Arrangement
+from casa_assets.model.pose import Pose
+
+# Between the objects of a group, and over what each stands on, metres.
+GAP_M, SET_DOWN_GAP_M = 0.008, 0.0003
+# How much the objects of a row differ in direction and line, degrees and metres; at rest nobody sets them down alike.
+ROW_TURN_DEG, ROW_SHIFT_M = 5.0, 0.004
+HEAP_TRIES = 60
+HOB_TURN_DEG = 30.0
+# The middle of what has a handle at one side lies so far from its origin; less is a pot with two ears.
+HANDLE_M = 0.015
+_SIDES = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+
+
+@dataclass(frozen=True)
+class Group:
+    """Objects and their poses to each other.
+
+    Attributes:
+        poses: group_from_asset of each; the middle of the group's footprint is the origin, its foot at z = 0.
+        size: width, depth and height of all, metres.
+    """
+
+    poses: tuple[Pose, ...]
+    size: tuple[float, float, float]
+
+
+def arrange(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
+    """A group of objects; None where they do not go together, as a melon and a cup.
+
+    Args:
+        members: what each takes up, in its own frame; of a heap the vessel first. rng: turns and shifts them.
+    """
+    if arrangement is Arrangement.STACK:
+        return _stack(members)
+    if arrangement is Arrangement.HEAP:
+        return _heap(members, rng)
+    return _side_by_side(members, _turns(arrangement, members, rng), rng)
+
+
+def _turns(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.random.Generator) -> list[float]:
+    """Angle of each member, radians."""
+    if arrangement is Arrangement.LOOSE:
+        return [float(rng.uniform(-math.pi, math.pi)) for _ in members]
+    if arrangement is Arrangement.HANDLE_FRONT:
+        return [_handle_to_front(m) + math.radians(float(rng.uniform(-HOB_TURN_DEG, HOB_TURN_DEG))) for m in members]
+    jitter = [math.radians(float(rng.uniform(-ROW_TURN_DEG, ROW_TURN_DEG))) for _ in members]
+    if arrangement is Arrangement.ROW:
+        return jitter
+    # From front to back: a quarter turn for what is longer from left to right, its head to the back.
+    wide = [np.ptp(m.box[:, 0]) > np.ptp(m.box[:, 1]) for m in members]
+    return [(math.pi / 2 if w else 0.0) + 0.4 * j for w, j in zip(wide, jitter, strict=True)]
+
+
+def _handle_to_front(member: Silhouette) -> float:
+    """Angle that turns the side on which an object reaches out farthest to the front, -y; radians."""
+    x, y = (float(c) for c in member.box.mean(axis=0)[:2])
+    return -math.pi / 2 - math.atan2(y, x) if math.hypot(x, y) > HANDLE_M else 0.0
+
+
+def turned_box(member: Silhouette, angle: float) -> Floats:
+    """(2, 2) bounds seen from above of an object that is turned; frame of the asset, metres."""
+    filled = np.argwhere(np.isfinite(member.low))
+    centers = member.box[0, :2] + (filled + 0.5) * CELL_M
+    corners = (centers[:, None] + CELL_M / 2 * _SIDES).reshape(-1, 2)
+    points = corners @ about_axis(np.array([0.0, 0.0, 1.0]), angle)[:2, :2].T
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def _upright(x: float, y: float, z: float, angle: float = 0.0) -> Pose:
+    return Pose(position=(x, y, z), quaternion=(math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)))
+
+
+def _side_by_side(members: Sequence[Silhouette], turns: Sequence[float], rng: np.random.Generator) -> Group:
+    boxes = [turned_box(member, turn) for member, turn in zip(members, turns, strict=True)]
+    width = sum(float(np.ptp(b[:, 0])) for b in boxes) + GAP_M * (len(boxes) - 1)
+    poses, x, front, back = [], -width / 2, 0.0, 0.0
+    for member, turn, box in zip(members, turns, boxes, strict=True):
+        shift = float(rng.uniform(-ROW_SHIFT_M, ROW_SHIFT_M)) if len(boxes) > 1 else 0.0
+        y = shift - float(box.mean(axis=0)[1])
+        poses.append((x - float(box[0, 0]), y, -float(member.box[0, 2]) + SET_DOWN_GAP_M, turn))
+        front, back = min(front, y + float(box[0, 1])), max(back, y + float(box[1, 1]))
+        x += float(np.ptp(box[:, 0])) + GAP_M
+    middle = (front + back) / 2
+    height = max(float(np.ptp(m.box[:, 2])) for m in members)
+    return Group(
+        tuple(_upright(px, py - middle, pz, turn) for px, py, pz, turn in poses), (width, back - front, height)
+    )
+
+
+def _stack(members: Sequence[Silhouette]) -> Group:
+    first = members[0]
+    middle, foot = first.box.mean(axis=0), float(first.box[0, 2])
+    pitch = first.pitch
+    poses = [
+        _upright(-float(middle[0]), -float(middle[1]), -foot + SET_DOWN_GAP_M + k * pitch) for k in range(len(members))
+    ]
+    width, depth, height = (float(s) for s in np.ptp(first.box, axis=0))
+    return Group(tuple(poses), (width, depth, height + (len(members) - 1) * pitch))
+
+
+def _heap(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
+    """The first as it stands, the others in it, each where it lies lowest of some places drawn."""
+    vessel, *rest = members
+    middle, foot = vessel.box.mean(axis=0), float(vessel.box[0, 2])
+    ground = vessel.high.copy()
+    ground[~np.isfinite(ground)] = np.inf
+    rim = float(vessel.box[1, 2])
+    poses = [(0.0, 0.0, 0.0, 0.0)]
+    top = rim
+    for member in rest:
+        best: tuple[float, tuple[int, int]] | None = None
+        wide = np.array(member.low.shape)
+        room = np.array(ground.shape) - wide
+        if (room < 0).any():
+            return None
+        filled = np.isfinite(member.low)
+        for _ in range(HEAP_TRIES):
+            i, j = (int(rng.integers(0, r + 1)) for r in room)
+            under = ground[i : i + wide[0], j : j + wide[1]]
+            z = float((under[filled] - member.low[filled]).max())
+            if np.isfinite(z) and (best is None or z < best[0] - 1e-9):
+                best = (z, (i, j))
+        if best is None:
+            return None
+        z, (i, j) = best
+        z += CELL_SLACK_M
+        under = ground[i : i + wide[0], j : j + wide[1]]
+        under[filled] = np.maximum(under[filled], z + member.high[filled])
+        corner = vessel.box[0, :2] + CELL_M * np.array([i, j]) - member.box[0, :2]
+        poses.append((float(corner[0]), float(corner[1]), z, 0.0))
+        top = max(top, z + float(member.box[1, 2]))
+        if z + float(member.box[0, 2]) > rim - 0.3 * float(np.ptp(member.box[:, 2])):
+            return None  # it would lie on the rim and roll off
+    width, depth, _ = (float(s) for s in np.ptp(vessel.box, axis=0))
+    lifted = [
+        _upright(x - float(middle[0]), y - float(middle[1]), z - foot + SET_DOWN_GAP_M, a) for x, y, z, a in poses
+    ]
+    return Group(tuple(lifted), (width, depth, top - foot))

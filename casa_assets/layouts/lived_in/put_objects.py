@@ -1,0 +1,251 @@
+"""Draw groups of objects by the habits of people, and find free places for them in the spaces of a kitchen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from casa_assets.core.rounding import decimals
+from casa_assets.core.typing import Floats
+from casa_assets.layouts.lived_in.groups import Group, arrange
+from casa_assets.layouts.lived_in.silhouette import Silhouette, silhouette
+from casa_assets.layouts.lived_in.spaces import Rect, Space, box_around, taken_by
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.kitchen.habit import Habit, Habits, SpaceKind
+from casa_assets.model.kitchen.scene import Placement, Resting
+from casa_assets.model.pose import Pose
+
+# Members of a category that are drawn from: the first ones that `casa-assets objects build` makes.
+MEMBERS = 12
+# Habits that are tried for each object before a kitchen counts as full.
+TRIES_PER_OBJECT = 12
+EDGE_M = 0.008  # that stays free along the edges of a space
+HEAD_ROOM_M = 0.012  # that stays free above, for fingers and for a drawer on its way
+GRID_M = 0.02  # of the places that are tried
+SHIFT_M = 0.03  # that things stand more or less far from the wall
+# Nothing is stored as eagerly above the height that a person or robot reaches into without a step.
+EASY_REACH_M, HARD_REACH_WEIGHT = 1.75, 0.15
+
+
+@dataclass(frozen=True)
+class PutGroup:
+    """A group that found a place: its habit, its objects as placements, and the (2, 3) box around them in the world."""
+
+    habit: str
+    placements: tuple[Placement, ...]
+    box: Floats
+
+
+@dataclass
+class _Room:
+    """What is free in a space, while it is filled."""
+
+    space: Space
+    theme: str = ""
+
+
+@dataclass
+class _Draw:
+    """State of one draw."""
+
+    habits: Habits
+    rooms: list[_Room]
+    member: Callable[[str, int], Asset]
+    rng: np.random.Generator
+    boxes: list[Floats] = field(default_factory=list)  # of the world, around the groups that found a place
+    silhouettes: dict[str, Silhouette] = field(default_factory=dict)
+    names: dict[str, int] = field(default_factory=dict)
+
+    def silhouette(self, asset: Asset) -> Silhouette:
+        if asset.id not in self.silhouettes:
+            self.silhouettes[asset.id] = silhouette(asset)
+        return self.silhouettes[asset.id]
+
+    def new_name(self, category: str) -> str:
+        """A name that no object has had."""
+        self.names[category] = self.names.get(category, 0) + 1
+        return f"object_{category}_{self.names[category]}"
+
+    def note(self, group: PutGroup) -> None:
+        """Count a group: what it takes, the theme of its space, the names of its objects."""
+        self.boxes.append(group.box)
+        for place in group.placements:
+            name, _, number = place.name.removeprefix("object_").rpartition("_")
+            self.names[name] = max(self.names.get(name, 0), int(number))
+        rest = group.placements[0].resting
+        for room in self.rooms:
+            if rest and (room.space.placement, room.space.region) == (rest.placement, rest.region):
+                is_open = all(self.habits.spaces[kind].is_open for kind in room.space.kinds)
+                room.theme = "" if is_open else self.habits.habits[group.habit].theme
+
+
+def put_objects(
+    spaces: Sequence[Space],
+    habits: Habits,
+    member: Callable[[str, int], Asset],
+    count: int,
+    rng: np.random.Generator,
+    already: Sequence[PutGroup] = (),
+) -> tuple[PutGroup, ...]:
+    """Groups of objects in free places, `count` objects in all or fewer where there is no more room.
+
+    Args:
+        spaces: of the kitchen. member: category and number -> the object, always the same.
+        rng: draws what is put where. already: groups that are there.
+    Returns:
+        Those that are new.
+    """
+    draw = _Draw(habits, [_Room(space) for space in spaces], member, rng)
+    times: dict[str, int] = {}
+    for group in already:
+        draw.note(group)
+        times[group.habit] = times.get(group.habit, 0) + 1
+    groups: list[PutGroup] = []
+    left = count
+    for _ in range(TRIES_PER_OBJECT * count):
+        open_habits = {
+            name: habit.weight
+            for name, habit in habits.habits.items()
+            if times.get(name, 0) < habit.most and _fewest(habit) <= left
+        }
+        if left <= 0 or not open_habits:
+            break
+        name = _pick(open_habits, rng)
+        new = _put_group(draw, name, habits.habits[name], left)
+        # A habit that found no room counts as well, or a kitchen without a hob would be searched for one for ever.
+        times[name] = times.get(name, 0) + 1
+        if new is not None:
+            groups.append(new)
+            left -= len(new.placements)
+    return tuple(groups)
+
+
+def _fewest(habit: Habit) -> int:
+    return habit.count[0] + bool(habit.vessel)
+
+
+def _pick(weights: Mapping[str, float], rng: np.random.Generator) -> str:
+    names = sorted(weights)
+    shares = np.array([weights[n] for n in names])
+    return names[int(rng.choice(len(names), p=shares / shares.sum()))]
+
+
+def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | None:
+    rng = draw.rng
+    low, high = habit.count
+    number = int(rng.integers(low, min(high, left - bool(habit.vessel)) + 1))
+    assets = _members(draw, habit, number)
+    kind = _pick(habit.spaces, rng)
+    for tried in (kind, *(k for k in sorted(habit.spaces) if k != kind)):
+        rooms = [r for r in draw.rooms if tried in r.space.kinds and _suits(r, habit)]
+        space_kind = draw.habits.spaces[tried]
+        weights = np.array([_ease(r.space) for r in rooms])
+        if not rooms:
+            continue
+        order = rng.choice(len(rooms), size=len(rooms), replace=False, p=weights / weights.sum())
+        for index in order:
+            room = rooms[int(index)]
+            for fewer in range(len(assets), _fewest(habit) - 1, -1):
+                group = arrange(habit.arrangement, [draw.silhouette(a) for a in assets[:fewer]], rng)
+                spot = None if group is None else _free_spot(room, space_kind, group, draw.boxes, rng)
+                if group is not None and spot is not None:
+                    return _set_down(draw, name, room, assets[:fewer], group, spot)
+    return None
+
+
+def _members(draw: _Draw, habit: Habit, number: int) -> list[Asset]:
+    """The objects of a group, its vessel first."""
+    rng = draw.rng
+    vessel = [draw.member(_pick(habit.vessel, rng), int(rng.integers(MEMBERS)))] if habit.vessel else []
+    if habit.alike:
+        same = draw.member(_pick(habit.objects, rng), int(rng.integers(MEMBERS)))
+        return [*vessel, *[same] * number]
+    return [*vessel, *(draw.member(_pick(habit.objects, rng), int(rng.integers(MEMBERS))) for _ in range(number))]
+
+
+def _suits(room: _Room, habit: Habit) -> bool:
+    return not room.theme or room.theme == habit.theme
+
+
+def _ease(space: Space) -> float:
+    return 1.0 if space.pose.position[2] <= EASY_REACH_M else HARD_REACH_WEIGHT
+
+
+def _free_spot(
+    room: _Room, kind: SpaceKind, group: Group, boxes: Sequence[Floats], rng: np.random.Generator
+) -> tuple[float, float] | None:
+    """Middle of a free place for a group in the frame of the space; None where there is none.
+
+    Args:
+        boxes: (2, 3) of the world, around what was put there.
+    """
+    space, gap = room.space, kind.gap_m
+    width, depth, height = space.size
+    half_x, half_y = group.size[0] / 2, group.size[1] / 2
+    taken = [*space.taken, *taken_by(space, boxes)]
+    if group.size[2] > height - HEAD_ROOM_M:
+        return None
+    if space.is_site:
+        x, y, _ = group.poses[0].position
+        at = (-x, -y)
+        return None if any(_overlap(_rect(*at, half_x + gap, half_y + gap), other) for other in taken) else at
+    reach_x, reach_y = width / 2 - half_x - EDGE_M, depth / 2 - half_y - EDGE_M
+    back = min(reach_y, kind.reach_m - depth / 2 - half_y)
+    if reach_x < 0 or back < -reach_y:
+        return None
+    xs, ys = np.arange(-reach_x, reach_x + 1e-9, GRID_M), np.arange(-reach_y, back + 1e-9, GRID_M)
+    if kind.from_back:
+        ys = np.maximum(-reach_y, back - (ys + reach_y) - float(rng.uniform(0.0, SHIFT_M)))
+    for y in ys:
+        for x in xs[rng.permutation(len(xs))]:
+            if space.is_round and math.hypot(abs(x) + half_x, abs(y) + half_y) > width / 2 - EDGE_M:
+                continue
+            if not any(_overlap(_rect(x, y, half_x + gap, half_y + gap), other) for other in taken):
+                return float(x), float(y)
+    return None
+
+
+def _rect(x: float, y: float, half_x: float, half_y: float) -> Rect:
+    return (x - half_x, y - half_y, x + half_x, y + half_y)
+
+
+def _overlap(a: Rect, b: Rect) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
+
+def _set_down(
+    draw: _Draw,
+    name: str,
+    room: _Room,
+    assets: Sequence[Asset],
+    group: Group,
+    spot: tuple[float, float],
+) -> PutGroup:
+    """The objects of a group as placements, and what they take noted."""
+    (x, y), space = spot, room.space
+    half = np.array(group.size) / 2
+    corners = np.array([(x, y, 0.0) - half * (1, 1, 0), (x, y, group.size[2]) + half * (1, 1, 0)])
+    frame = space.pose @ Pose(position=(x, y, 0.0))
+    rest = Resting(placement=space.placement, link=space.link, region=space.region)
+    placements = tuple(
+        Placement(
+            name=draw.new_name(asset.labels.category),
+            asset=asset.id,
+            pose=rounded_pose(frame @ pose),
+            resting=rest,
+        )
+        for asset, pose in zip(assets, group.poses, strict=True)
+    )
+    put = PutGroup(name, placements, box_around(space.pose.apply(corners)))
+    draw.note(put)
+    return put
+
+
+def rounded_pose(pose: Pose) -> Pose:
+    """A pose to a hundredth of a millimetre, so that it is the same on every machine."""
+    x, y, z = (decimals(float(c), 5) for c in pose.position)
+    w, i, j, k = (decimals(float(c), 7) for c in pose.quaternion)
+    return Pose(position=(x, y, z), quaternion=(w, i, j, k))

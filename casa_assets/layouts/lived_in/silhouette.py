@@ -1,0 +1,93 @@
+"""Heights of an object's collision shapes over the ground, cell by cell, to set things on and into each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.hull import hull_planes
+from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShape, Shape, Sphere
+
+CELL_M = 0.003
+# Two of the same shape, one lifted by `pitch`, may still touch between the centres of cells.
+CELL_SLACK_M = 0.0006
+_ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
+
+
+@dataclass(frozen=True)
+class Silhouette:
+    """What an object takes up, seen from above; frame of the asset, joints at zero, metres.
+
+    Attributes:
+        box: (2, 3) bounds of its collision shapes.
+        low, high: (X, Y) lowest and highest point over each cell of `CELL_M`, the first at `box[0]`; inf and -inf
+            where nothing is.
+    """
+
+    box: Floats
+    low: Floats
+    high: Floats
+
+    @property
+    def pitch(self) -> float:
+        """How much higher a second one stands that is stacked on the first, both facing the same way; metres."""
+        filled = np.isfinite(self.low)
+        return float((self.high[filled] - self.low[filled]).max()) + CELL_SLACK_M
+
+
+def silhouette(asset: Asset) -> Silhouette:
+    """Heights of an object's collision shapes."""
+    clouds = [
+        asset.asset_from_link(link.name).apply(c.pose.apply(outline_points(c.shape)))
+        for link in asset.links
+        for c in link.colliders
+    ]
+    every = np.concatenate(clouds)
+    box = np.array([every.min(axis=0), every.max(axis=0)])
+    counts = np.maximum(1, np.ceil((box[1, :2] - box[0, :2]) / CELL_M).astype(int))
+    low, high = np.full(counts, np.inf), np.full(counts, -np.inf)
+    x, y = (box[0, k] + (np.arange(counts[k]) + 0.5) * CELL_M for k in (0, 1))
+    for cloud in clouds:
+        _raster(hull_planes(cloud), x, y, low, high)
+    return Silhouette(box, low, high)
+
+
+def outline_points(shape: Shape) -> Floats:
+    """(N, 3) points whose hull is a shape, or a little less where it is round; frame of the shape, metres."""
+    if isinstance(shape, Hull | MeshShape):
+        return np.asarray(shape.mesh.vertices)
+    if isinstance(shape, Box):
+        points: Floats = _CUBE * np.array(shape.size)
+        return points
+    ring = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=1)
+    if isinstance(shape, Cylinder):
+        half = shape.height / 2
+        return np.concatenate([np.column_stack([shape.radius * ring, np.full(len(ring), z)]) for z in (-half, half)])
+    half = shape.height / 2 if isinstance(shape, Capsule) else 0.0
+    assert isinstance(shape, Sphere | Capsule)
+    tilt = np.linspace(0.0, np.pi / 2, 7)[:, None, None]
+    level = np.broadcast_to(np.sin(tilt), (len(tilt), len(ring), 1))
+    dome = shape.radius * np.concatenate([np.cos(tilt) * ring, level], axis=-1).reshape(-1, 3)
+    dome[:, 2] += half
+    return np.concatenate([dome, dome * np.array([1.0, 1.0, -1.0])])
+
+
+def _raster(planes: Floats, x: Floats, y: Floats, low: Floats, high: Floats) -> None:
+    """Widen the heights in the cells over which a convex body lies.
+
+    Args:
+        planes: (F, 4) outward normals and offsets. x, y: centres of the cells.
+    """
+    across, along, offset = (planes[:, k, None, None] for k in (0, 1, 3))
+    at = across * x[None, :, None] + along * y[None, None, :] + offset
+    slope = planes[:, 2]
+    below, above, upright = slope < -1e-9, slope > 1e-9, np.abs(slope) <= 1e-9
+    bottom = (at[below] / -slope[below, None, None]).max(axis=0)
+    top = (-at[above] / slope[above, None, None]).min(axis=0)
+    inside = (bottom <= top) & (at[upright] <= 0.0).all(axis=0)
+    low[inside] = np.minimum(low[inside], bottom[inside])
+    high[inside] = np.maximum(high[inside], top[inside])

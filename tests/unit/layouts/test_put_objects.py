@@ -1,0 +1,169 @@
+"""Objects in the spaces of a kitchen: inside their regions, clear of each other, the same for the same seed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from casa_assets.core.sampling import rng_for
+from casa_assets.layouts.lived_in.groups import arrange
+from casa_assets.layouts.lived_in.put_objects import PutGroup, put_objects
+from casa_assets.layouts.lived_in.silhouette import Silhouette, silhouette
+from casa_assets.layouts.lived_in.spaces import Space, find_spaces
+from casa_assets.model.asset.asset import Asset, Base, Region
+from casa_assets.model.kitchen.habit import Arrangement, Habit, Habits, SpaceKind
+from casa_assets.model.kitchen.scene import Placement, Scene
+from casa_assets.model.pose import Pose
+from casa_assets.registry.habits import load_habits
+from casa_assets.registry.objects import object_names
+from tests.assets import rigid_mug, textured_box
+from tests.box_assets import plain_box
+
+SHELF = SpaceKind(assets=("*",), regions=("*",))
+TOP = Region(name="top", pose=Pose(position=(0.0, 0.0, 0.3)), size=(1.0, 0.5, 0.4))
+MEMBERS = {"mug": rigid_mug(), "carton": textured_box()}
+
+
+def member(category: str, number: int) -> Asset:
+    assert number >= 0
+    return MEMBERS[category]
+
+
+def habits(**changes: object) -> Habits:
+    row = {"about": "", "objects": {"mug": 1, "carton": 1}, "spaces": {"shelf": 1}, "count": (1, 3), "most": 9}
+    habit = Habit.model_validate({**row, "theme": "tableware", **changes})
+    return Habits(spaces={"shelf": SHELF}, habits={"things": habit})
+
+
+def shelf(number: int = 1, width: float = 0.8, height: float = 0.3) -> Space:
+    pose = Pose(position=(2.0, float(number), 1.0), quaternion=(0.5**0.5, 0.0, 0.0, 0.5**0.5))
+    return Space(f"unit_{number}", "object", "level0", ("shelf",), pose, (width, 0.35, height))
+
+
+def placed(groups: Sequence[PutGroup]) -> list[Placement]:
+    return [place for group in groups for place in group.placements]
+
+
+def box_of(place: Placement) -> np.ndarray:
+    asset = next(a for a in MEMBERS.values() if a.id == place.asset)
+    points = np.concatenate([place.pose.apply(v.mesh.vertices) for k in asset.links for v in k.visuals])
+    return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+class TestPutObjects:
+    def test_everything_is_inside_its_space_and_apart(self) -> None:
+        spaces = [shelf(1), shelf(2)]
+        places = placed(put_objects(spaces, habits(), member, 12, rng_for(3, "test")))
+        assert len(places) == 12
+        boxes = [box_of(p) for p in places]
+        of = {space.placement: space for space in spaces}
+        for place, box in zip(places, boxes, strict=True):
+            assert place.resting is not None
+            space = of[place.resting.placement]
+            local = space.pose.inverse().apply(np.array([[x, y, z] for x, y in box[:, :2] for z in box[:, 2]]))
+            width, depth, height = space.size
+            assert (np.abs(local[:, 0]) <= width / 2).all()
+            assert (np.abs(local[:, 1]) <= depth / 2).all()
+            assert (local[:, 2] >= 0.0).all()
+            assert (local[:, 2] <= height).all()
+        for i, one in enumerate(boxes):
+            for other in boxes[:i]:
+                assert (one[0] >= other[1] - 1e-4).any() or (other[0] >= one[1] - 1e-4).any()
+
+    def test_same_seed_same_places(self) -> None:
+        draws = [put_objects([shelf()], habits(), member, 5, rng_for(seed, "test")) for seed in (1, 1, 2)]
+        first, again, other = (placed(groups) for groups in draws)
+        assert first == again
+        assert first != other
+
+    def test_names_are_distinct_also_beside_what_is_there(self) -> None:
+        first = put_objects([shelf(1), shelf(2)], habits(), member, 5, rng_for(1, "test"))
+        more = put_objects([shelf(1), shelf(2)], habits(), member, 4, rng_for(2, "test"), first)
+        names = [p.name for p in placed([*first, *more])]
+        assert len(set(names)) == len(names) == 9
+
+    def test_what_stands_there_is_left_free(self) -> None:
+        space = shelf()
+        half = Space(**{**space.__dict__, "taken": ((-0.4, -0.2, 0.1, 0.2),)})
+        for place in placed(put_objects([half], habits(), member, 4, rng_for(5, "test"))):
+            assert half.pose.inverse().apply(box_of(place))[:, 0].min() > 0.1
+
+    def test_full_spaces_take_no_more(self) -> None:
+        places = placed(put_objects([shelf(width=0.3)], habits(), member, 40, rng_for(1, "test")))
+        assert 0 < len(places) < 12
+
+    def test_nothing_too_tall_is_put_on_a_shelf(self) -> None:
+        assert put_objects([shelf(height=0.05)], habits(), member, 4, rng_for(1, "test")) == ()
+
+
+class TestGroups:
+    def test_stack_is_as_close_as_the_shapes_allow(self) -> None:
+        carton = silhouette(MEMBERS["carton"])
+        group = arrange(Arrangement.STACK, [carton] * 3, rng_for(0, "test"))
+        assert group is not None
+        heights = [pose.position[2] for pose in group.poses]
+        assert np.diff(heights) == pytest.approx([float(np.ptp(carton.box[:, 2]))] * 2, abs=0.001)
+
+    def test_heap_lies_in_its_vessel(self) -> None:
+        mug, pea = silhouette(MEMBERS["mug"]), silhouette(plain_box((0.02, 0.02, 0.02)))
+        group = arrange(Arrangement.HEAP, [mug, pea], rng_for(0, "test"))
+        assert group is not None
+        vessel, pose = (np.array(p.position) for p in group.poses)
+        assert np.abs((pose - vessel)[:2]).max() < mug.box[1, 1]
+        assert 0.0 < pose[2] < mug.box[1, 2] - 0.02
+
+    def test_what_does_not_go_into_a_vessel_is_no_heap(self) -> None:
+        mug, tray = silhouette(MEMBERS["mug"]), silhouette(plain_box((0.3, 0.3, 0.02)))
+        assert arrange(Arrangement.HEAP, [mug, tray], rng_for(0, "test")) is None
+
+    def test_handle_of_a_pan_is_in_front(self) -> None:
+        size = np.array([[-0.1, -0.1, 0.0], [0.3, 0.1, 0.05]])
+        pan = Silhouette(size, np.zeros((130, 66)), np.full((130, 66), 0.05))
+        for seed in range(5):
+            group = arrange(Arrangement.HANDLE_FRONT, [pan], rng_for(seed, "test"))
+            assert group is not None
+            x, y, _ = group.poses[0].rotation @ pan.box.mean(axis=0)
+            assert y < -abs(x)
+
+
+class TestSpaces:
+    def test_other_things_take_their_part_of_a_region(self) -> None:
+        box = plain_box((1.0, 0.5, 0.1))
+        table = box.replace(id="table_0123456789", base=Base.FIXED, regions=(TOP,))
+        standing = Placement(name="box", asset=box.id, pose=Pose(position=(0.9, 0.0, 0.1)))
+        scene = Scene(
+            id="corner",
+            assets=(box, table),
+            placements=(Placement(name="table", asset=table.id), standing),
+        )
+        (space,) = find_spaces(scene, {"table": SpaceKind(assets=("carton",), regions=("top",))})
+        assert space.name == "table/top"
+        assert space.taken == (pytest.approx((0.4, -0.25, 1.4, 0.25)),)
+
+    def test_what_is_too_small_is_no_space(self) -> None:
+        table = plain_box((1.0, 0.5, 0.1)).replace(regions=(TOP,))
+        scene = Scene(id="corner", assets=(table,), placements=(Placement(name="table", asset=table.id),))
+        kind = SpaceKind(assets=("carton",), regions=("top",), min_size_m=(1.2, 0.1, 0.1))
+        assert find_spaces(scene, {"table": kind}) == ()
+
+
+class TestHabits:
+    def test_every_habit_names_objects_that_there_are(self) -> None:
+        found = load_habits()
+        assert set(found.categories) <= set(object_names())
+
+    @pytest.mark.parametrize(
+        ("changes", "message"),
+        [
+            ({"spaces": {"shelv": 1}}, "no kind of space 'shelv'"),
+            ({"arrangement": "heap"}, "a heap, and nothing else, has a vessel"),
+            ({"arrangement": "stack"}, "only what is alike is stacked"),
+            ({"count": (3, 2)}, "the fewest come first"),
+        ],
+    )
+    def test_habit_with_a_fault_is_refused(self, changes: dict[str, object], message: str) -> None:
+        with pytest.raises(ValidationError, match=message):
+            habits(**changes)
