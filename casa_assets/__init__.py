@@ -24,8 +24,9 @@ if TYPE_CHECKING:
         styles,
         surfaces,
     )
-    from casa_assets.api.kitchen import Kitchen, Weight, kitchen, load_scene
+    from casa_assets.api.kitchen import Kitchen, Weight, kitchen, load_scene, start_states
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
+    from casa_assets.api.start_states import StartStates
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.families.family import Params
     from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
@@ -46,6 +47,7 @@ __all__ = [
     "surfaces",
     "kitchen",
     "load_scene",
+    "start_states",
     "Behaviors",
     "ingest",
     "articulate",
@@ -60,6 +62,7 @@ __all__ = [
     "Kitchen",
     "Weight",
     "FixtureStates",
+    "StartStates",
     "SurfaceTextures",
     "Asset",
     "Params",
@@ -88,7 +91,8 @@ _SOURCES = {
     **dict.fromkeys(("plans", "styles", "families", "surfaces"), "casa_assets.api.catalogue"),
     **dict.fromkeys(("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"), "casa_assets.api.catalogue"),
     **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
-    **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene"), "casa_assets.api.kitchen"),
+    **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),
+    "StartStates": "casa_assets.api.start_states",
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
     **dict.fromkeys(("Ingested", "IngestResult", "Articulated", "Rejection"), "casa_assets.api.library"),
     **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),

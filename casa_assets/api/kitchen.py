@@ -12,6 +12,7 @@ from typing import Any, Literal, overload
 
 import mujoco
 
+from casa_assets.api.start_states import StartStates
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.geometry.lightweight import light_scene
@@ -25,7 +26,7 @@ from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, draw_surfaces, ordered_surfaces, resolve
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     is_current,
@@ -36,6 +37,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
 )
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe, surface_finishes
+from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states
 from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.kitchens import plan_names
@@ -257,6 +259,29 @@ def load_scene(
     if textures:
         SurfaceTextures(model, covered, cache_dir()).show(textures)
     return model
+
+
+def start_states(scene: str | Path, model: mujoco.MjModel, out: Path | str | None = None) -> StartStates:
+    """The start states that `casa-assets scenes states` drew for a kitchen, ready to reset simulations of it.
+
+    Args:
+        scene: id, looked for in `out` or in `out/scenes` of the working folder; or the path of a scene's folder.
+        model: compiled of that kitchen, in full or light, with whatever was added to its spec.
+        out: folder of scenes.
+    Raises:
+        CasaError: there are none, the file is damaged, they are of another scene.xml than stands beside them, or the
+            model lacks a joint of theirs.
+    """
+    folder = Path(scene) if _is_path(scene) else (SCENES_FOLDER if out is None else Path(out)) / str(scene)
+    found, path = read_states(folder), folder / START_STATES
+    if not (folder / FILES["full"]).is_file():
+        raise CasaError(f"{folder / FILES['full']}: is missing beside {path.name}; build the scene again")
+    if digest_of_file(folder / FILES["full"]) != found.scene_xml:
+        raise CasaError(
+            f"{path}: the states were drawn for another {FILES['full']} than stands beside them; draw them again with "
+            f"casa-assets scenes states {folder.name} --out {folder.parent}"
+        )
+    return StartStates(found, model, path)
 
 
 def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | Files, Mapping[str, list[str]]]:

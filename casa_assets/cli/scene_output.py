@@ -108,6 +108,25 @@ def print_robots(results: list[SceneResult], console: Console) -> None:
     console.print(table, highlight=False)
 
 
+def print_states(results: list[SceneResult], console: Console) -> None:
+    """Print for each scene its start states: how many, the deepest contact, the farthest motion, what was refused."""
+    from casa_assets.pipeline.kitchens.scene_files import START_STATES
+    from casa_assets.pipeline.kitchens.state_file import read_states
+
+    table = Table(box=None, padding=(0, 1), header_style="bold")
+    for heading in ("scene", "states", "deepest contact, mm", "farthest motion, mm", "kB", "draws given up"):
+        table.add_column(heading, overflow="fold")
+    for result in results:
+        if not result.folder or result.report is None:
+            continue
+        folder = Path(result.folder)
+        found, size = read_states(folder), (folder / START_STATES).stat().st_size
+        numbers = (f"{1000 * found.depth.max():.2f}", f"{1000 * found.motion.max():.2f}", f"{size / 1000:.0f}")
+        refused = ", ".join(f"{reason}: {count}" for reason, count in found.refused.items()) or "none"
+        table.add_row(result.recipe.scene_id, str(len(found)), *numbers, refused)
+    console.print(table, highlight=False)
+
+
 def _json_row(result: SceneResult) -> dict[str, object]:
     return {
         "id": result.recipe.scene_id,

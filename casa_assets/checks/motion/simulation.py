@@ -87,6 +87,26 @@ def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Ints) -> Float
     return np.stack([centers - half, centers + half], axis=1)
 
 
+def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
+    """(N, 3) vertices of a mesh or box, or corners of the box around another geom, world frame, metres."""
+    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+        mesh = int(model.geom_dataid[geom])
+        start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        local = model.mesh_vert[start : start + count].astype(np.float64)
+    elif model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX:
+        local = box_corners(np.array([[-model.geom_size[geom], model.geom_size[geom]]]))
+    else:
+        return box_corners(geom_boxes(model, data, np.array([geom])))
+    world: Floats = local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+    return world
+
+
+def box_corners(boxes: Floats) -> Floats:
+    """(8 N, 3) corners of (N, 2, 3) boxes."""
+    grid = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+    return np.concatenate([np.where(grid, box[1], box[0]) for box in boxes])
+
+
 def box_around(boxes: Floats) -> Floats:
     """(2, 3) corners of the box around (N, 2, 3) boxes; of none it is empty."""
     return np.array([boxes[:, 0].min(axis=0, initial=np.inf), boxes[:, 1].max(axis=0, initial=-np.inf)])

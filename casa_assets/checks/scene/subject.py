@@ -160,12 +160,15 @@ class SceneSubject:
         return self.assets[placement].labels.classes[0]
 
 
-def collision_model(path: Path) -> mujoco.MjModel:
+def collision_model(path: Path, *added: etree._Element) -> mujoco.MjModel:
     """A scene file compiled without visuals.
 
     They are removed from the XML before MuJoCo reads it: deleting a thousand geoms from an MjSpec, as
     `simulation.collision_spec` does for single assets, takes ten times as long as all else. Raises ValueError where it
     does not compile.
+
+    Args:
+        added: bodies to put into its world besides.
     """
     root = etree.parse(str(path)).getroot()
     for geom in [g for g in root.iter("geom") if g.get("contype") == "0" and g.get("conaffinity") == "0"]:
@@ -180,6 +183,9 @@ def collision_model(path: Path) -> mujoco.MjModel:
         for child in list(asset):
             if child.tag != "mesh" or child.get("name") not in used:
                 asset.remove(child)
+    world = root.find("worldbody")
+    if world is not None:
+        world.extend(added)
     compiler = root.find("compiler")
     if compiler is None:
         compiler = etree.SubElement(root, "compiler")
@@ -212,9 +218,3 @@ def boxes_meet(first: Floats, second: Floats, gap: float = 0.0) -> Mask:
     apart = (first[..., 0, :] > second[..., 1, :] + gap) | (second[..., 0, :] > first[..., 1, :] + gap)
     mask: Mask = np.logical_not(np.any(apart, axis=-1))
     return mask
-
-
-def box_corners(boxes: Floats) -> Floats:
-    """(8 N, 3) corners of (N, 2, 3) boxes."""
-    grid = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
-    return np.concatenate([np.where(grid, box[1], box[0]) for box in boxes])

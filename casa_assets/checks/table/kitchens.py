@@ -7,6 +7,8 @@ from casa_assets.checks.design.robot import reach
 from casa_assets.checks.design.rules import aisles, appliances, doorways, grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.robots.verdict import joints_are_reached
+from casa_assets.checks.start_states import verdict
+from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.model.issue import Severity
 from casa_assets.model.kitchen.robot import SceneRobots
 
@@ -71,5 +73,22 @@ ROWS: tuple[Check, ...] = (
     Check("ROB001", "Joints a robot reaches", ERROR, SceneRobots, joints_are_reached, "robot_reach", "",
           "At least {limit:.0%} of the joints with a handle, knob, key or lever are reached by PandaOmron from the "
           "parking place, free of contact; free the grip, or the floor before it."),
+    Check("STA001", "Start states fit", ERROR, StatesSubject, verdict.states_fit_their_scene, None, "",
+          "The start states name the joints of scene.xml in its order, and were made for its very bytes; draw them "
+          "again with scenes states."),
+    Check("STA002", "Start states apart", ERROR, StatesSubject, verdict.states_have_no_deep_contact,
+          "state_contact_m", "m",
+          "Simulated anew for 2 s, no two shapes of a start state are more than {mm:g} mm in each other; draw it "
+          "again."),
+    Check("STA003", "Start states at rest", ERROR, StatesSubject, verdict.states_stay_put, "state_motion_m", "m",
+          "Simulated anew for 2 s, no corner of any shape of a start state moves by more than {mm:g} mm; draw it "
+          "again."),
+    Check("STA004", "Robot parked in room", ERROR, StatesSubject, verdict.states_leave_room_for_the_robot,
+          "states_blocked", "",
+          "The number of start states in which something stands in the upright cylinder around the robot's base is at "
+          "most {limit:g}; draw them again."),
+    Check("STA005", "Start states differ", ERROR, StatesSubject, verdict.states_differ, "state_difference", "",
+          "In any two start states a joint, a thing or the base differs by {limit:g} m or rad at least; draw one of "
+          "them again."),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""casa-assets scenes: list, build, check, sample, preview, pack, compare, try robots; scene new: one's own kitchen."""
+"""casa-assets scenes: list, build, check, sample, preview, pack, compare, robots, states; scene new: one's own."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="scenes",
-    help="Whole kitchens, a floor plan in a style: list, build, check, sample, preview, pack, compare, try robots.",
+    help="Whole kitchens, a floor plan in a style: list, build, check, sample, preview, pack, compare, robots, states.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -228,6 +228,42 @@ def robots(
     results = scene_output.print_progress(done, len(recipes), "reaching", console, json_)
     if not json_:
         scene_output.print_robots(results, console)
+    scene_output.check_faults(results)
+    if not all(r.passed for r in results):
+        raise typer.Exit(1)
+
+
+@app.command()
+def states(
+    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
+    count: Annotated[int, typer.Option(min=1, help="Start states of each scene.")] = 100,
+    objects: Annotated[int, typer.Option(min=0, help="Loose things that are put somewhere else in each.")] = 10,
+    doors: Annotated[int, typer.Option(min=0, help="Doors and drawers that stand open in each.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the draws.")] = 0,
+    out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    force: Force = False,
+    json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
+) -> None:
+    """Draw start states: loose things put somewhere else, the robot parked, all of it at rest; each is simulated.
+
+    Writes start_states.npz beside each scene, built first where it is missing, and lines of its report. Exit 1 when
+    one does not pass.
+
+    Example:  casa-assets scenes states one_wall_small__coastal --objects 0
+    """
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_named
+    from casa_assets.pipeline.kitchens.start_states import StateRequest, draw_all
+
+    if not scenes and not all_:
+        raise typer.BadParameter("name scenes, or give --all")
+    recipes = all_recipes() if all_ else recipes_named(scenes or [], out)
+    console = Console(stderr=json_)
+    done = draw_all(recipes, out, StateRequest(count, objects, doors, seed), jobs, force)
+    results = scene_output.print_progress(done, len(recipes), "drawing", console, json_)
+    if not json_:
+        scene_output.print_states(results, console)
     scene_output.check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)

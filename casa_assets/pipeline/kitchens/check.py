@@ -25,6 +25,8 @@ from casa_assets.checks.scene.motion.stopwatch import in_a_fresh_process
 from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pixels, PreviewImages
+from casa_assets.checks.start_states.stage import Stage
+from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.checks.table.table import explained
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.layouts.compose.floor_facts import facts_of
@@ -33,7 +35,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
+from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     SceneResult,
@@ -43,6 +45,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     run_recipes,
     scene_key,
 )
+from casa_assets.pipeline.kitchens.state_file import read_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.kitchen_report import page
 from casa_assets.pipeline.workers.batch import attempt
@@ -135,6 +138,8 @@ def run_checks_on_scene(
         measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | duration}
     else:
         report += report_not_run((MeasuredSpeed, PreviewImages), scene.id, limits, UNLOADED, waived)
+    if (folder / START_STATES).is_file():
+        report += run(StatesSubject(read_states(folder), Stage(folder)), scene.id, limits, waived)
     ordered = sorted(report.results, key=lambda r: r.code)
     return report.replace(results=tuple(ordered)), measured, design
 
@@ -172,11 +177,23 @@ def join_robots(folder: Path) -> None:
     facts, robots, data = (_read_json(folder / name) for name in (SCENE_JSON, ROBOTS_JSON, REPORT))
     if not data or not facts or robots.get("scene_key") != facts.get("key"):
         return
-    codes = {result["code"] for result in robots["results"]}
-    results = [r for r in data["results"] if r["code"] not in codes] + robots["results"]
-    issues = [i for i in data["issues"] if i["code"] not in codes] + robots["issues"]
+    _join(folder, data, robots, {"robots": robots["counts"]})
+
+
+def join_states(folder: Path, report: Report) -> None:
+    """Put what the checks say of the start states of a scene into report.json and report.html, where there are some."""
+    data = _read_json(folder / REPORT)
+    if data:
+        _join(folder, data, report.model_dump(mode="json"), {})
+
+
+def _join(folder: Path, data: dict[str, Any], found: dict[str, Any], added: dict[str, Any]) -> None:
+    """Write the report `data` with results and issues of other checks in place of what it said of these."""
+    codes = {result["code"] for result in found["results"]}
+    results = [r for r in data["results"] if r["code"] not in codes] + found["results"]
+    issues = [i for i in data["issues"] if i["code"] not in codes] + found["issues"]
     ordered = sorted(results, key=lambda r: str(r["code"]))
-    _write_report(folder, {**data, "results": ordered, "issues": issues, "robots": robots["counts"]})
+    _write_report(folder, {**data, "results": ordered, "issues": issues, **added})
 
 
 def _write_report(folder: Path, data: dict[str, Any]) -> None:

@@ -23,7 +23,7 @@ from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
+from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import build_all, is_current
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.reports import attribution
@@ -103,7 +103,7 @@ def members_of(folder: Path) -> dict[str, bytes]:
         OutputError: a file that the scene names is missing, or is outside of the two folders.
     """
     own = [mjcf.FILE, LIGHT_FILE, usd.FILE, usd.NESTED_FILE, isaac_lab.FILE, SCENE_JSON]
-    own += [name for name in (f"{OVERVIEW}.png", "report.json") if (folder / name).is_file()]
+    own += [name for name in (f"{OVERVIEW}.png", "report.json", START_STATES) if (folder / name).is_file()]
     found = {name: _inwards(name, _read(folder / name)) for name in own}
     waiting = [path for name in own for path in _references(name, found[name])]
     assets = folder.parent / SHARED

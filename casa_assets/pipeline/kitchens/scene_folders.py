@@ -36,6 +36,7 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt, run_batch
@@ -365,3 +366,18 @@ def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
             raise UnknownId("scene", pattern, [r.scene_id for r in every])
         out += [r for r in found if r not in out]
     return out
+
+
+def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
+    """Scenes by globs of plain ids, as `recipes_matching` takes them, or by whole ids of scenes of one's own.
+
+    Args:
+        out: folder of scenes, where finishes are found that an id has as a digest alone.
+    Raises:
+        UnknownId: a glob matches nothing, or an id names no plan or style. CasaError: see `recipe_of`.
+    """
+    found: list[SceneRecipe] = []
+    for name in names:
+        is_plain = any(sign in name for sign in "*?[") or name.count("__") < 2
+        found += [r for r in (recipes_matching([name]) if is_plain else [recipe_of(name, (out,))]) if r not in found]
+    return found

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measurement, not_applicable
-from casa_assets.checks.motion.simulation import box_around, geom_boxes
+from casa_assets.checks.motion.simulation import box_around, box_corners, geom_boxes
 from casa_assets.checks.scene.motion.rest import NO_JOINTS
-from casa_assets.checks.scene.subject import AllPairs, SceneJoint, SceneSubject, box_corners, boxes_meet
+from casa_assets.checks.scene.subject import AllPairs, SceneJoint, SceneSubject, boxes_meet
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import JointKind
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 from scipy.spatial import ConvexHull
 
 from casa_assets.checks.check import Measurement, not_applicable
-from casa_assets.checks.motion.simulation import box_around, geom_boxes
+from casa_assets.checks.motion.simulation import box_around, geom_boxes, vertices_of
 from casa_assets.checks.scene.placement.support import CEILING, FLOOR, ROOM, WALL
-from casa_assets.checks.scene.subject import SceneSubject, box_corners
+from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.core.typing import Floats
 
 MM_PER_M = 1000.0
@@ -24,7 +23,7 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
         return not_applicable("it has no floor, and so no room to leave")
     outlines = [
         # Normals and offsets of the edges of a floor or wall seen from above.
-        ConvexHull(vertices_of(subject, int(geom))[:, :2]).equations
+        ConvexHull(vertices_of(subject.model, subject.data, int(geom))[:, :2]).equations
         for name, category in categories.items()
         if category in (FLOOR, WALL)
         for geom in subject.geoms_of[name]
@@ -34,7 +33,7 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
     for name, category in categories.items():
         if category in ROOM:
             continue
-        points = np.concatenate([vertices_of(subject, int(g)) for g in subject.geoms_of[name]])
+        points = np.concatenate([vertices_of(subject.model, subject.data, int(g)) for g in subject.geoms_of[name]])
         beside = float(np.min([_distance_outside(edges, points) for edges in outlines], axis=0).max())
         distances = {
             "beside the room": max(0.0, beside - ALLOWED_BESIDE_M.get(category, 0.0)),
@@ -47,21 +46,6 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
                 message = f"reaches {distance * MM_PER_M:.0f} mm {where}; move it in"
                 problems.append((f"placements/{name}", message))
     return Measurement(worst, tuple(problems))
-
-
-def vertices_of(subject: SceneSubject, geom: int) -> Floats:
-    """(N, 3) vertices of a mesh or box, or corners of the box around another geom, world frame, metres."""
-    model, data = subject.model, subject.data
-    if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
-        mesh = int(model.geom_dataid[geom])
-        start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-        local = model.mesh_vert[start : start + count].astype(np.float64)
-    elif model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_BOX:
-        local = box_corners(np.array([[-model.geom_size[geom], model.geom_size[geom]]]))
-    else:
-        return box_corners(geom_boxes(model, data, np.array([geom])))
-    world: Floats = local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
-    return world
 
 
 def _distance_outside(edges: Floats, points: Floats) -> Floats:

@@ -1,0 +1,245 @@
+"""Draw start states: loose things put somewhere else, doors opened where asked, a robot parked, all of it at rest."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from casa_assets.checks.start_states.stage import LooseThing, Parking, Place, Stage
+from casa_assets.checks.start_states.trial import settle, watch
+from casa_assets.core.sampling import rng_for
+from casa_assets.core.typing import Floats
+from casa_assets.errors import CasaError
+from casa_assets.model.kitchen.start_states import StartStates, StateNotes
+
+RANDOM_LANE = "start_states"
+# How often a thing is put into each kind of place, where there is one.
+KINDS = {"worktop": 0.6, "shelf": 0.15, "drawer": 0.1, "fridge": 0.15}
+EDGE_M, OVER_M, ABOVE_M = 0.01, 0.001, 0.005  # gaps at the sides, below and above a thing that is put somewhere
+TRIES = 40  # places that are tried for one thing, and draws of one state
+OPENED_SHARES = (0.4, 1.0)  # of a door's way, where it is opened
+SAFETY = 0.8  # share of the limits that a state is drawn within, so that it holds on other machines too
+# Why a draw is given up.
+NO_ROOM, RESTLESS, LEFT, DEEP, MOVES, PARKED, WARNS = (
+    "a thing found no room",
+    "did not come to rest",
+    "a thing left its place",
+    "shapes are pressed into each other",
+    "moves by itself",
+    "something stands where the robot parks",
+    "the simulator warned",
+)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What start states are asked for.
+
+    Attributes:
+        key: of all that they are made from.
+        count: of states. things: put somewhere else in each. opened: doors and drawers that stand open in each.
+        seed: of the draws. depth, motion: limits, m.
+    """
+
+    key: str
+    count: int
+    things: int
+    opened: int
+    seed: int
+    depth: float
+    motion: float
+
+
+@dataclass
+class _Draft:
+    """A state that is being drawn."""
+
+    qpos: Floats
+    placed: dict[str, Place] = field(default_factory=dict)
+    opened: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A state that holds."""
+
+    qpos: Floats
+    parking: Parking
+    notes: StateNotes
+    depth: float
+    motion: float
+
+
+def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
+    """States of a kitchen, each by a generator of its own: state 7 is the same however many are drawn.
+
+    Raises:
+        CasaError: the kitchen has too few things, places, doors or parking places, or a state was given up too often.
+    """
+    _check(stage, wanted)
+    refused: Counter[str] = Counter()
+    drawn = [_draw(stage, wanted, number, refused) for number in range(wanted.count)]
+    return StartStates(
+        key=wanted.key,
+        scene=stage.facts["id"],
+        scene_xml=stage.digest,
+        mujoco=mujoco.__version__,
+        seed=wanted.seed,
+        limits=(wanted.depth, wanted.motion),
+        radius=stage.radius,
+        height=stage.height,
+        joints=stage.joints,
+        notes=tuple(one.notes for one in drawn),
+        qpos=np.array([one.qpos for one in drawn]),
+        base=np.array([one.parking.at for one in drawn]),
+        depth=np.array([one.depth for one in drawn]),
+        motion=np.array([one.motion for one in drawn]),
+        refused=dict(sorted(refused.items())),
+    )
+
+
+def _check(stage: Stage, wanted: Wanted) -> None:
+    name = stage.facts["id"]
+    if len(stage.things) < wanted.things:
+        raise CasaError(
+            f"{name}: {wanted.things} things were to be put somewhere in each state, and it has {len(stage.things)} "
+            "that a hand can move; ask for fewer, or make the kitchen with more"
+        )
+    if not stage.parking:
+        raise CasaError(f"{name}: a robot finds no parking place in it; see NAV001 of its report")
+    if wanted.things and not stage.places:
+        raise CasaError(f"{name}: it has no worktop, shelf or drawer that things could be put on")
+    if len(stage.doors) < wanted.opened:
+        raise CasaError(
+            f"{name}: {wanted.opened} doors were to stand open, and it has {len(stage.doors)}; ask for fewer"
+        )
+
+
+def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _Drawn:
+    reasons: Counter[str] = Counter()
+    for attempt in range(TRIES):
+        rng = rng_for(wanted.seed, f"{RANDOM_LANE}/{stage.facts['id']}/{number}/{attempt}")
+        found = _try(stage, wanted, rng)
+        if isinstance(found, _Drawn):
+            refused.update(reasons)
+            return found
+        reasons[found] += 1
+    told = ", ".join(f"{reason} ({count})" for reason, count in reasons.most_common())
+    raise CasaError(f"{stage.facts['id']}: no start state was found in {TRIES} draws of number {number}: {told}")
+
+
+def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str:
+    """One draw: a state, or why it is none."""
+    draft = _Draft(stage.at_rest.copy())
+    _open(stage, draft, wanted.opened, rng)
+    chosen = [stage.things[int(k)] for k in rng.permutation(len(stage.things))[: wanted.things]]
+    _lift(draft, chosen)
+    for thing in chosen:
+        if not _put(stage, draft, thing, rng):
+            return NO_ROOM
+    settled = settle(stage, draft.qpos)
+    if settled is None:
+        return RESTLESS
+    stage.show(settled)
+    by_name = {thing.name: thing for thing in chosen}
+    if not all(_is_in(stage, by_name[name], place) for name, place in draft.placed.items()):
+        return LEFT
+    parking = _park(stage, rng)
+    if parking is None:
+        return PARKED
+    seen = watch(stage, settled)
+    if seen.depth > SAFETY * wanted.depth:
+        return DEEP
+    if seen.motion > SAFETY * wanted.motion:
+        return MOVES
+    if seen.warnings:
+        return WARNS
+    placed = {name: place.name for name, place in sorted(draft.placed.items())}
+    notes = StateNotes(placed=placed, parked=parking.fixture, opened=draft.opened)
+    return _Drawn(settled, parking, notes, seen.depth, seen.motion)
+
+
+def _open(stage: Stage, draft: _Draft, count: int, rng: np.random.Generator) -> None:
+    """Open some doors or drawers, each by a share of its way."""
+    doors = [stage.doors[int(k)] for k in rng.permutation(len(stage.doors))[:count]]
+    for _, address, closed, opened in doors:
+        draft.qpos[address] = closed + float(rng.uniform(*OPENED_SHARES)) * (opened - closed)
+    draft.opened = tuple(sorted(name for name, *_ in doors))
+
+
+def _lift(draft: _Draft, chosen: list[LooseThing]) -> None:
+    """Take things out of the kitchen, each to a place of its own high above it, until they are put somewhere."""
+    for k, thing in enumerate(chosen):
+        draft.qpos[thing.address : thing.address + 3] = (2.0 * k, 0.0, 50.0)
+
+
+def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generator) -> bool:
+    """Put a thing upright into a place where it touches nothing; False where none was found."""
+    kinds = sorted({place.kind for place in stage.places})
+    weights = np.array([KINDS[kind] for kind in kinds])
+    part = slice(thing.address, thing.address + 7)
+    for _ in range(TRIES):
+        kind = kinds[int(rng.choice(len(kinds), p=weights / weights.sum()))]
+        options = [place for place in stage.places if place.kind == kind]
+        areas = np.array([place.size[0] * place.size[1] for place in options])
+        place = options[int(rng.choice(len(options), p=areas / areas.sum()))]
+        at, yaw = rng.uniform(-1.0, 1.0, 2), float(rng.uniform(-math.pi, math.pi))
+        pose = _pose_in(stage, draft, thing, place, at, yaw)
+        if pose is None:
+            continue
+        draft.qpos[part] = pose
+        if _touches_nothing(stage, draft, thing):
+            draft.placed[thing.name] = place
+            return True
+    return False
+
+
+def _pose_in(stage: Stage, draft: _Draft, thing: LooseThing, place: Place, at: Floats, yaw: float) -> Floats | None:
+    """(7,) of a thing upright on the floor of a place; None where it does not fit.
+
+    Args:
+        at: (2,) from -1 to 1, of the room that is left beside it. yaw: rad.
+    """
+    spin, quaternion = np.array([math.cos(yaw / 2), 0.0, 0.0, math.sin(yaw / 2)]), np.zeros(4)
+    mujoco.mju_mulQuat(quaternion, spin, thing.turned)
+    local = stage.box_of(thing, quaternion)
+    # Fixtures are turned by quarters, so that the box around a place is the place.
+    half = np.abs(place.pose.rotation) @ place.size / 2
+    spare = half - (local[1] - local[0]) / 2 - np.array([EDGE_M, EDGE_M, 0.0])
+    if min(spare[0], spare[1], 2 * spare[2] - OVER_M - ABOVE_M) < 0.0:
+        return None
+    centre = np.array(place.pose.position)
+    middle = (local[0] + local[1]) / 2
+    x, y = centre[:2] + at * spare[:2] - middle[:2]
+    z = centre[2] - half[2] + OVER_M - local[0][2]
+    shifted = stage.carried(draft.qpos, place, np.array([x, y, z]))
+    return np.concatenate([shifted, quaternion])
+
+
+def _touches_nothing(stage: Stage, draft: _Draft, thing: LooseThing) -> bool:
+    stage.data.qpos[:] = draft.qpos
+    mujoco.mj_kinematics(stage.model, stage.data)
+    mujoco.mj_collision(stage.model, stage.data)
+    contact = stage.data.contact
+    mine = np.isin(contact.geom, thing.geoms).any(axis=1)
+    return not bool((mine & (contact.dist < 0.0)).any())
+
+
+def _is_in(stage: Stage, thing: LooseThing, place: Place) -> bool:
+    """Whether the middle of a thing is still in its place, in the present state."""
+    low, high = stage.low_and_high(thing)
+    half = np.abs(place.pose.rotation) @ place.size / 2
+    centre = stage.carried(stage.data.qpos, place, np.array(place.pose.position))
+    return bool((np.abs((low + high) / 2 - centre) <= half).all())
+
+
+def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:
+    """A parking place that is free in the present state; None where there is none."""
+    for k in rng.permutation(len(stage.parking)):
+        if stage.in_the_way(stage.parking[int(k)].at) is None:
+            return stage.parking[int(k)]
+    return None

@@ -1,0 +1,291 @@
+"""A written kitchen in MuJoCo, with what start states are drawn from: loose things, places for them, parking places."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+from lxml import etree
+
+from casa_assets.checks.motion.simulation import box_around, geom_boxes, reset_to_start, subtree, vertices_of
+from casa_assets.checks.scene.subject import FILE, AllPairs, collision_model
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import CasaError
+from casa_assets.model.asset.joint import JointKind
+from casa_assets.model.kitchen.scene import CLOSED_POSE, FREE_JOINT
+from casa_assets.model.kitchen.start_states import FREE_WIDTH, StateJoint
+from casa_assets.model.pose import Pose
+
+SCENE_JSON = "scene.json"
+FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured
+FOOTPRINT_HEIGHT_M = 1.5
+FOOTPRINT_LIFT_M = 0.03  # what is lower, such as a rug, does not stop a base
+MOVABLE = (None, "accessory")  # contracts of things that are no appliances
+LARGEST_M, HEAVIEST_KG = 0.45, 3.0  # of a thing that a hand puts somewhere else
+
+
+@dataclass(frozen=True)
+class LooseThing:
+    """Something that a hand can put elsewhere.
+
+    Attributes:
+        name: of its placement. category: such as `apple`. address: of its free joint in qpos.
+        turned: (4,) quaternion of its root body while it stands upright with its front to -y.
+        geoms: its colliders.
+    """
+
+    name: str
+    category: str
+    address: int
+    turned: Floats
+    geoms: Ints
+
+
+@dataclass(frozen=True)
+class Place:
+    """A box that things can be put into, on its floor.
+
+    Attributes:
+        name: `<fixture>/<region>`. kind: see `spawn.KINDS`. pose: of its centre while all joints are at zero.
+        size: (3,) full, m. body: that carries it.
+    """
+
+    name: str
+    kind: str
+    pose: Pose
+    size: Floats
+    body: int
+
+
+@dataclass(frozen=True)
+class Parking:
+    """Where the robot's base may stand: x, y (m), yaw (rad), before a fixture."""
+
+    fixture: str
+    at: Floats
+
+
+class Stage:
+    """A scene compiled without its visuals, from the folder that `casa-assets scenes build` wrote."""
+
+    def __init__(self, folder: Path) -> None:
+        """Raises CasaError where scene.xml or scene.json is missing or cannot be read."""
+        self.folder = folder
+        try:
+            self.digest = hashlib.sha256((folder / FILE).read_bytes()).hexdigest()
+            self.facts: Mapping[str, Any] = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
+            self.radius = float(self.facts["base_radius"])
+            self.model = collision_model(folder / FILE, _footprint(self.radius))
+        except FileNotFoundError as error:
+            raise CasaError(f"{error.filename}: is missing; casa-assets scenes build {folder.name} writes it") from None
+        except (ValueError, KeyError, TypeError, etree.XMLSyntaxError) as error:
+            raise CasaError(f"{folder}: scene.xml and scene.json cannot be read: {error}; build it again") from error
+        self.data = mujoco.MjData(self.model)
+        self._scratch = mujoco.MjData(self.model)
+        self.height = FOOTPRINT_HEIGHT_M
+        self._footprint = self.model.geom(FOOTPRINT).id
+        self._mocap = int(self.model.body(FOOTPRINT).mocapid[0])
+        self._solid = np.flatnonzero((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0))
+        self._moving = np.flatnonzero(self.model.body_weldid[self.model.geom_bodyid] != 0)
+        self._moving = self._moving[self._moving != self._footprint]
+
+    @cached_property
+    def joints(self) -> tuple[StateJoint, ...]:
+        """All joints in the order of qpos."""
+        model, found = self.model, []
+        for i in range(model.njnt):
+            width = FREE_WIDTH if model.jnt_type[i] == mujoco.mjtJoint.mjJNT_FREE else 1
+            found.append(StateJoint(name=model.joint(i).name, address=int(model.jnt_qposadr[i]), width=width))
+        return tuple(found)
+
+    @cached_property
+    def at_rest(self) -> Floats:
+        """(nq,) qpos with all doors and drawers closed and all loose things where the scene has them."""
+        start, closed = (self._key(name) for name in ("start", CLOSED_POSE))
+        rest = closed.copy()
+        for joint in self.joints:
+            if joint.width == FREE_WIDTH:
+                part = slice(joint.address, joint.address + FREE_WIDTH)
+                rest[part] = start[part]
+        return rest
+
+    def _key(self, name: str) -> Floats:
+        """(nq,) qpos of a keyframe."""
+        return np.array(self.model.key(name).qpos, dtype=np.float64)
+
+    @cached_property
+    def things(self) -> tuple[LooseThing, ...]:
+        """What can be put elsewhere: loose, small, no appliance, and nothing else stands on it."""
+        model = self.model
+        self.show(self.at_rest)
+        carriers = self._carriers()
+        found = []
+        for fixture in self.facts["fixtures"]:
+            name = fixture["name"]
+            if fixture["base"] != "free" or fixture["contract"] not in MOVABLE or name in carriers:
+                continue
+            if fixture["mass_kg"] > HEAVIEST_KG:
+                continue
+            body = int(model.body(name).id)
+            geoms = np.flatnonzero(subtree(model, body)[model.geom_bodyid])
+            low, high = box_around(geom_boxes(model, self.data, geoms))
+            if float((high - low).max()) > LARGEST_M:
+                continue
+            address = int(model.joint(f"{name}__{FREE_JOINT}").qposadr[0])
+            root, back = self.at_rest[address + 3 : address + 7], np.array(fixture["quaternion"])
+            mujoco.mju_negQuat(back, back)
+            turned = np.zeros(4)
+            mujoco.mju_mulQuat(turned, back, root)
+            found.append(LooseThing(name, fixture["category"], address, turned, geoms))
+        return tuple(found)
+
+    def _carriers(self) -> set[str]:
+        """Loose things on which another one stands, or in which it lies, in the present state."""
+        model, data = self.model, self.data
+        names = [model.body(int(model.body_rootid[b])).name for b in model.geom_bodyid]
+        found = set()
+        for pair in data.contact.geom.tolist():
+            first, second = (int(model.body_rootid[model.geom_bodyid[g]]) for g in pair)
+            if first == second or 0 in (model.body_weldid[first], model.body_weldid[second]):
+                continue
+            lower = pair[0] if data.xipos[first][2] < data.xipos[second][2] else pair[1]
+            found.add(names[lower])
+        return found
+
+    @cached_property
+    def places(self) -> tuple[Place, ...]:
+        """Boxes that things are put into."""
+        return tuple(self._places())
+
+    def _places(self) -> Iterator[Place]:
+        for fixture in self.facts["fixtures"]:
+            if fixture["base"] != "fixed":
+                continue
+            for name, region in fixture["regions"].items():
+                kind = place_kind(fixture["category"], name)
+                if kind is None or region["kind"] != "box":
+                    continue
+                link = region["link"]
+                body = fixture["name"] if link == "object" else f"{fixture['name']}__{link}"
+                pose = Pose(position=tuple(region["position"]), quaternion=tuple(region["quaternion"]))
+                size = np.array(region["size"], dtype=np.float64)
+                yield Place(f"{fixture['name']}/{name}", kind, pose, size, int(self.model.body(body).id))
+
+    @cached_property
+    def parking(self) -> tuple[Parking, ...]:
+        """Places before closed fixtures, each once."""
+        found: dict[tuple[float, float, float], str] = {}
+        for fixture, ways in sorted(self.facts["parking"].items()):
+            at = ways["shut"]
+            if at is not None:
+                found.setdefault((at["x"], at["y"], at["yaw"]), fixture)
+        return tuple(Parking(fixture, np.array(at)) for at, fixture in found.items())
+
+    @cached_property
+    def doors(self) -> tuple[tuple[str, int, float, float], ...]:
+        """Joints of doors and drawers that open by themselves: name, address, where closed, where open."""
+        opened = self._key("open")
+        found = []
+        for fixture in self.facts["fixtures"]:
+            parts = self.facts["parking"].get(fixture["name"], {"open": {}})["open"]
+            for name, joint in fixture["joints"].items():
+                if name in parts and joint["behind"] is None and joint["kind"] in (JointKind.HINGE, JointKind.SLIDE):
+                    address = int(self.model.joint(joint["name"]).qposadr[0])
+                    found.append((joint["name"], address, float(self.at_rest[address]), float(opened[address])))
+        return tuple(found)
+
+    def show(self, qpos: Floats) -> None:
+        """Put a state before MuJoCo, at rest, with the contacts that the scene makes in it."""
+        reset_to_start(self.model, self.data)
+        self.data.qpos[:] = qpos
+        self.data.qvel[:] = 0.0
+        mujoco.mj_forward(self.model, self.data)
+
+    def depth(self) -> float:
+        """Deepest contact of the present state as the simulation has it, m; zero where nothing is in anything."""
+        return max(0.0, -float(self.data.contact.dist.min(initial=0.0)))
+
+    def depth_of_all_pairs(self, qpos: Floats) -> float:
+        """Deepest overlap in a state, pairs that never collide in the scene included, m."""
+        with AllPairs(self.model):
+            self.data.qpos[:] = qpos
+            mujoco.mj_kinematics(self.model, self.data)
+            mujoco.mj_collision(self.model, self.data)
+            return self.depth()
+
+    def corners(self) -> Floats:
+        """(8 N, 3) corners of the boxes around all geoms that can move, turned with them, world frame, m."""
+        model, data, geoms = self.model, self.data, self._moving
+        signs = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) * 2.0 - 1.0
+        local = model.geom_aabb[geoms, None, :3] + signs * model.geom_aabb[geoms, None, 3:]
+        turned = np.einsum("nij,nkj->nki", data.geom_xmat[geoms].reshape(-1, 3, 3), local)
+        found: Floats = (turned + data.geom_xpos[geoms, None, :]).reshape(-1, 3)
+        return found
+
+    def in_the_way(self, at: Floats) -> str | None:
+        """A thing within the cylinder of a robot's base that stands at x, y (m), yaw (rad) in the present state."""
+        model, data = self.model, self.data
+        data.mocap_pos[self._mocap] = (at[0], at[1], FOOTPRINT_LIFT_M + FOOTPRINT_HEIGHT_M / 2)
+        mujoco.mj_kinematics(model, data)
+        boxes = geom_boxes(model, data, self._solid)
+        around = np.array([at[0], at[1]])
+        near = (boxes[:, 0, :2] < around + self.radius).all(1) & (boxes[:, 1, :2] > around - self.radius).all(1)
+        near &= (boxes[:, 1, 2] > FOOTPRINT_LIFT_M) & (boxes[:, 0, 2] < FOOTPRINT_LIFT_M + FOOTPRINT_HEIGHT_M)
+        for geom in self._solid[near].tolist():
+            if mujoco.mj_geomDistance(model, data, self._footprint, geom, 0.01, None) < 0.0:
+                return str(model.body(int(model.body_rootid[model.geom_bodyid[geom]])).name)
+        return None
+
+    def box_of(self, thing: LooseThing, quaternion: Floats) -> Floats:
+        """(2, 3) corners of the box around a thing whose free joint is at the origin, turned so; m."""
+        model, data, part = self.model, self._scratch, slice(thing.address, thing.address + FREE_WIDTH)
+        data.qpos[part] = (0.0, 0.0, 0.0, *quaternion)
+        mujoco.mj_kinematics(model, data)
+        points = np.concatenate([vertices_of(model, data, int(g)) for g in thing.geoms])
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+    def carried(self, qpos: Floats, place: Place, point: Floats) -> Floats:
+        """(3,) where a point of a place is in a state, given where it is while all joints are at zero; m."""
+        data = self._scratch
+        data.qpos[:] = self.model.qpos0
+        mujoco.mj_kinematics(self.model, data)
+        local = data.xmat[place.body].reshape(3, 3).T @ (point - data.xpos[place.body])
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(self.model, data)
+        found: Floats = data.xmat[place.body].reshape(3, 3) @ local + data.xpos[place.body]
+        return found
+
+    def low_and_high(self, thing: LooseThing) -> Floats:
+        """(2, 3) corners of the box around a thing in the present state, world frame, m."""
+        points = np.concatenate([vertices_of(self.model, self.data, int(g)) for g in thing.geoms])
+        return np.array([points.min(axis=0), points.max(axis=0)])
+
+
+def place_kind(category: str, region: str) -> str | None:
+    """What sort of place a region is: worktop, shelf, drawer or fridge; None where nothing is put."""
+    if category in ("counter", "table", "kitchen_cart") and region.startswith("top"):
+        return "worktop"
+    if category == "refrigerator" and region.startswith(("fridge_shelf", "fridge_drawer")):
+        return "fridge"
+    if category in ("open_shelf", "wall_cabinet", "base_cabinet", "tall_cabinet") and region.startswith("level"):
+        return "shelf"
+    if category == "drawer_stack" and region.endswith("_int"):
+        return "drawer"
+    return None
+
+
+def _footprint(radius: float) -> etree._Element:
+    """A body for the room that a robot's base takes, which touches nothing."""
+    body = etree.Element("body", {"name": FOOTPRINT, "mocap": "true", "pos": "0 0 -9"})
+    size = f"{radius} {FOOTPRINT_HEIGHT_M / 2}"
+    etree.SubElement(
+        body, "geom", {"name": FOOTPRINT, "type": "cylinder", "size": size, "contype": "0", "conaffinity": "0"}
+    )
+    return body

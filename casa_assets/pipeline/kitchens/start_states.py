@@ -1,0 +1,118 @@
+"""Draw start states of kitchens: start_states.npz beside each scene, and its lines in the report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.checks.readers.mujoco_load import native_warnings
+from casa_assets.checks.run import run
+from casa_assets.checks.start_states.draw import Wanted, draw_states
+from casa_assets.checks.start_states.stage import Stage
+from casa_assets.checks.start_states.verdict import StatesSubject
+from casa_assets.errors import CasaError
+from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.start_states import StartStates
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.kitchens.check import join_states
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.scene_files import START_STATES
+from casa_assets.pipeline.kitchens.scene_folders import (
+    BuildOptions,
+    SceneResult,
+    build_with_options,
+    failed_scene,
+    run_recipes,
+    scene_key,
+)
+from casa_assets.pipeline.kitchens.state_file import read_states, write_states
+from casa_assets.pipeline.workers.batch import attempt
+
+CONTACT, MOTION = "state_contact_m", "state_motion_m"
+
+
+@dataclass(frozen=True)
+class StateRequest:
+    """What is drawn for each kitchen.
+
+    Attributes:
+        count: of states. things: put somewhere else in each. opened: doors and drawers that stand open in each.
+        seed: of the draws.
+    """
+
+    count: int = 100
+    things: int = 10
+    opened: int = 0
+    seed: int = 0
+
+
+def draw_all(
+    recipes: Sequence[SceneRecipe], out: Path, request: StateRequest, jobs: int = 0, force: bool = False
+) -> Iterator[SceneResult]:
+    """Start states of scenes in the order in which they are done, worked on by several processes.
+
+    Args:
+        out: folder of the scenes; those that are missing are built. jobs: processes; 0 for one per core. force: even
+            where nothing has changed.
+    Raises:
+        OutputError: the folder is held by another run or cannot be written.
+    """
+    return run_recipes(partial(draw_one, out=out, request=request, force=force), recipes, out, jobs)
+
+
+def draw_one(recipe: SceneRecipe, out: Path, request: StateRequest, force: bool = False) -> SceneResult:
+    """Start states of one scene, which is built where it is missing; the report is that of its start states alone."""
+    built = build_with_options(recipe, out, BuildOptions(drawn=False))
+    if not built.folder:
+        return built
+    folder = Path(built.folder)
+
+    def make() -> SceneResult:
+        begin = time.perf_counter()
+        key = states_key(recipe, request)
+        stage = Stage(folder)
+        kept = None if force else _kept(folder, key)
+        with native_warnings():
+            states = kept or draw_states(stage, _wanted(request, key))
+            if kept is None:
+                write_states(folder, states)
+            drawn = time.perf_counter()
+            report = verdict(states, stage)
+        join_states(folder, report)
+        counts = {"states": float(len(states)), "refused": float(sum(states.refused.values()))}
+        done = replace(built, report=report, kept=kept is not None, counts=counts)
+        return replace(done, draw_s=drawn - begin, check_s=time.perf_counter() - drawn)
+
+    return attempt(make, partial(failed_scene, recipe), out)
+
+
+def verdict(states: StartStates, stage: Stage) -> Report:
+    """Report of the checks of start states, simulated anew."""
+    records = registry.load()
+    return run(StatesSubject(states, stage), states.scene, records.limits, records.waived(states.scene))
+
+
+def states_key(recipe: SceneRecipe, request: StateRequest) -> str:
+    """Key of start states: the scene's files, what was asked for, and all that decides what is drawn."""
+    return digest_of("start_states", scene_key(recipe), repr(request), version("mujoco"), key_of(draw_states))
+
+
+def _wanted(request: StateRequest, key: str) -> Wanted:
+    limits = registry.load().limits
+    return Wanted(key, request.count, request.things, request.opened, request.seed, limits[CONTACT], limits[MOTION])
+
+
+def _kept(folder: Path, key: str) -> StartStates | None:
+    """The states of an earlier run with the same key; None where there are none, or they cannot be read."""
+    if not (folder / START_STATES).is_file():
+        return None
+    try:
+        found = read_states(folder)
+    except CasaError:
+        return None
+    return found if found.key == key else None

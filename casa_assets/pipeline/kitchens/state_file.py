@@ -1,0 +1,70 @@
+"""Start states of a scene as one file, `start_states.npz`: a header of JSON and four arrays, nothing pickled."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import zipfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from casa_assets.errors import CasaError
+from casa_assets.model.kitchen.start_states import ARRAYS, StartStates
+from casa_assets.pipeline.kitchens.scene_files import START_STATES
+
+HEADER = "header"
+LARGEST_BYTES = 1 << 28
+_DAMAGED = (zipfile.BadZipFile, zlib.error, ValidationError)
+
+
+def write_states(folder: Path, states: StartStates) -> Path:
+    """Write the file into the folder of its scene, by one rename; the same states are the same bytes."""
+    text = json.dumps(states.header, sort_keys=True, separators=(",", ":"), ensure_ascii=True)
+    stream = io.BytesIO()
+    arrays = {name: getattr(states, name).astype("<f4") for name in ARRAYS}
+    header = np.frombuffer(text.encode("ascii"), dtype=np.uint8)
+    np.savez_compressed(stream, allow_pickle=False, header=header, **arrays)
+    fresh = folder / f".{START_STATES}.{os.getpid()}"
+    fresh.write_bytes(stream.getvalue())
+    return fresh.replace(folder / START_STATES)
+
+
+def read_states(folder: Path) -> StartStates:
+    """The start states in the folder of a scene. Raises CasaError where there are none, or where they are damaged."""
+    path = folder / START_STATES
+    try:
+        _check_size(path)
+        with np.load(path, allow_pickle=False) as found:
+            header = json.loads(found[HEADER].tobytes())
+            return StartStates.model_validate({**header, **{name: found[name] for name in ARRAYS}})
+    except FileNotFoundError:
+        raise CasaError(
+            f"{path}: there are no start states; casa-assets scenes states {folder.name} makes them"
+        ) from None
+    except (OSError, ValueError, KeyError, TypeError, EOFError, *_DAMAGED) as error:
+        raise CasaError(f"{path}: cannot be read ({_first_line(error)}); draw the states again with --force") from error
+
+
+def digest_of_file(path: Path) -> str:
+    """sha256 of the bytes of a file, as start states name the scene.xml that they belong to."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def _check_size(path: Path) -> None:
+    """Raises ValueError where the file says that it holds more than any kitchen's states take."""
+    with zipfile.ZipFile(path) as archive:
+        size = sum(member.file_size for member in archive.infolist())
+    if size > LARGEST_BYTES:
+        raise ValueError(f"it holds {size} bytes, more than {LARGEST_BYTES}")
+
+
+def _first_line(error: Exception) -> str:
+    if isinstance(error, ValidationError):
+        first = error.errors()[0]
+        return f"{'.'.join(map(str, first['loc'])) or 'all of it'}: {first['msg']}"
+    return (str(error) or type(error).__name__).splitlines()[0]
