@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from casa_assets.checks.start_states.stage import LooseThing, Parking, Place, Stage
+from casa_assets.checks.start_states.stage import Kind, LooseThing, Parking, Place, Stage
 from casa_assets.checks.start_states.trial import settle, watch
 from casa_assets.core.sampling import rng_for
 from casa_assets.core.typing import Floats
@@ -18,7 +18,7 @@ from casa_assets.model.kitchen.start_states import StartStates, StateNotes
 
 RANDOM_LANE = "start_states"
 # How often a thing is put into each kind of place, where there is one.
-KINDS = {"worktop": 0.6, "shelf": 0.15, "drawer": 0.1, "fridge": 0.15}
+SHARES = {Kind.WORKTOP: 0.6, Kind.SHELF: 0.15, Kind.DRAWER: 0.1, Kind.FRIDGE: 0.15}
 EDGE_M, OVER_M, ABOVE_M = 0.01, 0.001, 0.005  # gaps at the sides, below and above a thing that is put somewhere
 TRIES = 40  # places that are tried for one thing, and draws of one state
 OPENED_SHARES = (0.4, 1.0)  # of a door's way, where it is opened
@@ -168,6 +168,7 @@ def _open(stage: Stage, draft: _Draft, count: int, rng: np.random.Generator) -> 
     doors = [stage.doors[int(k)] for k in rng.permutation(len(stage.doors))[:count]]
     for _, address, closed, opened in doors:
         draft.qpos[address] = closed + float(rng.uniform(*OPENED_SHARES)) * (opened - closed)
+    draft.qpos = stage.with_contents(draft.qpos)
     draft.opened = tuple(sorted(name for name, *_ in doors))
 
 
@@ -179,8 +180,10 @@ def _lift(draft: _Draft, chosen: list[LooseThing]) -> None:
 
 def _put(stage: Stage, draft: _Draft, thing: LooseThing, rng: np.random.Generator) -> bool:
     """Put a thing upright into a place where it touches nothing; False where none was found."""
-    kinds = sorted({place.kind for place in stage.places})
-    weights = np.array([KINDS[kind] for kind in kinds])
+    kinds = sorted({place.kind for place in stage.places if place.kind in thing.kinds})
+    if not kinds:
+        return False
+    weights = np.array([SHARES[kind] for kind in kinds])
     part = slice(thing.address, thing.address + 7)
     for _ in range(TRIES):
         kind = kinds[int(rng.choice(len(kinds), p=weights / weights.sum()))]

@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,16 +20,35 @@ from casa_assets.checks.scene.subject import FILE, AllPairs, collision_model
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.joint import JointKind
-from casa_assets.model.kitchen.scene import CLOSED_POSE, FREE_JOINT
+from casa_assets.model.kitchen.scene import CLOSED_POSE, FREE_JOINT, OPEN_POSE, START_POSE
 from casa_assets.model.kitchen.start_states import FREE_WIDTH, StateJoint
 from casa_assets.model.pose import Pose
 
 SCENE_JSON = "scene.json"
+ROOT_LINK = "object"  # of every asset; its body is called like the placement
 FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured
 FOOTPRINT_HEIGHT_M = 1.5
 FOOTPRINT_LIFT_M = 0.03  # what is lower, such as a rug, does not stop a base
 MOVABLE = (None, "accessory")  # contracts of things that are no appliances
 LARGEST_M, HEAVIEST_KG = 0.45, 3.0  # of a thing that a hand puts somewhere else
+
+
+class Kind(StrEnum):
+    """Sorts of places where things are put."""
+
+    WORKTOP = "worktop"
+    SHELF = "shelf"
+    DRAWER = "drawer"
+    FRIDGE = "fridge"
+
+
+# Categories of fixtures, and how the names of their regions begin.
+PLACES: dict[Kind, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    Kind.WORKTOP: (("counter", "table", "kitchen_cart"), ("top",)),
+    Kind.SHELF: (("open_shelf", "wall_cabinet", "base_cabinet", "tall_cabinet"), ("level",)),
+    Kind.DRAWER: (("drawer_stack",), ("drawer",)),
+    Kind.FRIDGE: (("refrigerator",), ("fridge_shelf", "fridge_drawer")),
+}
 
 
 @dataclass(frozen=True)
@@ -38,7 +58,7 @@ class LooseThing:
     Attributes:
         name: of its placement. category: such as `apple`. address: of its free joint in qpos.
         turned: (4,) quaternion of its root body while it stands upright with its front to -y.
-        geoms: its colliders.
+        geoms: its colliders. kinds: of the places where it may be put.
     """
 
     name: str
@@ -46,6 +66,7 @@ class LooseThing:
     address: int
     turned: Floats
     geoms: Ints
+    kinds: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -53,12 +74,12 @@ class Place:
     """A box that things can be put into, on its floor.
 
     Attributes:
-        name: `<fixture>/<region>`. kind: see `spawn.KINDS`. pose: of its centre while all joints are at zero.
+        name: `<fixture>/<region>`. kind: sort of it. pose: of its centre while all joints are at zero.
         size: (3,) full, m. body: that carries it.
     """
 
     name: str
-    kind: str
+    kind: Kind
     pose: Pose
     size: Floats
     body: int
@@ -107,14 +128,8 @@ class Stage:
 
     @cached_property
     def at_rest(self) -> Floats:
-        """(nq,) qpos with all doors and drawers closed and all loose things where the scene has them."""
-        start, closed = (self._key(name) for name in ("start", CLOSED_POSE))
-        rest = closed.copy()
-        for joint in self.joints:
-            if joint.width == FREE_WIDTH:
-                part = slice(joint.address, joint.address + FREE_WIDTH)
-                rest[part] = start[part]
-        return rest
+        """(nq,) qpos with all doors and drawers closed, and loose things where the scene has them."""
+        return self._key(CLOSED_POSE)
 
     def _key(self, name: str) -> Floats:
         """(nq,) qpos of a keyframe."""
@@ -122,29 +137,66 @@ class Stage:
 
     @cached_property
     def things(self) -> tuple[LooseThing, ...]:
-        """What can be put elsewhere: loose, small, no appliance, and nothing else stands on it."""
+        """What can be put elsewhere: loose, small, no appliance, and nothing else stands on it.
+
+        In a kitchen that is lived in these are its objects.
+        """
         model = self.model
         self.show(self.at_rest)
         carriers = self._carriers()
         found = []
-        for fixture in self.facts["fixtures"]:
-            name = fixture["name"]
-            if fixture["base"] != "free" or fixture["contract"] not in MOVABLE or name in carriers:
+        for row, kinds in self._loose():
+            name = row["name"]
+            if name in carriers or row["mass_kg"] > HEAVIEST_KG:
                 continue
-            if fixture["mass_kg"] > HEAVIEST_KG:
-                continue
-            body = int(model.body(name).id)
-            geoms = np.flatnonzero(subtree(model, body)[model.geom_bodyid])
+            geoms = np.flatnonzero(subtree(model, int(model.body(name).id))[model.geom_bodyid])
             low, high = box_around(geom_boxes(model, self.data, geoms))
             if float((high - low).max()) > LARGEST_M:
                 continue
-            address = int(model.joint(f"{name}__{FREE_JOINT}").qposadr[0])
-            root, back = self.at_rest[address + 3 : address + 7], np.array(fixture["quaternion"])
-            mujoco.mju_negQuat(back, back)
+            address = self._address(name)
+            root, back = self._key(START_POSE)[address + 3 : address + FREE_WIDTH], np.zeros(4)
+            mujoco.mju_negQuat(back, np.array(row["quaternion"]))
             turned = np.zeros(4)
             mujoco.mju_mulQuat(turned, back, root)
-            found.append(LooseThing(name, fixture["category"], address, turned, geoms))
+            found.append(LooseThing(name, row["category"], address, turned, geoms, kinds))
         return tuple(found)
+
+    def _loose(self) -> Iterator[tuple[Mapping[str, Any], frozenset[str]]]:
+        """Rows of scene.json of what stands loose, and the kinds of places where it may be put.
+
+        An object goes on to a worktop, or to another place of the kind in which it is kept.
+        """
+        categories = {fixture["name"]: fixture["category"] for fixture in self.facts["fixtures"]}
+        objects = self.facts.get("objects", [])
+        for row in objects:
+            kept_in = place_kind(categories.get(row["in"]["placement"], ""), row["in"]["region"])
+            yield row, frozenset({Kind.WORKTOP, kept_in or Kind.WORKTOP})
+        for row in () if objects else self.facts["fixtures"]:
+            if row["base"] == "free" and row["contract"] in MOVABLE:
+                yield row, frozenset(Kind)
+
+    def _address(self, placement: str) -> int:
+        """Of the free joint of a placement, in qpos."""
+        return int(self.model.joint(f"{placement}__{FREE_JOINT}").qposadr[0])
+
+    def with_contents(self, qpos: Floats) -> Floats:
+        """A state in which doors and drawers were moved, with the objects that rest in them where these took them."""
+        before, after, moved = self._scratch, self.data, qpos.copy()
+        before.qpos[:], after.qpos[:] = self.at_rest, qpos
+        for data in (before, after):
+            mujoco.mj_kinematics(self.model, data)
+        for row in self.facts.get("objects", []):
+            kept, address = row["in"], self._address(row["name"])
+            body = int(self.model.body(_body_name(kept["placement"], kept["link"])).id)
+            turn, shift = np.zeros(4), np.zeros(3)
+            back = before.xquat[body] * (1, -1, -1, -1)
+            mujoco.mju_mulQuat(turn, after.xquat[body], back)
+            mujoco.mju_rotVecQuat(shift, qpos[address : address + 3] - before.xpos[body], turn)
+            moved[address : address + 3] = after.xpos[body] + shift
+            mujoco.mju_mulQuat(
+                moved[address + 3 : address + FREE_WIDTH], turn, qpos[address + 3 : address + FREE_WIDTH]
+            )
+        return moved
 
     def _carriers(self) -> set[str]:
         """Loose things on which another one stands, or in which it lies, in the present state."""
@@ -173,7 +225,7 @@ class Stage:
                 if kind is None or region["kind"] != "box":
                     continue
                 link = region["link"]
-                body = fixture["name"] if link == "object" else f"{fixture['name']}__{link}"
+                body = _body_name(fixture["name"], link)
                 pose = Pose(position=tuple(region["position"]), quaternion=tuple(region["quaternion"]))
                 size = np.array(region["size"], dtype=np.float64)
                 yield Place(f"{fixture['name']}/{name}", kind, pose, size, int(self.model.body(body).id))
@@ -191,7 +243,7 @@ class Stage:
     @cached_property
     def doors(self) -> tuple[tuple[str, int, float, float], ...]:
         """Joints of doors and drawers that open by themselves: name, address, where closed, where open."""
-        opened = self._key("open")
+        opened = self._key(OPEN_POSE)
         found = []
         for fixture in self.facts["fixtures"]:
             parts = self.facts["parking"].get(fixture["name"], {"open": {}})["open"]
@@ -268,17 +320,15 @@ class Stage:
         return np.array([points.min(axis=0), points.max(axis=0)])
 
 
-def place_kind(category: str, region: str) -> str | None:
-    """What sort of place a region is: worktop, shelf, drawer or fridge; None where nothing is put."""
-    if category in ("counter", "table", "kitchen_cart") and region.startswith("top"):
-        return "worktop"
-    if category == "refrigerator" and region.startswith(("fridge_shelf", "fridge_drawer")):
-        return "fridge"
-    if category in ("open_shelf", "wall_cabinet", "base_cabinet", "tall_cabinet") and region.startswith("level"):
-        return "shelf"
-    if category == "drawer_stack" and region.endswith("_int"):
-        return "drawer"
-    return None
+def place_kind(category: str, region: str) -> Kind | None:
+    """What sort of place a region of a fixture is; None where nothing is put."""
+    return next(
+        (kind for kind, wanted in PLACES.items() if category in wanted[0] and region.startswith(wanted[1])), None
+    )
+
+
+def _body_name(placement: str, link: str) -> str:
+    return placement if link == ROOT_LINK else f"{placement}__{link}"
 
 
 def _footprint(radius: float) -> etree._Element:
