@@ -40,7 +40,9 @@ def main() -> int:
                 console.print(f"[red]failed[/] {done.request.title} {done.message}", highlight=False)
                 for issue in done.problems:
                     console.print(f"  {issue.code} {issue.pointer}: {issue.message}", highlight=False, markup=False)
-    table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")
+    table = Table(
+        "family", "passed", "of", "build s", "write s", "draw s", "check s", "CPU s", "MB", title="median per member"
+    )
     for row in summary(results):
         table.add_row(*row)
     console.print(table)

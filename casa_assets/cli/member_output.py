@@ -27,12 +27,14 @@ def json_row(result: FamilyResult) -> dict[str, object]:
         "member": result.request.title,
         "id": result.asset_id,
         "passed": result.passed,
+        "kept": result.is_kept,
         "message": result.message,
         "issues": [{"code": i.code, "pointer": i.pointer, "message": i.message} for i in result.problems],
         "build_s": round(result.build_s, 4),
         "write_s": round(result.write_s, 4),
         "draw_s": round(result.draw_s, 4),
         "check_s": round(result.check_s, 4),
+        "cpu_s": round(result.cpu_s, 4),
         "bytes": result.size_bytes,
     }
 
@@ -54,7 +56,11 @@ def print_summary(results: list[FamilyResult], console: Console) -> None:
     """Print a table of medians, a row for each family or category."""
     from casa_assets.pipeline.families.run import summary
 
-    table = Table("family", "passed", "of", "build s", "write s", "draw s", "check s", "MB", title="median per member")
+    table = Table(
+        "family", "passed", "of", "build s", "write s", "draw s", "check s", "CPU s", "MB", title="median per member"
+    )
     for row in summary(results):
         table.add_row(*row)
     console.print(table)
+    if kept := sum(result.is_kept for result in results):
+        console.print(f"{kept} of {len(results)} were there already and stay as they are", highlight=False)

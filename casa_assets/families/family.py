@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Generic, TypeVar
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.asset import Asset
@@ -19,6 +20,8 @@ class IsFinish:
     """Marks a field of Params as the id of a finish."""
 
 
+# The field of what is random in a shape, such as its bumps.
+SEED = "seed"
 # A field that names a finish: a row of registry/materials.yaml, a recipe of registry/textures/, or a picture of a pack.
 FinishId = Annotated[Id, IsFinish()]
 
@@ -34,9 +37,32 @@ class Params(Record):
             value = getattr(self, name)
             if isinstance(value, Params):
                 found += value.finishes
-            elif value is not None and any(isinstance(m, IsFinish) for m in _marks(field)):
+            elif value is not None and _is_finish(field):
                 found.append(value)
         return tuple(sorted(dict.fromkeys(found)))
+
+    @property
+    def design(self) -> dict[str, Any]:
+        """What tells the design of a member from others of its category, as data: all but colours, seeds and lengths.
+
+        Of a number with a fraction it counts whether it is 0, since that often means that there is no such part.
+        """
+        found: dict[str, Any] = {}
+        for name, field in type(self).model_fields.items():
+            value = getattr(self, name)
+            if isinstance(value, Params):
+                found[name] = value.design
+            elif isinstance(value, float):
+                found[name] = bool(value)
+            elif name != SEED and not _is_finish(field):
+                found[name] = value
+        told: dict[str, Any] = TypeAdapter(dict[str, Any]).dump_python(found, mode="json")
+        return told
+
+
+def _is_finish(field: Any) -> bool:
+    """True if a field names a finish, or may."""
+    return any(isinstance(mark, IsFinish) for mark in _marks(field))
 
 
 def _marks(field: Any) -> tuple[Any, ...]:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from casa_assets.core.rounding import significant
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
+from casa_assets.geometry.mesh.hand_grasps import grasp_site
 from casa_assets.geometry.mesh.normals import with_normals
 from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.geometry.solid.hull import convex_hull
 from casa_assets.ingest.draft import Draft, PlacedShape
-from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Site, Visual
+from casa_assets.model.asset.asset import Asset, Base, Collider, Inertial, Link, Region, Visual
 from casa_assets.model.asset.material import Material, Substance
 from casa_assets.model.asset.mesh import Mesh
 from casa_assets.model.asset.provenance import Labels, split_of
@@ -22,9 +22,6 @@ from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShap
 from casa_assets.model.ingest.source import Source
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Category
-
-# Side of the finger pads that a grasp is shown with, metres; a choice.
-PAD_M = 0.02
 
 
 def assemble(
@@ -58,29 +55,13 @@ def assemble(
         id=asset_id,
         base=Base.FIXED if category.fixed else Base.FREE,
         links=(link,),
-        sites=_grasps(draft, shift),
+        sites=tuple(grasp_site(grasp, shift) for grasp in draft.grasps),
         regions=(_bounding_region(colliders),),
         materials=materials,
         substances=(substance,),
         labels=Labels(category=category.id, classes=classes, qcode=category.qcode, split=split_of(sha256)),
         provenance=source.provenance(sha256, draft.guesses),
     )
-
-
-def _grasps(draft: Draft, shift: Floats) -> tuple[Site, ...]:
-    """A box site `grasp_<feature>` for each grasp: x along the closing direction, z along the approach."""
-    sites = []
-    for grasp in draft.grasps:
-        closing, approach = np.array(grasp.closing), np.array(grasp.approach)
-        rotation = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
-        x, y, z, w = (float(v) for v in rotation.as_quat(canonical=True))
-        px, py, pz = (_seven_digits(float(v)) for v in np.array(grasp.center) + shift)
-        pose = Pose(
-            position=(px, py, pz), quaternion=(_seven_digits(w), _seven_digits(x), _seven_digits(y), _seven_digits(z))
-        )
-        size = (_seven_digits(grasp.width), PAD_M, PAD_M)
-        sites.append(Site(name=f"grasp_{grasp.feature.value}", pose=pose, kind="box", size=size))
-    return tuple(sites)
 
 
 def _visuals(draft: Draft, shift: Floats, substance: Substance) -> tuple[tuple[Visual, ...], tuple[Material, ...]]:

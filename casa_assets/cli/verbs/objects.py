@@ -88,14 +88,16 @@ def build(
     count: Annotated[int, typer.Option(min=1, max=4000, help="Members of each.")] = 17,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the draws.")] = 0,
     library: Annotated[
-        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
+        Path, typer.Option("--library", "--out", help="Library, made where it is missing; what it has is kept.")
     ] = Path("out/objects"),
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per member on standard output.")] = False,
 ) -> None:
-    """Build members, write them as MJCF and USD, and run every check; exit 0 when all pass, 1 when some do not.
+    """Build members into a library, as MJCF and USD, and run every check; exit 0 when all pass, 1 when some do not.
 
-    Example:  casa-assets objects build --all --count 17
+    What the library has already stays as it is; killed and run again, it does what is missing.
+
+    Example:  casa-assets objects build --all --count 17 --library out/objects
     """
     from casa_assets.pipeline.families.run import build_all, object_requests
 
@@ -114,6 +116,7 @@ def build(
             elif not result.passed:
                 print_result(result, progress.console)
     print_summary(results, console)
+    console.print(f"Next:    casa-assets report --library {library}", highlight=False, soft_wrap=True)
     check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)

@@ -2,7 +2,8 @@
 
 An entry holds the types and attributes of a category and, per object registry, where its models are. Ours are three
 registries: all instances, those to train with and those to test with. RoboCasa's own splits follow the order of file
-names, so that a new instance may move another to the other split; ours follow the digest of the instance's source.
+names, so that a new instance may move another to the other split; ours follow the digest of the instance's
+source or shape.
 """
 
 from __future__ import annotations

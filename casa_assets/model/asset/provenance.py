@@ -25,7 +25,7 @@ class Split(StrEnum):
 
 
 def split_of(sha256: str) -> Split:
-    """Split of the asset made from an input of this digest: anyone can tell it from the digest alone.
+    """Split of the asset made from an input of this digest, or of an object whose shape has this digest.
 
     It hangs on nothing else, so that no instance changes sides when others come or go, or when it is made anew.
     """
@@ -39,7 +39,8 @@ class Labels(Record):
         category: id in registry/categories.yaml.
         classes: from the category upwards, such as (`mug`, `tableware`).
         qcode: Wikidata item and how sure we are of it.
-        split: `split_of` its input; None for assets of families and articulation.
+        split: `split_of` its input, or of an object out of numbers its shape, so that two that differ in colour alone
+            are on one side; None for fixtures and articulation.
     """
 
     category: Id

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -24,6 +25,7 @@ from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.families.finishes import available_finishes, finishes, finishes_key
+from casa_assets.pipeline.families.loose_objects import complete
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import (
@@ -34,7 +36,10 @@ from casa_assets.pipeline.library.asset_package import (
     check_package,
     write_package,
 )
-from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.library.derived_files import write_reports
+from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.library.identity import Identity, Producer
+from casa_assets.pipeline.textures.recipes import skins
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.camera import View
@@ -43,6 +48,8 @@ from casa_assets.registry.objects import object_family, object_names
 
 # The package that the code of all families is below.
 FAMILIES_PACKAGE = "casa_assets.families"
+# The table of checks, which is imported late where nothing is checked.
+TABLE = "casa_assets.checks.table.table"
 WORKER_BYTES = 1_500_000_000  # of memory, that building and checking a member may take
 # A picture for the thumbnail alone.
 PREVIEW_VIEW = View(size_px=THUMBNAIL_PX, passes=8)
@@ -76,7 +83,9 @@ class FamilyResult:
         asset_id, folder: empty where building failed.
         report: of all checks; None where building failed.
         message: why it failed. is_fault: the program is to blame; then that is a trace.
-        build_s, write_s, draw_s, check_s: wall seconds. size_bytes: of the folder.
+        is_kept: an earlier run, or an earlier member of the same numbers, has put it there; then nothing was measured.
+        build_s, write_s, draw_s, check_s: wall seconds. cpu_s: processor seconds of all of it. size_bytes: of the
+            folder.
     """
 
     request: FamilyRequest
@@ -85,16 +94,18 @@ class FamilyResult:
     report: Report | None = None
     message: str = ""
     is_fault: bool = False
+    is_kept: bool = False
     build_s: float = 0.0
     write_s: float = 0.0
     draw_s: float = 0.0
     check_s: float = 0.0
+    cpu_s: float = 0.0
     size_bytes: int = 0
 
     @property
     def passed(self) -> bool:
-        """True if it was built and no check found an error."""
-        return self.report is not None and self.report.passed
+        """True if it was built, now or before, and no check found an error."""
+        return self.is_kept or (self.report is not None and self.report.passed)
 
     @property
     def problems(self) -> tuple[Issue, ...]:
@@ -144,8 +155,12 @@ def params_of(request: FamilyRequest) -> Params:
 
 def build_asset(member_family: Family[Any], params: Params, cache: Path) -> Asset:
     """The asset of a family's numbers; pictures come from or go to the store at `cache`."""
-    supplies = Supplies(finishes(params.finishes, cache), labels_of(member_family), registry.load().densities)
-    return member_family.build(params, supplies)
+    known = registry.load()
+    supplies = Supplies(finishes(params.finishes, cache), labels_of(member_family), known.densities)
+    asset = member_family.build(params, supplies)
+    if not member_family.form:
+        return asset
+    return complete(asset, params, category_of_family(member_family), known.limits["gripper_m"])
 
 
 def asset_key(member_family: Family[Any], params: Params) -> str:
@@ -153,9 +168,12 @@ def asset_key(member_family: Family[Any], params: Params) -> str:
 
     Another family, or a texture of a kind that the asset does not show, has no part in it.
     """
-    code = _code_key(member_family.name, member_family.form)
-    densities = sorted(registry.load().densities.items())
-    values = [params.digest, labels_of(member_family).digest, densities, finishes_key(params.finishes)]
+    code = _code_key("" if member_family.form else member_family.name, member_family.form)
+    known = registry.load()
+    densities = sorted(known.densities.items())
+    values: list[Any] = [params.digest, labels_of(member_family).digest, densities, finishes_key(params.finishes)]
+    if member_family.form:
+        values += [key_of(complete), category_of_family(member_family).digest, known.limits["gripper_m"]]
     return digest_of("asset", member_family.name, code, *values)
 
 
@@ -165,18 +183,18 @@ def _code_key(name: str, form: str) -> str:
 
 
 def _modules(name: str, form: str) -> tuple[ModuleType, ...]:
-    """The modules that hold the code of a family, or of the form of objects."""
+    """The modules that hold the code of a family, or of the form of objects, whatever their category."""
     return modules_holding(FORMS[form] if form else MODELS[name], FAMILIES_PACKAGE)
 
 
 def labels_of(member_family: Family[Any]) -> Labels:
     """Category, classes and Wikidata item of a family's assets, from the registry."""
     data = registry.load()
-    category = _category_of(member_family)
+    category = category_of_family(member_family)
     return Labels(category=category.id, classes=data.classes_of(category), qcode=category.qcode)
 
 
-def _category_of(member_family: Family[Any]) -> Category:
+def category_of_family(member_family: Family[Any]) -> Category:
     """The row of a family's category: of an object in categories.yaml, else in fixtures.yaml."""
     data = registry.load()
     return (data.categories if member_family.form else data.fixtures)[member_family.category]
@@ -200,7 +218,7 @@ def build_one(request: FamilyRequest, library: Path, checked: bool = True, drawn
 def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, drawn: bool) -> FamilyResult:
     member_family = family_of(request)
     params = params_of(request)
-    begin = time.perf_counter()
+    begin, cpu_before = time.perf_counter(), time.process_time()
     asset = build_asset(member_family, params, library.cache)
     built = time.perf_counter()
     staged = library.stage(asset.id)
@@ -209,12 +227,13 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     written = time.perf_counter()
     report = Report(subject=asset.id)
     if checked:
-        report = check_package(asset, staged, _category_of(member_family))
+        report = check_package(asset, staged, category_of_family(member_family))
     checked_at = time.perf_counter()
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(member_family.name, asset.id)
     if report.passed:
-        disk.write_certificate(staged, asset, certificate(asset, report, staged, _made_by(member_family, params)))
+        made_by = _made_by(member_family, params, drawn)
+        disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         library.publish(staged, target)
     return FamilyResult(
         request,
@@ -225,34 +244,52 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
         write_s=written - built - drawn_s,
         draw_s=drawn_s,
         check_s=checked_at - written,
+        cpu_s=time.process_time() - cpu_before,
         size_bytes=size,
     )
 
 
-def _made_by(member_family: Family[Any], params: Params) -> disk.MadeBy:
+def _made_by(member_family: Family[Any], params: Params, drawn: bool) -> disk.MadeBy:
     """Producer, cache key and versions for the certificate of a member."""
     modules = _modules(member_family.name, member_family.form)
     versions = versions_of({"family": modules, **WRITING})
-    written = key_of(write_package, check_package, certificate)
-    return disk.MadeBy(Producer.FAMILY, digest_of("family", asset_key(member_family, params), written), versions)
+    return disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
+
+
+def _entry_key(member_family: Family[Any], params: Params, drawn: bool) -> str:
+    """Key of a member's entry in a library: what it is made of and by, and how it is drawn."""
+    size_px = (PREVIEW if drawn else PREVIEW_VIEW).size_px
+    return digest_of("family", asset_key(member_family, params), _writing_key(), size_px)
+
+
+@cache
+def _writing_key() -> str:
+    return key_of(write_package, check_package, certificate)
 
 
 def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
-    """Rows of text for a table: family, how many passed, of how many, median seconds and megabytes; the last is all."""
+    """Rows of text for a table: family, how many passed, of how many, medians; the last is all.
+
+    Medians are wall seconds, processor seconds and megabytes of the members that were built now.
+    """
     rows = []
     names = sorted({r.request.family for r in results})
     for name in [*names, ""]:
         members = [r for r in results if not name or r.request.family == name]
-        figures = [(r.build_s, r.write_s, r.draw_s, r.check_s, r.size_bytes / 1e6) for r in members if r.report]
+        figures = [
+            (r.build_s, r.write_s, r.draw_s, r.check_s, r.cpu_s, r.size_bytes / 1e6) for r in members if r.report
+        ]
         medians = [f"{median(column):.3f}" for column in zip(*figures, strict=True)]
-        rows.append((name or "all", str(sum(r.passed for r in members)), str(len(members)), *(medians or [""] * 5)))
+        rows.append((name or "all", str(sum(r.passed for r in members)), str(len(members)), *(medians or [""] * 6)))
     return rows
 
 
 def build_all(
     wanted: Sequence[FamilyRequest], library: Path, jobs: int = 0, drawn: bool = True
 ) -> Iterator[FamilyResult]:
-    """Members in the order in which they are done, each built in a worker.
+    """Members in the order in which they are done, each built in a worker; then the reports of the library are written.
+
+    What an earlier run has put there under the same key is told first and stays as it is.
 
     Args:
         wanted: what to build. library: folder, made where it is missing. jobs: processes; 0 for one per core.
@@ -263,12 +300,36 @@ def build_all(
     place = disk.Library(library)
     with place.locked(), writing(library):
         place.sweep()
+        due: list[FamilyRequest] = []
+        for request, kept in _compared(wanted, place, drawn):
+            if kept is None:
+                due.append(request)
+            else:
+                yield kept
         build = partial(build_one, library=library, drawn=drawn)
-        for number, answer in run_batch(build, wanted, library, jobs, f"{__name__}:warm", WORKER_BYTES):
+        for number, answer in run_batch(build, due, library, jobs, f"{__name__}:warm", WORKER_BYTES):
             if isinstance(answer, WorkerFailure):
-                yield FamilyResult(wanted[number], message=answer.text, is_fault=True)
+                yield FamilyResult(due[number], message=answer.text, is_fault=True)
             else:
                 yield answer
+        write_reports(place)
+
+
+def _compared(
+    wanted: Sequence[FamilyRequest], library: disk.Library, drawn: bool
+) -> Iterator[tuple[FamilyRequest, FamilyResult | None]]:
+    """Each request, and its result where an earlier run, or an earlier request of the same numbers, gives it."""
+    known = {entry.path: entry for entry in EntryTable(library, skip_damaged=True).entries}
+    asked: set[str] = set()
+    for request in wanted:
+        member_family, params = family_of(request), params_of(request)
+        asset_id = Identity(Producer.FAMILY, params.digest).asset_id(member_family.name)
+        folder = library.folder(member_family.name, asset_id)
+        entry = known.get(folder.relative_to(library.root).as_posix())
+        is_there = entry is not None and entry.is_whole and entry.cache_key == _entry_key(member_family, params, drawn)
+        kept = FamilyResult(request, asset_id, str(folder), is_kept=True) if is_there or asset_id in asked else None
+        asked.add(asset_id)
+        yield request, kept
 
 
 def warm() -> None:
@@ -276,3 +337,12 @@ def warm() -> None:
     registry.load()
     usd.load_rules()
     available_finishes()
+    object_names()
+    # Keys of the code that builds, paints, writes and checks: reading all of it takes seconds.
+    for form in FORMS:
+        _code_key("", form)
+    finishes_key(skins())
+    versions_of(WRITING)
+    key_of(complete)
+    _writing_key()
+    importlib.import_module(TABLE)

@@ -19,10 +19,9 @@ from casa_assets.model.issue import Decision, Report
 from casa_assets.pipeline import clip
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
-from casa_assets.pipeline.ingest import refused_rows, unreadable_inputs
+from casa_assets.pipeline.ingest import unreadable_inputs
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs, has_changed_since
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import (
@@ -42,11 +41,11 @@ from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.ingest.survey_table import SurveyTable, without_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
+from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_files import picture_of
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.resume import cached_outcome
-from casa_assets.pipeline.reports import attribution, index
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Pool
@@ -63,8 +62,6 @@ FAILURE_CODES = {
     "stuck": "RUN008",
 }
 DUPLICATE_CODE = "RUN006"
-# What `write_reports` writes, and what it reads beside the entries.
-DERIVED = (index.NAME, attribution.NAME, review.NAME, library_report.NAME, f"{disk.REJECTED}/{refused_rows.NAME}")
 
 
 @dataclass(frozen=True)
@@ -251,26 +248,6 @@ def _ingest(
 
 def _is_redone(entry: Entry | None, codes: Set[str]) -> bool:
     return entry is not None and not codes.isdisjoint((entry.code, *entry.to_decide))
-
-
-def write_reports(library: disk.Library, weights: str = "", table: EntryTable | None = None) -> None:
-    """Rewrite what is derived from the entries: the index, the attribution file, and what is said of them together.
-
-    Where all of it stands as it was written for the same entries it stays.
-
-    Args:
-        table: the entries as they were before the run; None: they are read.
-    """
-    if table is None or not table.is_current():
-        table = EntryTable(library)
-    made_by = digest_of(key_of(write_reports), weights)
-    if table.has_reports(made_by, DERIVED):
-        return
-    index.rebuild(library, table.entries)
-    attribution.write(library, table.entries)
-    review.write(library, table.entries)
-    library_report.compare_library(library, table, clip.load_clip(weights) if weights else None)
-    table.keep_reports(made_by, DERIVED)
 
 
 def inputs_with_mesh(

@@ -9,7 +9,7 @@ enough to find all that a producer ever made from an input, under whatever categ
     microwave_0c6e21fa83                a family: the first 10 hex digits of the digest of its numbers
 
 The digits are those of the input, and not of a digest over producer and input, so that anyone can find a file's assets
-by its sha256, and the split into train and test can be told from an id (see `model.asset.provenance.split_of`).
+by its sha256, and the split of what was ingested can be told from an id (see `model.asset.provenance.split_of`).
 """
 
 from __future__ import annotations

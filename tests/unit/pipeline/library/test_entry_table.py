@@ -19,9 +19,9 @@ from casa_assets.model.issue import CheckResult, Status, tally
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.entries import read_rows
 from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs
-from casa_assets.pipeline.ingest.run import write_reports
 from casa_assets.pipeline.library import entry_table
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.entry_table import NAME, EntryTable
 from casa_assets.pipeline.reports.entry import entries
