@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.table import assets, filters, formats, kitchens, libraries, motion, scenes
+from casa_assets.checks.table import assets, filters, formats, kitchens, libraries, motion, objects, scenes
 
 TABLE: tuple[Check, ...] = (
     *assets.ROWS,
     *motion.ROWS,
     *formats.ROWS,
     *filters.ROWS,
+    *objects.ROWS,
     *libraries.ROWS,
     *scenes.ROWS,
     *kitchens.ROWS,

@@ -26,6 +26,7 @@ from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.families.finishes import available_finishes, finishes, finishes_key
 from casa_assets.pipeline.families.loose_objects import complete
+from casa_assets.pipeline.families.member_checks import check_member
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import (
@@ -226,6 +227,8 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     report = Report(subject=asset.id)
     if checked:
         report = check_package(asset, staged, category_of_family(member_family))
+        if request.is_object:
+            report = report + check_member(asset, category_of_family(member_family), library.cache)
     checked_at = time.perf_counter()
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(member_family.name, asset.id)
@@ -262,7 +265,7 @@ def _entry_key(member_family: Family[Any], params: Params, drawn: bool) -> str:
 
 @cache
 def _writing_key() -> str:
-    return key_of(write_package, check_package, certificate)
+    return key_of(write_package, check_package, check_member, certificate)
 
 
 def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:

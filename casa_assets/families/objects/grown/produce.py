@@ -113,8 +113,17 @@ def build(builder: AssetBuilder, p: Produce) -> None:
 
 
 def _laid(points: Floats, p: Produce) -> Floats:
-    """Points as they rest: upright, or the axis along x and the bend level."""
-    return points[:, [2, 0, 1]] if p.rest is Rest.LIES else points
+    """Points as they rest: upright, or from end to end along x and the bend level."""
+    if p.rest is not Rest.LIES:
+        return points
+    laid = points[:, [2, 0, 1]]
+    if abs(p.bend) < 1e-6:
+        return laid
+    # The line between the ends of what is straight up to `bend_start` and a part of a circle from there on.
+    radius = (1.0 - p.bend_start) / p.bend
+    ends = p.bend_start + radius * math.sin(p.bend), radius * (1.0 - math.cos(p.bend))
+    along, across = np.array(ends) / math.hypot(*ends)
+    return laid @ np.array([[along, -across, 0.0], [across, along, 0.0], [0.0, 0.0, 1.0]])
 
 
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:

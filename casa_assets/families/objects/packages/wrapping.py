@@ -97,8 +97,11 @@ def round_sides(count: int) -> Outline:
     turns = np.pi / 2 + np.arange(count) * 2 * np.pi / count
     bent = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     edges = np.linspace(0.0, 1.0, count + 1)
-    pieces = np.stack([np.stack([edges[:-1], edges[1:]], 1)] * 2, 1)
-    return Outline(bent, bent, pieces)
+    around = np.stack([edges[:-1], edges[1:]], 1)
+    # Round a thing from its left to its right is down in a picture that runs along it, whose middle is at the back: what
+    # is laid along has that side up.
+    across = np.where(np.arange(count)[:, None] < count // 2, 0.5, 1.5) - around
+    return Outline(bent, bent, np.stack([around, across], 1))
 
 
 def two_sheets(count: int) -> tuple[Floats, Floats, Floats]:

@@ -15,6 +15,7 @@ import numpy as np
 from PIL import Image, ImageChops, ImageDraw, ImageFont
 from pydantic import Field, model_validator
 
+from casa_assets.core.color import linear_from_srgb_array
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.finish import HexColor
 from casa_assets.textures.canvas import Canvas, Layers, Share, rgb
@@ -23,8 +24,10 @@ from casa_assets.textures.kinds.objects.motifs import MOTIFS, Pen, star
 
 # Letters are drawn this many pixels high and then fitted; a picture is drawn this many times larger than it is kept.
 LETTER_PX, FINER = 96, 3
-# A colour for letters differs in lightness from what lies below it by at least this.
-MIN_CONTRAST = 0.32
+# A colour for letters differs in lightness from what lies below it by at least this, and has at least this contrast
+# ratio to it: somewhat more than the 3 of large print, as thin letters lose some. Ref: WCAG 2.1, criterion 1.4.3.
+MIN_CONTRAST, MIN_RATIO = 0.32, 3.4
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear sRGB. Ref: ITU-R BT.709.
 WHITE, BLACK = "#fbf9f4", "#211d1b"
 WORDS_OF_SMALL_PRINT = (
     "Ingredients Keep cool and dry Best before see base Shake well Store upright Once open use within days"
@@ -106,7 +109,7 @@ class Label(Record):
     motif: Id | None = None
     motif_colors: tuple[HexColor, ...] = ()
     motif_size: Annotated[float, Field(ge=0.3, le=2)] = 1.0
-    front: Annotated[float, Field(ge=0.15, le=1)] = 0.4
+    front: Annotated[float, Field(ge=0.15, le=1)] = 0.36
     side: Annotated[float, Field(ge=0, le=0.4)] = 0.0
     twice: bool = False
     back: bool = True
@@ -162,19 +165,13 @@ class Area:
 def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one label."""
     rows, columns = canvas.size_px
-    image = Image.new("RGB", (FINER * columns, FINER * rows), p.ground[0])
-    wide, high = image.size
-    inside = Area(0.0, p.upper * high, wide, (1.0 - p.upper - p.lower) * high)
-    _strew(image, p, inside)
-    painter = LAYOUTS[p.layout]
-    face = Area((0.5 - p.front / 2) * wide, inside.y, p.front * wide, inside.height)
-    painter.round_it(image, p, inside, face)
-    painter.face(image, p, face)
+    image, inside, face = front(p, canvas.size_px)
+    wide = image.width
     others = (1.0 - p.front - 2 * p.side) * wide
     if p.twice:
         image = ImageChops.offset(image, wide // 2, 0)
         wiped = replace(face, width=min(face.width, others), x=(wide - min(face.width, others)) / 2)
-        painter.face(image, p, wiped)
+        LAYOUTS[p.layout].face(image, p, wiped)
         image = ImageChops.offset(image, wide - wide // 2, 0)
     if p.back:
         image = _backs(image, p, inside, rng, others)
@@ -189,6 +186,26 @@ def paint(p: Label, canvas: Canvas, rng: np.random.Generator) -> Layers:
     return Layers.of(albedo, flat, p.roughness + 0.015 * cloud, p.metallic)
 
 
+def front(p: Label, size_px: tuple[int, int]) -> tuple[Image.Image, Area, Area]:
+    """What runs round a package and stands on its front, before it is made smaller.
+
+    Args:
+        size_px: (H, W) of the picture that is kept.
+    Returns:
+        The picture, `FINER` times as large; what is printed of it; its front.
+    """
+    rows, columns = size_px
+    image = Image.new("RGB", (FINER * columns, FINER * rows), p.ground[0])
+    wide, high = image.size
+    inside = Area(0.0, p.upper * high, wide, (1.0 - p.upper - p.lower) * high)
+    _strew(image, p, inside)
+    painter = LAYOUTS[p.layout]
+    face = Area((0.5 - p.front / 2) * wide, inside.y, p.front * wide, inside.height)
+    painter.round_it(image, p, inside, face)
+    painter.face(image, p, face)
+    return image, inside, face
+
+
 # Colours and letters --------------------------------------------------------------------------------------------------
 
 
@@ -199,9 +216,15 @@ def _lightness(color: str) -> float:
 def _seen_on(ground: str, *wanted: str) -> str:
     """The first of the colours that is seen on a ground, else white or black."""
     for color in wanted:
-        if abs(_lightness(color) - _lightness(ground)) >= MIN_CONTRAST:
+        if abs(_lightness(color) - _lightness(ground)) >= MIN_CONTRAST and _ratio(color, ground) >= MIN_RATIO:
             return color
-    return WHITE if _lightness(ground) < 0.55 else BLACK
+    return max(WHITE, BLACK, key=lambda color: _ratio(color, ground))
+
+
+def _ratio(one: str, other: str) -> float:
+    """Contrast ratio of two colours, 1..21."""
+    light = sorted(float(linear_from_srgb_array(rgb(c)) @ LUMINANCE) + 0.05 for c in (one, other))
+    return light[1] / light[0]
 
 
 def letters(text: str, lettering: Lettering = Lettering.PLAIN) -> Image.Image:
@@ -594,6 +617,9 @@ def _stripes(image: Image.Image, p: Label, face: Area) -> None:
 
 
 def _minimal(image: Image.Image, p: Label, face: Area) -> None:
+    if p.motif is None and not p.words:
+        _brand(image, p, face.part(0.33, 0.42, 0.67, 0.58), _cleared(image, p, face.part(0.25, 0.37, 0.75, 0.63)))
+        return
     ground = _cleared(image, p, face.part(0.05, 0.05, 0.95, 0.95))
     draw = ImageDraw.Draw(image)
     _motif(image, p, face.part(0.2, 0.1, 0.8, 0.5), ground)

@@ -1,0 +1,28 @@
+"""Find members whose sides are not those of their category (OBJ001)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from casa_assets.checks.check import Measurement, largest
+from casa_assets.checks.objects.member import ObjectMember
+
+SIDES = ("shortest", "middle", "longest")
+
+
+def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
+    """OBJ001: factor between a side and the nearer end of what is usual for it, the worst of three; below 1 inside.
+
+    Sides are told by their length, since many things rest in more than one way.
+    """
+    ranges = member.category.extents
+    sides = np.sort(np.ptp(member.asset.bounds, axis=0))
+    lows, highs = (np.sort([getattr(side, end) for side in ranges]) for end in ("low", "high"))
+    factors, problems = [], []
+    for name, side, low, high in zip(SIDES, sides.tolist(), lows.tolist(), highs.tolist(), strict=True):
+        factor = max(low / side, side / high)
+        factors.append(factor)
+        if factor > limit:
+            usual = f"{100 * low:.3g} to {100 * high:.3g} cm are usual for a {member.category.id}"
+            problems.append(("bounds", f"its {name} side is {100 * side:.3g} cm; {usual}; change the numbers it is of"))
+    return largest(factors, problems, "it has no sides")

@@ -1,0 +1,27 @@
+"""Checks of objects out of numbers: of each member of a category, and of all members together."""
+
+from __future__ import annotations
+
+from casa_assets.checks.check import Check
+from casa_assets.checks.objects import legibility, proportions
+from casa_assets.checks.objects.member import ObjectMember
+from casa_assets.model.issue import Severity
+
+ERROR, WARNING = Severity.ERROR, Severity.WARNING
+
+# fmt: off
+ROWS: tuple[Check, ...] = (
+    Check("OBJ001", "Sides of the category", ERROR, ObjectMember, proportions.sides_fit_category, "side_slack", "",
+          "Each of the three sides is within a factor {limit:g} of the range that is usual for the category; change "
+          "the numbers that the member is drawn from, or the range where it is wrong."),
+    Check("OBJ002", "Letters at 20 cm", ERROR, ObjectMember, legibility.letters_are_large, "letter_seen_px", "px",
+          "The brand and the first word on a label are at least {limit:g} pixels high for a camera of 640 pixels and "
+          "60 degrees at 20 cm, face it and are not mirrored; enlarge the letters."),
+    Check("OBJ003", "Letters in the picture", ERROR, ObjectMember, legibility.letters_are_resolved, "letter_px", "px",
+          "The brand and the first word are at least {limit:g} pixels high in the picture that is laid on; enlarge the "
+          "letters, or shorten the line."),
+    Check("OBJ004", "Letters on their ground", ERROR, ObjectMember, legibility.letters_stand_out, "letter_contrast", "",
+          "The contrast ratio of the brand and the first word to what is around them is at least {limit:g}; change one "
+          "of the two colours."),
+)
+# fmt: on

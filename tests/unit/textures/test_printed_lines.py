@@ -1,0 +1,50 @@
+"""Where the brand and the first word of a label stand in its picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from PIL import Image
+
+from casa_assets.textures.canvas import rgb
+from casa_assets.textures.kinds.objects.label import Label, Layout, Lettering, front
+from casa_assets.textures.kinds.objects.printed_lines import lines_in_picture
+
+SIZE = (120, 240)
+INK, ACCENT = "#101010", "#c02020"
+PLAIN = Label(brand="Acme", words=("SOUP", "400 g"), layout=Layout.MINIMAL, ground=("#ffffff",), ink=INK, accent=ACCENT)
+
+
+def picture(p: Label) -> np.ndarray:
+    """(H, W, 3) of the front of a label, 0..1."""
+    return np.asarray(front(p, SIZE)[0].resize(SIZE[::-1], Image.Resampling.BOX)) / 255.0
+
+
+def test_lines_lie_where_their_colour_is_seen() -> None:
+    brand, word = lines_in_picture(PLAIN, SIZE)
+    assert (brand.text, word.text) == ("Acme", "SOUP")
+    seen = picture(PLAIN)
+    for line, color in ((brand, ACCENT), (word, INK)):
+        inside = line.cover > 0.95
+        assert inside.any()
+        assert np.abs(seen[inside] - rgb(color)).max() < 0.2
+    # The brand stands above the word, and neither covers the other.
+    rows = [np.flatnonzero((line.cover > 0.5).any(axis=1)) for line in (brand, word)]
+    assert rows[0].max() < rows[1].min()
+
+
+def test_an_outline_is_no_letter() -> None:
+    outlined = PLAIN.replace(lettering=Lettering.OUTLINED, brand_ink=ACCENT)
+    brand = lines_in_picture(outlined, SIZE)[0]
+    inside = brand.cover > 0.95
+    assert np.abs(picture(outlined)[inside] - rgb(ACCENT)).max() < 0.2
+
+
+def test_a_line_of_the_colour_of_its_ground_is_not_there() -> None:
+    """Letters that would not be seen turn dark; on a ground of two colours some of them may be lost all the same."""
+    lost = lines_in_picture(PLAIN.replace(brand=" "), SIZE)[0]
+    assert not lost.cover.any()
+
+
+def test_upright_labels_run_upwards() -> None:
+    assert [line.runs_upwards for line in lines_in_picture(PLAIN.replace(layout=Layout.UPRIGHT), SIZE)] == [True, True]
+    assert [line.runs_upwards for line in lines_in_picture(PLAIN, SIZE)] == [False, False]
