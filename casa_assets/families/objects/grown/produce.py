@@ -123,7 +123,8 @@ def _laid(points: Floats, p: Produce) -> Floats:
     radius = (1.0 - p.bend_start) / p.bend
     ends = p.bend_start + radius * math.sin(p.bend), radius * (1.0 - math.cos(p.bend))
     along, across = np.array(ends) / math.hypot(*ends)
-    return laid @ np.array([[along, -across, 0.0], [across, along, 0.0], [0.0, 0.0, 1.0]])
+    turned_back: Floats = laid @ np.array([[along, -across, 0.0], [across, along, 0.0], [0.0, 0.0, 1.0]])
+    return turned_back
 
 
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
