@@ -159,6 +159,7 @@ def _row(asset: Asset, category: Category, path: str, split: Split) -> dict[str,
     return {
         "id": asset.id,
         "category": asset.labels.category,
+        "portion": "whole" if asset.labels.portion is None else asset.labels.portion.value,
         "model": path,
         "split": split.value,
         "sha256": origin.sha256,

@@ -220,6 +220,8 @@ def read_categories(
                 row[field] = read_span(row[field], document, (name, field))
         if isinstance(row, dict) and isinstance(row.get("size_m"), list):
             row["size_m"] = [read_span(span, document, (name, "size_m", i)) for i, span in enumerate(row["size_m"])]
+        if isinstance(row, dict) and isinstance(row.get("portions"), dict):
+            row["portions"] = _read_portions(row["portions"], document, (name, "portions"))
         if isinstance(row, dict) and str(row.get("parent")) in classes:
             row.setdefault("qcode", inherited_q_code(classes[row["parent"]].qcode))
         elif isinstance(row, dict) and "parent" in row:
@@ -230,6 +232,16 @@ def read_categories(
         if min(found.shape) <= 0 or max(found.shape) != 1:
             raise document.fault((name, "shape"), "extents in 0..1, the largest 1", repr(found.shape))
     return categories
+
+
+def _read_portions(stated: Mapping[str, Any], document: Document, path: KeyPath) -> dict[str, Any]:
+    """The ranges of portions, each a list of three."""
+    return {
+        portion: {field: read_span(span, document, (*path, portion, field)) for field, span in ranges.items()}
+        if isinstance(ranges, dict)
+        else ranges
+        for portion, ranges in stated.items()
+    }
 
 
 def read_materials(document: Document, substances: Mapping[str, Substance]) -> dict[str, Plain]:

@@ -22,7 +22,7 @@ from casa_assets.checks.package.facts import (
 TEXT_CELLS = ("parent", "colliders")
 # Cells of a body in metres.
 LENGTH_CELLS = ("position", "center_of_mass", "lower", "upper")
-PROGRAM_TEXT_CELLS = ("classes", "labels", "grips", "behind", "contract", "behavior")
+PROGRAM_TEXT_CELLS = ("classes", "portion", "labels", "grips", "behind", "contract", "behavior")
 Row = TypeVar("Row", BodyFacts, PlaceFacts, VisualFacts, PoseFacts)
 
 

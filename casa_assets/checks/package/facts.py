@@ -112,7 +112,7 @@ class ProgramTexts(Record):
     """Texts of a file for programs that read names.
 
     Attributes:
-        classes: semantic labels from the category upwards.
+        classes: semantic labels from the category upwards. portion: what is left of a thing that was cut, or empty.
         labels: (visual or collider, what part it is), sorted.
         grips: (joint, collider that a hand takes), sorted. behind: (joint, joint that has to be open), sorted.
         states: sorted by name.
@@ -121,6 +121,7 @@ class ProgramTexts(Record):
     """
 
     classes: tuple[str, ...]
+    portion: str = ""
     labels: tuple[tuple[str, str], ...] = ()
     grips: tuple[tuple[str, str], ...] = ()
     behind: tuple[tuple[str, str], ...] = ()

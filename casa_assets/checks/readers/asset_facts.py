@@ -160,6 +160,7 @@ def _words(asset: Asset) -> ProgramTexts:
     states = [StateFacts(name=s.name, joint=s.joint, value=s.value, interval=s.interval) for s in asset.states]
     return ProgramTexts(
         classes=asset.labels.classes,
+        portion=asset.labels.portion or "",
         labels=tuple(sorted((name, label) for name, label in shapes if label is not None)),
         grips=tuple(sorted((j.name, j.grip) for j in asset.joints if j.grip is not None)),
         behind=tuple(sorted((j.name, j.behind) for j in asset.joints if j.behind is not None)),

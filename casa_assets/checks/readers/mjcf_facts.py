@@ -48,6 +48,7 @@ def words(texts: dict[str, str], geoms: set[str], joints: set[str]) -> ProgramTe
     behind = [(joint, name) for joint, name in _after("behind__", texts) if joint in joints and name in joints]
     return ProgramTexts(
         classes=tuple(texts.get("class", "").split()),
+        portion=texts.get("portion", ""),
         labels=tuple(sorted(labels)),
         grips=tuple(sorted(grips)),
         behind=tuple(sorted(behind)),

@@ -387,6 +387,7 @@ def _words(aside: Json) -> ProgramTexts:
     behavior = aside["behavior"]
     return ProgramTexts(
         classes=tuple(aside["classes"]),
+        portion=aside.get("portion", ""),
         labels=tuple(sorted((name, said["label"]) for name, said in shapes.items() if said["label"])),
         grips=_pairs(joints, lambda said: said["grip"]),
         behind=_pairs(joints, lambda said: said["behind"]),

@@ -30,6 +30,7 @@ def words_below(root: Usd.Prim) -> ProgramTexts:
     behavior = _text(root, "casa:behavior")
     return ProgramTexts(
         classes=_labels(root, "class"),
+        portion=" ".join(_labels(root, "portion")),
         labels=tuple(
             sorted((p.GetName(), label) for p in prims if p.IsA(UsdGeom.Gprim) for label in _labels(p, "part"))
         ),

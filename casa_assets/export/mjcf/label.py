@@ -20,7 +20,7 @@ def add_all(root: etree._Element, asset: Asset) -> None:
 def texts(asset: Asset, prefix: str = "") -> dict[str, str]:
     """Texts that a model carries, by name.
 
-    Always `base`, `class` (from the category upwards) and `qcode`; where the asset has them `contract`,
+    Always `base`, `class` (from the category upwards) and `qcode`; where the asset has them `portion`, `contract`,
     `state__<name>`, `label__<label>` (names of geoms), `grip__<joint>` (name of a geom), `behind__<joint>` (name of a
     joint) and `behavior` (JSON).
 
@@ -32,6 +32,8 @@ def texts(asset: Asset, prefix: str = "") -> dict[str, str]:
         "class": " ".join(asset.labels.classes),
         "qcode": asset.labels.qcode.id,
     }
+    if asset.labels.portion is not None:
+        found["portion"] = asset.labels.portion.value
     for state in asset.states:
         found[f"state__{state.name}"] = f"{prefix}{state.joint} {state.value} {number.numbers(state.interval)}"
     if asset.contract is not None:

@@ -26,6 +26,7 @@ def facts_beside(asset: Asset, urdf: str) -> dict[str, Any]:
     Args:
         urdf: name of the URDF file.
     """
+    portion = asset.labels.portion
     return {
         "schema_version": SCHEMA_VERSION,
         "id": asset.id,
@@ -34,6 +35,7 @@ def facts_beside(asset: Asset, urdf: str) -> dict[str, Any]:
         "asset_from_root": pose(asset.root.pose),
         "classes": list(asset.labels.classes),
         "contract": asset.contract or "",
+        **({} if portion is None else {"portion": portion.value}),
         "joints": {joint.name: _joint(joint) for joint in asset.joints},
         "colliders": _colliders(asset),
         "visuals": {v.name: {"label": v.label} for link in asset.links for v in link.visuals},

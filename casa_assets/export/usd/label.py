@@ -19,9 +19,11 @@ def attach(prim: Usd.Prim, taxonomy: str, labels: Sequence[str]) -> None:
 
 
 def attach_all(root: Usd.Prim, asset: Asset) -> None:
-    """Classes from the category upwards, and the Wikidata item."""
+    """Classes from the category upwards, the Wikidata item, and what portion of a thing it is."""
     attach(root, "class", asset.labels.classes)
     attach(root, "wikidata_qcode", [asset.labels.qcode.id])
+    if asset.labels.portion is not None:
+        attach(root, "portion", [asset.labels.portion.value])
 
 
 def define_behavior(stage: Usd.Stage, root: Usd.Prim, asset: Asset) -> None:

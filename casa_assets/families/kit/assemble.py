@@ -51,7 +51,7 @@ def assemble(builder: AssetBuilder, family: str, params: Params) -> Asset:
         contract=builder.contract,
         materials=tuple(finishes[name].material for name in sorted({v.material for k in links for v in k.visuals})),
         substances=tuple(substances[name] for name in sorted({c.substance for k in links for c in k.colliders})),
-        labels=builder.supplies.labels,
+        labels=builder.supplies.labels.replace(portion=builder.portion),
         provenance=Provenance(
             source="family",
             path=family,

@@ -14,6 +14,7 @@ from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.asset.asset import Base, Collider, JointKind, JointValue, Keyframe, Region, Site, State
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
+from casa_assets.model.registry.category import Portion
 
 ROOT = "object"
 
@@ -78,6 +79,7 @@ class AssetBuilder:
         self.keyframes: list[Keyframe] = []
         self.behavior = BehaviorBuilder()
         self.contract: str | None = None
+        self.portion: Portion | None = None
 
     # Links and parts ------------------------------------------------------------------------------------------------
 

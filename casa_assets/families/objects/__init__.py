@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from casa_assets.families.objects.containers import container
-from casa_assets.families.objects.food import dough, slab, stacked
+from casa_assets.families.objects.food import crustacean, dough, slab, stacked
 from casa_assets.families.objects.grown import cluster, produce
 from casa_assets.families.objects.packages import block, package
 from casa_assets.families.objects.tools import utensil
@@ -20,6 +20,7 @@ FORMS: dict[str, ParametricModel[Any]] = {
         container.FORM,
         produce.FORM,
         slab.FORM,
+        crustacean.FORM,
         stacked.FORM,
         utensil.FORM,
         vessel.FORM,

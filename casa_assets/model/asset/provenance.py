@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from casa_assets.model.record import Id, Record, Sha256, without_blanks
-from casa_assets.model.registry.category import QCode
+from casa_assets.model.registry.category import Portion, QCode
 
 Confidence = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -41,12 +41,18 @@ class Labels(Record):
         qcode: Wikidata item and how sure we are of it.
         split: `split_of` its input, or of an object out of numbers its shape, so that two that differ in colour alone
             are on one side; None for fixtures and articulation.
+        portion: what is left of a thing that was cut; None for a whole one.
     """
 
     category: Id
     classes: tuple[Id, ...]
     qcode: QCode
     split: Split | None = None
+    portion: Portion | None = None
+
+    @model_serializer(mode="wrap")
+    def _without_blanks(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        return without_blanks(handler(self), ("portion",))
 
 
 # Subject of the guess on an asset that probably has moving parts, none of which was found.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated, Self
 
@@ -90,6 +91,15 @@ class ObjectType(StrEnum):
     VEGETABLE = "vegetable"
 
 
+class Portion(StrEnum):
+    """What is left of a thing that was cut; a closed set."""
+
+    HALF = "half"  # one of two about equal parts, cut along or across
+    WEDGE = "wedge"  # what lies between two cuts through the middle
+    SLICE = "slice"  # what lies between two cuts side by side, or several of these on one another
+    PIECE = "piece"  # any other part, such as a loaf of which the end is cut off
+
+
 class NumberBasis(StrEnum):
     """Source of the numbers of a row."""
 
@@ -139,6 +149,17 @@ class SizeRange(Record):
         return SizeRange(low=self.low * factor, typical=self.typical * factor, high=self.high * factor)
 
 
+class PortionRange(Record):
+    """Size and mass of a portion of a thing, where they are not those of a whole one.
+
+    Attributes:
+        longest_m: longest side of its bounding box, metres. mass_kg: kg.
+    """
+
+    longest_m: SizeRange
+    mass_kg: SizeRange
+
+
 class Category(Record):
     """A kind of kitchen object.
 
@@ -161,6 +182,7 @@ class Category(Record):
         lvis: names that LVIS, and so Objaverse's annotations, have for it.
         prompts: noun phrases for a model that compares pictures with words; where there are none, see `phrases`.
         basis: where its numbers come from.
+        portions: size and mass of what is cut of it; of a portion that is not named they are those of a whole one.
     """
 
     id: Id
@@ -182,6 +204,7 @@ class Category(Record):
     lvis: tuple[str, ...] = ()
     prompts: tuple[str, ...] = ()
     basis: CategoryBases = CategoryBases()
+    portions: Mapping[Portion, PortionRange] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
@@ -208,6 +231,11 @@ class Category(Record):
         """Noun phrases for it, such as `a coffee mug`."""
         name = self.id.replace("_", " ")
         return self.prompts or (f"{'an' if name[0] in 'aeiou' else 'a'} {name}",)
+
+    def usual(self, portion: Portion | None) -> PortionRange:
+        """Size and mass of a portion; None is a whole one."""
+        whole = PortionRange(longest_m=self.longest_m, mass_kg=self.mass_kg)
+        return whole if portion is None else self.portions.get(portion, whole)
 
     def can(self, use: Affordance) -> bool:
         """True if `use` is among the affordances."""

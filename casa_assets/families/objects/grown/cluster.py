@@ -1,4 +1,4 @@
-"""Fruit and vegetables of many small bodies: grapes, berries, heads of florets, bracts, roots with knobs, bundles."""
+"""Fruit and vegetables of many small bodies: grapes, berries, florets, bracts, roots with knobs, bundles, stalks."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate
-from casa_assets.families.kit.solids.sweep import tube
+from casa_assets.families.kit.solids.sweep import circle, tube
 from casa_assets.families.objects.closed_surface import bumped, smooth_profile, turned
+from casa_assets.families.objects.food.bodies import capped_rings
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.families.parts.decor.leaves import golden_angles, leaf
 from casa_assets.model.asset.asset import Base
@@ -36,6 +37,7 @@ class Build(StrEnum):
     BRACTS = "bracts"  # pointed leaves over a bud, in spirals
     KNOBS = "knobs"  # a root that lies, with knobs that leave it
     BUNDLE = "bundle"  # long bodies side by side
+    STALKS = "stalks"  # ribbed channels that leave a common foot, along x, with leaves at their ends
 
 
 class Cluster(Params):
@@ -45,7 +47,7 @@ class Cluster(Params):
         build: how they lie. length, width: of the whole, without stem and leaves. count: of the small bodies.
         piece, piece_length: diameter and length of one. profile: of one in a bundle, (radius, height) by the largest.
         bumps: unevenness of one, by its radius. stem, stem_radius: length and radius of the stalk that carries them.
-        leaves, leaf_length, leaf_width: round the lower end.
+        leaves, leaf_length, leaf_width: round the lower end; of stalks, at the end of each.
         density: kg/m^3 of the small bodies, None for that of their finish. seed: of what is random.
         skin, stem_finish, leaf_finish: finishes; skin is a picture for each small body.
     """
@@ -218,14 +220,67 @@ def _bundle(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
 
 
 def _leaves(p: Cluster, rng: np.random.Generator) -> list[Solid]:
-    """Leaves that stand up round the lower end."""
+    """Leaves that stand up round the lower end, or of stalks lie about their ends."""
     out = []
+    if p.build is Build.STALKS:
+        for k in range(p.leaves):
+            size, turn = float(rng.uniform(0.7, 1.15)), float(rng.uniform(0.0, 2 * math.pi))
+            blade = leaf(p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.25, tip=0.7, thickness=0.0015, steps=4)
+            blade = blade.rotated("z", -math.pi / 2 + float(rng.uniform(-0.6, 0.6)))
+            away = 0.35 * (p.width if p.count > 1 else p.piece) * float(rng.uniform(0.2, 1.0))
+            x = p.length * (0.9 + 0.16 * k / p.leaves) + float(rng.uniform(-0.01, 0.01))
+            out.append(blade.rotated("x", turn).translated(x, away * math.cos(turn), away * math.sin(turn)))
+        return out
     for angle in golden_angles(p.leaves):
         size = float(rng.uniform(0.85, 1.1))
         blade = leaf(p.leaf_length * size, p.leaf_width * size, droop=-0.5, fold=0.5, tip=0.5, thickness=0.003)
         blade = blade.rotated("x", 0.75 + float(rng.uniform(-0.12, 0.12)))
         out.append(blade.translated(y=0.3 * p.width, z=0.4 * p.stem).rotated("z", angle))
     return out
+
+
+def _stalks(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
+    """Channels in rings round the x axis, the hollow side inwards; each has twigs that carry its leaves."""
+    out, twigs = [], []
+    for k in range(p.count):
+        inner = k >= 6
+        turn = 2 * math.pi * k / min(p.count, 6) + (0.5 if inner else 0.0) + float(rng.uniform(-0.15, 0.15))
+        size, long = float(rng.uniform(0.85, 1.1)) * (0.75 if inner else 1.0), float(rng.uniform(0.85, 1.0)) * p.length
+        reach = 0.0 if p.count == 1 else (0.25 if inner else 0.5) * (p.width - p.piece)
+        # A stalk of its own lies on its back.
+        turn = -math.pi / 2 if p.count == 1 else turn
+        out.append(_stalk(p, long, size, reach).rotated("x", turn - math.pi / 2))
+        end = np.array([long, 0.0, reach + 0.1 * p.piece])
+        for _ in range(2 if p.leaves else 0):
+            way = np.array([1.0, float(rng.uniform(-0.35, 0.35)), float(rng.uniform(-0.05, 0.3))]) * 0.6 * p.leaf_length
+            path = [tuple(float(v) for v in at) for at in (end - 0.2 * way, end + 0.5 * way, end + way)]
+            twig = tube([(x, y, z) for x, y, z in path], circle(0.13 * p.piece * size, 6))
+            twigs.append(twig.rotated("x", turn - math.pi / 2))
+    return out, twigs
+
+
+def _stalk(p: Cluster, long: float, size: float, reach: float) -> Solid:
+    """One channel along x, its hollow side down, at a distance above the x axis."""
+    across = np.linspace(-1.0, 1.0, 9)
+    rib = 0.04 * (np.arange(9) % 2)
+    outer = np.column_stack([0.5 * across, 0.34 * (1 - across**2) + rib])
+    inner = np.column_stack([0.36 * across[::-1], 0.2 * (1 - across[::-1] ** 2) - 0.12])
+    section = np.concatenate([outer, inner]) * p.piece * size
+    rings = []
+    for t in np.linspace(0.0, 1.0, 11):
+        # Broad and flat at the foot, narrow and high at the leaves.
+        wide, high = 1.0 - 0.62 * t**0.8, 1.0 - 0.35 * t
+        bow = reach * (0.72 + 0.5 * t + 0.3 * math.sin(math.pi * t))
+        points = section * (wide, high)
+        rings.append(np.column_stack([np.full(len(points), t * long), points[:, 0], points[:, 1] + bow]))
+    n = len(section)
+    ends = [rings[0].mean(axis=0, keepdims=True), rings[-1].mean(axis=0, keepdims=True)]
+    points = np.concatenate([ends[0], *rings, ends[1]])
+    place = np.concatenate([[0.0], np.repeat(np.linspace(0.0, 1.0, len(rings)), n), [1.0]])
+    around = np.concatenate([[0.5], np.tile(np.linspace(0.0, 1.0, n), len(rings)), [0.5]])
+    faces = capped_rings(n, len(rings))
+    uv = np.column_stack([around, place])[faces]
+    return Solid(points, faces, crease_deg=50.0, picture_uv=uv).oriented_outwards()
 
 
 _BUILDS = {
@@ -235,5 +290,6 @@ _BUILDS = {
     Build.BRACTS: _bracts,
     Build.KNOBS: _knobs,
     Build.BUNDLE: _bundle,
+    Build.STALKS: _stalks,
 }
 FORM = ParametricModel("cluster", Cluster, build, base=Base.FREE)

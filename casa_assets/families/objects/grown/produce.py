@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
@@ -16,10 +16,13 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned, wrapped
+from casa_assets.families.objects.grown.head_leaves import head_leaves
+from casa_assets.families.objects.grown.portion import Cutting, Face, portion_of
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.families.parts.decor.leaves import golden_angles, leaf
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
+from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -47,12 +50,21 @@ class Produce(Params):
         lobes, lobe_depth, lobe_sharp: furrows round the axis, depth by the radius. bumps: unevenness, by the radius.
             waves: of the bumps, over the length. bend: rad, from bend_start of the length on.
         stem, stem_radius: of a stalk out of the upper end; 0 for none. stem_at: where it starts, by the length.
-        wraps, wrap_depth: leaves that lie round it, and how far they stand out, by the distance from its middle.
+        wraps, wrap_depth: leaves that lie round it, and how far they stand out, by the distance from its middle. With a
+            wrap_skin they are sheets, else steps in the body; wrap_reach, wrap_ruffle: how far along the profile they
+            reach, and how far their rims rise and fall by the radius.
         leaves, leaf_length, leaf_width, leaf_rise: round the upper end; rise is how steep they stand, rad, and
             leaf_spread how much steeper the last of them stands than the first.
         flesh: share of its volume that is flesh; the rest is air.
         rest: how it lies. seed: of what is random in its form.
         skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
+        portion: what is left where it was cut, None for a whole one. face: where its cut face looks.
+        crosswise: a half is cut across its axis. cut_at: where a half, piece or slice is cut across, by the length.
+        thick: of a slice. slant: how far it is from square, rad. angle: of a wedge, rad.
+        section: picture of the cut faces. heart: about where it lies on those along the axis, by the length.
+        hollow: size of a hollow inside by that of the body. lining: finish in it; None for the section's.
+        stone, stone_long: width of a stone or heart of seeds that shows at the heart of a half, 0 for none, and its
+            length by that. stone_finish: its finish.
     """
 
     profile: Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=16)]
@@ -71,6 +83,9 @@ class Produce(Params):
     stem_at: Share = 1.0
     wraps: Annotated[int, Field(ge=0, le=24)] = 0
     wrap_depth: Annotated[float, Field(ge=0, le=0.3)] = 0.1
+    wrap_reach: Share = 0.7
+    wrap_ruffle: Annotated[float, Field(ge=0, le=0.3)] = 0.02
+    wrap_skin: FinishId | None = None
     leaves: Annotated[int, Field(ge=0, le=40)] = 0
     leaf_length: Metres = 0.02
     leaf_width: Metres = 0.008
@@ -82,15 +97,38 @@ class Produce(Params):
     skin: FinishId
     stem_finish: FinishId = "stem_brown"
     leaf_finish: FinishId = "leaf_mid"
+    portion: Portion | None = None
+    face: Face = Face.UP
+    crosswise: bool = False
+    cut_at: Share = 0.5
+    thick: Metres = 0.008
+    slant: Annotated[float, Field(ge=0, le=1.2)] = 0.0
+    angle: Annotated[float, Field(ge=0.2, le=2.4)] = 0.8
+    section: FinishId | None = None
+    heart: Share = 0.5
+    hollow: Annotated[float, Field(ge=0, le=0.95)] = 0.0
+    lining: FinishId | None = None
+    stone: Annotated[float, Field(ge=0, le=0.1)] = 0.0
+    stone_long: Annotated[float, Field(ge=0.3, le=4)] = 1.2
+    stone_finish: FinishId = "fruit_stone"
+
+    @model_validator(mode="after")
+    def _cut_faces_have_a_picture(self) -> Produce:
+        if self.portion is not None and self.section is None:
+            raise ValueError(f"a section is expected: the picture on the cut faces of a {self.portion.value}")
+        return self
 
 
 def build(builder: AssetBuilder, p: Produce) -> None:
     """Build the asset: it rests on z = 0."""
     rng = np.random.Generator(np.random.PCG64(p.seed))
     profile = np.array(p.profile) * (p.width / 2, p.length)
-    around, along = FINE if p.lobes >= MANY_LOBES or p.wraps else COARSE
+    around, along = FINE if p.lobes >= MANY_LOBES or (p.wraps and p.wrap_skin is None) else COARSE
     body = turned(smooth_profile([(float(r), float(z)) for r, z in profile], along), around)
     straight = _shaped(body.points, p, rng)
+    if p.portion is not None:
+        _build_portion(builder, p, replace(body, points=straight), rng)
+        return
     span = float(straight[:, 2].min()), float(straight[:, 2].max())
     shaped = bent(straight, p.bend, p.bend_start, span)
     top = p.stem_at * p.length
@@ -100,6 +138,11 @@ def build(builder: AssetBuilder, p: Produce) -> None:
     density = p.flesh * builder.supplies.finish(p.skin).substance.density
     body = body.with_colliders_of(*_hulls(body, p, around, along))
     builder.add(ROOT, body, p.skin, label="body", name="body", density=density)
+    if p.wrap_skin is not None and p.wraps:
+        curve = smooth_profile([(float(r), float(z)) for r, z in profile], along)
+        leaves = concatenate(head_leaves(curve, p.wraps, p.wrap_depth, p.wrap_ruffle, p.wrap_reach, rng))
+        leaves = replace(leaves, points=_laid(leaves.points, p) - (0.0, 0.0, lowest))
+        builder.add(ROOT, leaves.with_hull_collider(), p.wrap_skin, label="leaf", name="leaves", density=150.0)
     stem = [_stem(p, rng, top)] if p.stem > 0 else []
     for parts, finish, label in ((stem, p.stem_finish, "stem"), (_leaves(p, rng, top), p.leaf_finish, "leaf")):
         if not parts:
@@ -110,6 +153,49 @@ def build(builder: AssetBuilder, p: Produce) -> None:
         # What hardly stands out needs no shape of its own.
         far = float(np.abs(points - np.clip(points, *body.bounds)).max())
         builder.add(ROOT, grown.with_hull_collider(), finish, label=label, collider=far > MIN_OUT, density="plant_leaf")
+
+
+def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.random.Generator) -> None:
+    """Build what is left of a body about the z axis."""
+    assert p.portion is not None, "the caller checks"
+    assert p.section is not None, "a validator checks"
+    builder.portion = p.portion
+    low, high = float(body.points[:, 2].min()), float(body.points[:, 2].max())
+    heart = low + p.heart * (high - low)
+    cutting = Cutting(
+        portion=p.portion,
+        crosswise=p.crosswise,
+        at=low + p.cut_at * (high - low),
+        thick=p.thick,
+        slant=p.slant,
+        angle=p.angle,
+        heart=heart,
+        hollow=p.hollow,
+        face=p.face,
+    )
+    kept, faces, lining = portion_of(body, cutting)
+    # Only a cut along the plane of the bend stays level when the body is bent.
+    bend = p.bend if p.portion is Portion.PIECE or (p.portion is Portion.HALF and not p.crosswise) else 0.0
+
+    def rested(solid: Solid) -> Solid:
+        return replace(solid, points=cutting.laid(bent(solid.points, bend, p.bend_start, (low, high))))
+
+    kept, faces = rested(kept), [rested(face) for face in faces]
+    lowest = min(float(solid.points[:, 2].min()) for solid in (kept, *faces))
+    hull = concatenate([replace(s, picture_uv=None) for s in (kept, *faces)]).translated(z=-lowest).with_hull_collider()
+    density = p.flesh * builder.supplies.finish(p.skin).substance.density
+    kept = kept.translated(z=-lowest).with_colliders_of(hull)
+    builder.add(ROOT, kept, p.skin, label="body", name="body", density=density)
+    plates = concatenate(faces).translated(z=-lowest)
+    builder.add(ROOT, plates, p.section, label="section", name="section", collider=False, density=0.0)
+    if lining is not None:
+        lined = rested(lining).translated(z=-lowest)
+        builder.add(ROOT, lined, p.lining or p.section, label="lining", collider=False, density=0.0)
+    if p.stone > 0 and p.face is Face.UP:
+        ball = turned(smooth_profile([(0, -1), (0.7, -0.72), (1, 0), (0.7, 0.72), (0, 1)], 13), 20)
+        points = ball.points * (0.5 * p.stone, 0.5 * p.stone, 0.5 * p.stone * p.stone_long) + (0.0, 0.0, heart)
+        stone = rested(replace(ball, points=bumped(points, 0.02, 1.5, rng))).translated(z=-lowest)
+        builder.add(ROOT, stone, p.stone_finish, label="stone", density=0.0)
 
 
 def _laid(points: Floats, p: Produce) -> Floats:
@@ -130,7 +216,9 @@ def _laid(points: Floats, p: Produce) -> Floats:
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
     """The points of the body with lobes, bumps and leaves round it."""
     points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, 0.3)
-    points = wrapped(bumped(points, p.bumps, p.waves, rng), p.wraps, p.wrap_depth, rng)
+    points = bumped(points, p.bumps, p.waves, rng)
+    if p.wrap_skin is None or p.portion is not None:
+        points = wrapped(points, p.wraps, p.wrap_depth, rng)
     return points * (1.0, p.flat, 1.0)
 
 

@@ -1,0 +1,202 @@
+"""Cut closed bodies with planes: what is left, with its picture, and the faces that show their inside."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import manifold3d
+import numpy as np
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.families.kit.solids.solid import Solid
+
+# A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
+PLATE, PROUD = 0.0006, 0.00025
+# Size of a plate by that of the face: the rest is the edge of the skin.
+WITHIN = 0.985
+# Points nearer than this to a plane lie on it, m.
+ON_PLANE = 1e-7
+# Rim of the picture of a section, by its width; the circle in it is the rim of the face (textures/kinds/objects/section.py).
+PICTURE_RIM = 0.49
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane that cuts: what lies beyond it goes.
+
+    Attributes:
+        normal: (3,) unit vector, away from what stays. offset: metres along it from the origin.
+        middle: (3,) point about which the picture of the face lies, m; None for the middle of the face.
+        up: (3,) unit vector in the plane along which the picture stands.
+    """
+
+    normal: Floats
+    offset: float
+    middle: Floats | None
+    up: Floats
+
+
+def along(turn: float, middle: Floats) -> Plane:
+    """A plane through the z axis; it leaves what lies at less than `turn` (rad, from x) and more than half a turn less."""
+    normal = np.array([-math.sin(turn), math.cos(turn), 0.0])
+    return Plane(normal, 0.0, middle, np.array([0.0, 0.0, 1.0]))
+
+
+def sector(angle: float, middle: Floats) -> list[Plane]:
+    """Two planes through the z axis that leave a sector of an angle (rad) about the x axis."""
+    first, last = along(angle / 2, middle), along(-angle / 2, middle)
+    return [first, replace(last, normal=-last.normal)]
+
+
+def across(height: float, *, below: bool, slant: float = 0.0) -> Plane:
+    """A plane that leaves what is below it, or what is above: level, or slanted towards x by an angle, rad.
+
+    Args:
+        height: its distance from the origin, m.
+    """
+    sign = 1.0 if below else -1.0
+    normal = sign * np.array([math.sin(slant), 0.0, math.cos(slant)])
+    return Plane(normal, sign * height, None, np.array([0.0, 1.0, 0.0]))
+
+
+def cut(solid: Solid, planes: list[Plane], hollow: Solid | None = None) -> tuple[Solid, list[Solid]]:
+    """What planes leave of a body, and the plates that lie on its cut faces.
+
+    Args:
+        solid: closed; its picture stays on its skin.
+        hollow: a body within it that is empty; its faces have no picture of their own.
+    Returns:
+        The body, closed, without shapes to touch; and a plate for each plane, its picture that of a section.
+    Raises:
+        ValueError: a plane leaves nothing, or does not meet the body.
+    """
+    body = _manifold(solid)
+    if hollow is not None:
+        body -= _manifold(hollow)
+    for plane in planes:
+        x, y, z = (-float(v) for v in plane.normal)
+        body = body.trim_by_plane((x, y, z), -plane.offset)
+    if body.is_empty():
+        raise ValueError("the cuts leave nothing of the body")
+    mesh = body.to_mesh64()
+    corners = np.array(mesh.vert_properties, dtype=np.float64)
+    faces = np.array(mesh.tri_verts, dtype=np.int64)
+    points, index = np.unique(np.round(corners[:, :3], 9), axis=0, return_inverse=True)
+    kept = Solid(points, index[faces], crease_deg=solid.crease_deg, picture_uv=corners[:, 3:5][faces])
+    return kept, [_plate(kept, plane) for plane in planes]
+
+
+def shell(outer: Solid, inner: Solid, planes: list[Plane]) -> Solid:
+    """What planes leave of the matter between two closed bodies, a trifle behind the cut faces; seen from the side."""
+    body = _manifold(outer) - _manifold(inner)
+    for plane in planes:
+        x, y, z = (-float(v) for v in plane.normal)
+        body = body.trim_by_plane((x, y, z), PLATE - plane.offset)
+    mesh = body.to_mesh64()
+    corners, faces = np.array(mesh.vert_properties, dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
+    points, index = np.unique(np.round(corners[:, :3], 9), axis=0, return_inverse=True)
+    low, high = points.min(axis=0), points.max(axis=0)
+    # The middle of the picture has the flesh without the skin.
+    uv = 0.5 + 0.5 * ((points - low) / (high - low) - 0.5)[:, [0, 2]]
+    return Solid(points, index[faces], crease_deg=outer.crease_deg, picture_uv=uv[index[faces]])
+
+
+def _manifold(solid: Solid) -> manifold3d.Manifold:
+    """The body with the coordinates of its picture as properties of its points."""
+    uv = np.zeros((*solid.faces.shape, 2)) if solid.picture_uv is None else solid.picture_uv
+    corners = np.column_stack([solid.points[solid.faces.ravel()], uv.reshape(-1, 2)])
+    rows, index = np.unique(np.round(corners, 12), axis=0, return_inverse=True)
+    mesh = manifold3d.Mesh64(
+        vert_properties=np.ascontiguousarray(rows), tri_verts=index.reshape(-1, 3).astype(np.uint64)
+    )
+    mesh.merge()
+    body = manifold3d.Manifold(mesh)
+    if body.status() != manifold3d.Error.NoError:
+        raise ValueError(f"a body of {len(solid.faces)} faces is not closed: {body.status()}")
+    return body
+
+
+def _plate(body: Solid, plane: Plane) -> Solid:
+    """The plate over the face that a plane cut, with a hole where the face has one.
+
+    Its faces fan out from the middle, so that the picture of the section follows the outline.
+    """
+    side = np.cross(plane.up, plane.normal)
+    loops = [body.points[loop] for loop in _loops(body, plane)]
+    if not loops:
+        raise ValueError("a plane does not meet the body")
+    flat = [np.column_stack([loop @ side, loop @ plane.up]) for loop in loops]
+    flat.sort(key=lambda loop: -abs(_area(loop)))
+    outer = flat[0] if _area(flat[0]) > 0 else flat[0][::-1]
+    if plane.middle is None:
+        middle = _centroid(outer)
+    else:
+        middle = np.array([plane.middle @ side, plane.middle @ plane.up])
+    rim = outer - middle
+    angle = np.arctan2(rim[:, 1], rim[:, 0])
+    hole = _radius(flat[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1]) if len(flat) > 1 else 0.0 * angle
+    inner = rim * np.minimum(hole, 0.98)[:, None]
+    n = len(rim)
+    flats = np.concatenate([inner, WITHIN * rim]) + middle
+    base = flats[:, :1] * side + flats[:, 1:] * plane.up
+    levels = plane.offset + np.array([PROUD, PROUD - PLATE])
+    points = np.concatenate([base + level * plane.normal for level in levels])
+    i, j = np.arange(n), np.roll(np.arange(n), -1)
+    top = np.concatenate([np.stack([n + i, n + j, i], 1), np.stack([n + j, j, i], 1)])
+    wall = np.concatenate([np.stack([n + i, 3 * n + i, n + j], 1), np.stack([n + j, 3 * n + i, 3 * n + j], 1)])
+    core = np.concatenate([np.stack([i, j, 2 * n + i], 1), np.stack([j, 2 * n + j, 2 * n + i], 1)])
+    faces = np.concatenate([top, top[:, ::-1] + 2 * n, wall, core])
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    uv = 0.5 + PICTURE_RIM * np.concatenate([circle * np.minimum(hole, 0.98)[:, None], circle] * 2)
+    made = _welded(Solid(points, faces.astype(np.int64), crease_deg=40.0, picture_uv=uv[faces]))
+    return made.oriented_outwards()
+
+
+def _welded(solid: Solid) -> Solid:
+    """The solid with points that are the same made one, and without the faces that vanish."""
+    points, index = np.unique(np.round(solid.points, 9), axis=0, return_inverse=True)
+    faces = index[solid.faces]
+    a, b, c = faces.T
+    kept = (a != b) & (b != c) & (c != a)
+    assert solid.picture_uv is not None
+    return replace(solid, points=points, faces=faces[kept], picture_uv=solid.picture_uv[kept])
+
+
+def _loops(body: Solid, plane: Plane) -> list[Ints]:
+    """The outlines of the face on a plane, as points in order."""
+    on = np.abs(body.points @ plane.normal - plane.offset) < ON_PLANE
+    faces = body.faces[on[body.faces].all(axis=1)]
+    edges = {(int(a), int(b)) for face in faces for a, b in zip(face, np.roll(face, -1), strict=True)}
+    after = {a: b for a, b in sorted(edges) if (b, a) not in edges}
+    loops = []
+    while after:
+        first, following = next(iter(after.items()))
+        loop = [first]
+        while following in after and following != first:
+            loop.append(following)
+            following = after.pop(following)
+        after.pop(first, None)
+        loops.append(np.array(loop))
+    return [loop for loop in loops if len(loop) > 2]
+
+
+def _area(loop: Floats) -> float:
+    x, y = loop[:, 0], loop[:, 1]
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
+
+
+def _centroid(loop: Floats) -> Floats:
+    """(2,) middle of the area within a loop."""
+    after = np.roll(loop, -1, axis=0)
+    share = loop[:, 0] * after[:, 1] - after[:, 0] * loop[:, 1]
+    found: Floats = ((loop + after) * share[:, None]).sum(axis=0) / (3 * share.sum())
+    return found
+
+
+def _radius(loop: Floats, angle: Floats) -> Floats:
+    """(N,) distance of a loop from the origin in directions, rad."""
+    own = np.arctan2(loop[:, 1], loop[:, 0])
+    order = np.argsort(own)
+    found: Floats = np.interp(angle, own[order], np.hypot(loop[:, 0], loop[:, 1])[order], period=2 * np.pi)
+    return found
