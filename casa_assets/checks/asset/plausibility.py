@@ -177,7 +177,10 @@ def mass_fits_category(package: Package, limit: float) -> Measurement:
 
 def size_fits_category(package: Package, limit: float) -> Measurement:
     """AST014: factor between the longest side and the nearer end of its category's range, below 1 inside."""
-    usual, longest = package.category.usual(package.asset.labels.portion).longest_m, _longest_visible_side(package.asset)
+    usual, longest = (
+        package.category.usual(package.asset.labels.portion).longest_m,
+        _longest_visible_side(package.asset),
+    )
     if not longest:
         return not_applicable(NO_VISUALS)
     message = f"is {longest:.3g} m long; {_thing(package)} has {usual.low:g} to {usual.high:g} m"

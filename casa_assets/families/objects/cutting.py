@@ -17,7 +17,8 @@ PLATE, PROUD = 0.0006, 0.00025
 WITHIN = 0.985
 # Points nearer than this to a plane lie on it, m.
 ON_PLANE = 1e-7
-# Rim of the picture of a section, by its width; the circle in it is the rim of the face (textures/kinds/objects/section.py).
+# Radius of the circle in the picture of a section that is the rim of the face, by the width of the picture; as in
+# textures/kinds/objects/section.py.
 PICTURE_RIM = 0.49
 
 
@@ -38,7 +39,7 @@ class Plane:
 
 
 def along(turn: float, middle: Floats) -> Plane:
-    """A plane through the z axis; it leaves what lies at less than `turn` (rad, from x) and more than half a turn less."""
+    """A plane through the z axis that leaves the half turn before an angle, rad from x."""
     normal = np.array([-math.sin(turn), math.cos(turn), 0.0])
     return Plane(normal, 0.0, middle, np.array([0.0, 0.0, 1.0]))
 
@@ -129,10 +130,7 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     flat = [np.column_stack([loop @ side, loop @ plane.up]) for loop in loops]
     flat.sort(key=lambda loop: -abs(_area(loop)))
     outer = flat[0] if _area(flat[0]) > 0 else flat[0][::-1]
-    if plane.middle is None:
-        middle = _centroid(outer)
-    else:
-        middle = np.array([plane.middle @ side, plane.middle @ plane.up])
+    middle = _centroid(outer) if plane.middle is None else np.array([plane.middle @ side, plane.middle @ plane.up])
     rim = outer - middle
     angle = np.arctan2(rim[:, 1], rim[:, 0])
     hole = _radius(flat[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1]) if len(flat) > 1 else 0.0 * angle

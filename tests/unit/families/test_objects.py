@@ -70,10 +70,11 @@ def test_members_are_as_large_and_heavy_as_such_things_are_and_differ(name: str)
         assert asset.base is Base.FREE
         assert asset.id.startswith(f"{name}_")
         assert asset.labels.category == name
-        low, high = (getattr(known().categories[name].mass_kg, end) for end in ("low", "high"))
+        ranges = known().categories[name].usual(asset.labels.portion)
+        low, high = ranges.mass_kg.low, ranges.mass_kg.high
         assert low / limits["mass_range_slack"] <= asset.mass <= high * limits["mass_range_slack"]
         longest = float(np.ptp(asset.bounds, axis=0).max())
-        usual = known().categories[name].longest_m
+        usual = ranges.longest_m
         assert usual.low / limits["size_slack"] <= longest <= usual.high * limits["size_slack"]
         assert abs(float(asset.bounds[0, 2])) < 1e-6
         assert sum(len(faces) for _, faces in surfaces(asset)) <= MAX_FACES

@@ -21,11 +21,31 @@ from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
-SHELL: tuple[Vec2, ...] = ((0, 0), (0.62, 0.01), (0.86, 0.1), (1, 0.35), (0.94, 0.62), (0.62, 0.86), (0.2, 0.98), (0, 1))
+SHELL: tuple[Vec2, ...] = (
+    (0, 0),
+    (0.62, 0.01),
+    (0.86, 0.1),
+    (1, 0.35),
+    (0.94, 0.62),
+    (0.62, 0.86),
+    (0.2, 0.98),
+    (0, 1),
+)
 RING: tuple[Vec2, ...] = ((0, 0), (0.9, 0.02), (0.96, 0.2), (1, 0.55), (0.99, 0.85), (0.9, 0.98), (0, 1))
 FLAT: tuple[Vec2, ...] = ((0, 0), (0.7, 0.04), (0.94, 0.25), (1, 0.5), (0.94, 0.75), (0.7, 0.96), (0, 1))
 # A claw from above, its wrist at -x, and the same of the finger that moves; in shares of its length and width.
-PALM = ((-0.5, -0.1), (-0.3, -0.42), (0.0, -0.5), (0.28, -0.34), (0.5, -0.08), (0.3, 0.0), (0.06, 0.06), (-0.1, 0.3), (-0.36, 0.26), (-0.5, 0.1))
+PALM = (
+    (-0.5, -0.1),
+    (-0.3, -0.42),
+    (0.0, -0.5),
+    (0.28, -0.34),
+    (0.5, -0.08),
+    (0.3, 0.0),
+    (0.06, 0.06),
+    (-0.1, 0.3),
+    (-0.36, 0.26),
+    (-0.5, 0.1),
+)
 FINGER = ((-0.12, 0.3), (0.05, 0.5), (0.3, 0.42), (0.48, 0.1), (0.3, 0.16), (0.1, 0.14))
 FAN = ((-0.5, 0.0), (-0.1, -0.34), (0.3, -0.5), (0.5, -0.2), (0.5, 0.2), (0.3, 0.5), (-0.1, 0.34))
 
@@ -84,8 +104,8 @@ def build(builder: AssetBuilder, p: Crustacean) -> None:
     for parts, finish, label in ((fan, p.limb_finish, "fan"), (limbs, p.limb_finish, "limb")):
         builder.add(ROOT, joined([_plain(s) for s in parts]).translated(z=-low), finish, label=label, collider=False)
     # The legs of either side, and the arms, which were added last.
-    for side in (limbs[:4], limbs[4:8], limbs[-2:-1], limbs[-1:]):
-        builder.add_collider(ROOT, hull_of(*side).translated(z=-low), p.limb_finish, "limb")
+    for touched in (limbs[:4], limbs[4:8], limbs[-2:-1], limbs[-1:]):
+        builder.add_collider(ROOT, hull_of(*touched).translated(z=-low), p.limb_finish, "limb")
     for claw in claws:
         solid = _plain(claw).translated(z=-low)
         builder.add(ROOT, solid.with_hull_collider(), p.limb_finish, label="claw", density=p.density)
@@ -108,7 +128,7 @@ def _shell(p: Crustacean, rng: np.random.Generator) -> Solid:
     long = p.length * (1 - p.tail)
     body = long_body(SHELL, long, p.width, p.height, square=2.4, foot=0.75, around=22, along=17)
     points = bumped(body.points, 0.015, 3.0, rng)
-    return replace(body, points=points + (long / 2, 0.0, p.height / 2))
+    return replace(body, points=points).translated(long / 2, 0.0, p.height / 2)
 
 
 def _on_tail(p: Crustacean, points: Floats) -> Floats:
@@ -126,10 +146,10 @@ def _tail(p: Crustacean) -> list[Solid]:
     for k in range(p.rings):
         t = k / p.rings
         size = 0.94 - 0.4 * t
-        ring = long_body(RING, 1.35 * long / p.rings, size * p.width, size * 0.9 * p.height, square=2.3, foot=0.7, along=9, around=16)
-        x = -(k + 0.5) / p.rings * long
-        points = ring.points + (x, 0.0, 0.36 * p.height + 0.06 * p.height * (1 - t))
-        out.append(replace(ring, points=_on_tail(p, points)))
+        wide, high = size * p.width, size * 0.9 * p.height
+        ring = long_body(RING, 1.35 * long / p.rings, wide, high, square=2.3, foot=0.7, along=9, around=16)
+        ring = ring.translated(-(k + 0.5) / p.rings * long, 0.0, (0.42 - 0.06 * t) * p.height)
+        out.append(replace(ring, points=_on_tail(p, ring.points)))
     return out
 
 
@@ -140,8 +160,8 @@ def _fan(p: Crustacean) -> list[Solid]:
     for k, turn in enumerate((-0.75, 0.75, -0.38, 0.38, 0.0)):
         lobe = dome(outline_curve(FAN, 0.3 * long, 0.42 * p.width, 16), FLAT, 0.006, 6).translated(x=0.13 * long)
         lobe = lobe.rotated("z", math.pi + turn)
-        points = lobe.points + (-0.74 * long, 0.0, 0.2 * p.height + 0.002 * k)
-        out.append(replace(lobe, points=_on_tail(p, points)))
+        lobe = lobe.translated(-0.74 * long, 0.0, 0.2 * p.height + 0.002 * k)
+        out.append(replace(lobe, points=_on_tail(p, lobe.points)))
     return out
 
 
@@ -151,7 +171,9 @@ def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
     thick = 0.5 * wide
     palm = dome(outline_curve(PALM, long, 0.8 * wide, 30), FLAT, thick, 9).translated(y=-0.1 * wide)
     finger = dome(outline_curve(FINGER, 0.6 * long, 0.36 * wide, 18), FLAT, 0.7 * thick, 7)
-    finger = finger.translated(0.18 * long, 0.3 * wide, 0.15 * thick).rotated("z", p.gape, (-0.1 * long, 0.3 * wide, 0.0))
+    finger = finger.translated(0.18 * long, 0.3 * wide, 0.15 * thick).rotated(
+        "z", p.gape, (-0.1 * long, 0.3 * wide, 0.0)
+    )
     claw = joined([_plain(palm), _plain(finger)])
     if side < 0:
         claw = claw.mirrored_x().rotated("z", math.pi)
@@ -163,13 +185,17 @@ def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
     middle = wrist + 0.48 * long * way
     claw = claw.rotated("z", turn).translated(float(middle[0]), float(middle[1]), 0.28 * p.height - 0.5 * thick)
     shoulder = (0.62 * head, side * 0.3 * p.width, 0.35 * p.height)
-    path = [shoulder, (float(elbow[0]), float(elbow[1]), float(elbow[2])), (float(wrist[0]), float(wrist[1]), float(wrist[2]))]
+    path = [
+        shoulder,
+        (float(elbow[0]), float(elbow[1]), float(elbow[2])),
+        (float(wrist[0]), float(wrist[1]), float(wrist[2])),
+    ]
     arm = tube(path, circle(0.15 * wide, 8), 0.2 * wide).without_colliders()
     x, y, _ = (float(v) for v in middle + 0.06 * long * way)
     turns = np.linspace(0.0, 2 * np.pi, 22, endpoint=False)
     loop = np.column_stack([0 * turns, 0.45 * wide * np.cos(turns), 0.54 * thick * np.sin(turns)])
     c, s = math.cos(turn), math.sin(turn)
-    loop = np.column_stack([-s * loop[:, 1], c * loop[:, 1], loop[:, 2]]) + (x, y, 0.28 * p.height)
+    loop = np.column_stack([x - s * loop[:, 1], y + c * loop[:, 1], 0.28 * p.height + loop[:, 2]])
     loop = np.vstack([loop, loop[:2]])
     band = tube([(float(a), float(b), float(d)) for a, b, d in loop], circle(0.0035, 6)).without_colliders()
     return claw, arm, band
@@ -185,7 +211,11 @@ def _legs(p: Crustacean) -> list[Solid]:
             sweep = 0.25 - 0.22 * k
             knee = (x + 0.5 * sweep * p.width, side * 0.85 * p.width, 0.42 * p.height)
             foot = (x + 1.1 * sweep * p.width, side * 1.3 * p.width, 0.05 * p.height)
-            out.append(tube([(x, side * 0.35 * p.width, 0.3 * p.height), knee, foot], circle(0.045 * p.width, 6), 0.06 * p.width))
+            out.append(
+                tube(
+                    [(x, side * 0.35 * p.width, 0.3 * p.height), knee, foot], circle(0.045 * p.width, 6), 0.06 * p.width
+                )
+            )
     return [leg.without_colliders() for leg in out]
 
 

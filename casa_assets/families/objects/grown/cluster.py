@@ -225,7 +225,9 @@ def _leaves(p: Cluster, rng: np.random.Generator) -> list[Solid]:
     if p.build is Build.STALKS:
         for k in range(p.leaves):
             size, turn = float(rng.uniform(0.7, 1.15)), float(rng.uniform(0.0, 2 * math.pi))
-            blade = leaf(p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.25, tip=0.7, thickness=0.0015, steps=4)
+            blade = leaf(
+                p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.25, tip=0.7, thickness=0.0015, steps=4
+            )
             blade = blade.rotated("z", -math.pi / 2 + float(rng.uniform(-0.6, 0.6)))
             away = 0.35 * (p.width if p.count > 1 else p.piece) * float(rng.uniform(0.2, 1.0))
             x = p.length * (0.9 + 0.16 * k / p.leaves) + float(rng.uniform(-0.01, 0.01))

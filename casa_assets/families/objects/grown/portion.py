@@ -31,8 +31,8 @@ class Cutting:
 
     Attributes:
         portion: what is left. crosswise: a half is cut across the axis rather than along it.
-        at: height of a cut across the axis, or of the middle of a slice, m. thick: of a slice, m. slant: how far a slice
-            is from square, rad. angle: of a wedge, rad.
+        at: height of a cut across the axis, or of the middle of a slice, m.
+        thick, slant: thickness of a slice, m, and how far it is from square, rad. angle: of a wedge, rad.
         heart: height about which the pictures of faces along the axis lie, m.
         hollow: size of the hollow by that of the body; 0 for none.
         face: where the cut face looks.
@@ -54,8 +54,8 @@ class Cutting:
         middle = np.array([0.0, 0.0, self.heart])
         match self.portion:
             case Portion.SLICE:
-                middle = self.at * math.cos(self.slant)
-                low, high = middle - self.thick / 2, middle + self.thick / 2
+                at = self.at * math.cos(self.slant)
+                low, high = at - self.thick / 2, at + self.thick / 2
                 return [across(high, below=True, slant=self.slant), across(low, below=False, slant=self.slant)]
             case Portion.WEDGE:
                 return sector(self.angle, middle)

@@ -16,6 +16,7 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned, wrapped
+from casa_assets.families.objects.food.bodies import ellipsoid
 from casa_assets.families.objects.grown.head_leaves import head_leaves
 from casa_assets.families.objects.grown.portion import Cutting, Face, portion_of
 from casa_assets.families.parametric_model import ParametricModel
@@ -55,6 +56,7 @@ class Produce(Params):
             reach, and how far their rims rise and fall by the radius.
         leaves, leaf_length, leaf_width, leaf_rise: round the upper end; rise is how steep they stand, rad, and
             leaf_spread how much steeper the last of them stands than the first.
+        eyes: dark pits round the upper end, as a coconut has three.
         flesh: share of its volume that is flesh; the rest is air.
         rest: how it lies. seed: of what is random in its form.
         skin, stem_finish, leaf_finish: finishes. skin is a picture for the whole of it.
@@ -91,6 +93,7 @@ class Produce(Params):
     leaf_width: Metres = 0.008
     leaf_rise: Annotated[float, Field(ge=-1.6, le=1.6)] = 0.2
     leaf_spread: Annotated[float, Field(ge=0, le=1.6)] = 0.0
+    eyes: Annotated[int, Field(ge=0, le=5)] = 0
     flesh: Annotated[float, Field(ge=0.1, le=1.1)] = 1.0
     rest: Rest = Rest.STANDS
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
@@ -142,7 +145,9 @@ def build(builder: AssetBuilder, p: Produce) -> None:
         curve = smooth_profile([(float(r), float(z)) for r, z in profile], along)
         leaves = concatenate(head_leaves(curve, p.wraps, p.wrap_depth, p.wrap_ruffle, p.wrap_reach, rng))
         leaves = replace(leaves, points=_laid(leaves.points, p) - (0.0, 0.0, lowest))
-        builder.add(ROOT, leaves.with_hull_collider(), p.wrap_skin, label="leaf", name="leaves", density=150.0)
+        builder.add(ROOT, leaves.with_hull_collider(), p.wrap_skin, label="leaf", name="leaves", density="plant_leaf")
+    if p.eyes:
+        builder.add(ROOT, _eyes(p, body), "soil", label="eye", collider=False, density=0.0)
     stem = [_stem(p, rng, top)] if p.stem > 0 else []
     for parts, finish, label in ((stem, p.stem_finish, "stem"), (_leaves(p, rng, top), p.leaf_finish, "leaf")):
         if not parts:
@@ -194,7 +199,7 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
     if p.stone > 0 and p.face is Face.UP:
         ball = turned(smooth_profile([(0, -1), (0.7, -0.72), (1, 0), (0.7, 0.72), (0, 1)], 13), 20)
         points = ball.points * (0.5 * p.stone, 0.5 * p.stone, 0.5 * p.stone * p.stone_long) + (0.0, 0.0, heart)
-        stone = rested(replace(ball, points=bumped(points, 0.02, 1.5, rng))).translated(z=-lowest)
+        stone = rested(replace(ball, points=bumped(points, 0.05, 2.5, rng))).translated(z=-lowest)
         builder.add(ROOT, stone, p.stone_finish, label="stone", density=0.0)
 
 
@@ -215,7 +220,9 @@ def _laid(points: Floats, p: Produce) -> Floats:
 
 def _shaped(points: Floats, p: Produce, rng: np.random.Generator) -> Floats:
     """The points of the body with lobes, bumps and leaves round it."""
-    points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, 0.3)
+    # A single furrow lies where the edges of the picture meet, so that a skin can show it.
+    phase = 0.0 if p.lobes == 1 else 0.3
+    points = lobed(points, p.lobes, p.lobe_depth, p.lobe_sharp, phase)
     points = bumped(points, p.bumps, p.waves, rng)
     if p.wrap_skin is None or p.portion is not None:
         points = wrapped(points, p.wraps, p.wrap_depth, rng)
@@ -229,6 +236,21 @@ def _stem(p: Produce, rng: np.random.Generator, start: float) -> Solid:
     path = [(0.0, 0.0, start - 0.15 * p.stem), (0.0, 0.0, start + 0.4 * p.stem)]
     path.append((float(side[0]), float(side[1]), start + p.stem))
     return tube(path, p.stem_radius, 0.4 * p.stem)
+
+
+def _eyes(p: Produce, body: Solid) -> Solid:
+    """Flat discs on the surface round the upper end of a body that stands."""
+    middle = body.bounds.mean(axis=0)
+    out = []
+    for k in range(p.eyes):
+        turn = 2 * math.pi * k / p.eyes - 0.6
+        way = np.array([0.45 * math.cos(turn), 0.45 * math.sin(turn), 0.9])
+        away = body.points - middle
+        nearest = int(np.argmax(away @ way / (np.linalg.norm(away, axis=1) * np.linalg.norm(way))))
+        disc = ellipsoid((0.11 * p.width, 0.11 * p.width, 0.02 * p.width), 12, 7)
+        x, y, z = (float(v) for v in body.points[nearest])
+        out.append(disc.rotated("y", 0.46).rotated("z", turn).translated(x, y, z))
+    return concatenate([s.without_colliders() for s in out])
 
 
 def _leaves(p: Produce, rng: np.random.Generator, start: float) -> list[Solid]:

@@ -28,10 +28,10 @@ class Section(Record):
         mottle, mottle_mm: how far the lightness wanders, and size of these clouds.
         wander: how far the figure is from a true circle, 0..1.
         rings, ring_color, ring_width: lines round the middle, and their width by the distance between two.
-        rays, ray_color, ray_width, ray_at: lines from the middle outwards, their width by the radius, from where to where.
+        rays, ray_color, ray_width, ray_at: lines outwards, their width by the radius, and from where to where they go.
         fibres, fibre_color, fibre_at: fine broken streaks outwards, and from where to where they show.
-        chambers, chamber_color, chamber_at, chamber_size: hollows or gel round the middle, the distance of their middle,
-            and how long and wide they are.
+        chambers, chamber_color, chamber_at, chamber_size: hollows or gel round the middle, how far out they lie, and
+            how long and wide they are.
         seeds, seed_color, seed_at, seed_size: seeds that point outwards, from where to where they lie, and how long and
             wide they are; with chambers they lie in these.
         turn: angle of the first ray or chamber, rad.
@@ -99,7 +99,9 @@ def paint(p: Section, canvas: Canvas, rng: np.random.Generator) -> Layers:
     if p.rays:
         off = np.abs(np.mod((angle - p.turn) * p.rays / (2 * np.pi) + 0.5, 1.0) - 0.5) * 2 * np.pi / p.rays * away
         line = smoothstep(p.ray_width, 0.4 * p.ray_width, off)
-        line = line * smoothstep(p.ray_at[0] - 0.03, p.ray_at[0], away) * smoothstep(p.ray_at[1] + 0.04, p.ray_at[1], away)
+        line = (
+            line * smoothstep(p.ray_at[0] - 0.03, p.ray_at[0], away) * smoothstep(p.ray_at[1] + 0.04, p.ray_at[1], away)
+        )
         albedo = blend(albedo, rgb(p.ray_color), 0.9 * line)
     if p.seeds:
         mask = _seeds(p, right, up, places, rng)

@@ -29,6 +29,7 @@ class Skin(Record):
             much they show. raised_mm: how far they stand out; below 0 they are pits.
         net: colour of a net of corky lines; net_mm: width of a mesh; net_raised_mm: how far they stand out.
         ribs: number of grooves from end to end; rib_color: in them.
+        kernels, kernel_color: rounded grains in rows, how many once round and from end to end; the colour between them.
         grain_mm, relief_mm: size and depth of an even roughness.
         disc: the colours run from the middle of the picture to the circle in it, as on what is seen from above.
         wander: how far the places of the colours wander to and fro, 0..1.
@@ -58,6 +59,8 @@ class Skin(Record):
     net_raised_mm: Annotated[float, Field(ge=0, le=3)] = 0.3
     ribs: Annotated[int, Field(ge=0, le=40)] = 0
     rib_color: HexColor | None = None
+    kernels: tuple[Annotated[int, Field(ge=2, le=60)], Annotated[int, Field(ge=2, le=90)]] | None = None
+    kernel_color: HexColor = "#c08a20"
     grain_mm: Annotated[float, Field(gt=0, le=20)] = 1.5
     relief_mm: Annotated[float, Field(ge=0, le=2)] = 0.05
     roughness: Annotated[float, Field(ge=0.05, le=0.98)] = 0.45
@@ -77,13 +80,7 @@ class Skin(Record):
 def paint(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
     """Paint one skin."""
     x, y = canvas.axes()
-    up = np.asarray(1.0 - y / canvas.tile_m[1] + 0.0 * x, dtype=np.float32)
-    if p.disc:
-        across, along = x / canvas.tile_m[0] - 0.5, y / canvas.tile_m[1] - 0.5
-        up = np.asarray(np.minimum(np.hypot(across, along) / 0.49, 1.0), dtype=np.float32)
-    if p.wander:
-        clouds = canvas.noise(0.2 * canvas.tile_m[1], 0.2 * canvas.tile_m[0], rng, 4)
-        up = np.asarray(np.clip(up + 0.2 * p.wander * clouds, 0.0, 1.0), dtype=np.float32)
+    up = _place(p, canvas, rng)
     albedo, height = _ends(p, up), np.zeros(canvas.size_px, dtype=np.float32)
     size = p.mottle_mm / 1000
     cloud = canvas.noise(size, size, rng, 3)
@@ -112,10 +109,27 @@ def paint(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Layers:
         cord = smoothstep(0.16, 0.04, second - near) * (0.75 + 0.25 * smoothstep(-1.0, 1.0, cloud))
         albedo = blend(albedo, rgb(p.net), 0.9 * cord)
         height += 0.001 * p.net_raised_mm * cord
+    if p.kernels is not None:
+        tone, rise = _kernels(p.kernels, canvas, rng)
+        albedo = blend(albedo * tone[..., None], rgb(p.kernel_color), 0.8 * smoothstep(0.45, 0.1, rise))
+        height += np.float32(0.0008) * np.sqrt(rise)
     grain = canvas.noise(p.grain_mm / 1000, p.grain_mm / 1000, rng, 2)
     height += 0.001 * p.relief_mm * grain
     rough = np.clip(p.roughness + 0.04 * cloud + 0.02 * grain, 0.05, 1.0)
     return Layers.of(np.clip(albedo, 0.0, 1.0), height, rough)
+
+
+def _place(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Map:
+    """(H, W) where a point lies between the lower end, 0, and the upper one, 1."""
+    x, y = canvas.axes()
+    up = np.asarray(1.0 - y / canvas.tile_m[1] + 0.0 * x, dtype=np.float32)
+    if p.disc:
+        across, along = x / canvas.tile_m[0] - 0.5, y / canvas.tile_m[1] - 0.5
+        up = np.asarray(np.minimum(np.hypot(across, along) / 0.49, 1.0), dtype=np.float32)
+    if p.wander:
+        clouds = canvas.noise(0.2 * canvas.tile_m[1], 0.2 * canvas.tile_m[0], rng, 4)
+        up = np.asarray(np.clip(up + 0.2 * p.wander * clouds, 0.0, 1.0), dtype=np.float32)
+    return up
 
 
 def _ends(p: Skin, up: Map) -> Map:
@@ -136,6 +150,19 @@ def _blush(p: Skin, canvas: Canvas, up: Map, rng: np.random.Generator) -> Map:
     if p.blush_at is not None:
         share = share * smoothstep(p.blush_reach, 0.4 * p.blush_reach, np.abs(up - p.blush_at))
     return np.asarray(share, dtype=np.float32)
+
+
+def _kernels(counts: tuple[int, int], canvas: Canvas, rng: np.random.Generator) -> tuple[Map, Map]:
+    """(H, W) tone of the grains, about 1, and how far each rises, 0 between them and 1 in its middle."""
+    x, y = canvas.axes()
+    across, along = counts
+    column = x / canvas.tile_m[0] * across + 0.0 * y
+    # Every second row is half a grain further.
+    row = (1.0 - y / canvas.tile_m[1]) * along + 0.5 * (np.floor(column) % 2)
+    off = np.stack([column - np.floor(column), row - np.floor(row)]) * 2 - 1
+    rise = np.clip(1.0 - np.abs(off[0]) ** 3 - np.abs(off[1]) ** 3, 0.0, 1.0).astype(np.float32)
+    tones = rng.uniform(0.9, 1.06, (across, along + 1)).astype(np.float32)
+    return tones[np.floor(column).astype(int) % across, np.floor(row).astype(int) % (along + 1)], rise
 
 
 def _spots(p: Skin, canvas: Canvas, rng: np.random.Generator) -> Map:

@@ -1,0 +1,129 @@
+"""What is cut: bodies stay closed, faces lie on their planes, portions weigh what they should and say what they are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from casa_assets.core.sampling import rng_for
+from casa_assets.export.mjcf import label
+from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.objects.closed_surface import smooth_profile, turned
+from casa_assets.families.objects.cutting import across, along, cut, sector, shell
+from casa_assets.families.objects.grown.head_leaves import head_leaves
+from casa_assets.families.objects.grown.portion import Face
+from casa_assets.families.objects.grown.produce import Produce
+from casa_assets.model.registry.category import Portion
+from casa_assets.registry.objects import object_family
+from casa_assets.textures.canvas import Canvas
+from casa_assets.textures.kinds.objects.section import Section, paint
+from tests.family_members import available, known
+from tests.unit.families.test_objects import supplies
+
+HEIGHT = 0.09
+PROFILE = smooth_profile([(0.0, 0.0), (0.03, 0.01), (0.04, 0.05), (0.0, HEIGHT)], 17)
+BODY = turned(PROFILE, 24)
+MIDDLE = np.array([0.0, 0.0, HEIGHT / 2])
+
+
+def is_closed(solid: Solid) -> bool:
+    edges = np.sort(solid.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    return bool((np.unique(edges, axis=0, return_counts=True)[1] == 2).all())
+
+
+def test_halves_and_wedges_have_their_share_of_the_volume_and_stay_closed() -> None:
+    for planes, share in (([along(0.4, MIDDLE)], 0.5), (sector(0.9, MIDDLE), 0.9 / (2 * np.pi))):
+        kept, faces = cut(BODY, planes)
+        assert kept.volume / BODY.volume == pytest.approx(share, rel=0.02)
+        assert len(faces) == len(planes)
+        assert all(is_closed(solid) and solid.volume > 0 for solid in (kept, *faces))
+
+
+def test_a_face_lies_on_its_plane_within_the_outline_and_its_picture_fills_the_disc() -> None:
+    kept, (face,) = cut(BODY, [across(0.04, below=True)])
+    assert kept.points[:, 2].max() == pytest.approx(0.04)
+    assert np.abs(face.points[:, 2] - 0.04).max() < 0.001
+    assert np.hypot(*face.points[:, :2].T).max() < np.hypot(*kept.points[:, :2].T).max()
+    assert face.picture_uv is not None
+    off = np.hypot(*(face.picture_uv.reshape(-1, 2) - 0.5).T)
+    assert off.max() == pytest.approx(0.49, abs=1e-3)
+    assert off.min() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_slice_on_a_slant_is_longer_and_as_thick() -> None:
+    for slant in (0.0, 0.6):
+        at = 0.05 * np.cos(slant)
+        planes = [across(at + 0.003, below=True, slant=slant), across(at - 0.003, below=False, slant=slant)]
+        kept, _ = cut(BODY, planes)
+        normal = np.array([np.sin(slant), 0.0, np.cos(slant)])
+        assert np.ptp(kept.points @ normal) == pytest.approx(0.006)
+        assert is_closed(kept)
+
+
+def test_a_hollow_leaves_a_ring_and_a_cut_that_misses_is_told() -> None:
+    hollow = replace(BODY, points=MIDDLE + 0.8 * (BODY.points - MIDDLE))
+    kept, (face,) = cut(BODY, [along(0.0, MIDDLE)], hollow)
+    assert kept.volume == pytest.approx(0.5 * (BODY.volume - hollow.volume), rel=0.02)
+    rim = np.linalg.norm(face.points - MIDDLE, axis=1)
+    assert rim.min() > 0.015
+    lining = shell(replace(BODY, points=MIDDLE + 0.81 * (BODY.points - MIDDLE)), hollow, [along(0.0, MIDDLE)])
+    assert is_closed(lining)
+    with pytest.raises(ValueError, match="leave nothing"):
+        cut(BODY, [across(-0.01, below=True)])
+    with pytest.raises(ValueError, match="does not meet"):
+        cut(BODY, [across(0.2, below=True)])
+
+
+@pytest.mark.parametrize("face", list(Face))
+@pytest.mark.parametrize(("portion", "crosswise"), [*((p, False) for p in Portion), (Portion.HALF, True)])
+def test_portions_lie_on_the_ground_and_say_what_they_are(portion: Portion, crosswise: bool, face: Face) -> None:
+    drawn = object_family("pear").sample(rng_for(0, "x"), available())
+    params = drawn.replace(portion=portion, section="section_pear", crosswise=crosswise, face=face, bend=0.0)
+    asset = object_family("pear").build(params, supplies("pear", params))
+    whole = params.replace(portion=None)
+    assert asset.mass < object_family("pear").build(whole, supplies("pear", whole)).mass
+    assert asset.labels.portion is portion
+    assert asset.labels.to_json().count("portion") == 1
+    assert label.texts(asset)["portion"] == portion.value
+    assert abs(float(asset.bounds[0, 2])) < 1e-6
+
+
+def test_a_portion_needs_a_picture_of_its_section_and_a_whole_thing_says_nothing() -> None:
+    with pytest.raises(ValidationError, match="a section is expected"):
+        Produce(profile=((0, 0), (1, 0.3), (1, 0.7), (0, 1)), length=0.1, width=0.1, skin="x", portion=Portion.HALF)
+    params = object_family("lime").sample(rng_for(0, "objects/lime/0"), available()).replace(portion=None)
+    asset = object_family("lime").build(params, supplies("lime", params))
+    assert "portion" not in label.texts(asset)
+    assert "portion" not in asset.labels.to_json()
+
+
+def test_usual_sizes_of_portions_are_those_of_the_registry_else_of_a_whole_thing() -> None:
+    apple = known().categories["apple"]
+    assert apple.usual(None).mass_kg == apple.mass_kg
+    assert apple.usual(Portion.HALF).mass_kg.typical == pytest.approx(apple.mass_kg.typical / 2, rel=0.1)
+    assert apple.usual(Portion.SLICE).mass_kg == apple.mass_kg
+
+
+def test_leaves_of_a_head_are_closed_and_lie_round_it() -> None:
+    leaves = head_leaves(PROFILE, 5, 0.1, 0.02, 0.7, np.random.default_rng(1))
+    assert len(leaves) == 5
+    for leaf in leaves:
+        assert is_closed(leaf)
+        assert leaf.volume > 0
+        assert np.hypot(*leaf.points[:, :2].T).max() > 0.04
+
+
+def test_a_section_shows_its_skin_at_the_rim_and_its_seeds() -> None:
+    canvas = Canvas((96, 96), (0.06, 0.06))
+    plain = Section(colors=("#ffffff", "#ffffff", "#ff0000"), at=(0.0, 0.9, 1.0), mottle=0.0, wander=0.0)
+    layers = paint(plain, canvas, np.random.default_rng(1))
+    assert layers.albedo[48, 48].min() > 0.95
+    assert layers.albedo[48, 95, 0] > layers.albedo[48, 95, 1] + 0.5
+    seeded = paint(plain.replace(seeds=8, seed_color="#000000"), canvas, np.random.default_rng(1))
+    dark = (seeded.albedo.max(axis=2) < 0.3).sum()
+    assert 0.005 < dark / 96**2 < 0.1
+    with pytest.raises(ValueError, match="a place for each of 2 colours"):
+        Section(colors=("#ff0000", "#00ff00"), at=(0.0, 0.5, 1.0))
