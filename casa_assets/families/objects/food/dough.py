@@ -40,6 +40,7 @@ from casa_assets.families.objects.food.bodies import (
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
+from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.8)]
 Thin = Annotated[float, Field(ge=0, le=0.05)]
@@ -83,6 +84,7 @@ class Dough(Params):
         topping, topping_count, topping_size, topping_above, topping_steep, topping_sunk: what is strewn, how much, how
             large, how far up, on how steep a side, and how deep it is in. Its finishes take turns.
         pat: side of a pat of butter on top. stick, stick_radius: length of a stick out of its +x end.
+        portion: what is left of a thing that was cut, None for a whole one; what is cut off square is a piece.
         density: of its body, kg/m^3. seed: of what is random.
         skin, crumb_finish, coat_finish, line_finish, pat_finish, stick_finish, topping_finish and on: finishes.
     """
@@ -123,6 +125,7 @@ class Dough(Params):
     pat: Thin = 0.0
     stick: Annotated[float, Field(ge=0, le=0.2)] = 0.0
     stick_radius: Thin = 0.002
+    portion: Portion | None = None
     density: Annotated[float, Field(ge=50, le=2000)] = 270.0
     seed: Annotated[int, Field(ge=0, le=9999)] = 0
     skin: FinishId
@@ -138,6 +141,7 @@ class Dough(Params):
 
 def build(builder: AssetBuilder, p: Dough) -> None:
     """Build the asset: it rests on z = 0."""
+    builder.portion = Portion.PIECE if p.cut < 1 else p.portion
     rng = np.random.Generator(np.random.PCG64(p.seed))
     level = 0.0
     for k in range(p.count):

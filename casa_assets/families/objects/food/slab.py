@@ -37,6 +37,7 @@ from casa_assets.families.objects.food.bodies import (
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
+from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.8)]
 Thin = Annotated[float, Field(ge=0, le=0.05)]
@@ -129,6 +130,7 @@ class SlabFood(Params):
 
 def build(builder: AssetBuilder, p: SlabFood) -> None:
     """Build the asset: it rests on z = 0."""
+    builder.portion = Portion.PIECE if p.cut_at < 1 else None
     rng = np.random.Generator(np.random.PCG64(p.seed))
     body, face = _body(p, rng)
     low = float(body.points[:, 2].min())

@@ -39,6 +39,7 @@ from casa_assets.families.objects.food.bodies import (
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
+from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.6)]
 Thin = Annotated[float, Field(ge=0, le=0.08)]
@@ -191,6 +192,8 @@ class Composed:
 
 def build(builder: AssetBuilder, p: Stacked) -> None:
     """Build the asset: it rests on z = 0."""
+    if p.opening < 360:
+        builder.portion = Portion.PIECE if p.opening > 180 else Portion.WEDGE
     rng = np.random.Generator(np.random.PCG64(p.seed))
     made = _BUILDERS[p.build](p, rng)
     low = min(float(s.points[:, 2].min()) for group in made.hulls for s in group)

@@ -24,6 +24,7 @@ from casa_assets.families.objects.packages.wrapping import Outline, four_sides, 
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.model.asset.asset import Base
+from casa_assets.model.registry.category import Portion
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 Small = Annotated[float, Field(ge=0, le=0.1)]
@@ -60,6 +61,7 @@ class Block(Params):
         rows, columns, gap: segments of a tablet and the grooves between them.
         pad: height of a layer on top, such as that of a sponge; pad_out: how far it stands out.
         core: size of a cloudy core, by that of the block.
+        portion: what is left of a thing that was cut; None for a whole one.
         heft: mass by volume, kg/m^3; None for that of the substance.
         skin, second: finish of the block, and of the pad, the core, or the cut faces of a wedge.
     """
@@ -91,6 +93,7 @@ class Block(Params):
     pad: Small = 0.0
     pad_out: Annotated[float, Field(ge=-0.003, le=0.003)] = 0.0
     core: Share = 0.0
+    portion: Portion | None = None
     heft: Annotated[float, Field(gt=5, le=3000)] | None = None
     skin: FinishId
     second: FinishId = "plastic_green"
@@ -309,6 +312,7 @@ SHAPES: Mapping[Shape, Callable[[Block], list[Part]]] = {
 
 def build(builder: AssetBuilder, p: Block) -> None:
     """Build the asset: it rests on z = 0."""
+    builder.portion = p.portion
     for k, part in enumerate(SHAPES[p.shape](p)):
         density = p.heft if p.heft is not None else builder.supplies.finish(part.finish).substance.density
         density = 0.0 if part.label in UNTOUCHED else density
