@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from casa_assets.checks.check import Measurement, largest
+from casa_assets.checks.check import Measurement, at_most, largest
 from casa_assets.checks.objects.member import ObjectMember
 
 SIDES = ("shortest", "middle", "longest")
@@ -13,8 +13,14 @@ SIDES = ("shortest", "middle", "longest")
 def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
     """OBJ001: factor between a side and the nearer end of what is usual for it, the worst of three; below 1 inside.
 
-    Sides are told by their length, since many things rest in more than one way.
+    Sides are told by their length, since many things rest in more than one way. Of a portion only the longest is known.
     """
+    portion = member.asset.labels.portion
+    if portion in member.category.portions:
+        usual = member.category.usual(portion).longest_m
+        longest = float(np.ptp(member.asset.bounds, axis=0).max())
+        message = f"a {portion} of a {member.category.id} is {100 * usual.low:.3g} to {100 * usual.high:.3g} cm long"
+        return at_most(max(usual.low / longest, longest / usual.high), limit, "bounds", message)
     ranges = member.category.extents
     sides = np.sort(np.ptp(member.asset.bounds, axis=0))
     lows, highs = (np.sort([getattr(side, end) for side in ranges]) for end in ("low", "high"))

@@ -24,7 +24,7 @@ from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
 # Points around and along a small body, a middling one and a long one.
-SMALL, MIDDLING, LONG = (10, 7), (14, 10), (14, 12)
+SMALL, MIDDLING, LONG = (9, 6), (12, 9), (14, 12)
 BALL: tuple[Vec2, ...] = ((0.0, 0.0), (0.5, 0.07), (0.87, 0.25), (1.0, 0.5), (0.87, 0.75), (0.5, 0.93), (0.0, 1.0))
 
 
@@ -171,7 +171,9 @@ def _bracts(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         t = (k + 0.5) / p.count
         height = 0.12 + 0.72 * t
         reach = 0.5 * p.width * math.sqrt(max(0.03, 1.0 - (2.0 * height - 0.92) ** 2)) * 0.97
-        blade = leaf(p.piece_length * (1.05 - 0.3 * t), p.piece, droop=-0.75, fold=-0.35, tip=0.6, thickness=0.003)
+        blade = leaf(
+            p.piece_length * (1.05 - 0.3 * t), p.piece, droop=-0.75, fold=-0.35, tip=0.6, thickness=0.003, steps=5
+        )
         blade = blade.rotated("x", 0.55 + 0.75 * t + float(rng.uniform(-0.08, 0.08)))
         blade = blade.translated(y=reach, z=height * p.length - 0.25 * p.piece_length)
         out.append(replace(blade.rotated("z", k * 2.399963), picture_uv=_flat_uv(blade)))

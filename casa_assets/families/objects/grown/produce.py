@@ -258,7 +258,7 @@ def _leaves(p: Produce, rng: np.random.Generator, start: float) -> list[Solid]:
     out = []
     for k, angle in enumerate(golden_angles(p.leaves)):
         size = float(rng.uniform(0.8, 1.1))
-        blade = leaf(p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.2)
+        blade = leaf(p.leaf_length * size, p.leaf_width * size, droop=0.5, fold=0.2, steps=5)
         rise = p.leaf_rise + p.leaf_spread * k / p.leaves + float(rng.uniform(-0.15, 0.15))
         blade = blade.rotated("x", rise).rotated("z", angle)
         out.append(blade.translated(z=start))
