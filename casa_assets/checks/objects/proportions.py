@@ -17,10 +17,10 @@ def sides_fit_category(member: ObjectMember, limit: float) -> Measurement:
     """
     portion = member.asset.labels.portion
     if portion in member.category.portions:
-        usual = member.category.usual(portion).longest_m
+        span = member.category.usual(portion).longest_m
         longest = float(np.ptp(member.asset.bounds, axis=0).max())
-        message = f"a {portion} of a {member.category.id} is {100 * usual.low:.3g} to {100 * usual.high:.3g} cm long"
-        return at_most(max(usual.low / longest, longest / usual.high), limit, "bounds", message)
+        message = f"a {portion} of a {member.category.id} is {100 * span.low:.3g} to {100 * span.high:.3g} cm long"
+        return at_most(max(span.low / longest, longest / span.high), limit, "bounds", message)
     ranges = member.category.extents
     sides = np.sort(np.ptp(member.asset.bounds, axis=0))
     lows, highs = (np.sort([getattr(side, end) for side in ranges]) for end in ("low", "high"))
