@@ -8,6 +8,7 @@ from pathlib import Path
 
 from casa_assets.model.asset.signature import Signature
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.identity import Producer
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,7 @@ class AssetRow:
     Attributes:
         id, category: of the asset. folder: where it stands. path, sha256: of its source.
         digest: of the asset with its meshes and pictures. longest: side of the box around it, metres.
-        signature: None where it has none.
+        signature: None where it has none. from_numbers: a family built it.
     """
 
     id: str
@@ -28,6 +29,7 @@ class AssetRow:
     digest: str
     longest: float
     signature: Signature | None
+    from_numbers: bool = False
 
 
 def read_rows(library: disk.Library) -> Iterator[AssetRow]:
@@ -50,4 +52,5 @@ def read_row(folder: Path) -> AssetRow:
         digest=certificate.asset_digest,
         longest=max(certificate.summary.extents),
         signature=certificate.signature,
+        from_numbers=certificate.producer is Producer.FAMILY,
     )

@@ -157,6 +157,8 @@ class EntryTable:
     def alike(self, store: Store) -> list[ShapePair]:
         """Every pair of assets whose forms are near each other, in the order of the rows; only new ones are compared.
 
+        Two that came out of numbers are no pair: one shape in several colours is meant, and there are many.
+
         Args:
             store: keeps how surfaces lie over each other, by the contents of both.
         """
@@ -167,7 +169,11 @@ class EntryTable:
             compared = {digest for (digest,) in database.execute("SELECT digest FROM compared")}
             known = [pair for pair in database.execute("SELECT * FROM pairs") if pair[0] in place and pair[1] in place]
             new = [i for i, asset in enumerate(signed) if asset.digest not in compared]
-            found = [_pair(signed[i], signed[j], store) for i, j in _new_nearby_pairs(signed, new)]
+            found = [
+                _pair(signed[i], signed[j], store)
+                for i, j in _new_nearby_pairs(signed, new)
+                if not (signed[i].from_numbers and signed[j].from_numbers)
+            ]
             with suppress(sqlite3.OperationalError), database:
                 database.executemany("INSERT OR REPLACE INTO pairs VALUES (?, ?, ?, ?, ?, ?)", found)
                 database.executemany(

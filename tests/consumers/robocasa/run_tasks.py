@@ -36,11 +36,11 @@ MAX_SPEED_M_S, MAX_SPIN_RAD_S = 15.0, 150.0
 
 
 def make(job: dict[str, Any], kitchens: Any, registries: tuple[str, ...]) -> Any:
-    """The task's environment as a user would make it."""
+    """The task's environment as a user would make it, in its `kitchen` or in one of its `kitchens`."""
     return robosuite.make(
         job["task"],
         robots="PandaOmron",
-        layout_and_style_ids=kitchens.layout_and_style_ids(job["kitchen"]),
+        layout_and_style_ids=kitchens.layout_and_style_ids(*(job.get("kitchens") or [job["kitchen"]])),
         obj_registries=registries,
         seed=job["seed"],
         control_freq=CONTROL_HZ,
