@@ -9,7 +9,7 @@ from casa_assets.families.objects.food import crustacean, dough, slab, stacked
 from casa_assets.families.objects.grown import cluster, produce
 from casa_assets.families.objects.packages import block, package
 from casa_assets.families.objects.tools import utensil
-from casa_assets.families.objects.vessels import board, lids, pocket_tray, vessel
+from casa_assets.families.objects.vessels import blender_jug, board, electric_kettle, lids, pocket_tray, vessel
 from casa_assets.families.parametric_model import ParametricModel
 
 FORMS: dict[str, ParametricModel[Any]] = {
@@ -25,6 +25,8 @@ FORMS: dict[str, ParametricModel[Any]] = {
         utensil.FORM,
         vessel.FORM,
         lids.FORM,
+        blender_jug.FORM,
+        electric_kettle.FORM,
         board.FORM,
         pocket_tray.FORM,
         package.FORM,

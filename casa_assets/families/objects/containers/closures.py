@@ -47,13 +47,37 @@ class Closure(StrEnum):
     WICK = "wick"
 
 
+# What comes off, and by what share of its height it covers the neck where it is drawn closed for good.
+COVERED: Mapping[Closure, float] = {
+    Closure.SCREW: 0.8,
+    Closure.LID: 0.8,
+    Closure.CROWN: 0.0,
+    Closure.CORK: 0.0,
+    Closure.STOPPER: 0.0,
+    Closure.FLIP: 0.45,
+    Closure.BALL: 0.0,
+    Closure.HOLES: 0.3,
+    Closure.SIFTER: 0.9,
+    Closure.CUP: 0.35,
+    Closure.SPORT: 0.48,
+    Closure.LOOP: 0.5,
+    Closure.CLIP: 0.0,
+    Closure.KNOB: 0.0,
+}
+# What swings up on a hinge at its back; the others are lifted.
+HINGED = frozenset({Closure.FLIP, Closure.CLIP})
+# By how much what opens covers the neck, metres: its collision shapes lie above the mouth, and what is seen may reach a
+# little beyond them.
+SKIRT = 0.003
+
+
 @dataclass(frozen=True)
 class Mouth:
     """The mouth that is closed.
 
     Attributes:
         radius, z: of the mouth. height: of the closure. wide: its radius by that of the mouth. room: metres of neck
-            below the mouth that a cap may cover.
+            below the mouth that a cap may cover. opens: what closes it comes off.
     """
 
     radius: float
@@ -61,14 +85,20 @@ class Mouth:
     height: float
     wide: float
     room: float
+    opens: bool = False
 
 
 @dataclass(frozen=True)
 class Part:
-    """A solid of a closure, and whether it is of the second finish. `solid` brings its collider along, or none."""
+    """A solid of a closure, which brings its collider along, or none.
+
+    Attributes:
+        second: it is of the second finish. fixed: it stays where it is when the rest comes off.
+    """
 
     solid: Solid
     second: bool = False
+    fixed: bool = False
 
 
 def closure_parts(kind: Closure, mouth: Mouth) -> list[Part]:
@@ -205,16 +235,16 @@ def _flip(m: Mouth) -> list[Part]:
     low, high = _cover(m, 0.45)
     r = m.radius * m.wide + 0.001
     seam = low + 0.55 * (high - low)
-    profile = [
-        (r, low),
-        (r, seam - 0.0006),
-        (r - 0.0008, seam - 0.0004),
-        (r - 0.0008, seam + 0.0004),
-        (r, seam + 0.0006),
-    ]
-    body = lathe([*profile, (0.97 * r, high - 0.003), (0.88 * r, high - 0.0008), (0.7 * r, high)], AROUND, 42.0)
-    lip = box((0.6 * r, 0.003, 0.0022), (0.0, -r - 0.0004, seam + 0.0022), 0.0008).without_colliders()
-    return [Part(body.with_colliders_of(rod(r, high - low).translated(z=(low + high) / 2))), Part(lip)]
+    foot = [(r, low), (r, seam - 0.0006), (r - 0.0008, seam - 0.0004)]
+    head = [(r - 0.0008, seam + 0.0004), (r, seam + 0.0006)]
+    head += [(0.97 * r, high - 0.003), (0.88 * r, high - 0.0008), (0.7 * r, high)]
+    lip = Part(box((0.6 * r, 0.003, 0.0022), (0.0, -r - 0.0004, seam + 0.0022), 0.0008).without_colliders())
+    if not m.opens:
+        body = lathe([*foot, *head], AROUND, 42.0)
+        return [Part(body.with_colliders_of(rod(r, high - low).translated(z=(low + high) / 2))), lip]
+    base, top = (lathe(line, AROUND, 42.0) for line in (foot, head))
+    under = rod(r, seam - 0.0004 - low).translated(z=(low + seam - 0.0004) / 2)
+    return [Part(top.with_hull_collider()), lip, Part(base.with_colliders_of(under), fixed=True)]
 
 
 def _nozzle(m: Mouth) -> list[Part]:
@@ -346,7 +376,14 @@ def _clip(m: Mouth) -> list[Part]:
         36,
         closed=True,
     )
-    return [*lid, *(Part(s.without_colliders(), True) for s in (seal, *made.fittings[1:]))]
+    _, band, over, lever = made.fittings
+    wires = [Part(over, True), Part(lever, True)]
+    if m.opens:  # the wire ends at the lid's edge; its lever hangs at the neck
+        top, ends = made.top - 0.001, z - 0.002
+        path = [(0.0, 1.05 * r, ends), (0.0, 1.06 * r, top), (0.0, -1.04 * r, top), (0.0, -1.045 * r, ends)]
+        wires = [Part(tube(path, circle(0.0012, 6), 0.005), True), Part(lever, True, fixed=True)]
+    parts = [Part(seal, True), Part(band, True, fixed=True), *wires]
+    return [*lid, *(Part(part.solid.without_colliders(), part.second, part.fixed) for part in parts)]
 
 
 def _knob(m: Mouth) -> list[Part]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from casa_assets.families.kit.solids.blocks import board, lathe, rod
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.containers.body import (
+    AROUND,
     Section,
     body,
     cup,
@@ -25,9 +27,19 @@ from casa_assets.families.objects.containers.body import (
     rounded_outline,
     sleeve,
 )
-from casa_assets.families.objects.containers.closures import Closure, Mouth, closure_parts
+from casa_assets.families.objects.containers.closures import (
+    COVERED,
+    HINGED,
+    SKIRT,
+    Closure,
+    Mouth,
+    Part,
+    closure_parts,
+)
+from casa_assets.families.objects.opening import LID, LID_GRIP, lift_off, swing_up
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
+from casa_assets.model.asset.shape import Cylinder
 from casa_assets.model.record import Vec2, Vec3
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
@@ -38,6 +50,14 @@ FOOT = 0.006
 FLUTE_RISE = 0.08
 # Metres between a wall and what is in it.
 GAP = 0.0006
+# A mouth of this radius lets spoons and fingers in: then the body is hollow for collisions as well. Metres.
+WIDE_MOUTH = 0.018
+# Slabs round a hollow body, and the least thickness of one, metres.
+SECTORS, SLAB = 8, 0.003
+# A lid lies so far above the rim of the collision shapes, metres.
+LID_GAP = 0.0003
+# How far a lid on a hinge turns, rad.
+SWING = 1.75
 
 
 class Container(Params):
@@ -55,6 +75,8 @@ class Container(Params):
         flutes: ridges from foot to shoulder, round bodies only; flute_depth by half the width.
         closure: what closes it. cap_height, cap_wide: its height, its radius by that of the mouth.
         base_cap: height of a cap on which it stands upside down, 0 for none.
+        opens: what closes it comes off: it slides up or swings up, and a wide mouth is hollow for collisions, down to
+            what is in it.
         open_top: the body is open above and what is in it is seen from there. wall: thickness.
         label_low, label_high: shares between which the label lies; label_wrap: share of the way round.
         tag_low, tag_high, tag_wrap: of a second label.
@@ -92,6 +114,7 @@ class Container(Params):
     cap_height: Annotated[float, Field(ge=0, le=0.12)] = 0.015
     cap_wide: Annotated[float, Field(ge=0.4, le=2.5)] = 1.05
     base_cap: Annotated[float, Field(ge=0, le=0.06)] = 0.0
+    opens: bool = False
     open_top: bool = False
     wall: Annotated[float, Field(ge=0.0008, le=0.008)] = 0.0022
     label_low: Share = 0.15
@@ -127,6 +150,8 @@ class Container(Params):
             raise ValueError(f"shoulder below neck_at is expected, got {self.shoulder} and {self.neck_at}")
         if self.label is not None and not self.label_low < self.label_high:
             raise ValueError("label_low below label_high is expected")
+        if self.opens and (self.closure not in COVERED or self.sleeve > 0 or self.base_cap > 0 or self.open_top):
+            raise ValueError(f"a {self.closure} under no foil, on a body that stands on its foot, is expected to open")
         return self
 
 
@@ -136,33 +161,39 @@ class _Frame:
 
     Attributes:
         outline: (radius, z) from the foot to the mouth, metres. plain: the same without grooves.
+        height: from the foot to where a closed mouth is, metres; one that opens ends a little lower.
     """
 
     outline: list[Vec2]
     plain: list[Vec2]
     section: Section
+    height: float
 
     def z(self, share: float) -> float:
         """A height from a share of the height of the body."""
-        low, high = self.plain[0][1], self.plain[-1][1]
-        return low + share * (high - low)
+        return self.plain[0][1] + share * self.height
+
+    @property
+    def top(self) -> float:
+        """Height of the mouth, metres."""
+        return self.plain[-1][1]
 
 
 def build(builder: AssetBuilder, p: Container) -> None:
     """Build the asset: it stands on z = 0 about the origin."""
     frame = _frame(p)
     seen = builder.supplies.finish(p.body).material.base_color[3] < 0.999
-    shell = (
-        cup(frame.outline, frame.section, p.wall, 1.5 * p.wall) if p.open_top else body(frame.outline, frame.section)
-    )
+    is_cup = p.open_top or p.opens
+    shell = cup(frame.outline, frame.section, p.wall, 1.5 * p.wall) if is_cup else body(frame.outline, frame.section)
     if p.flutes and frame.section.is_round:
         shell = replace(shell, points=_fluted(shell.points, p, frame), crease_deg=60.0)
     solid_body = body(frame.outline, frame.section)
-    shell = shell.with_colliders_of(*_hits(p, frame))
+    level = min(frame.z(p.fill), frame.top - 0.004) if p.opens else frame.z(p.fill)
+    is_hollow = p.opens and frame.plain[-1][0] >= WIDE_MOUTH
+    shell = shell.with_colliders_of(*(_hollow_hits(builder, p, frame, level) if is_hollow else _hits(p, frame)))
     builder.add(ROOT, shell, p.body, label="body", name="body", density=0.0)
     builder.add(ROOT, solid_body, p.body, collider=False, density=p.heft, visible=False)
-    level = frame.z(p.fill)
-    if (seen or p.open_top) and p.fill > 0.02:
+    if (seen or is_cup) and p.fill > 0.02:
         inset = p.wall + GAP + (p.flute_depth * p.width / 2 if p.flutes else 0.0)
         held = piece(frame.plain, frame.plain[0][1] + max(0.003, p.wall), level)
         held = [(r, z) for r, z in held if r > inset + 0.001]
@@ -201,9 +232,13 @@ def _frame(p: Container) -> _Frame:
         rows = sorted({low, low + rise, high - rise, high} - {z for _, z in plain})
         plain = sorted([*plain, *((radius_at(plain, z), z) for z in rows)], key=lambda point: point[1])
     outline = grooved(plain, start + p.groove_low * h, start + p.groove_high * h, p.grooves, p.groove_depth)
+    if p.opens:  # the mouth ends a little above the lower edge of what closes it
+        room = (1 - p.neck_at) * h - 0.001
+        down = max(0.0, min(COVERED[p.closure] * p.cap_height, room) - SKIRT)
+        plain, outline = (piece(line, line[0][1], line[-1][1] - down) for line in (plain, outline))
     # What stands on its cap keeps its section to both ends.
     mouth = widest if p.base_cap > 0 else plain[-1][0]
-    return _Frame(outline, plain, Section(p.flat, p.corner, mouth, widest))
+    return _Frame(outline, plain, Section(p.flat, p.corner, mouth, widest), h)
 
 
 def _ridged(p: Container, start: float) -> Vec2:
@@ -230,27 +265,62 @@ def _hits(p: Container, frame: _Frame) -> list[Solid]:
     start = narrow[0] if narrow else top
     low = [r for r, z in outline if base + 0.1 * (edge - base) < z <= edge]
     solids = []
-    foot_radius = radius_at(outline, base + FOOT)
     if p.base_cap > 0:
         ring = section.ring(p.cap_wide * outline[0][0])
         x, y = 0.8 * float(ring[:, 0].max()), 0.8 * float(ring[:, 1].max())
         solids.append(board((-x, -y, 0.0), (x, y, p.base_cap), 0.0))
     if section.is_round and min(low, default=0.0) > 0.94 * widest:
         solids.append(rod(widest, edge - base).translated(z=(edge + base) / 2))
+    elif p.base_cap > 0:
+        solids.append(body(piece(outline, base, edge), section).with_hull_collider())
     else:
-        lower = FOOT / 2 if p.base_cap == 0 else base
-        solids.append(body(piece(outline, max(base, lower), edge), section).with_hull_collider())
-        if p.base_cap == 0:
-            ring = section.ring(foot_radius)
-            x, y = 0.75 * float(ring[:, 0].max()), 0.75 * float(ring[:, 1].max())
-            round_foot = rod(0.95 * foot_radius, FOOT).translated(z=FOOT / 2)
-            solids.append(round_foot if section.is_round else board((-x, -y, 0.0), (x, y, FOOT), 0.0))
+        solids += _footed(frame, edge)
     if start - edge > 0.002:
         solids.append(body(piece(outline, edge, start), section).with_hull_collider())
     if top - start > 0.003:
         r = max(q for q, z in outline if z >= start)
         neck = rod(r, top - start).translated(z=(top + start) / 2)
         solids.append(neck if section.is_round else body(piece(outline, start, top), section).with_hull_collider())
+    return solids
+
+
+def _footed(frame: _Frame, high: float) -> list[Solid]:
+    """Collision solids of the body from its foot to a height: a hull on a plain foot."""
+    base, section = frame.plain[0][1], frame.section
+    tall = min(FOOT, high - base)
+    hull = body(piece(frame.plain, base + tall / 2, high), section).with_hull_collider()
+    radius = radius_at(frame.plain, base + tall)
+    if section.is_round:
+        return [hull, rod(0.95 * radius, tall).translated(z=base + tall / 2)]
+    ring = section.ring(radius)
+    x, y = 0.75 * float(ring[:, 0].max()), 0.75 * float(ring[:, 1].max())
+    return [hull, board((-x, -y, base), (x, y, base + tall), 0.0)]
+
+
+def _hollow_hits(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> list[Solid]:
+    """Collision solids of a body that is open above: what is filled or its floor, and slabs round the room above it."""
+    outline, base = frame.plain, frame.plain[0][1]
+    is_filled = p.fill > 0.02 and level > base + 0.02
+    floor = level if is_filled else base + max(SLAB, 1.5 * p.wall)
+    widest = max(z for r, z in outline if r > 0.97 * frame.section.widest)
+    levels = [floor, frame.top]
+    if widest > floor + 0.01 and frame.top > widest + 0.005:
+        levels = [floor, widest, frame.top]
+    thick, steps = max(SLAB, p.wall), AROUND // SECTORS
+    solids = _footed(frame, floor)
+    for low, high in pairwise(levels):
+        line = piece(outline, low, high)
+        outer = [np.column_stack([frame.section.ring(r), np.full(AROUND, z)]) for r, z in line]
+        inner = [np.column_stack([frame.section.ring(r, -thick), np.full(AROUND, z)]) for r, z in (line[0], line[-1])]
+        for k in range(SECTORS):
+            at = np.arange(k * steps, (k + 1) * steps + 1) % AROUND
+            points = np.concatenate([ring[at] for ring in (*outer, *inner)])
+            solids.append(Solid(points, np.empty((0, 3), dtype=np.int64)).with_hull_collider())
+    if not is_filled:
+        half = min(r for r, z in outline if z >= floor) - thick
+        room = frame.section.ring(half)
+        width = 2 * float(np.linalg.norm(room, axis=1).min()) * math.cos(math.pi / SECTORS)
+        builder.round_region("int", (0.0, 0.0, floor), width, frame.top - floor - 0.002)
     return solids
 
 
@@ -264,7 +334,7 @@ def _labels(builder: AssetBuilder, p: Container, frame: _Frame) -> None:
     )
     for finish, low, high, wrap, out, label in rows:
         if finish is not None:
-            part = piece(frame.plain, frame.z(low), frame.z(high))
+            part = piece(frame.plain, frame.z(low), min(frame.z(high), frame.top - 0.001))
             skin = sleeve(part, frame.section, wrap, out)
             if p.flutes and frame.section.is_round:
                 skin = replace(skin, points=_fluted(skin.points, p, frame))
@@ -276,8 +346,13 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
     z, radius = frame.plain[-1][1], frame.plain[-1][0]
     if p.open_top:
         z = level
-    mouth = Mouth(radius, z, p.cap_height, p.cap_wide, max(0.0, (1 - p.neck_at) * p.height - 0.001))
-    for k, part in enumerate(closure_parts(p.closure, mouth)):
+    room = SKIRT if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)
+    mouth = Mouth(radius, z, p.cap_height, p.cap_wide, room, p.opens)
+    parts = closure_parts(p.closure, mouth)
+    if p.opens:
+        _opening(builder, p, mouth, [part for part in parts if not part.fixed])
+        parts = [part for part in parts if part.fixed]
+    for k, part in enumerate(parts):
         finish = p.cap_second if part.second else p.cap
         hit = bool(part.solid.shapes)
         name = "cap" if k == 0 else None
@@ -293,6 +368,40 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
                 [(r - 0.001, at), (r + 0.0012, at + 0.0006), (r + 0.0012, at + 0.0024), (r - 0.001, at + 0.003)], 36
             )
             builder.add(ROOT, bead, p.rim_finish, label="rim", collider=False, density=0.0)
+
+
+def _opening(builder: AssetBuilder, p: Container, mouth: Mouth, parts: list[Part]) -> None:
+    """What comes off: on a link of its own, with collision shapes that begin above the mouth."""
+    is_hinged = p.closure in HINGED
+    low = mouth.z + LID_GAP
+    at = (0.0, 0.0, mouth.z)
+    if p.closure is Closure.FLIP:
+        seam = min(float(part.solid.bounds[0, 2]) for part in parts if part.solid.shapes)
+        low = seam
+        at = (0.0, mouth.radius * mouth.wide + 0.001, seam)
+    elif is_hinged:
+        at = (0.0, 1.03 * mouth.radius, mouth.z)
+    back = (-at[0], -at[1], -at[2])
+    builder.link(LID, at)
+    for k, part in enumerate(parts):
+        solid = part.solid
+        if solid.shapes:
+            points = np.column_stack([solid.points[:, :2], solid.points[:, 2].clip(low)])
+            raised = replace(solid, points=points)
+            if len(solid.shapes) == 1 and isinstance(solid.shapes[0][0], Cylinder):
+                high = float(points[:, 2].max())
+                raised = rod(solid.shapes[0][0].radius, high - low).translated(z=(low + high) / 2)
+            else:
+                raised = raised.with_hull_collider()
+            solid = solid.with_colliders_of(raised)
+        finish = p.cap_second if part.second else p.cap
+        hit: str | bool = LID_GRIP if k == 0 else bool(solid.shapes)
+        name = "lid" if k == 0 else None
+        builder.add(LID, solid.translated(*back), finish, label="lid", name=name, collider=hit, density=150.0)
+    if is_hinged:
+        swing_up(builder, (-1.0, 0.0, 0.0), SWING)
+    else:
+        lift_off(builder, 2 * mouth.radius)
 
 
 def _handle(builder: AssetBuilder, p: Container, frame: _Frame) -> None:

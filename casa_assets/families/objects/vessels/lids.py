@@ -11,6 +11,7 @@ from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.objects.opening import LID_GRIP
 from casa_assets.families.objects.vessels.fittings import arch, knob, rim_bead
 from casa_assets.families.objects.vessels.surface import Plan, patched, round_plan, surface
 from casa_assets.families.parametric_model import ParametricModel
@@ -52,8 +53,11 @@ class Lid:
     bead_finish: str
 
 
-def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float) -> None:
-    """Add a lid whose rim lies at a height; plan is what the vessel looks like from above."""
+def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = ROOT) -> None:
+    """Add a lid whose rim lies at a height; plan is what the vessel looks like from above.
+
+    On a link of its own it can be lifted: its collision shapes then lie above its rim, its grip is LID_GRIP.
+    """
     flat = replace(plan, lip=0.0, lip_rise=0.0, facets=0, flutes=0, weave=0.0, around=min(plan.around, 40))
     flat = replace(flat, half_x=lid.radius, half_y=plan.half_y + lid.radius - plan.half_x, height=1.0)
     if plan.corner is not None:
@@ -69,14 +73,19 @@ def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float) -> None:
     # Its top shows what the picture has between the foot and the rim of a vessel.
     v = [np.linspace(0.9, 0.6, len(below)), np.linspace(0.46, 0.44, len(edge)), np.linspace(0.43, 0.24, len(top))]
     body = surface(np.concatenate([below, np.array(edge), top[::-1]]), np.concatenate(v), flat)
-    builder.add(ROOT, body.with_hull_collider(), lid.finish, label="lid", name="lid")
+    is_loose = link != ROOT
+    low = z if is_loose else -np.inf
+    above = np.column_stack([body.points[:, :2], body.points[:, 2].clip(low)])
+    body = body.with_colliders_of(replace(body, points=above).with_hull_collider())
+    grip = LID_GRIP if is_loose and lid.knob is KnobForm.NONE else "lid"
+    builder.add(link, body, lid.finish, label="lid", name="lid", collider=grip)
     if lid.bead > 0:
         ring = rim_bead(flat.ring(lid.radius, z + 0.3 * lid.thick), lid.bead)
-        builder.add(ROOT, patched(ring), lid.bead_finish, label="lid", collider=False)
-    _add_knob(builder, lid, z + lid.rise)
+        builder.add(link, patched(ring), lid.bead_finish, label="lid", collider=False)
+    _add_knob(builder, lid, z + lid.rise, link)
 
 
-def _add_knob(builder: AssetBuilder, lid: Lid, top: float) -> None:
+def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
     """Add what the lid is lifted by; its foot is in the lid."""
     size = lid.knob_size
     if lid.knob is KnobForm.NONE:
@@ -87,7 +96,8 @@ def _add_knob(builder: AssetBuilder, lid: Lid, top: float) -> None:
         shape = {KnobForm.BALL: (1.0, 1.7, 0.5), KnobForm.FLAT: (1.0, 1.0, 0.45), KnobForm.CONE: (0.8, 2.4, 0.55)}
         wide, tall, slim = shape[lid.knob]
         part = knob(wide * size, tall * size, slim).translated(z=top - 0.0006)
-    builder.add(ROOT, patched(part), lid.knob_finish, label="knob", name="knob")
+    grip = "knob" if link == ROOT else LID_GRIP
+    builder.add(link, patched(part), lid.knob_finish, label="knob", name="knob", collider=grip)
 
 
 class SingleLid(Params):

@@ -48,7 +48,8 @@ class Vessel(Params):
             handle_hole: radius of a hole in its end.
         spout: how far a tube of a spout stands out. spout_from, spout_to: heights of its ends, by the height.
             spout_radius: at the wall. spout_curve: 0 straight, 1 bent.
-        lid: it has a lid on it. lid_rise, lid_dome, lid_over: height, shape, how far it reaches over the rim.
+        lid: it has a lid on it. lid_opens: it can be lifted off, and the vessel is hollow below it.
+            lid_rise, lid_dome, lid_over: height, shape, how far it reaches over the rim.
             lid_skirt: how far it reaches down outside. lid_bead: radius of a ring of metal round it.
             knob, knob_size: what it is lifted by.
         hole: radius of holes in its wall, 0 for none. hole_gap: distance of two. holes_from, holes_to: by the height.
@@ -102,6 +103,7 @@ class Vessel(Params):
     spout_tip: Metres = 0.008
     spout_curve: Share = 0.6
     lid: bool = False
+    lid_opens: bool = False
     lid_rise: Length = 0.02
     lid_dome: Annotated[float, Field(ge=1, le=12)] = 2.5
     lid_over: Annotated[float, Field(ge=-0.03, le=0.02)] = 0.002

@@ -11,11 +11,12 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, prism
+from casa_assets.families.objects.opening import LID, MOST_LIFT, lift_off
 from casa_assets.families.objects.vessels.colliders import closed_shapes, open_shapes
 from casa_assets.families.objects.vessels.fittings import rim_bead, sieve_wires, strap
 from casa_assets.families.objects.vessels.handles import handles, seated, spouts
-from casa_assets.families.objects.vessels.lids import Lid, add_lid
-from casa_assets.families.objects.vessels.params import Vessel
+from casa_assets.families.objects.vessels.lids import KnobForm, Lid, add_lid
+from casa_assets.families.objects.vessels.params import HandleForm, Vessel
 from casa_assets.families.objects.vessels.surface import (
     RIM_V,
     Plan,
@@ -32,6 +33,8 @@ from casa_assets.model.asset.asset import Base
 
 # The most collision shapes of a vessel with all that is on it.
 MOST_SHAPES = 24
+# How far the rim of a lid that can be lifted reaches down outside, metres.
+LOOSE_SKIRT = 0.003
 
 
 def build(builder: AssetBuilder, p: Vessel) -> None:
@@ -47,10 +50,12 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
     body = surface(path, v, plan, replace(plan, weave=0.0))
     if p.hole > 0:
         body = _pierced(body, p, plan, profile)
-    if p.lid:
+    # Nothing is put in through the mouth of a kettle, under its handle.
+    if p.lid and (not p.lid_opens or p.handle is HandleForm.ARCH):
         shapes = tuple(closed_shapes(profile.outside, plan, 0.025 * p.width))
     else:
-        room = MOST_SHAPES - sum(len(part.shapes) for part, _, _ in parts)
+        lid_shapes = 1 + (p.knob is not KnobForm.NONE) + 4 * (p.knob is KnobForm.BOW) if p.lid else 0
+        room = MOST_SHAPES - lid_shapes - sum(len(part.shapes) for part, _, _ in parts)
         shapes = open_shapes(profile, plan, floor, p.stem * p.height, room)
     substance = builder.supplies.finish(p.skin).substance
     density = p.matter * substance.density
@@ -151,7 +156,8 @@ def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
         rise=p.lid_rise,
         dome=p.lid_dome,
         thick=p.lid_thick,
-        skirt=p.lid_skirt,
+        # What can be lifted has collision shapes above the rim alone, and is seen little beyond them.
+        skirt=min(p.lid_skirt, LOOSE_SKIRT) if p.lid_opens else p.lid_skirt,
         bead=p.lid_bead,
         knob=p.knob,
         knob_size=p.knob_size,
@@ -159,7 +165,16 @@ def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
         knob_finish=p.knob_finish or finish,
         bead_finish=p.lid_bead_finish,
     )
-    add_lid(builder, lid, plan, p.height + max(p.wall / 2, p.bead) + 0.0004)
+    rim_z = p.height + max(p.wall / 2, p.bead) + 0.0004
+    if not p.lid_opens:
+        add_lid(builder, lid, plan, rim_z)
+        return
+    builder.link(LID)
+    add_lid(builder, lid, plan, rim_z, LID)
+    top = max(float(part.solid.bounds[1, 2]) for part in builder.links[LID].parts)
+    under = p.height + p.handle_reach - p.handle_thick
+    most = under - top - 0.004 if p.handle is HandleForm.ARCH else MOST_LIFT
+    lift_off(builder, 2 * rim, most=most)
 
 
 def _content(builder: AssetBuilder, p: Vessel, plan: Plan, profile: Profile) -> None:

@@ -1,0 +1,61 @@
+"""Jugs of blenders by themselves: a jar with blades, a scale and a handle, with or without its cover."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from casa_assets.families.family import FinishId, Params
+from casa_assets.families.kit.asset_builder import AssetBuilder
+from casa_assets.families.objects.opening import LID, lift_off
+from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.families.parts.appliance.blender_jar import (
+    BlenderJar,
+    Cover,
+    Jar,
+    add_cover,
+    add_jar,
+    add_jar_handle,
+)
+from casa_assets.model.asset.asset import Base
+
+
+class BlenderJug(Params):
+    """Parameters of a blender's jug; lengths in metres.
+
+    Attributes:
+        jar. height, top, foot: of the glass, and half width at the mouth and at the foot.
+        handle_reach, handle_low: how far the handle stands out, height of its lower end by that of the glass.
+        lid: its cover lies on it and can be lifted. thickness, cap_radius, cap_height: of the cover and its filler cap.
+        grip, glass, cap: finishes of collar, handle and cover, of the jar, of the filler cap.
+    """
+
+    jar: BlenderJar = BlenderJar.ROUND
+    height: Annotated[float, Field(ge=0.1, le=0.25)]
+    top: Annotated[float, Field(ge=0.045, le=0.085)]
+    foot: Annotated[float, Field(ge=0.035, le=0.065)]
+    handle_reach: Annotated[float, Field(ge=0.035, le=0.06)] = 0.045
+    handle_low: Annotated[float, Field(ge=0.05, le=0.4)] = 0.2
+    lid: bool = True
+    thickness: Annotated[float, Field(ge=0.012, le=0.022)] = 0.015
+    cap_radius: Annotated[float, Field(ge=0.018, le=0.034)] = 0.026
+    cap_height: Annotated[float, Field(ge=0.01, le=0.03)] = 0.014
+    grip: FinishId = "plastic_black"
+    glass: FinishId = "glass_clear"
+    cap: FinishId = "plastic_clear"
+
+
+def build(builder: AssetBuilder, p: BlenderJug) -> None:
+    """Build the asset: it stands on z = 0, its handle to +x."""
+    jar = Jar(p.jar, p.height, p.top, p.foot, p.grip, p.glass, p.handle_reach, p.handle_low, True)
+    add_jar(builder, jar, 0.0)
+    add_jar_handle(builder, jar, 0.0)
+    if p.lid:
+        builder.link(LID, (0.0, 0.0, jar.rim))
+        cap = (p.cap_radius, p.cap_height, p.grip, p.cap, "filler_cap")
+        add_cover(builder, Cover(p.jar, p.top, p.thickness, *cap), LID)
+        lift_off(builder, 2 * p.top)
+
+
+FORM = ParametricModel("blender_jug", BlenderJug, build, base=Base.FREE)
