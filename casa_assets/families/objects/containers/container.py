@@ -397,7 +397,7 @@ def _opening(builder: AssetBuilder, p: Container, mouth: Mouth, parts: list[Part
         finish = p.cap_second if part.second else p.cap
         hit: str | bool = LID_GRIP if k == 0 else bool(solid.shapes)
         name = "lid" if k == 0 else None
-        builder.add(LID, solid.translated(*back), finish, label="lid", name=name, collider=hit, density=150.0)
+        builder.add(LID, solid.translated(*back), finish, label="lid", name=name, collider=hit, density="screw_cap")
     if is_hinged:
         swing_up(builder, (-1.0, 0.0, 0.0), SWING)
     else:

@@ -132,7 +132,7 @@ class Dough(Params):
     crumb_finish: FinishId = "dish_crumb"
     coat_finish: FinishId = "dish_icing_white"
     line_finish: FinishId = "dish_crumb"
-    pat_finish: FinishId = "dish_butter"
+    pat_finish: FinishId = "butter_deep"
     stick_finish: FinishId = "oak_light"
     topping_finish: FinishId = "dish_sesame"
     topping_finish_2: FinishId | None = None

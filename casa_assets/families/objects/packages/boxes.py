@@ -45,10 +45,13 @@ def carton(p: Package) -> list[Part]:
     """A folded carton with flaps at its ends, and where it has one a window or a spout."""
     outline = four_sides(p.front, p.side)
     flaps = CARD * 2
-    body = _sides(p, outline, p.height - 2 * flaps, p.lower, 1.0 - p.upper).translated(z=flaps)
     half_x, half_y = p.width / 2, p.depth / 2
-    parts = [Part(body, p.skin, "package", p.density)]
-    for end in (0, 1):
+    if p.opens:
+        parts = _open_carton(p, outline, flaps)
+    else:
+        body = _sides(p, outline, p.height - 2 * flaps, p.lower, 1.0 - p.upper).translated(z=flaps)
+        parts = [Part(body, p.skin, "package", p.density)]
+    for end in (0,) if p.opens else (0, 1):
         z = p.height - flaps if end else 0.0
         layer, low = (z, z + CARD) if end else (z + CARD, z)
         layer_board = board(
@@ -78,6 +81,37 @@ def _sides(p: Package, outline: Outline, height: float, low: float, high: float)
     # Its ends lie flat.
     rings[[0, -1], :, 2] = np.array([[0.0], [height]])
     return wrapped(rings, outline.sides, low + (high - low) * LEVELS, along=p.along)
+
+
+def _open_carton(p: Package, outline: Outline, flaps: float) -> list[Part]:
+    """The body of a carton that is open above what fills it, its lining, what is seen inside, and its lid."""
+    half_x, half_y, top, level = p.width / 2, p.depth / 2, lid_seam(p), p.fill * p.height
+    # The lining is flat, so the sides are dented little.
+    smooth = p.replace(dents=min(p.dents, 0.0003))
+    full = _sides(smooth, outline, top - flaps, p.lower, 1.0 - p.upper).translated(z=flaps)
+    outside = full.points.reshape(len(LEVELS), -1, 3)
+    inside = [outline.ring(half_x - CARD, half_y - CARD, p.edge, z) for z in (top, level)]
+    heights = p.lower + (1.0 - p.upper - p.lower) * LEVELS
+    rings = np.concatenate([outside, np.stack(inside)])
+    body = wrapped(rings, outline.sides, np.array([*heights, 1.0 - p.upper, 1.0 - p.upper]), along=p.along)
+    parts = [Part(body, p.skin, "package", p.density * full.volume / body.volume)]
+    x, y, z = half_x - CARD, half_y - CARD, top - 0.0005
+    for sign in (-1, 1):
+        ends, sides = sorted((sign * x, sign * (x - 0.0003))), sorted((sign * y, sign * (y - 0.0003)))
+        parts.append(Part(board((ends[0], -y, level), (ends[1], y, z), 0.0), BOARD_FINISH, "lining"))
+        parts.append(
+            Part(board((-x + 0.0003, sides[0], level), (x - 0.0003, sides[1], z), 0.0), BOARD_FINISH, "lining")
+        )
+    held = board((-x + 0.0004, -y + 0.0004, level - 0.001), (x - 0.0004, y - 0.0004, level + 0.0006), 0.0)
+    parts.append(Part(held, p.content or "paper_white", "content"))
+    lid = board((-half_x, -half_y, top + 0.0004), (half_x, half_y, p.height), 0.0)
+    picture = with_front_picture(lid, (0.32, 1.0 - p.upper), (0.68, 0.997), (0, 1))
+    return [*parts, Part(picture.with_box_collider(), p.skin, "lid", swings=True)]
+
+
+def lid_seam(p: Package) -> float:
+    """Height of the upper edge of an open carton, below its lid, metres."""
+    return p.height - 2 * CARD - 0.0004
 
 
 def _bulged(rings: Floats, outline: Outline, amount: float, levels: Floats) -> Floats:

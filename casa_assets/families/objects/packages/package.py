@@ -8,14 +8,15 @@ from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, box_shape
+from casa_assets.families.objects.opening import LID, LID_GRIP, swing_up
 from casa_assets.families.objects.packages.bags import pillow, pouch, twist
-from casa_assets.families.objects.packages.boxes import brick, carton, gable, paper_bag, wrapped_block
+from casa_assets.families.objects.packages.boxes import brick, carton, gable, lid_seam, paper_bag, wrapped_block
 from casa_assets.families.objects.packages.part import Part
 from casa_assets.families.objects.packages.tubs import roll, tub
 from casa_assets.families.objects.packages.wrapping import LYING_ALONG, LYING_BACK
@@ -64,6 +65,7 @@ class Package(Params):
         edge: radius of upright edges. bulge: of the sides. dents: how far they are uneven. seed: of what is random.
         flap: where the flaps of a carton meet, by half the depth; near 1 there is a single flap.
         window, window_wide: height and width of a pane in a carton's front, shares; window_finish is seen there.
+        opens: the upper end of a carton is a lid that swings up; below it is a room, down to `fill` of the height.
         spout: above 0, a carton has a spout of sheet at its side.
         roof: share of the height of a gable, or of the folds of a paper bag. fin: height of the ridge's seam; of
             twisted paper the width of its ends. cap_radius: of a screw cap on a gable or a pouch, 0 for none.
@@ -102,6 +104,7 @@ class Package(Params):
     window: Annotated[float, Field(ge=0, le=0.8)] = 0.0
     window_wide: Share = 0.7
     window_finish: FinishId = "pasta_dry"
+    opens: bool = False
     spout: Small = 0.0
     roof: Annotated[float, Field(ge=0, le=0.5)] = 0.15
     fin: Small = 0.012
@@ -137,6 +140,12 @@ class Package(Params):
     rim_finish: FinishId = "plastic_white"
     content: FinishId | None = None
 
+    @model_validator(mode="after")
+    def _can_open(self) -> Package:
+        if self.opens and (self.shape is not Shape.CARTON or self.rest is not Rest.STANDS or self.spout > 0):
+            raise ValueError(f"a carton without a spout that stands is expected to open, got a {self.shape}")
+        return self
+
     @property
     def density(self) -> float:
         """kg/m^3 of the body, which weighs all."""
@@ -159,6 +168,8 @@ SHAPES: Mapping[Shape, Callable[[Package], list[Part]]] = {
     Shape.TUB: tub,
     Shape.ROLL: roll,
 }
+# Collision shapes of an open carton's walls are so thick, metres; its lid turns so far, rad.
+WALL, LID_SWING = 0.002, 1.9
 POSES = {Rest.STANDS: Pose(), Rest.BACK: LYING_BACK, Rest.ALONG: LYING_ALONG}
 
 
@@ -172,6 +183,9 @@ def build(builder: AssetBuilder, p: Package) -> None:
     colliders = [solid.transformed(at) for solid in _colliders(p, parts[0].solid, everything)]
     for k, part in enumerate(parts):
         solid = part.solid.transformed(at)
+        if part.swings:
+            _lid(builder, part, solid)
+            continue
         if k == 0:
             solid = solid.with_colliders_of(*colliders)
         elif part.collider and not solid.shapes:
@@ -180,10 +194,31 @@ def build(builder: AssetBuilder, p: Package) -> None:
         builder.add(ROOT, solid, part.finish, label=part.label, collider=touched, density=part.density)
 
 
+def _lid(builder: AssetBuilder, part: Part, solid: Solid) -> None:
+    """The lid of a carton, on a hinge at its back."""
+    low, high = solid.bounds
+    hinge = (0.0, float(high[1]), float(low[2]))
+    builder.link(LID, hinge)
+    placed = solid.translated(*(-v for v in hinge))
+    builder.add(LID, placed, part.finish, label=part.label, name="lid", collider=LID_GRIP, density="cardboard_flap")
+    swing_up(builder, (-1.0, 0.0, 0.0), LID_SWING)
+
+
 def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:
     """Collision shapes of the body, standing: boxes where it has flat sides, else hulls."""
     low, high = body.bounds
     match p.shape:
+        case Shape.CARTON if p.opens:
+            level, top, t = p.fill * p.height, lid_seam(p), WALL
+            (x0, y0, _), (x1, y1, _) = low, high
+            walls = [
+                ((x0, y0, level), (x0 + t, y1, top)),
+                ((x1 - t, y0, level), (x1, y1, top)),
+                ((x0 + t, y0, level), (x1 - t, y0 + t, top)),
+                ((x0 + t, y1 - t, level), (x1 - t, y1, top)),
+            ]
+            below = box_shape((x0, y0, 0.0), (x1, y1, level))
+            return [body.with_shapes(below, *(box_shape(a, b) for a, b in walls))]
         case Shape.CARTON | Shape.BRICK | Shape.BLOCK:
             top = high[2] if p.bare > 0 else p.height
             shape = box_shape((low[0], low[1], 0.0), (high[0], high[1], top))

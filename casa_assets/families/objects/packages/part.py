@@ -15,6 +15,7 @@ class Part:
         solid: before the package is laid down: it stands on z = 0, its front looks to -y.
         finish: id of a finish. label: what part it is.
         density: kg/m^3; 0 weighs nothing. collider: it has a collision shape of its own.
+        swings: it is on the link of the lid.
     """
 
     solid: Solid
@@ -22,3 +23,4 @@ class Part:
     label: str
     density: float = 0.0
     collider: bool = False
+    swings: bool = False
