@@ -211,13 +211,15 @@ def _colliders(p: Package, body: Solid, everything: Floats) -> list[Solid]:
         case Shape.CARTON if p.opens:
             level, top, t = p.fill * p.height, lid_seam(p), WALL
             (x0, y0, _), (x1, y1, _) = low, high
+            below = box_shape((x0, y0, 0.0), (x1, y1, level))
+            # The lid swings past the back, which bulges less up here.
+            y1 = p.depth / 2
             walls = [
                 ((x0, y0, level), (x0 + t, y1, top)),
                 ((x1 - t, y0, level), (x1, y1, top)),
                 ((x0 + t, y0, level), (x1 - t, y0 + t, top)),
                 ((x0 + t, y1 - t, level), (x1 - t, y1, top)),
             ]
-            below = box_shape((x0, y0, 0.0), (x1, y1, level))
             return [body.with_shapes(below, *(box_shape(a, b) for a, b in walls))]
         case Shape.CARTON | Shape.BRICK | Shape.BLOCK:
             top = high[2] if p.bare > 0 else p.height
