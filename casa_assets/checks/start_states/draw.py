@@ -14,7 +14,7 @@ from casa_assets.checks.start_states.trial import settle, watch
 from casa_assets.core.sampling import rng_for
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.start_states import StartStates, StateNotes
+from casa_assets.model.kitchen.start_states import FREE_WIDTH, StartStates, StateJoint, StateNotes
 
 RANDOM_LANE = "start_states"
 # How often a thing is put into each kind of place, where there is one.
@@ -23,11 +23,13 @@ EDGE_M, OVER_M, ABOVE_M = 0.01, 0.001, 0.005  # gaps at the sides, below and abo
 TRIES = 40  # places that are tried for one thing, and draws of one state
 OPENED_SHARES = (0.4, 1.0)  # of a door's way, where it is opened
 SAFETY = 0.8  # share of the limits that a state is drawn within, so that it holds on other machines too
+STAYED_M = 0.1  # farthest that something loose goes while a state settles; fruit rolls to the bottom of its bowl
 # Why a draw is given up.
-NO_ROOM, RESTLESS, LEFT, DEEP, MOVES, PARKED, WARNS = (
+NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
     "a thing found no room",
     "did not come to rest",
     "a thing left its place",
+    "a thing fell over or off",
     "shapes are pressed into each other",
     "moves by itself",
     "something stands where the robot parks",
@@ -136,7 +138,7 @@ def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str
     """One draw: a state, or why it is none."""
     draft = _Draft(stage.at_rest.copy())
     _open(stage, draft, wanted.opened, rng)
-    chosen = [stage.things[int(k)] for k in rng.permutation(len(stage.things))[: wanted.things]]
+    chosen = _choose(stage, wanted.things, rng)
     _lift(draft, chosen)
     for thing in chosen:
         if not _put(stage, draft, thing, rng):
@@ -148,6 +150,8 @@ def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str
     by_name = {thing.name: thing for thing in chosen}
     if not all(_is_in(stage, by_name[name], place) for name, place in draft.placed.items()):
         return LEFT
+    if not all(_has_stayed(stage, draft.qpos, settled, joint) for joint in stage.joints if joint.width == FREE_WIDTH):
+        return FELL
     parking = _park(stage, rng)
     if parking is None:
         return PARKED
@@ -170,6 +174,19 @@ def _open(stage: Stage, draft: _Draft, count: int, rng: np.random.Generator) -> 
         draft.qpos[address] = closed + float(rng.uniform(*OPENED_SHARES)) * (opened - closed)
     draft.qpos = stage.with_contents(draft.qpos)
     draft.opened = tuple(sorted(name for name, *_ in doors))
+
+
+def _choose(stage: Stage, count: int, rng: np.random.Generator) -> list[LooseThing]:
+    """Things that are put somewhere else; of a stack the upper ones are taken first."""
+    waiting = [stage.things[int(k)] for k in rng.permutation(len(stage.things))]
+    chosen: list[LooseThing] = []
+    taken: set[str] = set()
+    while len(chosen) < count:
+        thing = next(one for one in waiting if stage.on_top.get(one.name, set()) <= taken)
+        waiting.remove(thing)
+        chosen.append(thing)
+        taken.add(thing.name)
+    return chosen
 
 
 def _lift(draft: _Draft, chosen: list[LooseThing]) -> None:
@@ -238,6 +255,12 @@ def _is_in(stage: Stage, thing: LooseThing, place: Place) -> bool:
     half = np.abs(place.pose.rotation) @ place.size / 2
     centre = stage.carried(stage.data.qpos, place, np.array(place.pose.position))
     return bool((np.abs((low + high) / 2 - centre) <= half).all())
+
+
+def _has_stayed(stage: Stage, before: Floats, settled: Floats, joint: StateJoint) -> bool:
+    """Whether something loose is still near where it was when the state began to settle."""
+    part = slice(joint.address, joint.address + 3)
+    return float(np.linalg.norm(settled[part] - before[part])) <= STAYED_M
 
 
 def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:

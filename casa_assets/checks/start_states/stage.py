@@ -137,17 +137,16 @@ class Stage:
 
     @cached_property
     def things(self) -> tuple[LooseThing, ...]:
-        """What can be put elsewhere: loose, small, no appliance, and nothing else stands on it.
+        """What can be put elsewhere: loose, small, no appliance, and nothing that stays stands on it.
 
         In a kitchen that is lived in these are its objects.
         """
         model = self.model
         self.show(self.at_rest)
-        carriers = self._carriers()
         found = []
         for row, kinds in self._loose():
             name = row["name"]
-            if name in carriers or row["mass_kg"] > HEAVIEST_KG:
+            if row["mass_kg"] > HEAVIEST_KG:
                 continue
             geoms = np.flatnonzero(subtree(model, int(model.body(name).id))[model.geom_bodyid])
             low, high = box_around(geom_boxes(model, self.data, geoms))
@@ -159,6 +158,10 @@ class Stage:
             turned = np.zeros(4)
             mujoco.mju_mulQuat(turned, back, root)
             found.append(LooseThing(name, row["category"], address, turned, geoms, kinds))
+        count = 0
+        while len(found) != count:
+            count, names = len(found), {thing.name for thing in found}
+            found = [thing for thing in found if self.on_top.get(thing.name, set()) <= names]
         return tuple(found)
 
     def _loose(self) -> Iterator[tuple[Mapping[str, Any], frozenset[str]]]:
@@ -198,17 +201,19 @@ class Stage:
             )
         return moved
 
-    def _carriers(self) -> set[str]:
-        """Loose things on which another one stands, or in which it lies, in the present state."""
+    @cached_property
+    def on_top(self) -> Mapping[str, set[str]]:
+        """Name of a loose thing -> loose things that touch it with a higher centre of mass: what stands on or in it."""
         model, data = self.model, self.data
+        self.show(self.at_rest)
         names = [model.body(int(model.body_rootid[b])).name for b in model.geom_bodyid]
-        found = set()
+        found: dict[str, set[str]] = {}
         for pair in data.contact.geom.tolist():
             first, second = (int(model.body_rootid[model.geom_bodyid[g]]) for g in pair)
             if first == second or 0 in (model.body_weldid[first], model.body_weldid[second]):
                 continue
-            lower = pair[0] if data.xipos[first][2] < data.xipos[second][2] else pair[1]
-            found.add(names[lower])
+            lower, upper = pair if data.xipos[first][2] < data.xipos[second][2] else pair[::-1]
+            found.setdefault(names[lower], set()).add(names[upper])
         return found
 
     @cached_property

@@ -123,9 +123,19 @@ def test_a_robot_without_room_is_an_error(tmp_path: Path) -> None:
         draw_states(blocked, wanted(count=1))
 
 
-def test_what_carries_another_thing_is_not_taken_away(tmp_path: Path) -> None:
+def test_of_a_stack_the_upper_thing_is_taken_first(tmp_path: Path) -> None:
     stage = Stage(scene_folder(tmp_path, stacked=True))
-    assert [thing.name for thing in stage.things] == ["thing_3", "thing_4"]
+    assert stage.on_top == {"thing_2": {"thing_3"}}
+    states = draw_states(stage, wanted(count=6, things=1))
+    assert {name for notes in states.notes for name in notes.placed} == {"thing_3", "thing_4"}
+    assert "thing_2" in {name for notes in draw_states(stage, wanted(things=2)).notes for name in notes.placed}
+
+
+def test_what_would_leave_another_thing_in_the_air_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stage = Stage(scene_folder(tmp_path, stacked=True))
+    monkeypatch.setattr(draw, "STAYED_M", 0.0001)
+    with pytest.raises(CasaError, match="a thing fell over or off"):
+        draw_states(stage, wanted(count=1, things=1))
 
 
 @pytest.mark.parametrize("name", ["scene.xml", "scene.json"])
