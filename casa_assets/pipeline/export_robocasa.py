@@ -81,6 +81,7 @@ def export(
     recipes: Sequence[SceneRecipe] = (),
     jobs: int = 0,
     with_review: bool = False,
+    states: Path | None = None,
 ) -> Generator[ExportResult | KitchenResult, None, None]:
     """Write every loose object of a library, and scenes as kitchens, to `out`.
 
@@ -91,6 +92,7 @@ def export(
         name: of the object registry, and of the folder below `objects`. recipes: of the scenes.
         jobs: processes that build scenes; 0 for one per core.
         with_review: write what a person has to decide about too.
+        states: folder of scenes whose start states are written with the kitchens; None: without.
     Yields:
         One ExportResult per accepted asset, in their order; then one KitchenResult per scene, as they are done.
     Raises:
@@ -113,7 +115,7 @@ def export(
         if library is not None and not run.instances:
             raise OutputError(str(library), "holds no loose object that is accepted: all are fixtures or in review")
         built: list[KitchenResult] = []
-        for result in export_kitchens(recipes, staged, jobs):
+        for result in export_kitchens(recipes, staged, jobs, states):
             built.append(result)
             yield replace(result, total=len(recipes))
         raise_faults(built)

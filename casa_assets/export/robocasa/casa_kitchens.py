@@ -27,6 +27,8 @@ from typing import Any
 
 HERE = Path(__file__).resolve().parent
 INDEX = "kitchens.json"
+STATES = "start_states.npz"
+MOBILE_JOINTS = ("forward", "side", "yaw")
 # Classes of RoboCasa that build themselves of boxes: ours load a file in their place.
 BUILT_BY_ROBOCASA = (
     *("HingeCabinet", "SingleCabinet", "OpenCabinet", "PanelCabinet", "HousingCabinet", "Drawer", "Counter"),
@@ -52,6 +54,8 @@ _kitchens: dict[int, Path] = {}  # number -> folder of the kitchen
 _numbers: dict[str, int] = {}
 _replaced: list[tuple[Any, str, Any]] = []  # module, name, what stood there
 _classes: dict[str, Any] = {}
+_states: dict[Path, dict[str, Any]] = {}  # what was read of files of start states
+_begin: list[int | str] = []  # what `begin_with` was given; empty for None
 
 
 def register(root: Path | str = HERE) -> tuple[str, ...]:
@@ -78,8 +82,8 @@ def unregister() -> None:
     while _replaced:
         module, name, original = _replaced.pop()
         setattr(module, name, original)
-    _kitchens.clear()
-    _numbers.clear()
+    for known in (_kitchens, _numbers, _states, _begin):
+        known.clear()
 
 
 def ids() -> tuple[str, ...]:
@@ -114,6 +118,117 @@ def tasks_of(name: str) -> tuple[str, ...]:
 def kitchen_of(env: Any) -> str:
     """Id of the kitchen in which an environment is. Raises KeyError where it is none of these."""
     return _kitchens[int(env.layout_id)].name
+
+
+def start_states(name: str) -> dict[str, Any]:
+    """The start states of a kitchen that was exported with them: of each `qpos`, `base`, `notes` and more.
+
+    Names of joints are those of RoboCasa's model. Fields: docs/start_states.md of casa_assets.
+
+    Raises:
+        KeyError: the kitchen is not registered, or has none.
+    """
+    [[number, _]] = layout_and_style_ids(name)
+    path = _kitchens[number] / STATES
+    if path not in _states:
+        if not path.is_file():
+            raise KeyError(f"{name!r} was exported without start states; give --states")
+        with _module("numpy").load(path, allow_pickle=False) as found:
+            arrays = {key: found[key] for key in found.files}
+        _states[path] = {**json.loads(bytes(arrays.pop("header"))), **arrays}
+    return _states[path]
+
+
+def begin_with(number: int | str | None) -> None:
+    """Let each reset put the loose things of a kitchen where they are in one of its start states.
+
+    RoboCasa then places its own objects beside them, and parks its robot where the task wants it. Doors begin closed.
+
+    Args:
+        number: of the state; "random": drawn by the environment's seed; None: as the kitchen has them. A kitchen
+            without start states stays as it is.
+    """
+    _begin.clear()
+    if number is not None:
+        _begin.append(number)
+
+
+def reset_to(env: Any, number: int, parks: bool = True) -> None:
+    """Put a kitchen into one of its start states; call it after `env.reset()`.
+
+    Objects that a task brought stay where they are, which may be where something of the state now stands:
+    `begin_with` lets RoboCasa find other places for them.
+
+    Args:
+        number: of the state. parks: put the base of a robot that has wheels where the state has it, too.
+    Raises:
+        KeyError: the kitchen has no start states, or is none of these. IndexError: there is no such state.
+    """
+    name = kitchen_of(env)
+    states = start_states(name)
+    columns, addresses = _columns_of(env, name, states)
+    env.sim.data.qpos[addresses] = states["qpos"][number][columns]
+    env.sim.data.qvel[:] = 0.0
+    if parks:
+        _park(env, *(float(value) for value in states["base"][number]))
+    env.sim.forward()
+
+
+def _columns_of(env: Any, name: str, states: dict[str, Any]) -> tuple[list[int], list[int]]:
+    """Which numbers of a row the model of an environment has, and where in its qpos; looked up once for a model."""
+    model = env.sim.model
+    kept = getattr(env, "_casa_columns", None)
+    if kept is not None and kept[0] is model:
+        return kept[1], kept[2]
+    [[number, _]] = layout_and_style_ids(name)
+    rows = json.loads((_kitchens[number] / "kitchen.json").read_text(encoding="ascii"))["fixtures"]
+    left_out = tuple(f"{row['name']}_" for row in rows if row["lid_of"])  # tasks leave lids of blenders out
+    known = {model.joint_id2name(i): int(model.jnt_qposadr[i]) for i in range(model.njnt)}
+    columns: list[int] = []
+    addresses: list[int] = []
+    for joint in states["joints"]:
+        if joint["name"] in known:
+            columns += range(joint["address"], joint["address"] + joint["width"])
+            addresses += range(known[joint["name"]], known[joint["name"]] + joint["width"])
+        elif not joint["name"].startswith(left_out):
+            raise KeyError(f"there is no joint {joint['name']!r} in the environment: its kitchen is of another export")
+    env._casa_columns = (model, columns, addresses)
+    return columns, addresses
+
+
+def _park(env: Any, x: float, y: float, yaw: float) -> None:
+    """Put the axis about which a mobile base turns to x, y (m), the base turned by `yaw` (rad)."""
+    array, model = _module("numpy").array, env.sim.model
+    forward, side, turning = (model.joint_name2id(f"mobilebase0_joint_mobile_{way}") for way in MOBILE_JOINTS)
+    root = model.body_parentid[model.jnt_bodyid[turning]]
+    place, turned = env.sim.data.body_xpos[root], env.sim.data.body_xmat[root].reshape(3, 3)
+    wanted = turned.T @ (array([x, y, place[2]]) - place) - model.jnt_pos[turning]
+    values = {
+        forward: model.jnt_axis[forward] @ wanted,
+        side: model.jnt_axis[side] @ wanted,
+        turning: (yaw - math.atan2(turned[1, 0], turned[0, 0]) + math.pi) % (2 * math.pi) - math.pi,
+    }
+    for joint, value in values.items():
+        env.sim.data.qpos[model.jnt_qposadr[joint]] = value
+
+
+def _begun(rows: list[dict[str, Any]], folder: Path, rng: Any) -> list[dict[str, Any]]:
+    """Rows of fixtures with loose things where a start state has them, and told to the sampler of objects."""
+    if not _begin or not (folder / STATES).is_file():
+        return rows
+    states = start_states(folder.name)
+    number = int(rng.integers(len(states["qpos"]))) if _begin[0] == "random" else int(_begin[0])
+    poses = {
+        joint["name"]: states["qpos"][number][joint["address"] : joint["address"] + 7].astype(float).tolist()
+        for joint in states["joints"]
+        if joint["width"] > 1
+    }
+    found = []
+    for row in rows:
+        pose = poses.get(f"{row['name']}_joint0")
+        moved = {} if pose is None else {"position": pose[:3], "quaternion": pose[3:], "is_standing": True}
+        found.append({**row, **moved})
+    return found
 
 
 def _module(name: str) -> Any:
@@ -197,7 +312,8 @@ class _ArenaParts:
         _module("robosuite.models.arenas").Arena.__init__(self, str(folder / "arena.xml"))
         description = json.loads((folder / "kitchen.json").read_text(encoding="ascii"))
         root = folder.parent.parent
-        rows = [row for row in description["fixtures"] if not row["lid_of"] or lids.get("enable", True)]
+        every = _begun(description["fixtures"], folder, rng)
+        rows = [row for row in every if not row["lid_of"] or lids.get("enable", True)]
         self.fixtures = {row["name"]: _fixture(row, root, rng) for row in rows}
         for lid in (self.fixtures[row["name"]] for row in rows if row["lid_of"]):
             blender = self.fixtures[lid.casa["lid_of"]]
@@ -229,6 +345,11 @@ class _SharedAssets:
     def __init__(self, *args: Any, casa: dict[str, Any], **kwargs: Any) -> None:
         self.casa = casa
         super().__init__(*args, **kwargs)
+
+    def set_euler(self, euler: Any) -> None:
+        """What lies or leans keeps the quaternion that it has: RoboCasa's order of angles is not MuJoCo's."""
+        if self.get_obj().get("quat") is None:  # type: ignore[attr-defined]
+            super().set_euler(euler)  # type: ignore[misc]
 
     def exclude_from_prefixing(self, inp: Any) -> bool:
         """True for the elements and names of such assets."""

@@ -6,19 +6,25 @@ import os
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
+from casa_assets.errors import CasaError
+from casa_assets.export.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.export.robocasa.kitchens import description, document
+from casa_assets.export.robocasa.kitchens.start_states import translated
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Scene
+from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.registry.contract import RobocasaRelease
 from casa_assets.pipeline.export.scenes import export_scenes
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.scene_folders import is_whole, scene_key
+from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
 
@@ -42,16 +48,18 @@ class KitchenResult:
     total: int = 0
 
 
-def export_kitchens(recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0) -> Iterator[KitchenResult]:
+def export_kitchens(
+    recipes: Sequence[SceneRecipe], staged: Path, jobs: int = 0, states: Path | None = None
+) -> Iterator[KitchenResult]:
     """Write each scene below a staging folder; yields one KitchenResult per scene as they are done.
 
     A scene that fails, or has the number of an earlier one, has a message and does not stop the others.
 
     Args:
-        jobs: processes; 0 for one per core.
+        jobs: processes; 0 for one per core. states: folder of scenes whose start states are written, too.
     """
     numbers: dict[int, str] = {}
-    for result in export_scenes(export_kitchen, failed_kitchen, recipes, staged, jobs):
+    for result in export_scenes(partial(export_kitchen, states=states), failed_kitchen, recipes, staged, jobs):
         twin = result.id if result.message else numbers.setdefault(result.number, result.id)
         if twin == result.id:
             yield result
@@ -65,11 +73,13 @@ def failed_kitchen(scene_id: str, message: str, is_fault: bool) -> KitchenResult
     return KitchenResult(scene_id, message=message, is_fault=is_fault)
 
 
-def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResult:
+def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | None = None) -> KitchenResult:
     """Build one scene and write its files.
 
     Args:
-        root: folder of the export. cache: keeps built assets.
+        root: folder of the export. cache: keeps built assets. states: folder of scenes with start states, or None.
+    Raises:
+        CasaError: the scene has no start states there, or those of another `scene.xml`.
     """
     kitchen, scene = build_scene(recipe, cache)
     fixtures = description.fixtures_of(scene, classes())
@@ -78,11 +88,24 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path) -> KitchenResul
     folder = root / document.KITCHENS / scene.id
     folder.mkdir(parents=True)
     disk.write_files(folder, document.write_kitchen(scene, fixtures, afforded_tasks(kitchen, scene)))
+    if states is not None:
+        write_states(folder, translated(_states_of(recipe, states / scene.id), scene, fixtures))
     counts: dict[str, int] = {}
     for placed in fixtures:
         counts[placed.type] = counts.get(placed.type, 0) + 1
     number, sorted_counts = description.number_of(scene.id), dict(sorted(counts.items()))
     return KitchenResult(scene.id, number, sorted_counts, attribution.credits_of(scene))
+
+
+def _states_of(recipe: SceneRecipe, folder: Path) -> StartStates:
+    """The start states of a scene that stands in a folder of its own, made by today's code."""
+    found = read_states(folder)
+    if not is_whole(folder, scene_key(recipe)) or digest_of_file(folder / SCENE_XML) != found.scene_xml:
+        raise CasaError(
+            f"{folder}: its start states are of an older build of the scene; draw them again with "
+            f"casa-assets scenes states {folder.name} --out {folder.parent}"
+        )
+    return found
 
 
 def afforded_tasks(kitchen: KitchenRequest, scene: Scene) -> tuple[str, ...]:

@@ -13,10 +13,12 @@ import pytest
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export.robocasa.kitchens.parts import box_region
 from casa_assets.model.kitchen.scene import Placement, Scene
+from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline import export_robocasa
 from casa_assets.pipeline.export import robocasa_kitchens, scenes, urdf
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from tests.assets import rigid_mug
 from tests.libraries import casa
@@ -108,3 +110,63 @@ def test_a_kitchen_of_an_unknown_id_is_told_by_the_command(tmp_path: Path) -> No
     done = casa("export", "robocasa", "--scenes", "no_such__kitchen", "--out", tmp_path / "out")
     assert done.returncode == 2
     assert "no_such__kitchen" in done.stderr
+
+
+class TestStartStates:
+    """`--states`: what was drawn for the scene that is exported goes along, and nothing else."""
+
+    @pytest.fixture(autouse=True)
+    def _quick(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(scenes, "run_batch", in_this_process)
+        monkeypatch.setattr(robocasa_kitchens, "afforded_tasks", lambda *_: ("OpenDrawer",))
+        monkeypatch.setattr(robocasa_kitchens, "build_scene", partial(built, errors={}))
+        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)
+        monkeypatch.setattr(robocasa_kitchens, "scene_key", lambda recipe: recipe.scene_id)
+
+    def drawn(self, folder: Path, text: str) -> None:
+        """Two states of the kitchen with a mug, drawn for a scene.xml of this text."""
+        folder.mkdir(parents=True)
+        (folder / "scene.xml").write_text(text, encoding="ascii")
+        digest = digest_of_file(folder / "scene.xml")
+        joint = {"name": "mug__free", "address": 0, "width": 7}
+        states = {
+            "key": "k",
+            "scene": GOOD.scene_id,
+            "scene_xml": digest,
+            "mujoco": "4.0.0",
+            "seed": 0,
+            "limits": (0.001, 0.005),
+            "radius": 0.3,
+            "height": 1.5,
+            "joints": [joint],
+            "notes": [{"placed": {}, "parked": "mug"}] * 2,
+            "qpos": [[0, 0, 1, 1, 0, 0, 0]] * 2,
+            "base": [[0, 0, 0]] * 2,
+            "depth": [0, 0],
+            "motion": [0, 0],
+        }
+        write_states(folder, StartStates.model_validate(states))
+
+    def export(self, tmp_path: Path) -> Any:
+        recipes, states = [GOOD], tmp_path / "scenes"
+        (result,) = export_robocasa.export(None, tmp_path / "out", recipes=recipes, states=states)
+        return result
+
+    def test_they_stand_beside_the_kitchen(self, tmp_path: Path) -> None:
+        self.drawn(tmp_path / "scenes" / GOOD.scene_id, "<mujoco/>")
+        assert self.export(tmp_path).message == ""
+        found = read_states(tmp_path / "out" / "kitchens" / GOOD.scene_id)
+        assert [joint.name for joint in found.joints] == ["the_mug_joint0"]
+        assert len(found) == 2
+
+    def test_a_kitchen_without_them_is_refused(self, tmp_path: Path) -> None:
+        assert "there are no start states" in self.export(tmp_path).message
+
+    def test_those_of_another_build_are_refused(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        folder = tmp_path / "scenes" / GOOD.scene_id
+        self.drawn(folder, "<mujoco/>")
+        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: False)
+        assert "are of an older build of the scene" in self.export(tmp_path).message
+        monkeypatch.setattr(robocasa_kitchens, "is_whole", lambda *_: True)
+        (folder / "scene.xml").write_text("<mujoco> </mujoco>", encoding="ascii")
+        assert "are of an older build of the scene" in self.export(tmp_path).message

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
     from casa_assets.pipeline.export_robocasa import ExportResult
 
+SCENES = Path("out/scenes")  # where finishes are found that the id of a scene has as a digest alone
+States = Annotated[
+    Path | None,
+    typer.Option(help="Folder of scenes whose start states (scenes states) are written too.", file_okay=False),
+]
 EXAMPLES = """
 Examples:
 
@@ -53,6 +58,7 @@ def robocasa(
     with_review: Annotated[
         bool, typer.Option("--with-review", help="Write what a person has to decide about, see review.csv, too.")
     ] = False,
+    states: States = None,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset and kitchen on standard output.")] = (
         False
     ),
@@ -64,16 +70,16 @@ def robocasa(
     """
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
     from casa_assets.pipeline.export_robocasa import export
-    from casa_assets.pipeline.kitchens.scene_folders import recipes_matching
+    from casa_assets.pipeline.kitchens.scene_folders import recipes_named
 
     if library is not None and objects is not None:
         raise typer.BadParameter("give the library once", param_hint="--objects")
     if library is None and objects is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
-    recipes = recipes_matching(scenes or [])
+    recipes = recipes_named(scenes or [], states or SCENES)
     results: list[ExportResult] = []
     kitchens: list[KitchenResult] = []
-    running = export(library or objects, out, registry, recipes, jobs, with_review)
+    running = export(library or objects, out, registry, recipes, jobs, with_review, states)
     with bar(Console(stderr=True)) as progress, closing(running):
         task = progress.add_task("reading", total=None)
         for result in running:

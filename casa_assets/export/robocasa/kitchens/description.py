@@ -78,7 +78,7 @@ def fixtures_of(scene: Scene, classes: Mapping[str, str]) -> tuple[Placed, ...]:
         classes: contract of an asset -> name of the class of RoboCasa that reads it.
     """
     turned = {place.asset for place in scene.placements if _is_corner_of_side(scene, place)}
-    divided = {a.id: parts.divide(_worktop_without_upstand(a), a.id in turned) for a in scene.assets}
+    divided = {a.id: parts.divide(_worktop_without_upstand(_with_main(a)), a.id in turned) for a in scene.assets}
     ready = {
         (asset, p.name): centering.moved(p.asset, np.array(_origin(p.asset)))
         for asset, found in divided.items()
@@ -146,6 +146,14 @@ def _is_corner_of_side(scene: Scene, worktop: Placement) -> bool:
             if is_within and abs(abs(yaw(at)) - QUARTER_TURN) < QUARTER_TURN / 2:
                 return True
     return False
+
+
+def _with_main(asset: Asset) -> Asset:
+    """An asset with a region `main`, which objects do not have by themselves: all that is touched of them."""
+    if any(region.name == centering.MAIN for region in asset.regions):
+        return asset
+    low, high = asset.bounds
+    return asset.replace(regions=(*asset.regions, parts.box_region(centering.MAIN, low, high)))
 
 
 def _worktop_without_upstand(asset: Asset) -> Asset:
@@ -230,7 +238,7 @@ def describe(scene: Scene, fixtures: Collection[Placed], folder: str) -> dict[st
                 "model": f"{folder}/{item.folder}/model.xml",
                 "position": [decimals(float(c), 9) for c in item.pose.position],
                 "quaternion": [decimals(float(c), 12) for c in item.pose.quaternion],
-                "is_free": _is_free(item),
+                "is_free": is_free(item),
                 "is_standing": item in standing,
                 "solid_height": _solid_height(item),
                 "facts": _facts(item, standing),
@@ -264,7 +272,7 @@ def _solid_height(item: Placed) -> float:
     return decimals(min(max(MIN_SOLID_M, min(floors, default=main.size[2])), main.size[2]), 9)
 
 
-def _is_free(item: Placed) -> bool:
+def is_free(item: Placed) -> bool:
     """Whether it may be moved: RoboCasa's appliances are fixed to where they stand, its accessories are not."""
     return item.centered.base is Base.FREE and item.type in (PLAIN, "Accessory")
 

@@ -1,0 +1,75 @@
+"""Start states of a scene as RoboCasa's model of the kitchen names its joints and places its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.export.robocasa.kitchens.description import Placed, is_free
+from casa_assets.model.kitchen.scene import FREE_JOINT, Scene
+from casa_assets.model.kitchen.start_states import StartStates, StateJoint
+from casa_assets.model.pose import Pose
+
+# robosuite numbers the joints that a model is given; those of a fixture out of a file keep their names.
+FREE_SUFFIX = "joint0"
+Column = tuple[str, Floats]
+
+
+def translated(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> StartStates:
+    """The states for a model of RoboCasa; joints that it does not have are left out.
+
+    Appliances that stand loose in the scene are fixed in RoboCasa to where the scene has them.
+
+    Args:
+        scene: that the states are of. fixtures: those of `fixtures_of`.
+    """
+    columns = [*_hinges(states, scene, fixtures), *_bodies(states, scene, fixtures)]
+    joints, address = [], 0
+    for name, values in columns:
+        width = values.shape[1]
+        joints.append(StateJoint.model_validate({"name": name, "address": address, "width": width}))
+        address += width
+    return states.replace(joints=tuple(joints), qpos=np.concatenate([values for _, values in columns], axis=1))
+
+
+def _values(states: StartStates, name: str) -> Floats | None:
+    """(states, width) numbers of a joint of the scene; None where the states do not have it."""
+    found = next((joint for joint in states.joints if joint.name == name), None)
+    if found is None:
+        return None
+    return states.qpos[:, found.address : found.address + found.width].astype(np.float64)
+
+
+def _hinges(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> Iterator[Column]:
+    """Joints of doors, drawers, knobs and keys."""
+    for item in fixtures:
+        whole = {joint.child: joint.name for joint in scene.asset_of[item.placement.name].joints}
+        links = {name: link for link, name in item.part.links.items()}
+        for joint in item.centered.joints:
+            values = _values(states, f"{item.placement.name}__{whole[links[joint.child]]}")
+            if values is not None:
+                yield f"{item.name}_{joint.name}", values
+
+
+def _bodies(states: StartStates, scene: Scene, fixtures: Collection[Placed]) -> Iterator[Column]:
+    """Poses of what may be moved, of the frame in which RoboCasa has it."""
+    for item in fixtures:
+        values = _values(states, f"{item.placement.name}__{FREE_JOINT}") if is_free(item) else None
+        if values is None:
+            continue
+        asset_from_root = scene.asset_of[item.placement.name].root.pose
+        root_from_fixture = asset_from_root.inverse() @ item.placement.pose.inverse() @ item.pose
+        rows = [_row(_pose(row) @ root_from_fixture) for row in values]
+        yield f"{item.name}_{FREE_SUFFIX}", np.array(rows)
+
+
+def _pose(row: Floats) -> Pose:
+    x, y, z, *quaternion = (float(number) for number in row)
+    turn = np.array(quaternion) / np.linalg.norm(quaternion)
+    return Pose(position=(x, y, z), quaternion=(float(turn[0]), float(turn[1]), float(turn[2]), float(turn[3])))
+
+
+def _row(pose: Pose) -> tuple[float, ...]:
+    return (*pose.position, *pose.quaternion)
