@@ -11,7 +11,13 @@ from rich.table import Table
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from casa_assets.model.issue import Report
     from casa_assets.pipeline.families.run import FamilyResult
+
+# Problems of one check that are printed; the library keeps all of them.
+MAX_TOLD = 12
 
 
 def check_faults(results: list[FamilyResult]) -> None:
@@ -64,3 +70,21 @@ def print_summary(results: list[FamilyResult], console: Console) -> None:
     console.print(table)
     if kept := sum(result.is_kept for result in results):
         console.print(f"{kept} of {len(results)} were there already and stay as they are", highlight=False)
+
+
+def print_together(report: Report, titles: Mapping[str, str], console: Console) -> None:
+    """Print what the checks of all members together found, the first few problems of each.
+
+    Args:
+        report: of a library. titles: code -> title of the checks that are told.
+    """
+    for result in report.results:
+        if result.code not in titles:
+            continue
+        number = result.reason if result.number is None else f"{result.number:.3g} (limit {result.limit:g})"
+        console.print(f"{result.code} {titles[result.code]}: {result.status.value}, {number}", highlight=False)
+        found = [issue for issue in report.issues if issue.code == result.code]
+        for issue in found[:MAX_TOLD]:
+            console.print(f"  {escape(issue.pointer)}: {escape(issue.message)}", highlight=False, soft_wrap=True)
+        if len(found) > MAX_TOLD:
+            console.print(f"  and {len(found) - MAX_TOLD} more, in library.json", highlight=False)

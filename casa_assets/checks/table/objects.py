@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.objects import legibility, proportions
+from casa_assets.checks.objects import kinds, legibility, proportions
+from casa_assets.checks.objects.collection import ObjectCollection
 from casa_assets.checks.objects.member import ObjectMember
 from casa_assets.model.issue import Severity
 
@@ -23,5 +24,15 @@ ROWS: tuple[Check, ...] = (
     Check("OBJ004", "Letters on their ground", ERROR, ObjectMember, legibility.letters_stand_out, "letter_contrast", "",
           "The contrast ratio of the brand and the first word to what is around them is at least {limit:g}; change one "
           "of the two colours."),
+    Check("OBJ005", "Members differ", WARNING, ObjectCollection, kinds.members_differ, "members_apart", "",
+          "Two members of a category differ in shape, sides or colours by more than {limit:g} times what copies of one "
+          "thing differ by; widen what the category draws from."),
+    Check("OBJ006", "Kinds told apart", WARNING, ObjectCollection, kinds.members_are_told_apart, "kind_share", "",
+          "At least {limit:.0%} of all members have their nearest neighbour, by shape, sides and colours, in their own "
+          "category or one that looks the same; change those that OBJ007 names."),
+    Check("OBJ007", "Each kind told apart", WARNING, ObjectCollection, kinds.categories_are_told_apart, "kind_share",
+          "",
+          "The same holds for at least {limit:.0%} of the members of each category; change its form or its colours, or "
+          "those of what it is taken for."),
 )
 # fmt: on

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from casa_assets.cli.member_output import check_faults, json_row, print_result, print_summary
+from casa_assets.cli.member_output import check_faults, json_row, print_result, print_summary, print_together
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
 
@@ -99,6 +99,8 @@ def build(
 
     Example:  casa-assets objects build --all --count 17 --library out/objects
     """
+    from casa_assets.checks.table.objects import ROWS
+    from casa_assets.pipeline.dedup.library_report import read_library_report
     from casa_assets.pipeline.families.run import build_all, object_requests
 
     if not names and not all_:
@@ -116,6 +118,9 @@ def build(
             elif not result.passed:
                 print_result(result, progress.console)
     print_summary(results, console)
+    whole = read_library_report(library)
+    if whole is not None:
+        print_together(whole.report, {row.code: row.title for row in ROWS}, console)
     console.print(f"Next:    casa-assets report --library {library}", highlight=False, soft_wrap=True)
     check_faults(results)
     if not all(r.passed for r in results):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-from scipy.spatial.distance import pdist
+from scipy.spatial.distance import cdist, pdist
 
 from casa_assets.core.rounding import decimals, significant
 from casa_assets.core.typing import Floats, Ints
@@ -75,6 +77,18 @@ def descriptor_distance(one: ShapeDescriptor, other: ShapeDescriptor) -> float:
     reach = np.abs(np.subtract(one.center_distances, other.center_distances)).mean()
     axes = np.abs(np.subtract(one.axis_spread, other.axis_spread)).max()
     return float(max(pairs, reach, axes))
+
+
+def descriptor_distances(ones: Sequence[ShapeDescriptor], others: Sequence[ShapeDescriptor]) -> Floats:
+    """(N, M) distances of N shape descriptors to M others, each as `descriptor_distance` has it."""
+
+    def table(field: str, metric: str) -> Floats:
+        one, other = (np.array([getattr(d, field) for d in group], dtype=np.float64) for group in (ones, others))
+        return np.asarray(cdist(one, other, metric), dtype=np.float64)
+
+    pairs = table("pair_distances", "cityblock") / PAIR_SHARES
+    reach = table("center_distances", "cityblock") / CENTER_SHARES
+    return np.maximum(np.maximum(pairs, reach), table("axis_spread", "chebyshev"))
 
 
 def _short(value: float) -> float:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.model.asset.signature import Signature
+from casa_assets.model.record import Vec3
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
 
@@ -17,7 +18,7 @@ class AssetRow:
 
     Attributes:
         id, category: of the asset. folder: where it stands. path, sha256: of its source.
-        digest: of the asset with its meshes and pictures. longest: side of the box around it, metres.
+        digest: of the asset with its meshes and pictures. extents: of the box around it, metres.
         signature: None where it has none. from_numbers: a family built it.
     """
 
@@ -27,9 +28,14 @@ class AssetRow:
     path: str
     sha256: str
     digest: str
-    longest: float
+    extents: Vec3
     signature: Signature | None
     from_numbers: bool = False
+
+    @property
+    def longest(self) -> float:
+        """Longest side of the box around it, metres."""
+        return max(self.extents)
 
 
 def read_rows(library: disk.Library) -> Iterator[AssetRow]:
@@ -50,7 +56,7 @@ def read_row(folder: Path) -> AssetRow:
         path=str(origin.get("path", "")),
         sha256=str(origin.get("sha256", "")),
         digest=certificate.asset_digest,
-        longest=max(certificate.summary.extents),
+        extents=certificate.summary.extents,
         signature=certificate.signature,
         from_numbers=certificate.producer is Producer.FAMILY,
     )

@@ -13,8 +13,9 @@ from pydantic import Field, ValidationError
 from casa_assets import registry
 from casa_assets.checks.library.duplicates import CategoryRank, LibraryView
 from casa_assets.checks.library.size_outliers import LibrarySizes
+from casa_assets.checks.objects.collection import CollectedMember, ObjectCollection
 from casa_assets.checks.run import run
-from casa_assets.checks.table import libraries
+from casa_assets.checks.table import libraries, objects
 from casa_assets.model.issue import Report
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.store import Store
@@ -23,6 +24,8 @@ from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, likenes
 from casa_assets.pipeline.dedup.entries import AssetRow
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.registry.look_alikes import look_alikes
+from casa_assets.registry.objects import object_names
 
 NAME = "library.json"
 
@@ -68,6 +71,7 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     rows = table.rows
     store = Store(library.cache)
     before = read_library_report(library.root)
+    members = object_rows(rows)
     view = LibraryView(len(rows), tuple(table.alike(store)))
     weights, looks = (before.weights, before.looks) if before else ("", ())
     if eye is not None:
@@ -83,6 +87,8 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     view = LibraryView(view.count, view.alike, looks, seen, unseen)
     name, limits = "library", registry.load().limits
     report = run(view, name, limits, table=libraries.ROWS) + run(_sizes(rows), name, limits, table=libraries.ROWS)
+    if members:
+        report = report + run(_collection(members), name, limits, table=objects.ROWS)
     digests = {row.id: row.digest for row in rows}
     content = LibraryReport(
         report=report,
@@ -92,6 +98,12 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
     )
     _write(library, content)
     return content
+
+
+def object_rows(rows: Sequence[AssetRow]) -> list[AssetRow]:
+    """The members of categories of registry/objects/ that have a signature."""
+    known = frozenset(object_names())
+    return [row for row in rows if row.from_numbers and row.category in known and row.signature is not None]
 
 
 def read_library_report(root: Path) -> LibraryReport | None:
@@ -105,6 +117,11 @@ def read_library_report(root: Path) -> LibraryReport | None:
 def likeness_of(name: str, seen: LookRecord) -> CategoryRank:
     """The record as the checks have it."""
     return CategoryRank(name, seen.category, seen.share, seen.rank, seen.others)
+
+
+def _collection(members: Sequence[AssetRow]) -> ObjectCollection:
+    found = [CollectedMember(r.id, r.category, r.signature, r.extents) for r in members if r.signature is not None]
+    return ObjectCollection(tuple(found), look_alikes())
 
 
 def _sizes(found: Sequence[AssetRow]) -> LibrarySizes:

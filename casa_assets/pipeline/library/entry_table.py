@@ -310,7 +310,7 @@ def _row_of(text: str, folder: Path) -> AssetRow:
         data["signature"] = _unchecked(
             Signature, {"shape": _unchecked(ShapeDescriptor, shape), "color": _unchecked(ColorHistogram, color)}
         )
-    return AssetRow(**{**data, "folder": folder})
+    return AssetRow(**{**data, "folder": folder, "extents": tuple(data["extents"])})
 
 
 def _row_at(folder: Path, text: str) -> AssetRow:
