@@ -125,3 +125,26 @@ def build(
     check_faults(results)
     if not all(r.passed for r in results):
         raise typer.Exit(1)
+
+
+@app.command()
+def catalogue(
+    names: Annotated[list[str] | None, typer.Argument(help="Categories; all where none is named.")] = None,
+    out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/catalogue"),
+    count: Annotated[int, typer.Option(min=1, max=16, help="Members of each.")] = 6,
+    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+) -> None:
+    """Draw the first members of every category on one HTML page, with sizes and masses beside the usual ones.
+
+    Example:  casa-assets objects catalogue --out out/catalogue
+    """
+    from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.pipeline.reports.object_catalogue import make
+
+    console = Console()
+    done = ""
+    with writing(out), bar(console) as progress:
+        task = progress.add_task("drawing", total=None)
+        for done in make(out, count, jobs, names or []):
+            progress.update(task, description=done)
+    console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)

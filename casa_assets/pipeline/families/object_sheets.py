@@ -1,11 +1,13 @@
-"""A sheet of pictures of the first members of a category of objects."""
+"""Pictures of the first members of a category of objects, and a sheet of them."""
 
 from __future__ import annotations
 
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.export import mjcf
+from casa_assets.model.record import Vec3
 from casa_assets.pipeline.families.run import build_asset, family_of, object_requests, params_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.camera import View
@@ -13,6 +15,39 @@ from casa_assets.preview.sheet import SheetCell, contact_sheet
 from casa_assets.preview.still import render
 
 COLUMNS = 8
+
+
+@dataclass(frozen=True)
+class DrawnMember:
+    """A member of a category with its picture: PNG; mass in kg, sides of its box in metres, faces and shapes."""
+
+    index: int
+    picture: bytes
+    mass: float
+    sides: Vec3
+    faces: int
+    shapes: int
+
+
+def draw_members(name: str, cache: Path, count: int, seed: int, size_px: int) -> list[DrawnMember]:
+    """The first members of a category.
+
+    Args:
+        cache: folder of the store that keeps pictures of finishes. size_px: of a picture.
+    Raises:
+        UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
+    """
+    drawn = []
+    for request in object_requests([name], count, seed):
+        asset = build_asset(family_of(request), params_of(request), cache)
+        with tempfile.TemporaryDirectory() as folder:
+            disk.write_files(Path(folder), mjcf.write(asset))
+            picture = render(Path(folder) / "model.xml", View(size_px=size_px, passes=8))
+        x, y, z = (float(side) for side in asset.bounds[1] - asset.bounds[0])
+        faces = sum(len(visual.mesh.faces) for link in asset.links for visual in link.visuals)
+        shapes = sum(len(link.colliders) for link in asset.links)
+        drawn.append(DrawnMember(request.index, picture, asset.mass, (x, y, z), faces, shapes))
+    return drawn
 
 
 def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Path:
@@ -24,13 +59,9 @@ def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Pa
         UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
     """
     cells = []
-    for request in object_requests([name], count, seed):
-        asset = build_asset(family_of(request), params_of(request), out / ".cache")
-        with tempfile.TemporaryDirectory() as folder:
-            disk.write_files(Path(folder), mjcf.write(asset))
-            picture = render(Path(folder) / "model.xml", View(size_px=size_px, passes=8))
-        size = " x ".join(f"{100 * side:.3g}" for side in asset.bounds[1] - asset.bounds[0])
-        cells.append(SheetCell(f"#{request.index}, {1000 * asset.mass:.3g} g", f"{size} cm", picture))
+    for member in draw_members(name, out / ".cache", count, seed, size_px):
+        size = " x ".join(f"{100 * side:.3g}" for side in member.sides)
+        cells.append(SheetCell(f"#{member.index}, {1000 * member.mass:.3g} g", f"{size} cm", member.picture))
     path = out / f"{name}.png"
     path.write_bytes(contact_sheet(cells, name.replace("_", " "), min(COLUMNS, count), size_px))
     return path

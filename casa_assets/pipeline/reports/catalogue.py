@@ -17,6 +17,7 @@ from casa_assets.export import mjcf
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
+from casa_assets.pipeline.reports.object_catalogue import PAGE
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.pipeline.textures.sheet import shots
@@ -75,7 +76,8 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
                 (out / "textures" / f"{shot.title}.webp").write_bytes(_webp(shot.png))
                 swatches[surface].append(shot.title)
             yield f"{len(rows)} textures of {surface.value}s"
-    (out / "index.html").write_text(page(found, swatches), encoding="utf-8")
+    objects = PAGE if (out / PAGE).is_file() else ""
+    (out / "index.html").write_text(page(found, swatches, objects), encoding="utf-8")
     yield f"{out / 'index.html'}"
     if faults:
         raise BatchFault(faults, "\n".join(faults.values()))
@@ -101,11 +103,12 @@ def _draw(request: FamilyRequest, out: Path) -> MemberPictures:
     return MemberPictures(request, tuple(paths), asset.mass, (x, y, z))
 
 
-def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) -> str:
+def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]], objects: str = "") -> str:
     """HTML of the page.
 
     Args:
         found: members, in the order of their families. swatches: ids of the textures of each surface.
+        objects: path of the page of objects; empty where there is none.
     """
     names = dict.fromkeys(member.request.family for member in found)
     shown = [
@@ -129,6 +132,7 @@ def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]]) ->
         surfaces=[{"name": surface.value, "textures": names} for surface, names in swatches.items()],
         swatch_m=f"{SWATCH_M:g}",
         swatch_px=SWATCH_PX,
+        objects=objects,
     )
 
 

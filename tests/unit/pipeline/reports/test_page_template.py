@@ -16,6 +16,7 @@ from casa_assets.pipeline.reports import (
     html_report,
     kitchen_report,
     kitchens,
+    object_catalogue,
     page_template,
 )
 from casa_assets.pipeline.review import page
@@ -29,10 +30,12 @@ PAGES = {
     "kitchen_summary.html": kitchens,
     "kitchens.html": kitchens,
     "catalogue.html": catalogue,
+    "objects.html": object_catalogue,
     "articulate_review.html": review_page,
     "review.html": page,
 }
-SCRIPTS = ("review.js", "articulate_decisions.js", "articulate_review.js")
+SCRIPTS = ("objects.js", "review.js", "articulate_decisions.js", "articulate_review.js")
+APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
 
 
 def pages() -> dict[str, str]:
@@ -41,7 +44,8 @@ def pages() -> dict[str, str]:
         "library": html_report.render_page([], [], HOSTILE, {}),
         "summary": kitchens.summary_page([row]),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
-        "catalogue": catalogue.page([], {}),
+        "catalogue": catalogue.page([], {}, HOSTILE),
+        "objects": object_catalogue.page([APPLE]),
         "review": page.render_page([], {}, HOSTILE),
         "articulated": review_page.render_page(Library(Path("nowhere")), [], HOSTILE, title=HOSTILE),
     }

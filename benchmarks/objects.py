@@ -1,0 +1,142 @@
+"""Builds members of categories of objects, runs every check on them, and prints what they cost, by category.
+
+    ./dev bench objects                                   4 members of each category
+    ./dev bench objects --count 17                        as many as a full library has of each
+    ./dev bench objects --category apple mug --jobs 1     some, on one core
+    ./dev bench objects --meshes examples/meshes          a folder of meshes is ingested beside, to compare
+
+Seconds are wall time of one member in its process: `build` is numbers to Asset with its pictures painted or taken from
+the cache, `write` both formats, `draw` the thumbnail, `check` every check; CPU is the processor time of all of it.
+Faces are those that are seen, shapes those that collide, MB the files of a member. A row has medians, and the most
+shapes that a member has; the last row is of all members, and below it stands what they come to. Each run begins with
+an empty library. The exit code is 1 where a member fails a check.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from rich.console import Console
+from rich.table import Table
+
+from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
+from casa_assets.pipeline.ingest.run import Options, ingest
+from casa_assets.pipeline.library.library import Library, read_certificate
+
+MEGABYTE = 1e6
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What one member costs: seconds of its four steps and of the processor, faces, shapes, bytes of its folder."""
+
+    category: str
+    seconds: tuple[float, float, float, float, float]
+    faces: int
+    shapes: int
+    size_bytes: int
+
+
+def cost_of(result: FamilyResult) -> Cost:
+    """The cost of a member that passed. Raises OutputError where its folder is damaged."""
+    summary = read_certificate(Path(result.folder)).summary
+    seconds = result.build_s, result.write_s, result.draw_s, result.check_s, result.cpu_s
+    return Cost(result.request.family, seconds, summary.faces, summary.colliders, result.size_bytes)
+
+
+def row(name: str, costs: list[Cost]) -> tuple[str, ...]:
+    """Medians of the costs as text, beginning with a name."""
+    shapes = [c.shapes for c in costs]
+    return (
+        name,
+        str(len(costs)),
+        *(f"{median(column):.2f}" for column in zip(*(c.seconds for c in costs), strict=True)),
+        f"{median(c.faces for c in costs):.0f}",
+        f"{median(shapes):.0f}",
+        str(max(shapes)),
+        f"{median(c.size_bytes for c in costs) / MEGABYTE:.2f}",
+    )
+
+
+def totals(costs: list[Cost], wall_s: float) -> str:
+    """What all members come to, one line."""
+    megabytes = sum(c.size_bytes for c in costs) / MEGABYTE
+    per_minute = 60 * len(costs) / wall_s
+    return (
+        f"{len(costs)} members in {len({c.category for c in costs})} categories, {wall_s:.0f} s of wall time, "
+        f"{sum(c.seconds[-1] for c in costs):.0f} s of processor, {per_minute:.0f} a minute, {megabytes:.0f} MB"
+    )
+
+
+def ingested(folder: Path, out: Path, jobs: int) -> str:
+    """The same numbers of a folder of meshes that is ingested into an empty library, one line."""
+    begin = time.monotonic()
+    for _ in ingest([folder], Options(library=out, jobs=jobs)):
+        pass
+    wall_s = time.monotonic() - begin
+    folders = list(Library(out).accepted())
+    summaries = [read_certificate(entry).summary for entry in folders]
+    sizes = [size_of(entry) for entry in folders]
+    faces, shapes = [s.faces for s in summaries], [s.colliders for s in summaries]
+    return (
+        f"{folder}: {len(folders)} meshes ingested in {wall_s:.0f} s of wall time, {60 * len(folders) / wall_s:.0f} a "
+        f"minute; medians: {median(faces):.0f} faces, {median(shapes):.0f} shapes (at most {max(shapes)}), "
+        f"{median(sizes) / MEGABYTE:.2f} MB"
+    )
+
+
+def size_of(folder: Path) -> int:
+    """Bytes of all files below a folder."""
+    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+
+
+def failed(results: Iterable[FamilyResult], console: Console) -> int:
+    """Print the members that did not pass; return their number."""
+    wrong = [r for r in results if not r.passed]
+    for result in wrong:
+        console.print(f"[red]failed[/] {result.request.title} {result.message}", highlight=False)
+        for issue in result.report.errors if result.report else ():
+            console.print(f"  {issue.code} {issue.pointer}: {issue.message}", highlight=False, markup=False)
+    return len(wrong)
+
+
+def main() -> int:
+    """Build, print, and say whether all passed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--category", nargs="*", default=[], help="categories; all where none is named")
+    parser.add_argument("--count", type=int, default=4, help="members of each")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--jobs", type=int, default=0)
+    parser.add_argument("--meshes", type=Path, help="a folder of meshes to ingest beside")
+    options = parser.parse_args()
+    console = Console()
+    with tempfile.TemporaryDirectory() as folder:
+        requests = object_requests(options.category, options.count, options.seed)
+        begin = time.monotonic()
+        results = list(build_all(requests, Path(folder) / "objects", options.jobs, drawn=False))
+        wall_s = time.monotonic() - begin
+        wrong = failed(results, console)
+        costs = [cost_of(r) for r in results if r.passed and not r.is_kept]
+        beside = ingested(options.meshes, Path(folder) / "ingested", options.jobs) if options.meshes else ""
+    steps = ("build s", "write s", "draw s", "check s", "CPU s")
+    steps = ("build s", "write s", "draw s", "check s", "CPU s")
+    table = Table("category", "passed", *steps, "faces", "shapes", "most", "MB")
+    for name in sorted({c.category for c in costs}):
+        table.add_row(*row(name, [c for c in costs if c.category == name]))
+    if costs:
+        table.add_row(*row("all", costs))
+        console.print(table)
+        console.print(totals(costs, wall_s), highlight=False)
+    if beside:
+        console.print(beside, highlight=False)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

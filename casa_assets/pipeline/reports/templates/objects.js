@@ -1,0 +1,15 @@
+"use strict";
+// Hides the categories that lack one of the words of the search box.
+const box = document.getElementById("search");
+const cards = [...document.querySelectorAll("article")];
+function show() {
+  const words = box.value.toLowerCase().split(/\s+/).filter(Boolean);
+  let count = 0;
+  for (const card of cards) {
+    card.hidden = !words.every((word) => card.dataset.words.includes(word));
+    count += card.hidden ? 0 : 1;
+  }
+  document.getElementById("shown").textContent = words.length ? `${count} of ${cards.length}` : "";
+}
+box.addEventListener("input", show);
+show();
