@@ -133,8 +133,11 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     middle = _centroid(outer) if plane.middle is None else np.array([plane.middle @ side, plane.middle @ plane.up])
     rim = outer - middle
     angle = np.arctan2(rim[:, 1], rim[:, 0])
-    hole = _radius(flat[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1]) if len(flat) > 1 else 0.0 * angle
-    inner = rim * np.minimum(hole, 0.98)[:, None]
+    hole = 0.0 * angle
+    if len(flat) > 1:
+        # The plate stands a trifle over the hollow, or its edge would lie in the wall.
+        hole = WITHIN * _radius(flat[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1])
+    inner = rim * np.minimum(hole, 0.96)[:, None]
     n = len(rim)
     flats = np.concatenate([inner, WITHIN * rim]) + middle
     base = flats[:, :1] * side + flats[:, 1:] * plane.up
@@ -146,7 +149,7 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     core = np.concatenate([np.stack([i, j, 2 * n + i], 1), np.stack([j, 2 * n + j, 2 * n + i], 1)])
     faces = np.concatenate([top, top[:, ::-1] + 2 * n, wall, core])
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    uv = 0.5 + PICTURE_RIM * np.concatenate([circle * np.minimum(hole, 0.98)[:, None], circle] * 2)
+    uv = 0.5 + PICTURE_RIM * np.concatenate([circle * np.minimum(hole, 0.96)[:, None], circle] * 2)
     made = _welded(Solid(points, faces.astype(np.int64), crease_deg=40.0, picture_uv=uv[faces]))
     return made.oriented_outwards()
 

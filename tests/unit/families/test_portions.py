@@ -108,7 +108,7 @@ def test_usual_sizes_of_portions_are_those_of_the_registry_else_of_a_whole_thing
 
 
 def test_leaves_of_a_head_are_closed_and_lie_round_it() -> None:
-    leaves = head_leaves(PROFILE, 5, 0.1, 0.02, 0.7, np.random.default_rng(1))
+    leaves = head_leaves(PROFILE, 5, 0.1, 0.02, 0.7, 0.02, np.random.default_rng(1))
     assert len(leaves) == 5
     for leaf in leaves:
         assert is_closed(leaf)

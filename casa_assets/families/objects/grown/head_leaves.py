@@ -16,13 +16,14 @@ ACROSS, LENGTHWISE = 9, 9
 
 
 def head_leaves(
-    curve: Floats, count: int, curl: float, ruffle: float, reach: float, rng: np.random.Generator
+    curve: Floats, count: int, curl: float, ruffle: float, reach: float, clear: float, rng: np.random.Generator
 ) -> list[Solid]:
     """Leaves round a body of revolution, the inner ones first; their picture stands from foot to tip.
 
     Args:
         curve: (N, 2) radius and height of the body from its lower end to its upper one, m.
         curl, ruffle: how far the rims stand off, and rise and fall, by the largest radius.
+        clear: how far the innermost leaf lies off the curve, by the largest radius.
         reach: share of the curve from the foot to the tip of the longest leaf.
     """
     size = float(curve[:, 0].max())
@@ -40,7 +41,7 @@ def head_leaves(
         # Where the body is thin the leaf does not reach round it.
         angle = turn + u * half
         edge = (np.abs(u) ** 4 + v**4) ** 0.25
-        off = 0.012 + 0.05 * layer + curl * (0.4 + 0.6 * layer) * edge**4
+        off = clear + 0.05 * layer + curl * (0.4 + 0.6 * layer) * edge**4
         waves = float(rng.integers(4, 7))
         off = off + ruffle * edge**3 * np.sin(waves * math.pi * (u + 0.8 * v) + float(rng.uniform(0, 6)))
         base = np.stack([np.interp(place, run, curve[:, i]) for i in (0, 1)], axis=2)
