@@ -338,7 +338,7 @@ def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
 
 def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     """A round shell folded over its fillings; it stands on its fold."""
-    radius, n, m = p.length / 2, 29, 25
+    radius, n, m = p.length / 2, 23, 19
     gap = 0.32 * p.width
     s = np.linspace(-0.995, 0.995, n)[:, None] * radius
     reach = 0.5 * math.pi * gap / 2 + p.height - gap / 2
@@ -480,7 +480,7 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
     for k in range(roses):
         turn = start + whole * (k + 0.5) / roses
         size = 0.15 * radius + 0.004
-        rose = _swirl(size, 0.9 * size, 0.18, 2.0).translated(
+        rose = _swirl(size, 0.9 * size, 0.18, 2.0, fine=False).translated(
             0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn), z - 0.001
         )
         parts.append((_plain(rose), p.second))
@@ -498,14 +498,11 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
     return Composed(parts, [solids], light)
 
 
-def _swirl(radius: float, height: float, ripple: float, turns: float) -> Solid:
-    """Cream out of a bag: a cone whose rim winds up it."""
+def _swirl(radius: float, height: float, ripple: float, turns: float, fine: bool = True) -> Solid:
+    """Cream out of a bag: a cone whose rim winds up it; a small one needs fewer faces."""
+    profile = [(0, 0), (0.85, 0), (1, 0.1), (0.92, 0.32), (0.7, 0.58), (0.42, 0.82), (0.14, 0.97), (0, 1)]
     body = turned(
-        smooth_profile(
-            [(0, 0), (0.85, 0), (1, 0.1), (0.92, 0.32), (0.7, 0.58), (0.42, 0.82), (0.14, 0.97), (0, 1)], 23
-        ),
-        28,
-        70.0,
+        smooth_profile([(float(r), float(z)) for r, z in profile], 23 if fine else 14), 28 if fine else 18, 70.0
     )
     angle = np.arctan2(body.points[:, 1], body.points[:, 0])
     phase = np.mod(turns * body.points[:, 2] - angle / (2 * np.pi), 1.0)
