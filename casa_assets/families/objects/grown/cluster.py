@@ -138,8 +138,8 @@ def _berry(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Soli
         angle = k * 2.399963
         at = np.array([reach * math.cos(angle), reach * math.sin(angle), height * (p.length - p.piece)])
         out.append(_pointing(_body(p, SMALL, rng, float(rng.uniform(0.92, 1.06))), at + np.array([0.0, 0.0, 1e-3]), at))
-    core = p.replace(piece=0.7 * p.width, piece_length=0.7 * p.length, profile=BALL)
-    return [*out, _body(core, MIDDLING, rng).translated(z=0.36 * p.length)], []
+    core = p.replace(piece=0.78 * p.width, piece_length=0.8 * p.length, profile=BALL)
+    return [*out, _body(core, MIDDLING, rng).translated(z=0.38 * p.length)], []
 
 
 def _florets(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
