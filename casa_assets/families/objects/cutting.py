@@ -127,22 +127,28 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     loops = [body.points[loop] for loop in _loops(body, plane)]
     if not loops:
         raise ValueError("a plane does not meet the body")
-    flat = [np.column_stack([loop @ side, loop @ plane.up]) for loop in loops]
-    flat.sort(key=lambda loop: -abs(_area(loop)))
-    outer = flat[0] if _area(flat[0]) > 0 else flat[0][::-1]
+    outlines = [np.column_stack([loop @ side, loop @ plane.up]) for loop in loops]
+    outlines.sort(key=lambda loop: -abs(_area(loop)))
+    outer = outlines[0] if _area(outlines[0]) > 0 else outlines[0][::-1]
     middle = _centroid(outer) if plane.middle is None else np.array([plane.middle @ side, plane.middle @ plane.up])
     rim = outer - middle
     angle = np.arctan2(rim[:, 1], rim[:, 0])
     hole = 0.0 * angle
-    if len(flat) > 1:
+    if len(outlines) > 1:
         # The plate stands a trifle over the hollow, or its edge would lie in the wall.
-        hole = WITHIN * _radius(flat[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1])
+        hole = WITHIN * _radius(outlines[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1])
     inner = rim * np.minimum(hole, 0.96)[:, None]
     n = len(rim)
-    flats = np.concatenate([inner, WITHIN * rim]) + middle
-    base = flats[:, :1] * side + flats[:, 1:] * plane.up
-    levels = plane.offset + np.array([PROUD, PROUD - PLATE])
-    points = np.concatenate([base + level * plane.normal for level in levels])
+    # Its edges slant inwards below the face: upright ones might lie in a wall of the body.
+    slant = 0.04 * (rim - inner)
+    levels = (
+        (PROUD, inner, WITHIN * rim),
+        (PROUD - PLATE, inner + np.where(hole > 0, 1.0, 0.0)[:, None] * slant, WITHIN * rim - slant),
+    )
+    flats = [(np.concatenate([low, high]) + middle, plane.offset + level) for level, low, high in levels]
+    points = np.concatenate(
+        [flat[:, :1] * side + flat[:, 1:] * plane.up + level * plane.normal for flat, level in flats]
+    )
     i, j = np.arange(n), np.roll(np.arange(n), -1)
     top = np.concatenate([np.stack([n + i, n + j, i], 1), np.stack([n + j, j, i], 1)])
     wall = np.concatenate([np.stack([n + i, 3 * n + i, n + j], 1), np.stack([n + j, 3 * n + i, 3 * n + j], 1)])

@@ -14,7 +14,7 @@ from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.objects.closed_surface import smooth_profile, turned
 from casa_assets.families.objects.cutting import across, along, cut, sector, shell
 from casa_assets.families.objects.grown.head_leaves import head_leaves
-from casa_assets.families.objects.grown.portion import Face
+from casa_assets.families.objects.grown.portion import Face, rest_tilt
 from casa_assets.families.objects.grown.produce import Produce
 from casa_assets.model.registry.category import Portion
 from casa_assets.registry.objects import object_family
@@ -89,6 +89,16 @@ def test_portions_lie_on_the_ground_and_say_what_they_are(portion: Portion, cros
     assert asset.labels.to_json().count("portion") == 1
     assert label.texts(asset)["portion"] == portion.value
     assert abs(float(asset.bounds[0, 2])) < 1e-6
+
+
+def test_a_half_that_lies_on_its_side_rolls_to_where_its_mass_is_lowest() -> None:
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, 41)
+    ball = turned(0.04 * np.column_stack([np.cos(tilt) * (np.abs(tilt) < 1.57), np.sin(tilt)]), 60)
+    half, _ = cut(ball, [across(0.0, below=True)])
+    level = replace(half, points=half.points[:, [2, 0, 1]])
+    # A hemisphere comes to rest with its face up; its face looked to +x before.
+    assert np.degrees(rest_tilt(level)) == pytest.approx(-90.0, abs=8.0)
+    assert rest_tilt(half.rotated("x", np.pi)) == pytest.approx(0.0, abs=1e-6), "on its face it is at rest"
 
 
 def test_a_portion_needs_a_picture_of_its_section_and_a_whole_thing_says_nothing() -> None:

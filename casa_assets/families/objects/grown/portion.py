@@ -11,10 +11,13 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.objects.cutting import Plane, across, along, cut, sector, shell
+from casa_assets.geometry.mesh.measure import solid_moments
 from casa_assets.model.registry.category import Portion
 
 # How far the lining of a hollow reaches to either side of it, by the distance from its middle.
 LINING = 0.015
+# A round side of flat faces is rolled over if the next is lower; half degrees from one to the next.
+FACET = 16
 
 
 class Face(StrEnum):
@@ -22,7 +25,7 @@ class Face(StrEnum):
 
     UP = "up"  # it lies on its skin
     DOWN = "down"  # it lies on a cut face
-    SIDE = "side"  # the axis is level, and a face across it looks along it
+    SIDE = "side"  # it lies on the side of its skin, where it comes to rest, and a face across the axis looks to +x
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,25 @@ class Cutting:
         if self.face is Face.SIDE:
             return np.column_stack([z, x, y])
         return points if self.face is Face.UP else points * (1.0, -1.0, -1.0)
+
+
+def rest_tilt(body: Solid) -> float:
+    """Angle about the y axis by which a body has to be turned from how it lies until it is at rest, rad.
+
+    It rolls downhill: to where the middle of its mass is lowest above the ground of all tilts on the way.
+    """
+    _, middle, _ = solid_moments(body.points, body.faces)
+    tilts = np.radians(np.arange(-90.0, 90.5, 0.5))
+    # Height of the middle of mass above the lowest point, at each tilt.
+    x, z = body.points[:, 0] - middle[0], body.points[:, 2] - middle[2]
+    heights = np.array([-float((z * math.cos(t) - x * math.sin(t)).min()) for t in tilts])
+    place = len(tilts) // 2
+    while True:
+        near = range(max(0, place - FACET), min(len(tilts), place + FACET + 1))
+        lower = min(near, key=lambda k: heights[k])
+        if heights[lower] >= heights[place] - 1e-9:
+            return float(tilts[place])
+        place = lower
 
 
 def portion_of(body: Solid, cutting: Cutting) -> tuple[Solid, list[Solid], Solid | None]:

@@ -18,7 +18,7 @@ from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned, wrapped
 from casa_assets.families.objects.food.bodies import ellipsoid
 from casa_assets.families.objects.grown.head_leaves import head_leaves
-from casa_assets.families.objects.grown.portion import Cutting, Face, portion_of
+from casa_assets.families.objects.grown.portion import Cutting, Face, portion_of, rest_tilt
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.families.parts.decor.leaves import golden_angles, leaf
 from casa_assets.model.asset.asset import Base
@@ -189,6 +189,9 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
         return replace(solid, points=cutting.laid(bent(solid.points, bend, p.bend_start, (low, high))))
 
     kept, faces = rested(kept), [rested(face) for face in faces]
+    if p.face is Face.SIDE:
+        tilt = rest_tilt(kept)
+        kept, faces = kept.rotated("y", tilt), [face.rotated("y", tilt) for face in faces]
     lowest = min(float(solid.points[:, 2].min()) for solid in (kept, *faces))
     hull = concatenate([replace(s, picture_uv=None) for s in (kept, *faces)]).translated(z=-lowest).with_hull_collider()
     density = p.flesh * builder.supplies.finish(p.skin).substance.density
