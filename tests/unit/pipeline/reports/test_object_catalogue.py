@@ -1,0 +1,46 @@
+"""The page of objects: what it says of a category, and by which words it is found."""
+
+from __future__ import annotations
+
+from lxml import html
+
+from casa_assets import registry
+from casa_assets.pipeline.reports.object_catalogue import SOURCES, DrawnCategory, page
+
+APPLE = DrawnCategory("apple", "objects/apple.webp", (0.15, 0.21), (0.071, 0.08), (900, 1100), (1, 3))
+MUG = DrawnCategory("mug", "objects/mug.webp", (0.3,), (0.12,), (2000,), (8,))
+
+
+def articles() -> dict[str, html.HtmlElement]:
+    tree = html.document_fromstring(page([APPLE, MUG]))
+    return {article.xpath("h2/@id")[0]: article for article in tree.xpath("//article")}
+
+
+def test_sizes_and_masses_stand_beside_the_usual_ones_with_their_source() -> None:
+    rows = [[cell.text_content() for cell in row.xpath("td")] for row in articles()["apple"].xpath("table//tr[td]")]
+    apple = registry.load().categories["apple"]
+    length, mass = rows
+    assert length[:2] == ["longest side, cm", "7.1 to 8"]
+    assert mass[:2] == ["mass, g", "150 to 210"]
+    assert (
+        mass[2]
+        == f"{1000 * apple.mass_kg.low:g} to {1000 * apple.mass_kg.high:g}, typically {1000 * apple.mass_kg.typical:g}"
+    )
+    assert [length[3], mass[3]] == [SOURCES[apple.basis.size], SOURCES[apple.basis.mass]]
+
+
+def test_counts_are_medians() -> None:
+    assert "1000 faces, 2 collision shapes" in articles()["apple"].text_content()
+
+
+def test_a_category_is_found_by_name_group_form_and_use() -> None:
+    words = {name: article.get("data-words") for name, article in articles().items()}
+    for word in ("apple", "fruit", "produce", "washable"):
+        assert word in words["apple"]
+    assert "fruit" not in words["mug"]
+    assert "container" in words["mug"]
+
+
+def test_pictures_are_loaded_when_they_are_seen() -> None:
+    image = articles()["apple"].xpath("img")[0]
+    assert (image.get("loading"), image.get("src")) == ("lazy", "./objects/apple.webp")
