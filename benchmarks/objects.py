@@ -15,6 +15,7 @@ an empty library. The exit code is 1 where a member fails a check.
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 import time
 from collections.abc import Iterable
@@ -115,7 +116,7 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=0)
     parser.add_argument("--meshes", type=Path, help="a folder of meshes to ingest beside")
     options = parser.parse_args()
-    console = Console()
+    console = Console() if sys.stdout.isatty() else Console(width=120)
     with tempfile.TemporaryDirectory() as folder:
         requests = object_requests(options.category, options.count, options.seed)
         begin = time.monotonic()

@@ -82,7 +82,9 @@ def print_together(report: Report, titles: Mapping[str, str], console: Console) 
         if result.code not in titles:
             continue
         number = result.reason if result.number is None else f"{result.number:.3g} (limit {result.limit:g})"
-        console.print(f"{result.code} {titles[result.code]}: {result.status.value}, {number}", highlight=False)
+        console.print(
+            f"{result.code} {titles[result.code]}: {result.status.value}, {number}", highlight=False, soft_wrap=True
+        )
         found = [issue for issue in report.issues if issue.code == result.code]
         for issue in found[:MAX_TOLD]:
             console.print(f"  {escape(issue.pointer)}: {escape(issue.message)}", highlight=False, soft_wrap=True)
