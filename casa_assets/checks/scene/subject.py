@@ -14,6 +14,7 @@ from lxml import etree
 from casa_assets.checks.motion.motion_model import open_before, open_end
 from casa_assets.checks.motion.simulation import reset_to_start, subtree
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
+from casa_assets.checks.scene.motion.contents import Contents
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
 from casa_assets.model.kitchen.scene import Placement, Scene
@@ -28,7 +29,7 @@ class SceneJoint:
     Attributes:
         placement, asset, joint: whose it is. name: `<placement>__<joint>`.
         id: in the model. address: in qpos. dof: in qvel.
-        moved: (nbody,) what it carries along. geoms: colliders of those bodies.
+        moved: (nbody,) what it carries along, objects in a drawer among it. geoms: colliders of those bodies.
         before: joints of the same placement that have to stand open, by name in the model: rad or m.
     """
 
@@ -91,6 +92,11 @@ class SceneSubject:
         return data
 
     @cached_property
+    def contents(self) -> Contents:
+        """The objects that lie in drawers, on racks and in doors."""
+        return Contents(self.model, self.scene)
+
+    @cached_property
     def assets(self) -> dict[str, Asset]:
         """Name of a placement -> its asset."""
         return self.scene.asset_of
@@ -127,7 +133,7 @@ class SceneSubject:
             for joint in asset.joints:
                 name = f"{placement.name}__{joint.name}"
                 joint_id = int(model.joint(name).id)
-                moved = subtree(model, int(model.jnt_bodyid[joint_id]))
+                moved = self.contents.moved_with(subtree(model, int(model.jnt_bodyid[joint_id])))
                 yield SceneJoint(
                     placement=placement,
                     asset=asset,

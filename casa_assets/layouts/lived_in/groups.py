@@ -10,7 +10,7 @@ import numpy as np
 
 from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats
-from casa_assets.layouts.lived_in.silhouette import CELL_M, CELL_SLACK_M, Silhouette
+from casa_assets.layouts.lived_in.silhouette import CELL_M, Silhouette
 from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.pose import Pose
 
@@ -18,10 +18,9 @@ from casa_assets.model.pose import Pose
 GAP_M, SET_DOWN_GAP_M = 0.008, 0.0003
 # How much the objects of a row differ in direction and line, degrees and metres; at rest nobody sets them down alike.
 ROW_TURN_DEG, ROW_SHIFT_M = 5.0, 0.004
-HEAP_TRIES = 60
+# Places that are tried for each thing in a vessel, and how little above its floor it stands at most.
+HEAP_TRIES, ON_FLOOR_M = 120, 0.0012
 HOB_TURN_DEG = 30.0
-# The middle of what has a handle at one side lies so far from its origin; less is a pot with two ears.
-HANDLE_M = 0.015
 _SIDES = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
 
 
@@ -32,10 +31,12 @@ class Group:
     Attributes:
         poses: group_from_asset of each; the middle of the group's footprint is the origin, its foot at z = 0.
         size: width, depth and height of all, metres.
+        body: what stands over a site, such as the middle of a pan without its handle; frame of the group, metres.
     """
 
     poses: tuple[Pose, ...]
     size: tuple[float, float, float]
+    body: tuple[float, float] = (0.0, 0.0)
 
 
 def arrange(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
@@ -66,9 +67,9 @@ def _turns(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.rand
 
 
 def _handle_to_front(member: Silhouette) -> float:
-    """Angle that turns the side on which an object reaches out farthest to the front, -y; radians."""
-    x, y = (float(c) for c in member.box.mean(axis=0)[:2])
-    return -math.pi / 2 - math.atan2(y, x) if math.hypot(x, y) > HANDLE_M else 0.0
+    """Angle that turns the handle of an object to the front, -y; radians."""
+    handle = member.handle
+    return 0.0 if handle is None else -math.pi / 2 - math.atan2(float(handle[1]), float(handle[0]))
 
 
 def turned_box(member: Silhouette, angle: float) -> Floats:
@@ -96,9 +97,9 @@ def _side_by_side(members: Sequence[Silhouette], turns: Sequence[float], rng: np
         x += float(np.ptp(box[:, 0])) + GAP_M
     middle = (front + back) / 2
     height = max(float(np.ptp(m.box[:, 2])) for m in members)
-    return Group(
-        tuple(_upright(px, py - middle, pz, turn) for px, py, pz, turn in poses), (width, back - front, height)
-    )
+    centered = tuple(_upright(px, py - middle, pz, turn) for px, py, pz, turn in poses)
+    x, y, _ = (float(c) for c in centered[0].apply(np.array([[*members[0].body, 0.0]]))[0])
+    return Group(centered, (width, back - front, height), (x, y) if len(members) == 1 else (0.0, 0.0))
 
 
 def _stack(members: Sequence[Silhouette]) -> Group:
@@ -113,40 +114,38 @@ def _stack(members: Sequence[Silhouette]) -> Group:
 
 
 def _heap(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
-    """The first as it stands, the others in it, each where it lies lowest of some places drawn."""
+    """The first as it stands, the others beside each other on its floor, each in a free place near its middle.
+
+    Nothing leans against a wall or lies on another: in the light form of a scene, in which shapes are smaller, it would
+    slide down.
+    """
     vessel, *rest = members
     middle, foot = vessel.box.mean(axis=0), float(vessel.box[0, 2])
-    ground = vessel.high.copy()
-    ground[~np.isfinite(ground)] = np.inf
-    rim = float(vessel.box[1, 2])
-    poses = [(0.0, 0.0, 0.0, 0.0)]
-    top = rim
+    ground = np.where(np.isfinite(vessel.high), vessel.high, np.inf)
+    floor = float(ground.min())
+    poses = [(0.0, 0.0, 0.0)]
+    top = float(vessel.box[1, 2])
     for member in rest:
-        best: tuple[float, tuple[int, int]] | None = None
-        wide = np.array(member.low.shape)
-        room = np.array(ground.shape) - wide
+        low, extent = float(member.box[0, 2]), np.array(member.low.shape)
+        room, filled = np.array(ground.shape) - extent, np.isfinite(member.low)
         if (room < 0).any():
             return None
-        filled = np.isfinite(member.low)
+        best: tuple[float, int, int, float] | None = None
         for _ in range(HEAP_TRIES):
             i, j = (int(rng.integers(0, r + 1)) for r in room)
-            under = ground[i : i + wide[0], j : j + wide[1]]
+            under = ground[i : i + extent[0], j : j + extent[1]]
             z = float((under[filled] - member.low[filled]).max())
-            if np.isfinite(z) and (best is None or z < best[0] - 1e-9):
-                best = (z, (i, j))
+            off_middle = float(np.hypot(*(np.array([i, j]) - room / 2)))
+            if z + low < floor + ON_FLOOR_M and (best is None or off_middle < best[0]):
+                best = (off_middle, i, j, z)
         if best is None:
             return None
-        z, (i, j) = best
-        z += CELL_SLACK_M
-        under = ground[i : i + wide[0], j : j + wide[1]]
-        under[filled] = np.maximum(under[filled], z + member.high[filled])
+        _, i, j, z = best
+        # Nothing fits above or below it any more.
+        ground[i : i + extent[0], j : j + extent[1]][filled] = np.inf
         corner = vessel.box[0, :2] + CELL_M * np.array([i, j]) - member.box[0, :2]
-        poses.append((float(corner[0]), float(corner[1]), z, 0.0))
+        poses.append((float(corner[0]), float(corner[1]), z + SET_DOWN_GAP_M))
         top = max(top, z + float(member.box[1, 2]))
-        if z + float(member.box[0, 2]) > rim - 0.3 * float(np.ptp(member.box[:, 2])):
-            return None  # it would lie on the rim and roll off
     width, depth, _ = (float(s) for s in np.ptp(vessel.box, axis=0))
-    lifted = [
-        _upright(x - float(middle[0]), y - float(middle[1]), z - foot + SET_DOWN_GAP_M, a) for x, y, z, a in poses
-    ]
+    lifted = [_upright(x - float(middle[0]), y - float(middle[1]), z - foot + SET_DOWN_GAP_M) for x, y, z in poses]
     return Group(tuple(lifted), (width, depth, top - foot))

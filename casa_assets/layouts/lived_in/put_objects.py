@@ -24,6 +24,7 @@ MEMBERS = 12
 TRIES_PER_OBJECT = 12
 EDGE_M = 0.008  # that stays free along the edges of a space
 HEAD_ROOM_M = 0.012  # that stays free above, for fingers and for a drawer on its way
+THEME_POWER = 1.5
 GRID_M = 0.02  # of the places that are tried
 SHIFT_M = 0.03  # that things stand more or less far from the wall
 # Nothing is stored as eagerly above the height that a person or robot reaches into without a step.
@@ -100,16 +101,20 @@ def put_objects(
     """
     draw = _Draw(habits, [_Room(space) for space in spaces], member, rng)
     times: dict[str, int] = {}
+    themes: dict[str, int] = {}
     for group in already:
         draw.note(group)
         times[group.habit] = times.get(group.habit, 0) + 1
+        theme = habits.habits[group.habit].theme
+        themes[theme] = themes.get(theme, 0) + 1
     groups: list[PutGroup] = []
     left = count
     for _ in range(TRIES_PER_OBJECT * count):
+        # The more there is of a theme, the less of it comes: every kitchen has something of each.
         open_habits = {
-            name: habit.weight
+            name: habit.weight / (1 + themes.get(habit.theme, 0)) ** THEME_POWER
             for name, habit in habits.habits.items()
-            if times.get(name, 0) < habit.most and _fewest(habit) <= left
+            if times.get(name, 0) < habit.most and habit.fewest <= left
         }
         if left <= 0 or not open_habits:
             break
@@ -117,14 +122,12 @@ def put_objects(
         new = _put_group(draw, name, habits.habits[name], left)
         # A habit that found no room counts as well, or a kitchen without a hob would be searched for one for ever.
         times[name] = times.get(name, 0) + 1
+        theme = habits.habits[name].theme
+        themes[theme] = themes.get(theme, 0) + 1
         if new is not None:
             groups.append(new)
             left -= len(new.placements)
     return tuple(groups)
-
-
-def _fewest(habit: Habit) -> int:
-    return habit.count[0] + bool(habit.vessel)
 
 
 def _pick(weights: Mapping[str, float], rng: np.random.Generator) -> str:
@@ -142,13 +145,13 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
     for tried in (kind, *(k for k in sorted(habit.spaces) if k != kind)):
         rooms = [r for r in draw.rooms if tried in r.space.kinds and _suits(r, habit)]
         space_kind = draw.habits.spaces[tried]
-        weights = np.array([_ease(r.space) for r in rooms])
+        weights = np.array([_ease(r.space) * (space_kind.together if r.theme else 1.0) for r in rooms])
         if not rooms:
             continue
         order = rng.choice(len(rooms), size=len(rooms), replace=False, p=weights / weights.sum())
         for index in order:
             room = rooms[int(index)]
-            for fewer in range(len(assets), _fewest(habit) - 1, -1):
+            for fewer in range(len(assets), habit.fewest - 1, -1):
                 group = arrange(habit.arrangement, [draw.silhouette(a) for a in assets[:fewer]], rng)
                 spot = None if group is None else _free_spot(room, space_kind, group, draw.boxes, rng)
                 if group is not None and spot is not None:
@@ -185,12 +188,11 @@ def _free_spot(
     space, gap = room.space, kind.gap_m
     width, depth, height = space.size
     half_x, half_y = group.size[0] / 2, group.size[1] / 2
-    taken = [*space.taken, *taken_by(space, boxes)]
+    taken = [*space.taken, *taken_by(space, np.array(boxes))]
     if group.size[2] > height - HEAD_ROOM_M:
         return None
     if space.is_site:
-        x, y, _ = group.poses[0].position
-        at = (-x, -y)
+        at = (-group.body[0], -group.body[1])
         return None if any(_overlap(_rect(*at, half_x + gap, half_y + gap), other) for other in taken) else at
     reach_x, reach_y = width / 2 - half_x - EDGE_M, depth / 2 - half_y - EDGE_M
     back = min(reach_y, kind.reach_m - depth / 2 - half_y)

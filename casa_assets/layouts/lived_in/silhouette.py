@@ -14,6 +14,8 @@ from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Hull, MeshShap
 CELL_M = 0.003
 # Two of the same shape, one lifted by `pitch`, may still touch between the centres of cells.
 CELL_SLACK_M = 0.0006
+# What has a handle at one side is so much longer than wide, and the middle of its area so far from that of its length.
+LONG_SHARE, OFF_SHARE = 1.15, 0.04
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
@@ -37,6 +39,30 @@ class Silhouette:
         """How much higher a second one stands that is stacked on the first, both facing the same way; metres."""
         filled = np.isfinite(self.low)
         return float((self.high[filled] - self.low[filled]).max()) + CELL_SLACK_M
+
+    @property
+    def body(self) -> Floats:
+        """(2,) middle of the body without the handle that reaches out of it to one side; frame of the asset, metres.
+
+        The body is taken to be as long as it is wide.
+        """
+        middle = self.box[:, :2].mean(axis=0)
+        handle = self.handle
+        size = np.ptp(self.box[:, :2], axis=0)
+        return middle if handle is None else middle - handle * (size.max() - size.min()) / 2
+
+    @property
+    def handle(self) -> Floats | None:
+        """(2,) direction along x or y in which a handle reaches out; None where none does, or two do."""
+        size = np.ptp(self.box[:, :2], axis=0)
+        axis = int(np.argmax(size))
+        centers = self.box[0, :2] + (np.argwhere(np.isfinite(self.low)) + 0.5) * CELL_M
+        off = float((self.box[:, :2].mean(axis=0) - centers.mean(axis=0))[axis])
+        if size[axis] < LONG_SHARE * size[1 - axis] or abs(off) < OFF_SHARE * size[axis]:
+            return None
+        direction = np.zeros(2)
+        direction[axis] = np.sign(off)
+        return direction
 
 
 def silhouette(asset: Asset) -> Silhouette:

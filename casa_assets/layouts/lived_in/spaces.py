@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.layouts.compose.swept_areas import AssetOutlines
+from casa_assets.layouts.lived_in.silhouette import outline_points
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.site import Region
 from casa_assets.model.kitchen.habit import SpaceKind
@@ -24,6 +25,7 @@ UPRIGHT_COSINE = 0.9999
 FLOOR_SLACK_M = 0.004
 # A thing whose joints move it through less than this is no door: a knob, a key.
 MIN_SWEEP_M = 0.03
+_NOTHING = np.empty((0, 2, 3))
 _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 
 
@@ -62,14 +64,13 @@ def find_spaces(scene: Scene, kinds: Mapping[str, SpaceKind]) -> tuple[Space, ..
     """All spaces of a scene that are of one of some kinds, in the order of its placements."""
     assets = scene.asset_of
     outlines = {asset.id: AssetOutlines(asset) for asset in scene.assets}
-    bounds = {p.name: _solid_boxes(p, outlines[p.asset]) for p in scene.placements if p.layer is Layer.THINGS}
+    things = [p for p in scene.placements if p.layer is Layer.THINGS]
+    boxes = {p.name: _solid_boxes(p, outlines[p.asset]) for p in things}
     found = []
-    for place in scene.placements:
-        if place.layer is not Layer.THINGS:
-            continue
+    for place in things:
+        others = np.concatenate([_NOTHING, *(box for name, box in boxes.items() if name != place.name)])
         for space in _spaces_of(place, assets[place.name], outlines[place.asset], kinds):
-            others = [box for name, boxes in bounds.items() if name != place.name for box in boxes]
-            found.append(replace(space, taken=tuple(taken_by(space, others))))
+            found.append(replace(space, taken=taken_by(space, others)))
     return tuple(found)
 
 
@@ -104,17 +105,18 @@ def _spaces_of(
             )
 
 
-def _solid_boxes(place: Placement, outlines: AssetOutlines) -> list[Floats]:
-    """(2, 3) boxes in the world around each link of a thing, and around all that each of its doors sweeps."""
-    boxes = []
-    for points in outlines.points.values():
-        if len(points):
-            boxes.append(box_around(place.pose.apply(points)))
+def _solid_boxes(place: Placement, outlines: AssetOutlines) -> Floats:
+    """(N, 2, 3) boxes in the world around the collision shapes of a thing, and around what its doors sweep."""
+    clouds = [
+        outlines.poses[link.name].apply(collider.pose.apply(outline_points(collider.shape)))
+        for link in outlines.asset.links
+        for collider in link.colliders
+    ]
     for joint in outlines.asset.joints:
         swept = outlines.swept_points(joint)
         if swept.size and float(np.abs(swept - swept[:1]).max()) > MIN_SWEEP_M:
-            boxes.append(box_around(place.pose.apply(swept.reshape(-1, 3))))
-    return boxes
+            clouds.append(swept.reshape(-1, 3))
+    return np.array([box_around(place.pose.apply(cloud)) for cloud in clouds]).reshape(-1, 2, 3)
 
 
 def box_around(points: Floats) -> Floats:
@@ -122,11 +124,14 @@ def box_around(points: Floats) -> Floats:
     return np.array([points.min(axis=0), points.max(axis=0)])
 
 
-def taken_by(space: Space, boxes: Iterable[Floats]) -> Iterator[Rect]:
-    """What (2, 3) boxes of the world take of a space, each where it reaches into it."""
-    to_space, size = space.pose.inverse(), np.array(space.size)
-    for box in boxes:
-        low, high = box_around(to_space.apply(np.where(_CUBE, box[1], box[0])))
-        is_beside = (low[:2] >= size[:2] / 2) | (high[:2] <= -size[:2] / 2)
-        if low[2] < size[2] and high[2] > FLOOR_SLACK_M and not is_beside.any():
-            yield (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
+def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
+    """What (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
+    if not len(boxes):
+        return ()
+    corners = np.where(_CUBE, boxes[:, 1, None], boxes[:, 0, None])
+    local = space.pose.inverse().apply(corners.reshape(-1, 3)).reshape(-1, 8, 3)
+    low, high, half = local.min(axis=1), local.max(axis=1), np.array(space.size) / 2
+    reaches = (low[:, 2] < space.size[2]) & (high[:, 2] > FLOOR_SLACK_M)
+    reaches &= (low[:, :2] < half[:2]).all(axis=1) & (high[:, :2] > -half[:2]).all(axis=1)
+    rects = np.concatenate([low[:, :2], high[:, :2]], axis=1)[reaches].tolist()
+    return tuple((x0, y0, x1, y1) for x0, y0, x1, y1 in rects)

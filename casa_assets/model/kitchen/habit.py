@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from enum import StrEnum
 from fnmatch import fnmatchcase
 from typing import Annotated, Self
@@ -40,6 +40,7 @@ class SpaceKind(Record):
         gap_m: between groups, and between them and what else stands there.
         is_open: whether people see it as a worktop, on which anything may stand beside anything; what is closed has one
             theme. from_back: whether it is filled from the back, as worktops are, or from the front.
+        together: how many times as readily something comes where there is something of its theme already.
         reach_m: how far behind its front edge things stand at most.
     """
 
@@ -51,6 +52,7 @@ class SpaceKind(Record):
     gap_m: Positive = 0.012
     is_open: bool = False
     from_back: bool = False
+    together: Positive = 1.0
     reach_m: Positive = 1.0
 
     def holds(self, category: str, region: str, floor: float) -> bool:
@@ -96,6 +98,11 @@ class Habit(Record):
             raise ValueError("only what is alike is stacked: alike: true")
         return self
 
+    @property
+    def fewest(self) -> int:
+        """Fewest objects of a group, its vessel counted."""
+        return self.count[0] + bool(self.vessel)
+
 
 class Habits(Record):
     """All of registry/habits.yaml: kinds of spaces by name, and habits by name."""
@@ -115,3 +122,8 @@ class Habits(Record):
     def categories(self) -> tuple[str, ...]:
         """Categories of all objects and vessels, sorted."""
         return tuple(sorted({c for habit in self.habits.values() for c in (*habit.objects, *habit.vessel)}))
+
+    def kept_in(self, kinds: Collection[str]) -> tuple[str, ...]:
+        """Categories of what people keep in a space of these kinds, sorted."""
+        habits = [habit for habit in self.habits.values() if not habit.spaces.keys().isdisjoint(kinds)]
+        return tuple(sorted({category for habit in habits for category in (*habit.objects, *habit.vessel)}))

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import cache
 
 from casa_assets.checks.scene.motion.settling import Rest, come_to_rest
 from casa_assets.core.sampling import rng_for
@@ -13,7 +14,7 @@ from casa_assets.geometry.lightweight import light_scene
 from casa_assets.layouts.lived_in.put_objects import MEMBERS, PutGroup, put_objects, rounded_pose
 from casa_assets.layouts.lived_in.spaces import find_spaces
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.kitchen.habit import Arrangement, Habits
+from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
@@ -25,12 +26,16 @@ FULL, LIGHT = "full", "light"  # forms of a scene
 # Members are drawn with the seed that `casa-assets objects build` draws with unless it is told otherwise.
 MEMBER_SEED = 0
 # Times that new groups are put in for those that did not stay.
-MAX_ROUNDS = 3
+MAX_ROUNDS = 4
 # In the first run things sink and slide to where they rest: a group of which one goes farther or tips is taken out.
-SETTLE_S, MAX_SLIDE_M, MAX_TILT = 2.5, 0.02, 0.2
-MAX_SLIDE_IN_HEAP_M = 0.08  # fruit rolls to the bottom of its bowl
-# In the second run, from there, nothing moves or stands in anything any more.
-STILL_S, MAX_DRIFT_M, MAX_DEPTH_M = 2.0, 0.002, 0.0004
+# Fruit and tools may roll a little, what stands in a row or a stack may not lean.
+SETTLE_S, MAX_SLIDE_M = 1.0, 0.02
+MAX_TILT, MAX_ROLL = 0.15, 0.7
+ROLLING = (Arrangement.HEAP, Arrangement.LOOSE, Arrangement.LENGTHWISE)
+# In the second run, from there, nothing moves or stands in anything any more. In the light form, the shapes of which
+# are smaller, what is stacked sinks a little more.
+STILL_S, MAX_DEPTH_M = 5.0, 0.0004
+MAX_DRIFT_M = {FULL: 0.0025, LIGHT: 0.004}
 MAX_STILL_RUNS = 4
 
 
@@ -48,7 +53,8 @@ def put_into(scene: Scene, count: int, seed: int, store: AssetStore) -> Scene:
         more = put_objects(spaces, habits, objects.member, count - _number(groups), rng, groups)
         if not more:
             break
-        groups = at_rest(scene, (*groups, *more), habits, objects)
+        # Groups stand apart, so that those which rest already are not simulated again.
+        groups = (*groups, *at_rest(scene, more, objects))
     return with_groups(scene, groups, objects)
 
 
@@ -79,10 +85,13 @@ def _request(category: str, number: int) -> FamilyRequest:
 
 def objects_key(count: int, seed: int) -> str:
     """Key of what `put_into` adds: the habits, the members that it may draw, and its code."""
-    habits = load_habits()
-    requests = [_request(category, number) for category in habits.categories for number in range(MEMBERS)]
-    members = [asset_key(family_of(r), params_of(r)) for r in requests]
-    return digest_of("objects", count, seed, habits.digest, members, key_of(put_into))
+    return digest_of("objects", count, seed, load_habits().digest, _members_key(), key_of(put_into))
+
+
+@cache
+def _members_key() -> str:
+    requests = [_request(category, number) for category in load_habits().categories for number in range(MEMBERS)]
+    return digest_of("members", [asset_key(family_of(r), params_of(r)) for r in requests])
 
 
 def _number(groups: Iterable[PutGroup]) -> int:
@@ -97,23 +106,36 @@ def with_groups(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers
     return ready_to_simulate(scene.replace(assets=(*scene.assets, *added), placements=(*scene.placements, *placements)))
 
 
-def at_rest(scene: Scene, groups: Sequence[PutGroup], habits: Habits, objects: ObjectMembers) -> tuple[PutGroup, ...]:
+def at_rest(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers) -> tuple[PutGroup, ...]:
     """The groups that stay where they are put, each object where it came to rest, in the full and in the light form.
 
     Args:
         scene: without them.
     """
-    kept = list(groups)
-    for form in (LIGHT, FULL):
-        rests = _simulate(scene, kept, objects, form, SETTLE_S)
-        kept = [_moved(group, rests, objects) for group in kept if _has_settled(group, habits, rests)]
+    rests = _simulate(scene, groups, objects, FULL, SETTLE_S)
+    kept = [_moved(group, rests, objects) for group in _kept(groups, lambda g, n: _has_settled(g, n, rests))]
     for _ in range(MAX_STILL_RUNS):
-        runs = [_simulate(scene, kept, objects, form, STILL_S) for form in (FULL, LIGHT)]
-        still = [group for group in kept if all(_is_still(group, rests) for rests in runs)]
-        if len(still) == len(kept):
+        runs = {form: _simulate(scene, kept, objects, form, STILL_S) for form in (FULL, LIGHT)}
+        still = _kept(kept, lambda g, n, runs=runs: all(_is_still(g, n, rests, form) for form, rests in runs.items()))
+        if _number(still) == _number(kept):
             return tuple(kept)
         kept = still
     return ()
+
+
+def _kept(groups: Iterable[PutGroup], stays: Callable[[PutGroup, int], bool]) -> list[PutGroup]:
+    """The groups without the objects that do not stay, nor what lies on them; without those that are too small then."""
+    habits, kept = load_habits().habits, []
+    for group in groups:
+        habit, places = habits[group.habit], group.placements
+        good = [stays(group, number) for number in range(len(places))]
+        if habit.arrangement is Arrangement.STACK and not all(good):
+            good = [number < good.index(False) for number in range(len(places))]
+        if habit.vessel and not good[0]:
+            continue
+        if sum(good) >= habit.fewest:
+            kept.append(replace(group, placements=tuple(p for p, is_good in zip(places, good, strict=True) if is_good)))
+    return kept
 
 
 def _simulate(
@@ -145,14 +167,11 @@ def _bare(asset: Asset) -> Asset:
     return asset.replace(links=links, materials=(), behavior=None)
 
 
-def _has_settled(group: PutGroup, habits: Habits, rests: dict[str, Rest]) -> bool:
-    is_heap = habits.habits[group.habit].arrangement is Arrangement.HEAP
-    for number, place in enumerate(group.placements):
-        rest = rests[place.name]
-        may_roll = is_heap and number > 0
-        if rest.moved > (MAX_SLIDE_IN_HEAP_M if may_roll else MAX_SLIDE_M) or (rest.tilt > MAX_TILT and not may_roll):
-            return False
-    return True
+def _has_settled(group: PutGroup, number: int, rests: dict[str, Rest]) -> bool:
+    arrangement = load_habits().habits[group.habit].arrangement
+    stands = arrangement not in ROLLING or (arrangement is Arrangement.HEAP and number == 0)
+    rest = rests[group.placements[number].name]
+    return rest.moved <= MAX_SLIDE_M and rest.tilt <= (MAX_TILT if stands else MAX_ROLL)
 
 
 def _moved(group: PutGroup, rests: dict[str, Rest], objects: ObjectMembers) -> PutGroup:
@@ -164,7 +183,6 @@ def _moved(group: PutGroup, rests: dict[str, Rest], objects: ObjectMembers) -> P
     return replace(group, placements=placements)
 
 
-def _is_still(group: PutGroup, rests: dict[str, Rest]) -> bool:
-    return all(
-        rests[place.name].moved <= MAX_DRIFT_M and rests[place.name].depth <= MAX_DEPTH_M for place in group.placements
-    )
+def _is_still(group: PutGroup, number: int, rests: dict[str, Rest], form: str) -> bool:
+    rest = rests[group.placements[number].name]
+    return rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M

@@ -9,6 +9,8 @@ from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
 from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.layouts.lived_in.free_room import count_of_things, largest_box, world_bounds
+from casa_assets.layouts.lived_in.spaces import Space, find_spaces
 from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
@@ -17,6 +19,7 @@ from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.pose import Pose
+from casa_assets.registry.habits import load_habits
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.resolve import SceneRecipe
@@ -64,6 +67,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
         },
         "fixtures": [_fixture(p, scene.asset_of[p.name], items[p.name]) for p in scene.placements if p.resting is None],
         **({"objects": [_object(p, scene.asset_of[p.name]) for p in scene.objects]} if scene.objects else {}),
+        "spawn": [_spawn(space, scene) for space in find_spaces(scene, load_habits().spaces)],
         "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
         **whereabouts(DesignSubject(facts_of(kitchen, scene))),
     }
@@ -125,6 +129,31 @@ def _object(placement: Placement, asset: Asset) -> dict[str, Any]:
         **_pose(placement.pose),
         "mass_kg": round(asset.mass, 4),
         "in": placement.resting.model_dump(),
+    }
+
+
+def _spawn(space: Space, scene: Scene) -> dict[str, Any]:
+    """A space that takes objects: where it is, how much of it is free, and what people put there.
+
+    `size`: width, depth, height; its `pose`, in the world and in the fixture (joints at zero), is that of the middle
+    of its floor, x along the front, y to the back. `largest_box` is that of the largest free floor, at `x`, `y` in the
+    frame of the space; `things` how many cubes of 10 cm stand on what is free.
+    """
+    holder = next(place for place in scene.placements if place.name == space.placement)
+    box, middle = largest_box(space)
+    return {
+        "placement": space.placement,
+        "link": space.link,
+        "region": space.region,
+        "kinds": list(space.kinds),
+        "moves": space.is_moving,
+        "shape": "cylinder" if space.is_round else "box",
+        "size": [round(side, 4) for side in space.size],
+        "pose": {"world": _pose(space.pose), "fixture": _pose(holder.pose.inverse() @ space.pose)},
+        "bounds": [[decimals(float(c), 4) for c in corner] for corner in world_bounds(space)],
+        "largest_box": {"size": [round(side, 4) for side in box], "x": round(middle[0], 4), "y": round(middle[1], 4)},
+        "things": count_of_things(space),
+        "objects": list(load_habits().kept_in(space.kinds)),
     }
 
 

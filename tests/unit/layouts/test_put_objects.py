@@ -120,13 +120,17 @@ class TestGroups:
         assert arrange(Arrangement.HEAP, [mug, tray], rng_for(0, "test")) is None
 
     def test_handle_of_a_pan_is_in_front(self) -> None:
-        size = np.array([[-0.1, -0.1, 0.0], [0.3, 0.1, 0.05]])
-        pan = Silhouette(size, np.zeros((130, 66)), np.full((130, 66), 0.05))
+        size = np.array([[-0.2, -0.1, 0.0], [0.2, 0.1, 0.05]])
+        low = np.zeros((134, 67))
+        low[:67, :30] = low[:67, 37:] = np.inf  # a handle to the left
+        pan = Silhouette(size, low, np.where(np.isfinite(low), 0.05, -np.inf))
+        assert pan.body == pytest.approx((0.1, 0.0))
         for seed in range(5):
             group = arrange(Arrangement.HANDLE_FRONT, [pan], rng_for(seed, "test"))
             assert group is not None
-            x, y, _ = group.poses[0].rotation @ pan.box.mean(axis=0)
+            x, y, _ = group.poses[0].rotation @ np.array([-1.0, 0.0, 0.0])
             assert y < -abs(x)
+            assert group.body[1] > abs(group.body[0])
 
 
 class TestSpaces:

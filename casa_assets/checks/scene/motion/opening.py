@@ -140,7 +140,7 @@ class JointSweeper:
         boxes = np.empty((len(positions), 2, 3))
         for i, position in enumerate(positions):
             self.data.qpos[joint.address] = position
-            mujoco.mj_kinematics(self.model, self.data)
+            self.subject.contents.pose(self.data)
             boxes[i] = box_around(geom_boxes(self.model, self.data, joint.geoms))
         return SweptPath(positions, boxes, box_around(boxes), before)
 
@@ -165,7 +165,7 @@ class JointSweeper:
         with AllPairs(self.model), OnlyPairs(self.model, moved, against):
             for i in np.flatnonzero(poses):
                 self.data.qpos[joint.address] = path.positions[i]
-                mujoco.mj_kinematics(self.model, self.data)
+                self.subject.contents.pose(self.data)
                 mujoco.mj_collision(self.model, self.data)
                 if self.data.ncon:
                     self._record(worst, moved, float(i) / (len(path.positions) - 1))
@@ -208,7 +208,7 @@ class JointSweeper:
         self.data.qpos[:] = self.model.qpos0
         for name, position in positions.items():
             self.data.qpos[self.subject.joints[name].address] = position
-        mujoco.mj_kinematics(self.model, self.data)
+        self.subject.contents.pose(self.data)
 
     def _reach(self, joint: SceneJoint) -> float:
         """Distance of what a hinge moves from its axis, metres; 1 for a slide."""

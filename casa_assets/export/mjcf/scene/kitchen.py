@@ -19,8 +19,8 @@ from casa_assets.export.mjcf.visual import Meshes
 from casa_assets.export.mujoco_values import VIEWER_GROUPS, Groups
 from casa_assets.geometry.collider_colors import collider_colors
 from casa_assets.model.asset.asset import Asset, Base
-from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.files import Files
+from casa_assets.model.kitchen.named_poses import carried_pose, key_positions
 from casa_assets.model.kitchen.scene import (
     CLOSED_POSE,
     FREE_JOINT,
@@ -165,39 +165,17 @@ def _add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) 
     What rests in a drawer goes along with it.
     """
     qpos: dict[str, list[float]] = {START_POSE: [], CLOSED_POSE: [], OPEN_POSE: []}
-    holders, assets = {place.name: place for place in scene.placements}, scene.asset_of
+    placements, assets = {place.name: place for place in scene.placements}, scene.asset_of
     for place, context in zip(scene.placements, contexts, strict=True):
         asset = context.asset
-        positions = _key_positions(place, asset)
+        positions = key_positions(place, asset)
         joints = keyframe.joint_order(asset, asset.root.name)
         base = world_from_root(place, asset)
         for name, values in qpos.items():
-            pose = base
-            if place.resting is not None:
-                holder = holders[place.resting.placement]
-                pose = _carried(holder, assets[holder.name], place.resting.link, name) @ base
+            carried = carried_pose(place, placements, assets, name)
+            pose = base if carried is None else carried @ asset.root.pose
             free_joint = (*pose.position, *pose.quaternion) if asset.base is Base.FREE else ()
             values += [*free_joint, *(positions[name].get(joint, 0.0) for joint in joints)]
     block = etree.SubElement(root, "keyframe")
     for name, values in qpos.items():
         etree.SubElement(block, "key", {"name": name, **({"qpos": number.numbers(values)} if values else {})})
-
-
-def _key_positions(place: Placement, asset: Asset) -> dict[str, dict[str, float]]:
-    """Name of each keyframe of a scene -> positions of the joints of a placement, rad or m."""
-    keyframes = {key.name: joint_positions(key.joints) for key in asset.keyframes}
-    closed = keyframes.get(CLOSED_POSE, {})
-    return {
-        START_POSE: joint_positions(place.joints),
-        CLOSED_POSE: closed,
-        OPEN_POSE: keyframes.get(OPEN_POSE, closed),
-    }
-
-
-def _carried(holder: Placement, asset: Asset, link: str, name: str) -> Pose:
-    """How a link of a placement lies in the world in a keyframe, relative to how it lies as the scene begins."""
-    positions = _key_positions(holder, asset)
-    if not asset.is_moved(link) or positions[name] == positions[START_POSE]:
-        return Pose()
-    at_start, now = (holder.pose @ asset.asset_from_link(link, positions[k]) for k in (START_POSE, name))
-    return now @ at_start.inverse()

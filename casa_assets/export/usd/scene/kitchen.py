@@ -16,6 +16,7 @@ from casa_assets.export.usd.scene import isaac_lab, lights_and_cameras, placemen
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.files import Files
+from casa_assets.model.kitchen.named_poses import carried_pose
 from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, Layer, Placement, Scene
 
 FILE = "scene.usda"
@@ -94,13 +95,23 @@ def _define(stage: Usd.Stage, scene: Scene) -> None:
 
 
 def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
-    """The variant set `pose`, `closed` selected: each asset's own variant, and the start pose, which no asset has."""
+    """The variant set `pose`, `closed` selected: each asset's own variant, and the start pose, which no asset has.
+
+    What rests in a drawer goes along with it.
+    """
     poses = (START_POSE, CLOSED_POSE, OPEN_POSE)
     variants = _variants(layer, keyframe.VARIANT_SET, poses, CLOSED_POSE)
-    assets = scene.asset_of
+    placements, assets = {place.name: place for place in scene.placements}, scene.asset_of
     for pose in poses:
         for place in scene.placements:
             asset = assets[place.name]
+            carried = carried_pose(place, placements, assets, pose)
+            if carried is not None:
+                # The placement itself has its pose outside of variants, which is stronger: its root link is moved.
+                spec = Sdf.CreatePrimInLayer(
+                    layer, _over(layer, variants, pose, place).path.AppendChild(asset.root.name)
+                )
+                placement.set_pose(spec, place.pose.inverse() @ carried @ asset.root.pose)
             own = placement.variant(asset, pose)
             if own is not None:
                 _over(layer, variants, pose, place).variantSelections[keyframe.VARIANT_SET] = own

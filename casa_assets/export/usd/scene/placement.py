@@ -18,19 +18,23 @@ def variant(asset: Asset, pose: str) -> str | None:
     return pose if pose in {key.name for key in asset.keyframes} and pose != START_POSE else CLOSED_POSE
 
 
+def set_pose(spec: Sdf.PrimSpec, pose: Pose) -> None:
+    """Override where a link stands in the frame of its asset."""
+    translate, orient = keyframe.XFORM_OPS
+    kinds = Sdf.ValueTypeNames
+    Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)
+    Sdf.AttributeSpec(spec, orient, kinds.Quatd).default = number.quatd(pose.quaternion)
+    # Set again: an asset without keyframes has no op where its pose is the identity.
+    order = Sdf.AttributeSpec(spec, "xformOpOrder", kinds.TokenArray, Sdf.VariabilityUniform)
+    order.default = list(keyframe.XFORM_OPS)
+
+
 def set_joints(layer: Sdf.Layer, root: Sdf.Path, asset: Asset, positions: dict[str, float]) -> None:
     """Override link poses and joint states below `root`; `positions` in rad or m, joints not named are at zero."""
     for link in asset.links:
         if asset.is_moved(link.name):
             spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(link.name))
-            pose = asset.asset_from_link(link.name, positions)
-            translate, orient = keyframe.XFORM_OPS
-            kinds = Sdf.ValueTypeNames
-            Sdf.AttributeSpec(spec, translate, kinds.Double3).default = number.vec3d(pose.position)
-            Sdf.AttributeSpec(spec, orient, kinds.Quatd).default = number.quatd(pose.quaternion)
-            # Set again: an asset without keyframes has no op where its pose is the identity.
-            order = Sdf.AttributeSpec(spec, "xformOpOrder", kinds.TokenArray, Sdf.VariabilityUniform)
-            order.default = list(keyframe.XFORM_OPS)
+            set_pose(spec, asset.asset_from_link(link.name, positions))
     for joint in asset.joints:
         spec = Sdf.CreatePrimInLayer(layer, root.AppendChild(SCOPE).AppendChild(joint.name))
         spec.SetInfo("apiSchemas", Sdf.TokenListOp.Create(prependedItems=[keyframe.state_schema(joint)]))
