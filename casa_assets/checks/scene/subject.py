@@ -126,6 +126,11 @@ class SceneSubject:
         """All joints of all placements by their names in the model, in the order of the scene."""
         return {joint.name: joint for joint in self._joints()}
 
+    @cached_property
+    def operated(self) -> dict[str, SceneJoint]:
+        """Joints of what has its place in the kitchen: a jar in a cupboard is not opened there."""
+        return {name: joint for name, joint in self.joints.items() if joint.placement.resting is None}
+
     def _joints(self) -> Iterator[SceneJoint]:
         model = self.model
         for placement in self.scene.placements:

@@ -49,8 +49,8 @@ ROWS: tuple[Check, ...] = (
           "The model has at most {limit:g} collision shapes; merge some, or leave a thing out."),
     Check("SCN013", "Degrees of freedom", ERROR, SceneSubject, budget.degrees_of_freedom_are_bounded,
           "scene_freedoms", "",
-          "The model has at most {limit:g} degrees of freedom, since solver time grows with their square; fix what "
-          "nobody has to move."),
+          "The kitchen has at most {limit:g} degrees of freedom without those of the objects that were put into it, "
+          "since solver time grows with them; fix what nobody has to move."),
     Check("SCN014", "Hull vertices", ERROR, SceneSubject, budget.hull_vertex_count_is_bounded, "scene_vertices", "",
           "The collision hulls have at most {limit:g} vertices in all, counted per instance; use boxes and cylinders."),
     Check("SCN015", "Texture memory", ERROR, SceneSubject, budget.texture_memory_is_bounded, "scene_pictures_mb", "MB",

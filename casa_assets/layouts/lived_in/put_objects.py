@@ -161,12 +161,20 @@ def _put_group(draw: _Draw, name: str, habit: Habit, left: int) -> PutGroup | No
 
 def _members(draw: _Draw, habit: Habit, number: int) -> list[Asset]:
     """The objects of a group, its vessel first."""
-    rng = draw.rng
-    vessel = [draw.member(_pick(habit.vessel, rng), int(rng.integers(MEMBERS)))] if habit.vessel else []
+    vessel = [_member(draw, habit.vessel)] if habit.vessel else []
     if habit.alike:
-        same = draw.member(_pick(habit.objects, rng), int(rng.integers(MEMBERS)))
-        return [*vessel, *[same] * number]
-    return [*vessel, *(draw.member(_pick(habit.objects, rng), int(rng.integers(MEMBERS))) for _ in range(number))]
+        return [*vessel, *[_member(draw, habit.objects)] * number]
+    return [*vessel, *(_member(draw, habit.objects) for _ in range(number))]
+
+
+def _member(draw: _Draw, categories: Mapping[str, float]) -> Asset:
+    """A member of one of some categories, whole where there are whole ones: nobody keeps half an apple in a bowl."""
+    category, first = _pick(categories, draw.rng), int(draw.rng.integers(MEMBERS))
+    for step in range(MEMBERS):
+        asset = draw.member(category, (first + step) % MEMBERS)
+        if asset.labels.portion is None:
+            return asset
+    return draw.member(category, first)
 
 
 def _suits(room: _Room, habit: Habit) -> bool:

@@ -46,7 +46,7 @@ class Silhouette:
 
         The body is taken to be as long as it is wide.
         """
-        middle = self.box[:, :2].mean(axis=0)
+        middle: Floats = self.box[:, :2].mean(axis=0)
         handle = self.handle
         size = np.ptp(self.box[:, :2], axis=0)
         return middle if handle is None else middle - handle * (size.max() - size.min()) / 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 from casa_assets.checks.scene.motion.settling import Rest, come_to_rest
 from casa_assets.core.sampling import rng_for
@@ -113,10 +113,10 @@ def at_rest(scene: Scene, groups: Sequence[PutGroup], objects: ObjectMembers) ->
         scene: without them.
     """
     rests = _simulate(scene, groups, objects, FULL, SETTLE_S)
-    kept = [_moved(group, rests, objects) for group in _kept(groups, lambda g, n: _has_settled(g, n, rests))]
+    kept = [_moved(group, rests, objects) for group in _kept(groups, partial(_has_settled, rests))]
     for _ in range(MAX_STILL_RUNS):
         runs = {form: _simulate(scene, kept, objects, form, STILL_S) for form in (FULL, LIGHT)}
-        still = _kept(kept, lambda g, n, runs=runs: all(_is_still(g, n, rests, form) for form, rests in runs.items()))
+        still = _kept(kept, partial(_is_still, runs))
         if _number(still) == _number(kept):
             return tuple(kept)
         kept = still
@@ -167,7 +167,7 @@ def _bare(asset: Asset) -> Asset:
     return asset.replace(links=links, materials=(), behavior=None)
 
 
-def _has_settled(group: PutGroup, number: int, rests: dict[str, Rest]) -> bool:
+def _has_settled(rests: dict[str, Rest], group: PutGroup, number: int) -> bool:
     arrangement = load_habits().habits[group.habit].arrangement
     stands = arrangement not in ROLLING or (arrangement is Arrangement.HEAP and number == 0)
     rest = rests[group.placements[number].name]
@@ -183,6 +183,6 @@ def _moved(group: PutGroup, rests: dict[str, Rest], objects: ObjectMembers) -> P
     return replace(group, placements=placements)
 
 
-def _is_still(group: PutGroup, number: int, rests: dict[str, Rest], form: str) -> bool:
-    rest = rests[group.placements[number].name]
-    return rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M
+def _is_still(runs: dict[str, dict[str, Rest]], group: PutGroup, number: int) -> bool:
+    found = {form: rests[group.placements[number].name] for form, rests in runs.items()}
+    return all(rest.moved <= MAX_DRIFT_M[form] and rest.depth <= MAX_DEPTH_M for form, rest in found.items())

@@ -69,12 +69,12 @@ def ordered_pair(geom1: int, geom2: int) -> Pair:
 
 def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measurement:
     """SCN005: deepest clash over any joint's range, alone and beside each open neighbour; metres beyond rest."""
-    if not subject.joints:
+    if not subject.operated:
         return not_applicable(NO_JOINTS)
     sweeper = JointSweeper(subject, limit)
-    paths = {name: sweeper.path(joint) for name, joint in subject.joints.items()}
+    paths = {name: sweeper.path(joint) for name, joint in subject.operated.items()}
     worst, problems = 0.0, []
-    for joint in subject.joints.values():
+    for joint in subject.operated.values():
         for clash in _clashes(sweeper, joint, paths):
             worst = max(worst, clash.depth)
             if clash.depth > limit:
@@ -95,7 +95,7 @@ def _clashes(sweeper: JointSweeper, joint: SceneJoint, paths: Mapping[str, Swept
     alone = sweeper.clashes(joint, path, dict(path.before), None)
     yield from alone
     reported = {clash.pair for clash in alone if clash.depth > sweeper.limit}
-    for other in sweeper.subject.joints.values():
+    for other in sweeper.subject.operated.values():
         other_path = paths[other.name]
         if other.name == joint.name or other.name in path.before or joint.name in other_path.before:
             continue

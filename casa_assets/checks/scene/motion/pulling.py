@@ -38,11 +38,11 @@ def joints_open_by_hand(subject: SceneSubject, limit: float) -> Measurement:
 
     Joints whose parts move apart from each other are pulled at the same time.
     """
-    if not subject.joints:
+    if not subject.operated:
         return not_applicable(NO_JOINTS)
     least, problems = 1.0, []
     reached = pull_all(subject, limit)
-    for name in subject.joints:
+    for name in subject.operated:
         share, blocked_by = reached[name]
         least = min(least, share)
         if share < limit:
@@ -56,7 +56,7 @@ def pull_all(subject: SceneSubject, enough: float) -> dict[str, tuple[float, str
     """Name of a joint -> share of its range that it covers (no more than just over `enough`), and what stopped it."""
     sweeper = JointSweeper(subject, 0.0)
     rounds: list[list[Pull]] = []
-    for joint in subject.joints.values():
+    for joint in subject.operated.values():
         pull = _pull(sweeper, joint)
         joined = next((r for r in rounds if all(_are_independent(subject, pull, other) for other in r)), None)
         if joined is None:
