@@ -17,7 +17,7 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitc
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 
-COUNT = 20
+COUNT = 12
 PLAIN = SceneRecipe("one_wall_small", "scandinavian")
 LIVED_IN = replace(PLAIN, objects=COUNT)
 
