@@ -74,21 +74,29 @@ def draw_one(recipe: SceneRecipe, out: Path, request: StateRequest, force: bool 
 
     def make() -> SceneResult:
         begin = time.perf_counter()
-        key = states_key(recipe, request)
-        stage = Stage(folder)
-        kept = None if force else _kept(folder, key)
-        with native_warnings():
-            states = kept or draw_states(stage, _wanted(request, key))
-            if kept is None:
-                write_states(folder, states)
-            drawn = time.perf_counter()
-            report = verdict(states, stage)
+        kept = None if force else _kept(folder, states_key(recipe, request))
+        states, stage = (kept, Stage(folder)) if kept else draw_now(recipe, folder, request)
+        drawn = time.perf_counter()
+        report = verdict(states, stage)
         join_states(folder, report)
         counts = {"states": float(len(states)), "refused": float(sum(states.refused.values()))}
         done = replace(built, report=report, kept=kept is not None, counts=counts)
         return replace(done, draw_s=drawn - begin, check_s=time.perf_counter() - drawn)
 
     return attempt(make, partial(failed_scene, recipe), out)
+
+
+def draw_now(recipe: SceneRecipe, folder: Path, request: StateRequest) -> tuple[StartStates, Stage]:
+    """Draw start states of a scene that was built, and write them beside it. Raises as `draw_states` does.
+
+    Args:
+        folder: of the scene.
+    """
+    stage = Stage(folder)
+    with native_warnings():
+        states = draw_states(stage, _wanted(request, states_key(recipe, request)))
+    write_states(folder, states)
+    return states, stage
 
 
 def verdict(states: StartStates, stage: Stage) -> Report:
