@@ -16,11 +16,11 @@ class StartStates:
     """Start states that fit a model: the kitchen in full or light, alone or with a robot and more in it.
 
     They are certified for the kitchen in full and alone: no contact deeper than 1 mm, nothing moves by more than 5 mm
-    in 2 s, and an upright cylinder is free where the robot parks.
+    in 2 s, and the room of a robot with its arm at rest is free where it parks.
 
     Attributes:
         base: (states, 3) where the middle of the robot's base parks: x, y (m), yaw (rad); read-only.
-        radius, height: of the cylinder that is free there, m.
+        envelope: boxes that are free there, least and largest corner (m) in the frame of the base, x ahead.
         depth, motion: (states,) deepest contact and farthest motion of each, m; read-only.
         notes: for each state what was `placed` where, which fixture the robot is `parked` before, what is `opened`.
     """
@@ -32,7 +32,7 @@ class StartStates:
         self.base, self.depth, self.motion = (a.astype(np.float64) for a in (states.base, states.depth, states.motion))
         for array in (self._rows, self.base, self.depth, self.motion):
             array.setflags(write=False)
-        self.radius, self.height, self.notes = states.radius, states.height, states.notes
+        self.envelope, self.notes = states.envelope, states.notes
 
     def __len__(self) -> int:
         """How many there are."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import mujoco
 import numpy as np
 
-from casa_assets.checks.start_states.stage import Kind, LooseThing, Parking, Place, Stage
+from casa_assets.checks.start_states.stage import ENVELOPE, Kind, LooseThing, Parking, Place, Stage
 from casa_assets.checks.start_states.trial import settle, watch
 from casa_assets.core.sampling import rng_for
 from casa_assets.core.typing import Floats
@@ -24,6 +24,7 @@ TRIES = 40  # places that are tried for one thing, and draws of one state
 OPENED_SHARES = (0.4, 1.0)  # of a door's way, where it is opened
 SAFETY = 0.8  # share of the limits that a state is drawn within, so that it holds on other machines too
 STAYED_M = 0.1  # farthest that something loose goes while a state settles; fruit rolls to the bottom of its bowl
+BACK_M = tuple(0.05 * k for k in range(13))  # from a parking place, which is for a base alone, to where an arm has room
 # Why a draw is given up.
 NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
     "a thing found no room",
@@ -92,8 +93,7 @@ def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
         mujoco=mujoco.__version__,
         seed=wanted.seed,
         limits=(wanted.depth, wanted.motion),
-        radius=stage.radius,
-        height=stage.height,
+        envelope=ENVELOPE,
         joints=stage.joints,
         notes=tuple(one.notes for one in drawn),
         qpos=np.array([one.qpos for one in drawn]),
@@ -264,8 +264,12 @@ def _has_stayed(stage: Stage, before: Floats, settled: Floats, joint: StateJoint
 
 
 def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:
-    """A parking place that is free in the present state; None where there is none."""
+    """Where a robot stands free in the present state, before a parking place or on it; None where it does nowhere."""
     for k in rng.permutation(len(stage.parking)):
-        if stage.in_the_way(stage.parking[int(k)].at) is None:
-            return stage.parking[int(k)]
+        place = stage.parking[int(k)]
+        x, y, yaw = (float(number) for number in place.at)
+        for back in BACK_M:
+            at = np.array([x - back * math.cos(yaw), y - back * math.sin(yaw), yaw]).astype(np.float32)
+            if stage.in_the_way(at.astype(np.float64)) is None:
+                return Parking(place.fixture, at.astype(np.float64))
     return None

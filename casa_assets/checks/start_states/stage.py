@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -16,19 +17,25 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.checks.motion.simulation import box_around, geom_boxes, reset_to_start, subtree, vertices_of
-from casa_assets.checks.scene.subject import FILE, AllPairs, collision_model
+from casa_assets.checks.scene.subject import FILE, AllPairs, boxes_meet, collision_model
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.joint import JointKind
 from casa_assets.model.kitchen.scene import CLOSED_POSE, FREE_JOINT, OPEN_POSE, START_POSE
 from casa_assets.model.kitchen.start_states import FREE_WIDTH, StateJoint
 from casa_assets.model.pose import Pose
+from casa_assets.model.record import Vec3
 
 SCENE_JSON = "scene.json"
 ROOT_LINK = "object"  # of every asset; its body is called like the placement
 FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured
-FOOTPRINT_HEIGHT_M = 1.5
-FOOTPRINT_LIFT_M = 0.03  # what is lower, such as a rug, does not stop a base
+# Boxes that hold PandaOmron at rest, least and largest corner in the frame of the middle of its base, x ahead, m:
+# wheels, column, arm in its home pose. What is lower than 3 cm, such as a rug, does not stop it.
+ENVELOPE: tuple[tuple[Vec3, Vec3], ...] = (
+    ((-0.35, -0.25, 0.03), (0.35, 0.25, 0.38)),
+    ((0.03, -0.12, 0.38), (0.27, 0.12, 0.9)),
+    ((0.05, -0.13, 0.9), (0.69, 0.13, 1.6)),
+)
 MOVABLE = (None, "accessory")  # contracts of things that are no appliances
 LARGEST_M, HEAVIEST_KG = 0.45, 3.0  # of a thing that a hand puts somewhere else
 
@@ -102,20 +109,18 @@ class Stage:
         try:
             self.digest = hashlib.sha256((folder / FILE).read_bytes()).hexdigest()
             self.facts: Mapping[str, Any] = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
-            self.radius = float(self.facts["base_radius"])
-            self.model = collision_model(folder / FILE, _footprint(self.radius))
+            self.model = collision_model(folder / FILE, _footprint())
         except FileNotFoundError as error:
             raise CasaError(f"{error.filename}: is missing; casa-assets scenes build {folder.name} writes it") from None
         except (ValueError, KeyError, TypeError, etree.XMLSyntaxError) as error:
             raise CasaError(f"{folder}: scene.xml and scene.json cannot be read: {error}; build it again") from error
         self.data = mujoco.MjData(self.model)
         self._scratch = mujoco.MjData(self.model)
-        self.height = FOOTPRINT_HEIGHT_M
-        self._footprint = self.model.geom(FOOTPRINT).id
+        self._footprint = np.flatnonzero(self.model.geom_bodyid == self.model.body(FOOTPRINT).id)
         self._mocap = int(self.model.body(FOOTPRINT).mocapid[0])
         self._solid = np.flatnonzero((self.model.geom_contype != 0) | (self.model.geom_conaffinity != 0))
         self._moving = np.flatnonzero(self.model.body_weldid[self.model.geom_bodyid] != 0)
-        self._moving = self._moving[self._moving != self._footprint]
+        self._moving = self._moving[~np.isin(self._moving, self._footprint)]
 
     @cached_property
     def joints(self) -> tuple[StateJoint, ...]:
@@ -287,17 +292,16 @@ class Stage:
         return found
 
     def in_the_way(self, at: Floats) -> str | None:
-        """A thing within the cylinder of a robot's base that stands at x, y (m), yaw (rad) in the present state."""
+        """A thing that a robot touches whose base stands at x, y (m), yaw (rad) in the present state; None: nothing."""
         model, data = self.model, self.data
-        data.mocap_pos[self._mocap] = (at[0], at[1], FOOTPRINT_LIFT_M + FOOTPRINT_HEIGHT_M / 2)
+        data.mocap_pos[self._mocap] = (at[0], at[1], 0.0)
+        data.mocap_quat[self._mocap] = (math.cos(at[2] / 2), 0.0, 0.0, math.sin(at[2] / 2))
         mujoco.mj_kinematics(model, data)
-        boxes = geom_boxes(model, data, self._solid)
-        around = np.array([at[0], at[1]])
-        near = (boxes[:, 0, :2] < around + self.radius).all(1) & (boxes[:, 1, :2] > around - self.radius).all(1)
-        near &= (boxes[:, 1, 2] > FOOTPRINT_LIFT_M) & (boxes[:, 0, 2] < FOOTPRINT_LIFT_M + FOOTPRINT_HEIGHT_M)
-        for geom in self._solid[near].tolist():
-            if mujoco.mj_geomDistance(model, data, self._footprint, geom, 0.01, None) < 0.0:
-                return str(model.body(int(model.body_rootid[model.geom_bodyid[geom]])).name)
+        robot, boxes = geom_boxes(model, data, self._footprint), geom_boxes(model, data, self._solid)
+        for part, near in zip(self._footprint.tolist(), boxes_meet(robot[:, None], boxes[None]), strict=True):
+            for geom in self._solid[near].tolist():
+                if mujoco.mj_geomDistance(model, data, part, geom, 0.01, None) < 0.0:
+                    return str(model.body(int(model.body_rootid[model.geom_bodyid[geom]])).name)
         return None
 
     def box_of(self, thing: LooseThing, quaternion: Floats) -> Floats:
@@ -336,11 +340,11 @@ def _body_name(placement: str, link: str) -> str:
     return placement if link == ROOT_LINK else f"{placement}__{link}"
 
 
-def _footprint(radius: float) -> etree._Element:
-    """A body for the room that a robot's base takes, which touches nothing."""
+def _footprint() -> etree._Element:
+    """A body for the room that a robot takes, which touches nothing."""
     body = etree.Element("body", {"name": FOOTPRINT, "mocap": "true", "pos": "0 0 -9"})
-    size = f"{radius} {FOOTPRINT_HEIGHT_M / 2}"
-    etree.SubElement(
-        body, "geom", {"name": FOOTPRINT, "type": "cylinder", "size": size, "contype": "0", "conaffinity": "0"}
-    )
+    for low, high in ENVELOPE:
+        middle, half = (np.array(low) + high) / 2, (np.array(high) - low) / 2
+        sizes = {"pos": " ".join(map(str, middle.tolist())), "size": " ".join(map(str, half.tolist()))}
+        etree.SubElement(body, "geom", {"type": "box", "contype": "0", "conaffinity": "0", **sizes})
     return body

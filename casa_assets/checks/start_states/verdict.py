@@ -81,7 +81,7 @@ def _blocked(subject: StatesSubject) -> Iterator[tuple[str, str]]:
         subject.stage.show(row)
         thing = subject.stage.in_the_way(base.astype(np.float64))
         if thing is not None:
-            yield f"states/{k}", f"{thing} stands in the robot's base; draw it again"
+            yield f"states/{k}", f"{thing} stands in the robot; draw it again"
 
 
 def states_differ(subject: StatesSubject, limit: float) -> Measurement:

@@ -85,7 +85,7 @@ ROWS: tuple[Check, ...] = (
           "again."),
     Check("STA004", "Robot parked in room", ERROR, StatesSubject, verdict.states_leave_room_for_the_robot,
           "states_blocked", "",
-          "The number of start states in which something stands in the upright cylinder around the robot's base is at "
+          "The number of start states in which something stands in the boxes around a robot whose arm is at rest is at "
           "most {limit:g}; draw them again."),
     Check("STA005", "Start states differ", ERROR, StatesSubject, verdict.states_differ, "state_difference", "",
           "In any two start states a joint, a thing or the base differs by {limit:g} m or rad at least; draw one of "

@@ -197,16 +197,20 @@ def _columns_of(env: Any, name: str, states: dict[str, Any]) -> tuple[list[int],
 
 
 def _park(env: Any, x: float, y: float, yaw: float) -> None:
-    """Put the axis about which a mobile base turns to x, y (m), the base turned by `yaw` (rad)."""
+    """Put the frame of a mobile base, which lies in its middle, to x, y (m), turned by `yaw` (rad)."""
     array, model = _module("numpy").array, env.sim.model
     forward, side, turning = (model.joint_name2id(f"mobilebase0_joint_mobile_{way}") for way in MOBILE_JOINTS)
     root = model.body_parentid[model.jnt_bodyid[turning]]
     place, turned = env.sim.data.body_xpos[root], env.sim.data.body_xmat[root].reshape(3, 3)
-    wanted = turned.T @ (array([x, y, place[2]]) - place) - model.jnt_pos[turning]
+    angle = (yaw - math.atan2(turned[1, 0], turned[0, 0]) + math.pi) % (2 * math.pi) - math.pi
+    # The base turns about an axis beside its frame.
+    (ax, ay, _), cosine, sine = model.jnt_pos[turning], math.cos(angle), math.sin(angle)
+    aside = array([ax - cosine * ax + sine * ay, ay - sine * ax - cosine * ay, 0.0])
+    wanted = turned.T @ (array([x, y, place[2]]) - place) - aside
     values = {
         forward: model.jnt_axis[forward] @ wanted,
         side: model.jnt_axis[side] @ wanted,
-        turning: (yaw - math.atan2(turned[1, 0], turned[0, 0]) + math.pi) % (2 * math.pi) - math.pi,
+        turning: angle,
     }
     for joint, value in values.items():
         env.sim.data.qpos[model.jnt_qposadr[joint]] = value

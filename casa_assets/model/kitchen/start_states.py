@@ -9,7 +9,7 @@ import numpy.typing as npt
 from pydantic import Field, model_validator
 
 from casa_assets.model.kitchen.scene import SceneId
-from casa_assets.model.record import ArrayOf, Record, Sha256
+from casa_assets.model.record import ArrayOf, Record, Sha256, Vec3
 
 FREE_WIDTH = 7  # numbers in qpos of a free joint: x, y, z, quaternion (w, x, y, z)
 Rows = Annotated[npt.NDArray[np.float32], ArrayOf("float32", (-1, -1))]
@@ -64,8 +64,7 @@ class StartStates(Record):
     mujoco: str
     seed: Annotated[int, Field(ge=0)]
     limits: tuple[float, float]
-    radius: float
-    height: float
+    envelope: tuple[tuple[Vec3, Vec3], ...]
     joints: tuple[StateJoint, ...]
     notes: tuple[StateNotes, ...]
     qpos: Rows

@@ -37,8 +37,7 @@ for number in range(len(states["qpos"])):
     casa_kitchens.reset_to(env, number)
     mujoco.mj_forward(model, data)
     deep, before = -float(data.contact.dist.min(initial=0)), data.xpos[loose].copy()
-    axis = env.sim.data.get_site_xpos("mobilebase0_center")[:2] - 0.21 * np.array(
-        [np.cos(states["base"][number][2]), np.sin(states["base"][number][2])])
+    axis = env.sim.data.get_site_xpos("mobilebase0_center")[:2]
     parked = float(np.abs(axis - states["base"][number][:2]).max())
     mujoco.mj_step(model, data, nstep=round(2 / model.opt.timestep))
     moved = float(np.linalg.norm(data.xpos[loose] - before, axis=1).max())

@@ -68,8 +68,7 @@ def states() -> StartStates:
             "mujoco": "4.0.0",
             "seed": 0,
             "limits": (0.001, 0.005),
-            "radius": 0.3,
-            "height": 1.5,
+            "envelope": [],
             "joints": joints,
             "notes": [{"placed": {}, "parked": "box"}] * 2,
             "qpos": rows,
@@ -171,13 +170,13 @@ def test_a_reset_puts_everything_where_it_was_and_parks_the_base(folder: Path) -
     casa_kitchens.reset_to(env, 1)
     assert data.joint("unit_1_drawer1_slidejoint").qpos[0] == pytest.approx(0.25)
     assert data.joint("box_joint0").qpos[:2].tolist() != [0.0, 0.0]
-    assert data.site("axis").xpos[:2].tolist() == pytest.approx([0.5, -1.0])
+    assert data.body("base").xpos[:2].tolist() == pytest.approx([0.5, -1.0])
     ahead = data.body("base").xmat.reshape(3, 3)[:2, 0]
     assert ahead.tolist() == pytest.approx([np.cos(2.5), np.sin(2.5)])
     assert not data.qvel.any()
     casa_kitchens.reset_to(env, 0, parks=False)
     assert data.joint("unit_1_drawer1_slidejoint").qpos[0] == 0.0
-    assert data.site("axis").xpos[:2].tolist() == pytest.approx([0.5, -1.0])
+    assert data.body("base").xpos[:2].tolist() == pytest.approx([0.5, -1.0])
     with pytest.raises(IndexError):
         casa_kitchens.reset_to(env, 2)
 

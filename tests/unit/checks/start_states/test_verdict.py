@@ -58,7 +58,7 @@ EXAMPLES: dict[str, tuple[Callable[[], StartStates], Callable[[], StartStates]]]
     "STA001": (sound, lambda: sound().replace(scene_xml="0" * 64)),
     "STA002": (lambda: higher(-0.0005), lambda: higher(-0.0015)),
     "STA003": (lambda: higher(0.004), lambda: higher(0.006)),
-    "STA004": (lambda: parked(0.39), lambda: parked(0.41)),
+    "STA004": (lambda: parked(0.34), lambda: parked(0.36)),
     "STA005": (lambda: twins(0.06), lambda: twins(0.04)),
 }
 
@@ -76,7 +76,7 @@ def test_good_is_silent_and_bad_trips(code: str) -> None:
 
 def test_the_state_at_fault_is_named() -> None:
     (issue,) = judged(parked(0.5)).issues
-    assert (issue.pointer, issue.message) == ("states/0", "thing_0 stands in the robot's base; draw it again")
+    assert (issue.pointer, issue.message) == ("states/0", "thing_0 stands in the robot; draw it again")
 
 
 def test_states_of_another_scene_are_not_simulated() -> None:
