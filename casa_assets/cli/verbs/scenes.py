@@ -251,7 +251,7 @@ def states(
     Writes start_states.npz beside each scene, built first where it is missing, and lines of its report. Exit 1 when
     one does not pass.
 
-    Example:  casa-assets scenes states one_wall_small__coastal --objects 0
+    Example:  casa-assets scenes states one_wall_small__coastal__o40
     """
     from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_named
     from casa_assets.pipeline.kitchens.start_states import StateRequest, draw_all
