@@ -349,6 +349,7 @@ def strewn(
     above: float = 0.0,
     sunk: float = 0.25,
     apart: float = 1.0,
+    within: float = 1.5,
 ) -> list[Solid]:
     """Small things on the upper side of a body, each turned at random and a little different in size.
 
@@ -356,10 +357,12 @@ def strewn(
         size: length of one, metres. steep: least z of the normal where one may lie.
         above: share of the height below which none lies. sunk: share of a piece's height that is in the body.
         apart: least distance between two by the size.
+        within: how far from the middle one may lie, by the half sides of the body's box.
     """
     normals, areas = face_normals(solid.points, solid.faces)
     centers = solid.points[solid.faces].mean(axis=1)
     low, high = solid.bounds[:, 2]
+    middle, half_sides = solid.bounds[:, :2].mean(axis=0), np.ptp(solid.bounds[:, :2], axis=0) / 2
     share = np.where((normals[:, 2] > steep) & (centers[:, 2] > low + above * (high - low)), areas, 0.0)
     if count < 1 or share.sum() <= 0:
         return []
@@ -380,6 +383,8 @@ def strewn(
             break
         weights = rng.dirichlet(np.ones(3))
         place = weights @ solid.points[solid.faces[face]]
+        if float(np.linalg.norm((place[:2] - middle) / half_sides)) > within:
+            continue
         if any(float(np.linalg.norm(place - other)) < apart * size for other in taken):
             continue
         taken.append(place)

@@ -81,8 +81,9 @@ class Dough(Params):
         coat, coat_level, coat_wave: thickness of icing, from which share of the height on, and how its edge wanders.
         lines: paths over the top by length and width, about the middle. line_width, line_height, line_lens: their
             section and whether they narrow to their ends.
-        topping, topping_count, topping_size, topping_above, topping_steep, topping_sunk: what is strewn, how much, how
-            large, how far up, on how steep a side, and how deep it is in. Its finishes take turns.
+        topping, topping_count, topping_size, topping_above, topping_within, topping_steep, topping_sunk: what is
+            strewn, how much, how large, how far up, how far out, on how steep a side, and how deep it is in. Its
+            finishes take turns.
         pat: side of a pat of butter on top. stick, stick_radius: length of a stick out of its +x end.
         portion: what is left of a thing that was cut, None for a whole one; what is cut off square is a piece.
         density: of its body, kg/m^3. seed: of what is random.
@@ -120,6 +121,7 @@ class Dough(Params):
     topping_count: Annotated[int, Field(ge=0, le=MAX_STREWN)] = 0
     topping_size: Thin = 0.004
     topping_above: Share = 0.3
+    topping_within: Annotated[float, Field(gt=0, le=1.5)] = 1.5
     topping_steep: Share = 0.4
     topping_sunk: Share = 0.25
     pat: Thin = 0.0
@@ -185,6 +187,7 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
         steep=p.topping_steep,
         above=p.topping_above,
         sunk=p.topping_sunk,
+        within=p.topping_within,
     )
     if pieces and float((joined(pieces).points - body.bounds[1]).max()) > MIN_OUT:
         builder.add_collider(ROOT, hull_of(*pieces), p.topping_finish, "topping")

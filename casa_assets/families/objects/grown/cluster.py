@@ -165,16 +165,16 @@ def _florets(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[So
 
 def _bracts(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Solid]]:
     """A bud, and pointed leaves that lie over it from the foot to the tip; a stalk below."""
-    core = p.replace(piece=0.86 * p.width, piece_length=0.94 * p.length, profile=BALL)
+    core = p.replace(piece=0.92 * p.width, piece_length=0.94 * p.length, profile=BALL)
     out = [_body(core, MIDDLING, rng).translated(z=0.47 * p.length)]
     for k in range(p.count):
         t = (k + 0.5) / p.count
         height = 0.12 + 0.72 * t
-        reach = 0.5 * p.width * math.sqrt(max(0.03, 1.0 - (2.0 * height - 0.92) ** 2)) * 0.97
+        reach = 0.5 * p.width * math.sqrt(max(0.03, 1.0 - (2.0 * height - 0.92) ** 2)) * (0.82 + 0.1 * t)
         blade = leaf(
             p.piece_length * (1.05 - 0.3 * t), p.piece, droop=-0.75, fold=-0.35, tip=0.6, thickness=0.003, steps=5
         )
-        blade = blade.rotated("x", 0.55 + 0.75 * t + float(rng.uniform(-0.08, 0.08)))
+        blade = blade.rotated("x", 0.62 + t + float(rng.uniform(-0.08, 0.08)))
         blade = blade.translated(y=reach, z=height * p.length - 0.25 * p.piece_length)
         out.append(replace(blade.rotated("z", k * 2.399963), picture_uv=_flat_uv(blade)))
     stalk = [tube([(0.0, 0.0, -p.stem), (0.0, 0.0, 0.1 * p.length)], p.stem_radius)] if p.stem > 0 else []

@@ -65,8 +65,8 @@ class Produce(Params):
         thick: of a slice. slant: how far it is from square, rad. angle: of a wedge, rad.
         section: picture of the cut faces. heart: about where it lies on those along the axis, by the length.
         hollow: size of a hollow inside by that of the body. lining: finish in it; None for the section's.
-        stone, stone_long: width of a stone or heart of seeds that shows at the heart of a half, 0 for none, and its
-            length by that. stone_finish: its finish.
+        stone, stone_long, stone_flat: width of a stone or heart of seeds that shows at the heart of a half, 0 for none,
+            and its length and its thickness by that. stone_finish: its finish.
     """
 
     profile: Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=16)]
@@ -113,6 +113,7 @@ class Produce(Params):
     lining: FinishId | None = None
     stone: Annotated[float, Field(ge=0, le=0.1)] = 0.0
     stone_long: Annotated[float, Field(ge=0.3, le=4)] = 1.2
+    stone_flat: Annotated[float, Field(ge=0.3, le=1)] = 1.0
     stone_finish: FinishId = "fruit_stone"
 
     @model_validator(mode="after")
@@ -135,6 +136,9 @@ def build(builder: AssetBuilder, p: Produce) -> None:
     span = float(straight[:, 2].min()), float(straight[:, 2].max())
     shaped = bent(straight, p.bend, p.bend_start, span)
     top = p.stem_at * p.length
+    if p.lobes == 1 and p.rest is Rest.STANDS:
+        # A single furrow faces the front.
+        shaped = shaped[:, [1, 0, 2]] * (1.0, -1.0, 1.0)
     laid = _laid(shaped, p)
     lowest = float(laid[:, 2].min())
     body = replace(body, points=laid - (0.0, 0.0, lowest))
@@ -204,7 +208,8 @@ def _build_portion(builder: AssetBuilder, p: Produce, body: Solid, rng: np.rando
         builder.add(ROOT, lined, p.lining or p.section, label="lining", collider=False, density=0.0)
     if p.stone > 0 and p.face is Face.UP:
         ball = turned(smooth_profile([(0, -1), (0.7, -0.72), (1, 0), (0.7, 0.72), (0, 1)], 13), 20)
-        points = ball.points * (0.5 * p.stone, 0.5 * p.stone, 0.5 * p.stone * p.stone_long) + (0.0, 0.0, heart)
+        sides = np.array([1.0, p.stone_flat, p.stone_long]) * 0.5 * p.stone
+        points = ball.points * sides + (0.0, 0.0, heart)
         stone = rested(replace(ball, points=bumped(points, 0.05, 2.5, rng))).translated(z=-lowest)
         builder.add(ROOT, stone, p.stone_finish, label="stone", density=0.0)
 

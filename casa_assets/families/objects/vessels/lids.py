@@ -11,11 +11,15 @@ from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
+from casa_assets.families.objects.food.bodies import ellipsoid
 from casa_assets.families.objects.opening import LID_GRIP
 from casa_assets.families.objects.vessels.fittings import arch, knob, rim_bead
 from casa_assets.families.objects.vessels.surface import Plan, patched, round_plan, surface
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
+
+# Radius of the raised edge of a lid to drink through, metres.
+SIP_EDGE = 0.0028
 
 
 class KnobForm(StrEnum):
@@ -34,7 +38,8 @@ class Lid:
 
     Attributes:
         radius: half its width along x. rise: height of its top over its rim. dome: 2 round, more for flat tops with
-            steep sides. thick: of its sheet. skirt: how far its rim reaches down outside.
+            steep sides. thick: of its sheet. skirt: how far its rim reaches down outside. sip: it has a raised edge and
+            a hole to drink from, as a lid of a paper cup.
         bead: radius of a ring of metal round it, 0 for none.
         knob, knob_size: what it is lifted by, and its radius or half length.
         finish, knob_finish, bead_finish: finishes.
@@ -45,6 +50,7 @@ class Lid:
     dome: float
     thick: float
     skirt: float
+    sip: bool
     bead: float
     knob: KnobForm
     knob_size: float
@@ -82,7 +88,17 @@ def add_lid(builder: AssetBuilder, lid: Lid, plan: Plan, z: float, link: str = R
     if lid.bead > 0:
         ring = rim_bead(flat.ring(lid.radius, z + 0.3 * lid.thick), lid.bead)
         builder.add(link, patched(ring), lid.bead_finish, label="lid", collider=False)
+    if lid.sip:
+        _add_sip(builder, lid, flat, z + lid.rise, link)
     _add_knob(builder, lid, z + lid.rise, link)
+
+
+def _add_sip(builder: AssetBuilder, lid: Lid, plan: Plan, top: float, link: str) -> None:
+    """Add the raised edge of a lid to drink through, and the hole in it at the front."""
+    edge = rim_bead(plan.ring(0.8 * lid.radius, top + 0.2 * SIP_EDGE), SIP_EDGE)
+    builder.add(link, patched(edge), lid.finish, label="lid", collider=False, density=0.0)
+    hole = ellipsoid((0.32 * lid.radius, 0.12 * lid.radius, 0.0016), 16, 5).translated(y=-0.62 * lid.radius, z=top)
+    builder.add(link, patched(hole), "soil", label="hole", collider=False, density=0.0)
 
 
 def _add_knob(builder: AssetBuilder, lid: Lid, top: float, link: str) -> None:
@@ -122,7 +138,7 @@ class SingleLid(Params):
 def build(builder: AssetBuilder, p: SingleLid) -> None:
     """Build the asset: it lies on z = 0, its rim below."""
     finishes = (p.skin, p.knob_finish, p.bead_finish)
-    lid = Lid(p.width / 2, p.rise, p.dome, p.thick, p.skirt, p.bead, p.knob, p.knob_size, *finishes)
+    lid = Lid(p.width / 2, p.rise, p.dome, p.thick, p.skirt, False, p.bead, p.knob, p.knob_size, *finishes)
     low = max(p.skirt, p.bead - 0.3 * p.thick)
     add_lid(builder, lid, replace(round_plan(p.width / 2, 40), height=p.rise), low)
 

@@ -50,8 +50,8 @@ class Vessel(Params):
             spout_radius: at the wall. spout_curve: 0 straight, 1 bent.
         lid: it has a lid on it. lid_opens: it can be lifted off, and the vessel is hollow below it.
             lid_rise, lid_dome, lid_over: height, shape, how far it reaches over the rim.
-            lid_skirt: how far it reaches down outside. lid_bead: radius of a ring of metal round it.
-            knob, knob_size: what it is lifted by.
+            lid_skirt: how far it reaches down outside. lid_sip: it has a raised edge and a hole to drink
+            from. lid_bead: radius of a ring of metal round it. knob, knob_size: what it is lifted by.
         hole: radius of holes in its wall, 0 for none. hole_gap: distance of two. holes_from, holes_to: by the height.
         wires: of a sieve, from its middle to its rim; its wall is then gauze.
         content: how full it is, by the height. marks: lines of a measure. sleeve: a band of card about the middle.
@@ -109,6 +109,7 @@ class Vessel(Params):
     lid_over: Annotated[float, Field(ge=-0.03, le=0.02)] = 0.002
     lid_skirt: Length = 0.0
     lid_thick: Annotated[float, Field(ge=0.0006, le=0.01)] = 0.003
+    lid_sip: bool = False
     lid_bead: Annotated[float, Field(ge=0, le=0.006)] = 0.0
     knob: KnobForm = KnobForm.BALL
     knob_size: Metres = 0.012

@@ -158,6 +158,7 @@ def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
         thick=p.lid_thick,
         # What can be lifted has collision shapes above the rim alone, and is seen little beyond them.
         skirt=min(p.lid_skirt, LOOSE_SKIRT) if p.lid_opens else p.lid_skirt,
+        sip=p.lid_sip,
         bead=p.lid_bead,
         knob=p.knob,
         knob_size=p.knob_size,
