@@ -42,13 +42,11 @@ def tub(p: Package) -> list[Part]:
         size = np.interp(p.fill, levels, profile[:, 0])
         rows = [*filled, (size, p.fill)]
         inner = [_ring(p, outline, s, -0.0012, max(0.0012, level * top)) for s, level in rows]
-        parts.append(
-            Part(
-                wrapped(np.stack(inner), outline.sides, np.linspace(0, 1, len(rows)), crease_deg=35.0),
-                p.content,
-                "content",
-            )
+        # The flutes go farther in than the content lies off the wall.
+        held = wrapped(
+            _fluted(p, outline, np.stack(inner)), outline.sides, np.linspace(0, 1, len(rows)), crease_deg=35.0
         )
+        parts.append(Part(held, p.content, "content"))
     flange = np.stack([_ring(p, outline, 1.0, p.flange, z) for z in (top - FLANGE, top - 0.0004)])
     parts.append(Part(wrapped(flange, outline.sides, ramp(0.0, 1.0), crease_deg=40.0), p.rim_finish, "rim"))
     parts += _snap_lid(p, outline, top) if snaps else _foil_lid(p, outline, top)
