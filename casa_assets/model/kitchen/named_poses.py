@@ -10,6 +10,14 @@ from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, 
 from casa_assets.model.pose import Pose
 
 
+def own_pose(place: Placement, name: str) -> str:
+    """Named pose that the asset of a placement has in a named pose of the scene.
+
+    An object stays closed where the kitchen is open: the lids of jars in a cupboard stay on.
+    """
+    return CLOSED_POSE if place.resting is not None and name == OPEN_POSE else name
+
+
 def key_positions(place: Placement, asset: Asset) -> dict[str, dict[str, float]]:
     """Name of each pose of a scene -> positions of the joints of a placement, rad or m; others stand at zero."""
     keyframes = {key.name: joint_positions(key.joints) for key in asset.keyframes}
@@ -17,7 +25,7 @@ def key_positions(place: Placement, asset: Asset) -> dict[str, dict[str, float]]
     return {
         START_POSE: joint_positions(place.joints),
         CLOSED_POSE: closed,
-        OPEN_POSE: keyframes.get(OPEN_POSE, closed),
+        OPEN_POSE: keyframes.get(own_pose(place, OPEN_POSE), closed),
     }
 
 

@@ -16,7 +16,7 @@ from casa_assets.export.usd.scene import isaac_lab, lights_and_cameras, placemen
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.files import Files
-from casa_assets.model.kitchen.named_poses import carried_pose
+from casa_assets.model.kitchen.named_poses import carried_pose, own_pose
 from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, Layer, Placement, Scene
 
 FILE = "scene.usda"
@@ -112,7 +112,7 @@ def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
                     layer, _over(layer, variants, pose, place).path.AppendChild(asset.root.name)
                 )
                 placement.set_pose(spec, place.pose.inverse() @ carried @ asset.root.pose)
-            own = placement.variant(asset, pose)
+            own = placement.variant(asset, own_pose(place, pose))
             if own is not None:
                 _over(layer, variants, pose, place).variantSelections[keyframe.VARIANT_SET] = own
             if pose == START_POSE:

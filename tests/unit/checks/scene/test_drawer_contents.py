@@ -57,3 +57,16 @@ def test_what_it_rests_in_has_to_be_there() -> None:
     with pytest.raises(ValueError, match="rests on thing_0/lid"):
         filled(0.05, Resting(placement="thing_0", link="lid", region="drawer_int"))
     assert np.array_equal(filled(0.05).objects[0].pose.position, (0.1, 0.0, 0.4452))
+
+
+def test_an_object_stays_closed_where_the_kitchen_is_open(tmp_path: Path) -> None:
+    scene = room((cupboard(), at(0.0, 0.0, 0.0)), (cupboard().replace(id="small_cupboard"), at(1.5, 0.0, 0.0)))
+    on_top = Resting(placement="thing_0", link=cupboard().root.name, region="top")
+    kept = tuple(p.replace(resting=on_top) if p.name == "thing_1" else p for p in scene.placements)
+    files = in_all_forms(scene.replace(placements=kept), tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(files.scene_subject.mjcf))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "open"))
+    assert data.joint("thing_0__drawer_slide").qpos[0] > 0.2
+    assert data.joint("thing_1__drawer_slide").qpos[0] == 0.0
+    assert formats_agree(files, 0.0).problems == ()
