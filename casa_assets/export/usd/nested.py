@@ -14,10 +14,10 @@ from collections.abc import Iterable, Mapping
 from pxr import Sdf
 
 from casa_assets.export.usd import keyframe, number
-from casa_assets.export.usd.scene import placement
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.joint import joint_positions
-from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, Placement, Scene
+from casa_assets.model.kitchen.named_poses import key_positions
+from casa_assets.model.kitchen.scene import CLOSED_POSE, Scene
 
 # In the folder of the flat layer of an asset, where SimReady allows no second layer.
 FOLDER = "nested"
@@ -44,7 +44,7 @@ def scene_text(scene: Scene, flat: str, world: str) -> str:
     root = Sdf.Path.absoluteRootPath.AppendChild(world)
     layer = _layer(root, f"./{flat}")
     assets = scene.asset_of
-    copies = [(root.AppendChild(p.name), assets[p.name], _poses_of(p, assets[p.name])) for p in scene.placements]
+    copies = [(root.AppendChild(p.name), assets[p.name], key_positions(p, assets[p.name])) for p in scene.placements]
     _nest(layer, root, copies)
     text: str = layer.ExportToString()
     return text
@@ -66,13 +66,6 @@ def _layer(root: Sdf.Path, flat: str) -> Sdf.Layer:
     for name, value in (("upAxis", "Z"), ("metersPerUnit", 1.0), ("kilogramsPerUnit", 1.0)):
         layer.pseudoRoot.SetInfo(name, value)
     return layer
-
-
-def _poses_of(place: Placement, asset: Asset) -> Poses:
-    """Positions of the joints of a placement in each pose of a scene."""
-    named = {key.name: joint_positions(key.joints) for key in asset.keyframes}
-    own = {pose: placement.variant(asset, pose) for pose in (CLOSED_POSE, OPEN_POSE)}
-    return {START_POSE: joint_positions(place.joints), **{pose: named.get(own[pose] or "", {}) for pose in own}}
 
 
 def _nest(layer: Sdf.Layer, root: Sdf.Path, copies: Iterable[tuple[Sdf.Path, Asset, Poses]]) -> None:
