@@ -10,7 +10,7 @@ from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.textures.canvas import Canvas, Map, rgb
 from casa_assets.textures.distance import oklab
-from casa_assets.textures.kinds import KINDS, cabinets, counters, floors, walls
+from casa_assets.textures.kinds import KINDS, cabinets, counters, floors, objects, walls
 from casa_assets.textures.kinds.cabinets.board import FrontFace, PressedFront
 from casa_assets.textures.kinds.cabinets.board import paint as paint_pressed
 from casa_assets.textures.kinds.cabinets.painted import PaintCoat, PaintedFront
@@ -46,7 +46,7 @@ def test_there_are_a_hundred_of_three_sorts() -> None:
 
 
 def test_kinds_have_names_of_their_own() -> None:
-    names = [k.name for group in (walls, floors, counters, cabinets) for k in group.KINDS]
+    names = [k.name for group in (walls, floors, counters, cabinets, objects) for k in group.KINDS]
     assert len(names) == len(set(names)) == len(KINDS)
 
 
