@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Generic, TypeVar
 
 import numpy as np
-from pydantic import TypeAdapter
+from pydantic_core import to_jsonable_python
 
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.asset import Asset
@@ -56,7 +56,7 @@ class Params(Record):
                 found[name] = bool(value)
             elif name != SEED and not _is_finish(field):
                 found[name] = value
-        told: dict[str, Any] = TypeAdapter(dict[str, Any]).dump_python(found, mode="json")
+        told: dict[str, Any] = to_jsonable_python(found)
         return told
 
 
