@@ -131,6 +131,11 @@ def box_shape(lower: Sequence[float] | Floats, upper: Sequence[float] | Floats) 
     return Box(size=(size[0], size[1], size[2])), Pose(position=(center[0], center[1], center[2]))
 
 
+def hull_around(points: Floats) -> Solid:
+    """A solid without faces whose collision shape is the convex hull of (P, 3) points, metres."""
+    return Solid(points, np.empty((0, 3), dtype=np.int64)).with_hull_collider()
+
+
 def concatenate(solids: Sequence[Solid]) -> Solid:
     """Concatenate surfaces and shapes of several solids, without welding them."""
     starts = np.cumsum([0, *(len(s.points) for s in solids)])

@@ -14,7 +14,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import board, lathe, rod
-from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.solid import Solid, hull_around
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.containers.body import (
     AROUND,
@@ -315,7 +315,7 @@ def _hollow_hits(builder: AssetBuilder, p: Container, frame: _Frame, level: floa
         for k in range(SECTORS):
             at = np.arange(k * steps, (k + 1) * steps + 1) % AROUND
             points = np.concatenate([ring[at] for ring in (*outer, *inner)])
-            solids.append(Solid(points, np.empty((0, 3), dtype=np.int64)).with_hull_collider())
+            solids.append(hull_around(points))
     if not is_filled:
         half = min(r for r, z in outline if z >= floor) - thick
         room = frame.section.ring(half)

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, LinearNDInterpolator, NearestNDInterpolator
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.families.kit.solids.solid import Solid, concatenate
+from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.objects.closed_surface import smooth_profile, turned
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.model.record import Vec2
@@ -413,20 +413,13 @@ def hulls_by(points: Floats, key: Floats, count: int) -> list[Solid]:
     out = []
     for low, high in pairwise(edges):
         part = points[(key >= low - margin) & (key <= high + margin)]
-        out.append(Solid(part, np.empty((0, 3), dtype=np.int64)).with_hull_collider())
+        out.append(hull_around(part))
     return out
 
 
 def hull_of(*solids: Solid) -> Solid:
     """One hull over several bodies, without a surface."""
-    points = np.concatenate([s.points for s in solids])
-    return Solid(points, np.empty((0, 3), dtype=np.int64)).with_hull_collider()
-
-
-def on_ground(solids: Sequence[Solid]) -> list[Solid]:
-    """The bodies moved so that the lowest point of all is at z = 0."""
-    low = min(float(s.points[:, 2].min()) for s in solids)
-    return [s.translated(z=-low) for s in solids]
+    return hull_around(np.concatenate([s.points for s in solids]))
 
 
 def flat_foot(points: Floats, share: float = 0.03) -> Floats:

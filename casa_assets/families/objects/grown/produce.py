@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.solid import Solid, concatenate
+from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import tube
 from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned, wrapped
 from casa_assets.families.objects.food.bodies import ellipsoid
@@ -288,7 +288,7 @@ def _hulls(body: Solid, p: Produce, around: int, along: int) -> list[Solid]:
         rows = [1 + i * around + j for i in rings_of for j in range(around)]
         rows += [0] if k == 0 else []
         rows += [len(body.points) - 1] if k == count - 1 else []
-        hulls.append(Solid(body.points[rows], np.empty((0, 3), dtype=np.int64)).with_hull_collider())
+        hulls.append(hull_around(body.points[rows]))
     return hulls
 
 

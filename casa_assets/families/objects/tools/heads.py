@@ -12,10 +12,10 @@ import numpy as np
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.kit.solids.blocks import box, lathe, rod
 from casa_assets.families.kit.solids.boolean import subtract
-from casa_assets.families.kit.solids.solid import Solid, concatenate
+from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, prism, rectangle, tube
 from casa_assets.families.objects.closed_surface import smooth_profile, turned
-from casa_assets.families.objects.tools.swept_bar import hull_of, lofted, stadium
+from casa_assets.families.objects.tools.swept_bar import lofted, stadium
 from casa_assets.model.record import Vec2, Vec3
 
 # Pieces of the wall of a cup as colliders.
@@ -98,13 +98,13 @@ def wall_hulls(profile: Sequence[Vec2], thick: float, sectors: int, rows: int = 
         for (r0, z0), (r1, z1) in halves:
             corners = [(r0, z0), (r1, z1), (r0 - thick, z0 + 0.4 * thick), (max(r1 - thick, 0.001), z1)]
             ring = [(r * widening * math.cos(a), r * widening * math.sin(a), z) for r, z in corners for a in angles]
-            found.append(hull_of(np.array(ring)))
+            found.append(hull_around(np.array(ring)))
     return found
 
 
 def _disc(profile: Sequence[Vec2]) -> Solid:
     """The floor below the first points of a profile as a collider."""
-    return hull_of(
+    return hull_around(
         np.array([(r * math.cos(a), r * math.sin(a), z) for r, z in profile for a in np.linspace(0, 2 * math.pi, 13)])
     )
 
@@ -127,7 +127,7 @@ def whisk_wires(count: int, length: float, radius: float, neck: float, wire: flo
         loops.append(tube(points, circle(wire, 6), up=(0.0, -math.sin(turn), math.cos(turn))).without_colliders())
     body = concatenate(loops).with_crease(70.0)
     low, high = body.points[body.points[:, 0] < 0.62 * length], body.points[body.points[:, 0] > 0.55 * length]
-    return body.with_colliders_of(hull_of(low), hull_of(high))
+    return body.with_colliders_of(hull_around(low), hull_around(high))
 
 
 def wound_handle(rings: int, x: float, length: float, radius: float, wire: float) -> Solid:
@@ -155,7 +155,7 @@ def ring(path: Floats, section: Floats, hulls: int = 6) -> Solid:
     body = Solid(points.reshape(-1, 3), _closed_faces(n, len(section)), crease_deg=60.0).oriented_outwards()
     cuts = np.linspace(0, n, hulls + 1).round().astype(int)
     pieces = [points[np.arange(low, high + 1) % n].reshape(-1, 3) for low, high in pairwise(cuts)]
-    return body.with_colliders_of(*map(hull_of, pieces))
+    return body.with_colliders_of(*map(hull_around, pieces))
 
 
 def _closed_faces(rings: int, around: int) -> Ints:
@@ -227,7 +227,7 @@ def grater(width: float, depth: float, height: float, taper: float, wall: float)
             for sx in (-1, 1)
             for t in (0.0, thick)
         ]
-        sides.append(hull_of(np.array(corners)).rotated("z", turn * math.pi / 2))
+        sides.append(hull_around(np.array(corners)).rotated("z", turn * math.pi / 2))
     return body.with_colliders_of(*sides)
 
 

@@ -15,7 +15,7 @@ from scipy.interpolate import PchipInterpolator
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape
 from casa_assets.families.family import Params
-from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.solid import Solid, hull_around
 from casa_assets.families.kit.solids.sweep import prism
 from casa_assets.families.objects.closed_surface import smooth_profile
 from casa_assets.geometry.mesh.measure import signed_volume
@@ -124,16 +124,11 @@ def bar(
         pieces += _pieces(points[last:], hulls) if last < len(points) - 1 else []
     else:
         pieces = _pieces(points, hulls)
-    hull_solids = [hull_of(piece.reshape(-1, 3)) for piece in pieces]
+    hull_solids = [hull_around(piece.reshape(-1, 3)) for piece in pieces]
     if shape.holes:
         tools = [_slot(hole, size, float(np.interp(hole[0], share, middle))) for hole in shape.holes]
         solid = drilled(solid, tools)
     return solid.with_colliders_of(*hull_solids)
-
-
-def hull_of(points: Floats) -> Solid:
-    """A solid that has a hull as its collider and no surface."""
-    return Solid(points, np.empty((0, 3), dtype=np.int64)).with_hull_collider()
 
 
 def lofted(rings: Floats, share: Floats, crease_deg: float = 55.0) -> Solid:

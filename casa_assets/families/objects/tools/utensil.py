@@ -15,11 +15,11 @@ from pydantic import Field
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.blocks import box, rod
-from casa_assets.families.kit.solids.solid import Solid, axis_turn, concatenate
+from casa_assets.families.kit.solids.solid import Solid, axis_turn, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import prism, rectangle
 from casa_assets.families.objects.tools import heads
 from casa_assets.families.objects.tools.heads import Part
-from casa_assets.families.objects.tools.swept_bar import Bar, Size, bar, drilled, hull_of, stadium, value_at
+from casa_assets.families.objects.tools.swept_bar import Bar, Size, bar, drilled, stadium, value_at
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.geometry.mesh.measure import solid_moments
 from casa_assets.geometry.solid.hull import convex_hull
@@ -456,7 +456,7 @@ def _pin(p: Utensil) -> list[Part]:
     elif straight > 0.4 * long:
         body = rod(half, straight, 0.0, "x").translated(x=(max(middle) + min(middle)) / 2 * long)
         low, high = (roller.points[:, 0] < min(middle) * long), (roller.points[:, 0] > max(middle) * long)
-        roller = roller.with_colliders_of(body, hull_of(roller.points[low]), hull_of(roller.points[high]))
+        roller = roller.with_colliders_of(body, hull_around(roller.points[low]), hull_around(roller.points[high]))
     else:
         roller = roller.with_hull_collider()
     start = 0.0 if p.grip is None else p.split * p.length

@@ -10,10 +10,9 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import box, rod
-from casa_assets.families.kit.solids.solid import Placed, Solid
+from casa_assets.families.kit.solids.solid import Placed, hull_around
 from casa_assets.families.objects.vessels.surface import Plan, Profile, thinned
 
-NO_FACES = np.empty((0, 3), dtype=np.int64)
 # Slabs are at least as thick as this, metres.
 THICK = 0.003
 # A ring has eight slabs; twelve from one radius on, six up to another, metres.
@@ -46,7 +45,7 @@ def open_shapes(profile: Profile, plan: Plan, floor: float, low: float, room: in
         for i in range(len(ways)):
             j = (i + 1) % len(ways)
             corners = np.array([ring[k] for ring in rings for k in (i, j)])
-            shapes += Solid(corners, NO_FACES).with_hull_collider().shapes
+            shapes += hull_around(corners).shapes
     if plan.lip > 0:
         shapes += _lip(profile, plan, thickness)
     return tuple(shapes)
@@ -85,7 +84,7 @@ def _lip(profile: Profile, plan: Plan, thickness: float) -> tuple[Placed, ...]:
         r = profile.radius(z)
         inner = replace(plan, lip=0.0).ring(r - thickness, z)[near]
         points += [plan.ring(r, z)[near], inner]
-    return Solid(np.concatenate(points), NO_FACES).with_hull_collider().shapes
+    return hull_around(np.concatenate(points)).shapes
 
 
 def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
@@ -105,7 +104,7 @@ def closed_shapes(line: Floats, plan: Plan, slack: float) -> list[Placed]:
             continue
         lift = min(0.0015, 0.3 * float(z1 - z0))
         rings = [plan.ring(float(r), float(z) + raised)[::2] for r, z, raised in ((r0, z0, lift), (r1, z1, 0.0))]
-        shapes += Solid(np.concatenate(rings), NO_FACES).with_hull_collider().shapes
+        shapes += hull_around(np.concatenate(rings)).shapes
     return shapes
 
 
@@ -118,7 +117,7 @@ def _block(plan: Plan, radius: float, low: float, high: float) -> tuple[Placed, 
     if plan.corner is not None:
         return box((2 * radius, 2 * half_y, tall), (0.0, 0.0, middle), 0.0).shapes
     rings = [plan.ring(radius, z)[::2] for z in (low, high)]
-    return Solid(np.concatenate(rings), NO_FACES).with_hull_collider().shapes
+    return hull_around(np.concatenate(rings)).shapes
 
 
 def _ways(plan: Plan) -> Floats:

@@ -12,11 +12,9 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.blocks import lathe
 from casa_assets.families.kit.solids.boolean import subtract
 from casa_assets.families.kit.solids.loft import loft
-from casa_assets.families.kit.solids.solid import Solid, concatenate
+from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import circle, prism, tube
 from casa_assets.model.record import Vec2, Vec3
-
-NO_FACES = np.empty((0, 3), dtype=np.int64)
 
 
 def strap(
@@ -43,11 +41,7 @@ def strap(
     rings = [p + x[:, None] * w * across - y[:, None] * t * n for p, (w, t), n in zip(line, size, normal, strict=True)]
     found = loft(rings, 45.0).oriented_outwards()
     cuts = np.array_split(np.arange(len(line) - 1), pieces)
-    hulls = [
-        Solid(np.concatenate(rings[int(part[0]) : int(part[-1]) + 2]), NO_FACES).with_hull_collider()
-        for part in cuts
-        if len(part)
-    ]
+    hulls = [hull_around(np.concatenate(rings[int(part[0]) : int(part[-1]) + 2])) for part in cuts if len(part)]
     return found.with_colliders_of(*hulls)
 
 
@@ -125,8 +119,8 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
         normal = np.cross((0.0, 1.0, 0.0), w)
         rings.append(p + r * (ring[:, :1] * np.array([0.0, 1.0, 0.0]) + ring[:, 1:] * normal))
     found = loft(rings, 45.0).oriented_outwards()
-    hulls = [Solid(np.concatenate(rings[k : k + 5]), NO_FACES).with_hull_collider() for k in (0, 4)]
-    hulls.append(Solid(np.concatenate(rings[8:10]), NO_FACES).with_hull_collider())
+    hulls = [hull_around(np.concatenate(rings[k : k + 5])) for k in (0, 4)]
+    hulls.append(hull_around(np.concatenate(rings[8:10])))
     return found.with_colliders_of(*hulls[:2], hulls[2])
 
 
