@@ -1,13 +1,14 @@
-"""Closed surfaces of organic things: a profile turned about an axis, with lobes, bumps, a bend, and a cut."""
+"""Closed surfaces of organic things: profiles turned about an axis, sheets, balls; lobes, bumps and bends of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.model.record import Vec2
 
@@ -67,6 +68,57 @@ def turned(profile: Floats, around: int, crease_deg: float = 60.0) -> Solid:
         faces.append((last, top + i, top + j))
         uv.append(((um, float(v[-1])), (u0, float(v[-2])), (u1, float(v[-2]))))
     return Solid(points, np.array(faces, dtype=np.int64), crease_deg=crease_deg, picture_uv=np.array(uv))
+
+
+def capped_rings(n: int, rings: int) -> Ints:
+    """(F, 3) faces over a first point, `rings` rings of n points and a last point."""
+    j = np.arange(n)
+    k = (j + 1) % n
+    faces = [np.stack([np.zeros(n, dtype=np.int64), 1 + k, 1 + j], axis=1)]
+    for r in range(rings - 1):
+        a, b, c, d = 1 + r * n + j, 1 + r * n + k, 1 + (r + 1) * n + k, 1 + (r + 1) * n + j
+        faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    last, top = 1 + rings * n, 1 + (rings - 1) * n
+    faces.append(np.stack([np.full(n, last), top + j, top + k], axis=1))
+    return np.concatenate(faces).astype(np.int64)
+
+
+def sheet(middle: Floats, thickness: float | Floats) -> Solid:
+    """A closed body round a (N, M, 3) grid, thin at its border; its picture is the grid.
+
+    Args:
+        middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces.
+        thickness: metres, one for all or (N, M).
+    """
+    n, m = middle.shape[:2]
+    along, across = np.gradient(middle, axis=0), np.gradient(middle, axis=1)
+    normal = np.cross(along, across)
+    normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-12)
+    half = np.broadcast_to(np.asarray(thickness, dtype=np.float64) / 2, (n, m)).copy()
+    border = np.ones((n, m), dtype=bool)
+    border[1:-1, 1:-1] = False
+    half[border] *= 0.5
+    offset = normal * half[..., None]
+    points = np.concatenate([(middle + offset).reshape(-1, 3), (middle - offset).reshape(-1, 3)])
+    index = np.arange(n * m).reshape(n, m)
+    a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
+    top = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    rim = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
+    after = np.roll(rim, -1)
+    sides = [np.stack([rim, rim + n * m, after + n * m], axis=1), np.stack([rim, after + n * m, after], axis=1)]
+    faces = np.concatenate([top, top[:, ::-1] + n * m, *sides]).astype(np.int64)
+    u, v = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, m), indexing="ij")
+    uv = np.stack([u.ravel(), v.ravel()], axis=1)
+    return Solid(points, faces, crease_deg=75.0, picture_uv=np.concatenate([uv, uv])[faces]).oriented_outwards()
+
+
+def ellipsoid(size: tuple[float, float, float], around: int = 8, along: int = 5) -> Solid:
+    """A ball with few faces stretched to a size, metres; its picture runs round it and from end to end of x."""
+    tilt = np.linspace(-np.pi / 2, np.pi / 2, along)
+    profile = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
+    profile[[0, -1], 0] = 0.0
+    body = turned(profile, around, 80.0)
+    return replace(body, points=body.points[:, [2, 0, 1]] * (np.array(size) / 2))
 
 
 def lobed(points: Floats, count: int, depth: float, sharp: float, phase: float) -> Floats:

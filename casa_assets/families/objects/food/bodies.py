@@ -1,4 +1,4 @@
-"""Bodies of prepared food: domes over an outline, long bodies that lie, rings, sheets, coats, small things on top."""
+"""Bodies of prepared food: domes over an outline, long bodies that lie, rings, coats, small things on top."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import CubicSpline, LinearNDInterpolator, NearestNDInterpolator
 
-from casa_assets.core.typing import Floats, Ints
+from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
-from casa_assets.families.objects.closed_surface import smooth_profile, turned
+from casa_assets.families.objects.closed_surface import capped_rings, ellipsoid, smooth_profile, turned
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.model.record import Vec2
 
@@ -102,19 +102,6 @@ def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 1
     return Solid(points, faces, crease_deg=CREASE, picture_uv=uv[faces])
 
 
-def capped_rings(n: int, rings: int) -> Ints:
-    """(F, 3) faces over a first point, `rings` rings of n points and a last point."""
-    j = np.arange(n)
-    k = (j + 1) % n
-    faces = [np.stack([np.zeros(n, dtype=np.int64), 1 + k, 1 + j], axis=1)]
-    for r in range(rings - 1):
-        a, b, c, d = 1 + r * n + j, 1 + r * n + k, 1 + (r + 1) * n + k, 1 + (r + 1) * n + j
-        faces += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
-    last, top = 1 + rings * n, 1 + (rings - 1) * n
-    faces.append(np.stack([np.full(n, last), top + j, top + k], axis=1))
-    return np.concatenate(faces).astype(np.int64)
-
-
 def long_body(
     profile: Sequence[Vec2],
     length: float,
@@ -198,35 +185,6 @@ def ring_body(
             uv += [((u0, v0), (u1, v0), (u1, v1)), ((u0, v0), (u1, v1), (u0, v1))]
     body = Solid(points.reshape(-1, 3), np.array(faces, dtype=np.int64), crease_deg=CREASE, picture_uv=np.array(uv))
     return body.oriented_outwards()
-
-
-def sheet(middle: Floats, thickness: float | Floats) -> Solid:
-    """A closed body round a (N, M, 3) grid, thin at its border; its picture is the grid.
-
-    Args:
-        middle: grid whose first axis is the picture's u and whose second is its v, seen from the side it faces.
-        thickness: metres, one for all or (N, M).
-    """
-    n, m = middle.shape[:2]
-    along, across = np.gradient(middle, axis=0), np.gradient(middle, axis=1)
-    normal = np.cross(along, across)
-    normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-12)
-    half = np.broadcast_to(np.asarray(thickness, dtype=np.float64) / 2, (n, m)).copy()
-    border = np.ones((n, m), dtype=bool)
-    border[1:-1, 1:-1] = False
-    half[border] *= 0.5
-    offset = normal * half[..., None]
-    points = np.concatenate([(middle + offset).reshape(-1, 3), (middle - offset).reshape(-1, 3)])
-    index = np.arange(n * m).reshape(n, m)
-    a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
-    top = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    rim = np.concatenate([index[:-1, 0], index[-1, :-1], index[:0:-1, -1], index[0, :0:-1]])
-    after = np.roll(rim, -1)
-    sides = [np.stack([rim, rim + n * m, after + n * m], axis=1), np.stack([rim, after + n * m, after], axis=1)]
-    faces = np.concatenate([top, top[:, ::-1] + n * m, *sides]).astype(np.int64)
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, m), indexing="ij")
-    uv = np.stack([u.ravel(), v.ravel()], axis=1)
-    return Solid(points, faces, crease_deg=75.0, picture_uv=np.concatenate([uv, uv])[faces]).oriented_outwards()
 
 
 def seen_from_above(solid: Solid, bounds: Floats | None = None) -> Solid:
@@ -327,15 +285,6 @@ def ridge(surface: Surface, path: Floats, width: float, height: float, lens: boo
         rings.append(np.column_stack([places, base + height * (s * 0.5 * np.sin(angle) + 0.5 - sunk)]))
     points = np.concatenate([rings[0].mean(axis=0)[None], *rings, rings[-1].mean(axis=0)[None]])
     return Solid(points, capped_rings(8, count), crease_deg=75.0).oriented_outwards()
-
-
-def ellipsoid(size: tuple[float, float, float], around: int = 8, along: int = 5) -> Solid:
-    """A ball with few faces stretched to a size, metres; its picture runs round it and from end to end of x."""
-    tilt = np.linspace(-np.pi / 2, np.pi / 2, along)
-    profile = np.stack([np.cos(tilt), np.sin(tilt)], axis=1)
-    profile[[0, -1], 0] = 0.0
-    body = turned(profile, around, 80.0)
-    return replace(body, points=body.points[:, [2, 0, 1]] * (np.array(size) / 2))
 
 
 def strewn(

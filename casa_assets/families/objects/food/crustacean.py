@@ -14,8 +14,8 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, tube
-from casa_assets.families.objects.closed_surface import bumped
-from casa_assets.families.objects.food.bodies import dome, ellipsoid, hull_of, joined, long_body, outline_curve
+from casa_assets.families.objects.closed_surface import bumped, ellipsoid
+from casa_assets.families.objects.food.bodies import dome, hull_of, joined, long_body, outline_curve
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2

@@ -15,13 +15,12 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import prism, tube
-from casa_assets.families.objects.closed_surface import bumped
+from casa_assets.families.objects.closed_surface import bumped, ellipsoid, sheet
 from casa_assets.families.objects.food.bodies import (
     Surface,
     bent_level,
     cut_face,
     dome,
-    ellipsoid,
     flat_foot,
     hull_of,
     hulls_by,
@@ -30,7 +29,6 @@ from casa_assets.families.objects.food.bodies import (
     outline_curve,
     ridge,
     seen_from_above,
-    sheet,
     smooth_noise,
     superellipse,
 )

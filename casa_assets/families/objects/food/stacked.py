@@ -16,13 +16,12 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import prism, tube
-from casa_assets.families.objects.closed_surface import bumped, lobed, smooth_profile, turned
+from casa_assets.families.objects.closed_surface import bumped, ellipsoid, lobed, sheet, smooth_profile, turned
 from casa_assets.families.objects.food.bodies import (
     CREASE,
     Piece,
     Surface,
     dome,
-    ellipsoid,
     flat_foot,
     hull_of,
     joined,
@@ -31,7 +30,6 @@ from casa_assets.families.objects.food.bodies import (
     ridge,
     ring_body,
     seen_from_above,
-    sheet,
     smooth_noise,
     strewn,
     superellipse,

@@ -15,8 +15,7 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, tube
-from casa_assets.families.objects.closed_surface import bumped, smooth_profile, turned
-from casa_assets.families.objects.food.bodies import capped_rings
+from casa_assets.families.objects.closed_surface import bumped, capped_rings, smooth_profile, turned
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.families.parts.decor.leaves import golden_angles, leaf
 from casa_assets.model.asset.asset import Base

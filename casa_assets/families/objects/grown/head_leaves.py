@@ -8,7 +8,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.solid import Solid
-from casa_assets.families.objects.food.bodies import sheet
+from casa_assets.families.objects.closed_surface import sheet
 from casa_assets.families.parts.decor.leaves import golden_angles
 
 # Points across a leaf and from its foot to its tip.

@@ -15,8 +15,7 @@ from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.kit.solids.sweep import tube
-from casa_assets.families.objects.closed_surface import bent, bumped, lobed, smooth_profile, turned, wrapped
-from casa_assets.families.objects.food.bodies import ellipsoid
+from casa_assets.families.objects.closed_surface import bent, bumped, ellipsoid, lobed, smooth_profile, turned, wrapped
 from casa_assets.families.objects.grown.head_leaves import head_leaves
 from casa_assets.families.objects.grown.portion import Cutting, Face, portion_of, rest_tilt
 from casa_assets.families.parametric_model import ParametricModel

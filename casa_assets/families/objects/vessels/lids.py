@@ -11,7 +11,7 @@ from pydantic import Field
 
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.objects.food.bodies import ellipsoid
+from casa_assets.families.objects.closed_surface import ellipsoid
 from casa_assets.families.objects.opening import LID_GRIP
 from casa_assets.families.objects.vessels.fittings import arch, knob, rim_bead
 from casa_assets.families.objects.vessels.surface import Plan, patched, round_plan, surface
