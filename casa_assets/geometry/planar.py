@@ -1,4 +1,4 @@
-"""Convex outlines on the floor: hull, penetration depth, distance to points, length of a line inside."""
+"""Outlines in a plane: signed area; of convex ones hull, penetration depth, distance, length of a line inside."""
 
 from __future__ import annotations
 
@@ -10,6 +10,17 @@ from scipy.spatial import ConvexHull, QhullError
 from casa_assets.core.typing import Floats, Ints
 
 Outline = Sequence[tuple[float, float]] | Floats
+
+
+def signed_area(outline: Floats) -> float:
+    """Area within an outline, (N, 2) corners in order; negative where they go round clockwise."""
+    x, y = outline[:, 0], outline[:, 1]
+    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
+
+
+def counter_clockwise(outline: Floats) -> Floats:
+    """An outline, (N, 2) corners in order, turned round where it is clockwise."""
+    return outline[::-1] if signed_area(outline) < 0 else outline
 
 
 def outline_of(points: Outline) -> Floats:

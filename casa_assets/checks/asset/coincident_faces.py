@@ -11,6 +11,7 @@ from casa_assets.checks.asset.applicability import NO_VISUALS, NOT_BUILT, is_fro
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.planar import counter_clockwise, signed_area
 from casa_assets.model.asset.asset import Asset
 
 # Nearer than this a depth buffer cannot tell two faces of a kitchen apart. Faces that are set back by 0.2 mm pass.
@@ -121,9 +122,7 @@ def _overlap_area(first: Floats, second: Floats, normal: Floats) -> float:
     """Area in which two (3, 3) triangles of one plane overlap, m^2. Ref: Sutherland and Hodgman 1974."""
     dropped = int(np.argmax(np.abs(normal)))
     axes = [k for k in range(3) if k != dropped]
-    a, b = (
-        triangle if _signed_area(triangle) >= 0 else triangle[::-1] for triangle in (first[:, axes], second[:, axes])
-    )
+    a, b = (counter_clockwise(triangle) for triangle in (first[:, axes], second[:, axes]))
     polygon = list(a)
     for k in range(3):
         start, end = b[k], b[(k + 1) % 3]
@@ -139,10 +138,4 @@ def _overlap_area(first: Floats, second: Floats, normal: Floats) -> float:
         polygon = clipped
         if not polygon:
             return 0.0
-    return abs(_signed_area(np.array(polygon))) / abs(float(normal[dropped])) if len(polygon) > 2 else 0.0
-
-
-def _signed_area(points: Floats) -> float:
-    """Signed area of a polygon in the plane."""
-    x, y = points[:, 0], points[:, 1]
-    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
+    return abs(signed_area(np.array(polygon))) / abs(float(normal[dropped])) if len(polygon) > 2 else 0.0

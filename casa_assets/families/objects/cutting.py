@@ -10,6 +10,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.geometry.planar import counter_clockwise, signed_area
 
 # A cut face is a plate of this thickness; a part of it stands out of the body, so that nothing of the body shows, m.
 PLATE, PROUD = 0.0006, 0.00025
@@ -128,8 +129,8 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     if not loops:
         raise ValueError("a plane does not meet the body")
     outlines = [np.column_stack([loop @ side, loop @ plane.up]) for loop in loops]
-    outlines.sort(key=lambda loop: -abs(_area(loop)))
-    outer = outlines[0] if _area(outlines[0]) > 0 else outlines[0][::-1]
+    outlines.sort(key=lambda loop: -abs(signed_area(loop)))
+    outer = counter_clockwise(outlines[0])
     middle = _centroid(outer) if plane.middle is None else np.array([plane.middle @ side, plane.middle @ plane.up])
     rim = outer - middle
     angle = np.arctan2(rim[:, 1], rim[:, 0])
@@ -186,11 +187,6 @@ def _loops(body: Solid, plane: Plane) -> list[Ints]:
         after.pop(first, None)
         loops.append(np.array(loop))
     return [loop for loop in loops if len(loop) > 2]
-
-
-def _area(loop: Floats) -> float:
-    x, y = loop[:, 0], loop[:, 1]
-    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
 
 
 def _centroid(loop: Floats) -> Floats:

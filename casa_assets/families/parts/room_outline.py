@@ -8,6 +8,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids import cells
+from casa_assets.geometry.planar import counter_clockwise, signed_area
 from casa_assets.model.record import Vec2, Vec3
 
 Outline = tuple[Vec2, ...]
@@ -47,7 +48,7 @@ def outline_cells(outline: Outline) -> cells.Cells:
     grid = cells.cells_inside(outline)
     perimeter = float(np.abs(run).sum())
     if (
-        abs(grid.area - abs(_area(points))) > LENGTH_TOLERANCE * perimeter
+        abs(grid.area - abs(signed_area(points))) > LENGTH_TOLERANCE * perimeter
         or abs(grid.perimeter - perimeter) > 1e-5
         or grid.touches_at_a_point
     ):
@@ -58,8 +59,7 @@ def outline_cells(outline: Outline) -> cells.Cells:
 def outline_loop(outline: Outline) -> Floats:
     """(N, 2) corners, counter-clockwise, none within a straight side. Metres."""
     points: Floats = np.round(np.array(outline, dtype=np.float64), cells.LINE_DECIMALS).astype(np.float64)
-    if _area(points) < 0:
-        points = points[::-1]
+    points = counter_clockwise(points)
     before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
     turns = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     return np.asarray(points[np.abs(turns) > LENGTH_TOLERANCE])
@@ -72,8 +72,3 @@ def interior_spans(grid: cells.Cells, lower: float, upper: float) -> list[Vec2]:
     steps = np.diff(np.concatenate([[0], inside_all.astype(np.int64), [0]]))
     begins, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
     return [(float(grid.us[a]), float(grid.us[b])) for a, b in zip(begins, ends, strict=True)]
-
-
-def _area(points: Floats) -> float:
-    x, y = points[:, 0], points[:, 1]
-    return float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2

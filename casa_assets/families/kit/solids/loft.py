@@ -10,6 +10,7 @@ import numpy as np
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.kit.solids.slab import offset_sides, ring_walls
 from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.geometry.planar import signed_area
 from casa_assets.model.record import Vec2
 
 
@@ -64,9 +65,7 @@ def _cap(ring: Floats) -> Ints:
     normal = np.cross(np.roll(ring, -1, axis=0) - ring.mean(axis=0), ring - ring.mean(axis=0)).sum(axis=0)
     dropped_axis = int(np.argmax(np.abs(normal)))
     flat = np.delete(ring, dropped_axis, axis=1)
-    x, y = flat[:, 0], flat[:, 1]
-    twice_signed_area = float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum())
-    if twice_signed_area < 0:
+    if signed_area(flat) < 0:
         triangles = np.asarray(manifold3d.triangulate([flat[::-1]]), dtype=np.int64)
         return np.asarray((len(ring) - 1 - triangles)[:, ::-1])
     return np.asarray(manifold3d.triangulate([flat]), dtype=np.int64)

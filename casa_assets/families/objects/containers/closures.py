@@ -14,6 +14,7 @@ from casa_assets.families.kit.solids.loft import loft
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, prism, tube
 from casa_assets.families.parts.decor.jars import JarLid, jar
+from casa_assets.geometry.planar import counter_clockwise
 from casa_assets.model.record import Vec2
 
 AROUND = 28
@@ -288,11 +289,7 @@ def _spray(m: Mouth) -> list[Part]:
 
 def _sideways(side: Sequence[Vec2], thick: float) -> Solid:
     """An outline in (y, z) drawn along x; its collider is its hull."""
-    outline = np.array(side)
-    x, y = outline[:, 0], outline[:, 1]
-    if float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) < 0:
-        outline = outline[::-1]
-    solid = prism(outline, thick, 0.0015)
+    solid = prism(counter_clockwise(np.array(side)), thick, 0.0015)
     points = solid.points[:, [2, 0, 1]] - (thick / 2, 0.0, 0.0)
     return Solid(points, solid.faces, crease_deg=50.0).oriented_outwards().with_hull_collider()
 

@@ -15,6 +15,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
 from casa_assets.families.objects.closed_surface import capped_rings, ellipsoid, smooth_profile, turned
 from casa_assets.geometry.mesh.measure import face_normals
+from casa_assets.geometry.planar import counter_clockwise
 from casa_assets.model.record import Vec2
 
 CREASE = 60.0  # degrees; food is soft
@@ -58,9 +59,7 @@ def outline_curve(points: Sequence[Vec2], length: float, width: float, count: in
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
     even = np.arange(count) / count * along[-1]
     curve = np.stack([np.interp(even, along, fine[:, k]) for k in (0, 1)], axis=1)
-    x, y = curve[:, 0], curve[:, 1]
-    clockwise = float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) < 0
-    return np.asarray(curve[::-1] if clockwise else curve)
+    return counter_clockwise(curve)
 
 
 def superellipse(length: float, width: float, power: float = 2.0, count: int = 40) -> Floats:

@@ -33,6 +33,7 @@ from casa_assets.families.objects.food.bodies import (
     superellipse,
 )
 from casa_assets.families.parametric_model import ParametricModel
+from casa_assets.geometry.planar import counter_clockwise
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.category import Portion
@@ -247,10 +248,7 @@ def _fins(p: SlabFood) -> list[Solid]:
     """Flat parts of an outline, about z = 0."""
     out = []
     for line in p.fins:
-        outline = np.array(line) * (p.length, p.width)
-        x, y = outline[:, 0], outline[:, 1]
-        if float((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) < 0:
-            outline = outline[::-1]
+        outline = counter_clockwise(np.array(line) * (p.length, p.width))
         part = prism(outline, p.fin_thickness, 0.0003).translated(z=-p.fin_thickness / 2)
         out.append(replace(part, shapes=()))
     return out
