@@ -76,32 +76,28 @@ def cut(solid: Solid, planes: list[Plane], hollow: Solid | None = None) -> tuple
     body = _manifold(solid)
     if hollow is not None:
         body -= _manifold(hollow)
-    for plane in planes:
-        x, y, z = (-float(v) for v in plane.normal)
-        body = body.trim_by_plane((x, y, z), -plane.offset)
+    body = _trimmed(body, planes)
     if body.is_empty():
         raise ValueError("the cuts leave nothing of the body")
-    mesh = body.to_mesh64()
-    corners = np.array(mesh.vert_properties, dtype=np.float64)
-    faces = np.array(mesh.tri_verts, dtype=np.int64)
-    points, index = np.unique(np.round(corners[:, :3], 9), axis=0, return_inverse=True)
-    kept = Solid(points, index[faces], crease_deg=solid.crease_deg, picture_uv=corners[:, 3:5][faces])
+    kept = _solid(body, solid.crease_deg)
     return kept, [_plate(kept, plane) for plane in planes]
 
 
 def shell(outer: Solid, inner: Solid, planes: list[Plane]) -> Solid:
     """What planes leave of the matter between two closed bodies, a trifle behind the cut faces; seen from the side."""
-    body = _manifold(outer) - _manifold(inner)
+    kept = _solid(_trimmed(_manifold(outer) - _manifold(inner), planes, behind=PLATE), outer.crease_deg)
+    low, high = kept.bounds
+    # The middle of the picture has the flesh without the skin.
+    uv = 0.5 + 0.5 * ((kept.points - low) / (high - low) - 0.5)[:, [0, 2]]
+    return replace(kept, picture_uv=uv[kept.faces])
+
+
+def _trimmed(body: manifold3d.Manifold, planes: list[Plane], behind: float = 0.0) -> manifold3d.Manifold:
+    """What planes leave of a body when they are moved by `behind` into it, m."""
     for plane in planes:
         x, y, z = (-float(v) for v in plane.normal)
-        body = body.trim_by_plane((x, y, z), PLATE - plane.offset)
-    mesh = body.to_mesh64()
-    corners, faces = np.array(mesh.vert_properties, dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
-    points, index = np.unique(np.round(corners[:, :3], 9), axis=0, return_inverse=True)
-    low, high = points.min(axis=0), points.max(axis=0)
-    # The middle of the picture has the flesh without the skin.
-    uv = 0.5 + 0.5 * ((points - low) / (high - low) - 0.5)[:, [0, 2]]
-    return Solid(points, index[faces], crease_deg=outer.crease_deg, picture_uv=uv[index[faces]])
+        body = body.trim_by_plane((x, y, z), behind - plane.offset)
+    return body
 
 
 def _manifold(solid: Solid) -> manifold3d.Manifold:
@@ -117,6 +113,14 @@ def _manifold(solid: Solid) -> manifold3d.Manifold:
     if body.status() != manifold3d.Error.NoError:
         raise ValueError(f"a body of {len(solid.faces)} faces is not closed: {body.status()}")
     return body
+
+
+def _solid(body: manifold3d.Manifold, crease_deg: float) -> Solid:
+    """The surface of a body whose points have the coordinates of a picture as properties."""
+    mesh = body.to_mesh64()
+    corners, faces = np.array(mesh.vert_properties, dtype=np.float64), np.array(mesh.tri_verts, dtype=np.int64)
+    points, index = np.unique(np.round(corners[:, :3], 9), axis=0, return_inverse=True)
+    return Solid(points, index[faces], crease_deg=crease_deg, picture_uv=corners[:, 3:5][faces])
 
 
 def _plate(body: Solid, plane: Plane) -> Solid:
