@@ -233,7 +233,7 @@ def _steps(m: Mouth, z: float) -> list[Part]:
 
 
 def _flip(m: Mouth) -> list[Part]:
-    low, high = _cover(m, 0.45)
+    low, high = _cover(m, COVERED[Closure.FLIP])
     r = m.radius * m.wide + 0.001
     seam = low + 0.55 * (high - low)
     foot = [(r, low), (r, seam - 0.0006), (r - 0.0008, seam - 0.0004)]
@@ -310,7 +310,7 @@ def _ball(m: Mouth) -> list[Part]:
 
 
 def _holes(m: Mouth) -> list[Part]:
-    low, _ = _cover(m, 0.3)
+    low, _ = _cover(m, COVERED[Closure.HOLES])
     r, z = m.radius * m.wide + 0.0008, m.z
     rise = m.height - (z - low)
     angles = np.linspace(0.0, math.pi / 2, 7)
@@ -328,14 +328,14 @@ def _holes(m: Mouth) -> list[Part]:
 
 
 def _sifter(m: Mouth) -> list[Part]:
-    low, high = _cover(m, 0.9)
+    low, high = _cover(m, COVERED[Closure.SIFTER])
     r = m.radius * m.wide + 0.001
     seam = [(r - 0.0004, high - 0.0005), (r - 0.0004, high + 0.0012), (0.9 * r, high + 0.0022)]
     return [Part(_ribbed(r, low, high)), _turned(seam, AROUND, hit=False)]
 
 
 def _cup(m: Mouth) -> list[Part]:
-    low, high = _cover(m, 0.35)
+    low, high = _cover(m, COVERED[Closure.CUP])
     r, h = m.radius * m.wide, m.height
     ring = [(r, low), (r + 0.0012, low + 0.001), (r + 0.0012, low + 0.004), (r, low + 0.005)]
     top = [(0.97 * r, high - 0.16 * h), (0.93 * r, high - 0.06 * h), (0.82 * r, high)]
