@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.parts.decor.leaves import GOLDEN_ANGLE
 from casa_assets.model.record import Vec2
 
 
@@ -187,7 +188,7 @@ def wrapped(points: Floats, leaves: int, depth: float, rng: np.random.Generator)
     angle, height = np.arctan2(away[:, 1], away[:, 0]), away[:, 2]
     raised = np.zeros(len(points))
     for k in range(leaves):
-        turn = k * 2.399963 + float(rng.uniform(-0.3, 0.3))
+        turn = k * GOLDEN_ANGLE + float(rng.uniform(-0.3, 0.3))
         reach, top = float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.35, 0.95))
         off = (angle - turn + np.pi) % (2 * np.pi) - np.pi
         wave = 0.06 * np.sin(7.0 * off + k)

@@ -17,7 +17,7 @@ from casa_assets.families.kit.solids.solid import Solid, concatenate
 from casa_assets.families.kit.solids.sweep import circle, tube
 from casa_assets.families.objects.closed_surface import bumped, capped_rings, smooth_profile, turned
 from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.families.parts.decor.leaves import golden_angles, leaf
+from casa_assets.families.parts.decor.leaves import GOLDEN_ANGLE, golden_angles, leaf
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 
@@ -118,7 +118,7 @@ def _grapes(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         t = (k + 0.5) / p.count
         # Widest at a quarter of the length, a point at the far end.
         reach = (p.width - p.piece) / 2 * (1.0 - t) ** 0.6 * min(1.0, 0.35 + 2.6 * t)
-        angle, out_by = k * 2.399963, math.sqrt(float(rng.uniform(0.15, 1.0)))
+        angle, out_by = k * GOLDEN_ANGLE, math.sqrt(float(rng.uniform(0.15, 1.0)))
         at = np.array([t * p.length, reach * out_by * math.cos(angle), 0.75 * reach * out_by * math.sin(angle)])
         at[2] = max(at[2], -0.5 * p.width + 0.5 * p.piece)
         body = _body(p, SMALL, rng, float(rng.uniform(0.9, 1.05)))
@@ -134,7 +134,7 @@ def _berry(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Soli
         t = (k + 0.5) / p.count
         height = 1.0 - t**1.15
         reach = (p.width - p.piece) / 2 * math.sqrt(max(0.02, 1.0 - height**2.2))
-        angle = k * 2.399963
+        angle = k * GOLDEN_ANGLE
         at = np.array([reach * math.cos(angle), reach * math.sin(angle), height * (p.length - p.piece)])
         out.append(_pointing(_body(p, SMALL, rng, float(rng.uniform(0.92, 1.06))), at + np.array([0.0, 0.0, 1e-3]), at))
     core = p.replace(piece=0.78 * p.width, piece_length=0.8 * p.length, profile=BALL)
@@ -147,7 +147,7 @@ def _florets(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[So
     top = p.stem
     for k in range(p.count):
         t = (k + 0.5) / p.count
-        tilt, angle = 1.45 * math.sqrt(t), k * 2.399963 + float(rng.uniform(-0.2, 0.2))
+        tilt, angle = 1.45 * math.sqrt(t), k * GOLDEN_ANGLE + float(rng.uniform(-0.2, 0.2))
         way = np.array([math.sin(tilt) * math.cos(angle), math.sin(tilt) * math.sin(angle), math.cos(tilt)])
         size = np.array([p.width - p.piece, p.width - p.piece, 2 * (p.length - p.stem) - p.piece]) / 2
         at = np.array([0.0, 0.0, top]) + way * size
@@ -175,7 +175,7 @@ def _bracts(p: Cluster, rng: np.random.Generator) -> tuple[list[Solid], list[Sol
         )
         blade = blade.rotated("x", 0.62 + t + float(rng.uniform(-0.08, 0.08)))
         blade = blade.translated(y=reach, z=height * p.length - 0.25 * p.piece_length)
-        out.append(replace(blade.rotated("z", k * 2.399963), picture_uv=_flat_uv(blade)))
+        out.append(replace(blade.rotated("z", k * GOLDEN_ANGLE), picture_uv=_flat_uv(blade)))
     stalk = [tube([(0.0, 0.0, -p.stem), (0.0, 0.0, 0.1 * p.length)], p.stem_radius)] if p.stem > 0 else []
     return out, stalk
 

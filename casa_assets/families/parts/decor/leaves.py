@@ -10,6 +10,7 @@ from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.solid import Solid
 
 LEAF_THICKNESS = 0.0012  # metres; a succulent's is thicker
+GOLDEN_ANGLE = 2.399963  # rad from one leaf to the next. Ref: phyllotaxis.
 
 
 def leaf(
@@ -63,6 +64,6 @@ def _sheet(top: Floats, underside: Floats) -> Solid:
     return Solid(points, np.array(faces, dtype=np.int64), crease_deg=70.0).oriented_outwards()
 
 
-def golden_angles(count: int, turn: float = 2.399963) -> list[float]:
-    """Angles in which leaves stand round a stem, rad. Ref: the golden angle of phyllotaxis."""
-    return [k * turn % (2 * math.pi) for k in range(count)]
+def golden_angles(count: int) -> list[float]:
+    """Angles in which leaves stand round a stem, rad."""
+    return [k * GOLDEN_ANGLE % (2 * math.pi) for k in range(count)]
