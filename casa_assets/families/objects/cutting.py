@@ -141,8 +141,8 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     hole = 0.0 * angle
     if len(outlines) > 1:
         # The plate stands a trifle over the hollow, or its edge would lie in the wall.
-        hole = WITHIN * _radius(outlines[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1])
-    inner = rim * np.minimum(hole, 0.96)[:, None]
+        hole = np.minimum(WITHIN * _radius(outlines[1] - middle, angle) / np.hypot(rim[:, 0], rim[:, 1]), 0.96)
+    inner = rim * hole[:, None]
     n = len(rim)
     # Its edges slant inwards below the face: upright ones might lie in a wall of the body.
     slant = 0.04 * (rim - inner)
@@ -160,7 +160,7 @@ def _plate(body: Solid, plane: Plane) -> Solid:
     core = np.concatenate([np.stack([i, j, 2 * n + i], 1), np.stack([j, 2 * n + j, 2 * n + i], 1)])
     faces = np.concatenate([top, top[:, ::-1] + 2 * n, wall, core])
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    uv = 0.5 + PICTURE_RIM * np.concatenate([circle * np.minimum(hole, 0.96)[:, None], circle] * 2)
+    uv = 0.5 + PICTURE_RIM * np.concatenate([circle * hole[:, None], circle] * 2)
     made = _welded(Solid(points, faces.astype(np.int64), crease_deg=40.0, picture_uv=uv[faces]))
     return made.oriented_outwards()
 
