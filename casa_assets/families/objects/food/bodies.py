@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import pairwise
 
@@ -13,12 +13,14 @@ from scipy.interpolate import CubicSpline, LinearNDInterpolator, NearestNDInterp
 
 from casa_assets.core.typing import Floats
 from casa_assets.families.kit.solids.solid import Solid, concatenate, hull_around
-from casa_assets.families.objects.closed_surface import capped_rings, ellipsoid, smooth_profile, turned
+from casa_assets.families.objects.closed_surface import bumped, capped_rings, ellipsoid, smooth_profile, turned
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.planar import counter_clockwise
 from casa_assets.model.record import Vec2
 
 CREASE = 60.0  # degrees; food is soft
+# Bend in a long body from which on it has several hulls, rad.
+BENT = 0.35
 
 
 class Piece(StrEnum):
@@ -99,6 +101,30 @@ def dome(outline: Floats, profile: Sequence[Vec2], height: float, rings: int = 1
     uv = np.concatenate([[[0.5, 0.5]], ring_uv.reshape(-1, 2), [[0.5, 0.5]]])
     faces = capped_rings(n, len(inner))
     return Solid(points, faces, crease_deg=CREASE, picture_uv=uv[faces])
+
+
+@dataclass(frozen=True)
+class Unevenness:
+    """How far a body is from its plain form.
+
+    Attributes:
+        bumps, waves: as of `bumped`. wave: how far a thin thing rises and falls, metres, `waves` times over `length`.
+    """
+
+    bumps: float
+    waves: float
+    wave: float
+    length: float
+
+
+def uneven_dome(
+    outline: Floats, profile: Sequence[Vec2], height: float, uneven: Unevenness, rng: np.random.Generator
+) -> Solid:
+    """As `dome`, but uneven: with bumps on a flat foot, or one that rises and falls."""
+    body = dome(outline, profile, height)
+    points = bumped(body.points, uneven.bumps, uneven.waves, rng)
+    points[:, 2] += uneven.wave * smooth_noise(points[:, :2], uneven.waves / uneven.length, rng)
+    return replace(body, points=points if uneven.wave else flat_foot(points))
 
 
 def long_body(
@@ -286,6 +312,19 @@ def ridge(surface: Surface, path: Floats, width: float, height: float, lens: boo
     return Solid(points, capped_rings(8, count), crease_deg=75.0).oriented_outwards()
 
 
+def ridges(
+    top: Solid, box: Floats, lines: Sequence[Sequence[Vec2]], width: float, height: float, *, lens: bool
+) -> Solid:
+    """Raised lines on a surface, as one body.
+
+    Args:
+        top: what they lie on. box: (2, 3) lower and upper corner that they are drawn in, metres.
+        lines: paths in shares of its length and width, about its middle. width, height, lens: as of `ridge`.
+    """
+    surface, size, middle = Surface(top), np.ptp(box, axis=0)[:2], (box[0] + box[1])[:2] / 2
+    return joined([ridge(surface, np.array(line) * size + middle, width, height, lens) for line in lines])
+
+
 def strewn(
     solid: Solid,
     kind: Piece,
@@ -365,6 +404,13 @@ def hulls_by(points: Floats, key: Floats, count: int) -> list[Solid]:
     return out
 
 
+def hulls_of_bent(body: Solid, bend: float) -> list[Solid]:
+    """Hulls of a long body that was bent level by an angle, rad: one, or several along it."""
+    if abs(bend) <= BENT:
+        return [body.with_hull_collider()]
+    return hulls_by(body.points, body.points[:, 0], 2 + 2 * math.ceil(abs(bend) / 1.2))
+
+
 def hull_of(*solids: Solid) -> Solid:
     """One hull over several bodies, without a surface."""
     return hull_around(np.concatenate([s.points for s in solids]))
@@ -374,6 +420,11 @@ def flat_foot(points: Floats, share: float = 0.03) -> Floats:
     """Points whose lowest share of the height is flat, so that the body rests on a face."""
     low, high = float(points[:, 2].min()), float(points[:, 2].max())
     return np.column_stack([points[:, :2], np.maximum(points[:, 2], low + share * (high - low))])
+
+
+def plain(solid: Solid) -> Solid:
+    """The solid without coordinates of a picture and shapes to touch, so that it may be joined with any other."""
+    return replace(solid, picture_uv=None, uv_m=None, shapes=())
 
 
 def joined(solids: Sequence[Solid]) -> Solid:

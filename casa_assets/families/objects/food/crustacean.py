@@ -15,7 +15,7 @@ from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
 from casa_assets.families.kit.solids.solid import Solid
 from casa_assets.families.kit.solids.sweep import circle, tube
 from casa_assets.families.objects.closed_surface import bumped, ellipsoid
-from casa_assets.families.objects.food.bodies import dome, hull_of, joined, long_body, outline_curve
+from casa_assets.families.objects.food.bodies import dome, hull_of, joined, long_body, outline_curve, plain
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
@@ -102,12 +102,12 @@ def build(builder: AssetBuilder, p: Crustacean) -> None:
     body = joined([shell, *tail]).translated(z=-low).with_colliders_of(*(h.translated(z=-low) for h in hulls))
     builder.add(ROOT, body, p.skin, label="body", name="body", density=p.density)
     for parts, finish, label in ((fan, p.limb_finish, "fan"), (limbs, p.limb_finish, "limb")):
-        builder.add(ROOT, joined([_plain(s) for s in parts]).translated(z=-low), finish, label=label, collider=False)
+        builder.add(ROOT, joined([plain(s) for s in parts]).translated(z=-low), finish, label=label, collider=False)
     # The legs of either side, and the arms, which were added last.
     for touched in (limbs[:4], limbs[4:8], limbs[-2:-1], limbs[-1:]):
         builder.add_collider(ROOT, hull_of(*touched).translated(z=-low), p.limb_finish, "limb")
     for claw in claws:
-        solid = _plain(claw).translated(z=-low)
+        solid = plain(claw).translated(z=-low)
         builder.add(ROOT, solid.with_hull_collider(), p.limb_finish, label="claw", density=p.density)
     if p.band is not None:
         builder.add(ROOT, joined(bands).translated(z=-low), p.band, label="band", collider=False)
@@ -117,10 +117,6 @@ def build(builder: AssetBuilder, p: Crustacean) -> None:
         for side in (-1, 1)
     ]
     builder.add(ROOT, joined(eyes), p.eye_finish, label="eye", collider=False, density=0.0)
-
-
-def _plain(solid: Solid) -> Solid:
-    return replace(solid, picture_uv=None, uv_m=None, shapes=())
 
 
 def _shell(p: Crustacean, rng: np.random.Generator) -> Solid:
@@ -174,7 +170,7 @@ def _claw(p: Crustacean, side: int, size: float) -> tuple[Solid, Solid, Solid]:
     finger = finger.translated(0.18 * long, 0.3 * wide, 0.15 * thick).rotated(
         "z", p.gape, (-0.1 * long, 0.3 * wide, 0.0)
     )
-    claw = joined([_plain(palm), _plain(finger)])
+    claw = joined([plain(palm), plain(finger)])
     if side < 0:
         claw = claw.mirrored_x().rotated("z", math.pi)
     head = p.length * (1 - p.tail)

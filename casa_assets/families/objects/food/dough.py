@@ -20,6 +20,7 @@ from casa_assets.families.objects.closed_surface import bumped
 from casa_assets.families.objects.food.bodies import (
     Piece,
     Surface,
+    Unevenness,
     bent_level,
     coated,
     cut_face,
@@ -27,15 +28,17 @@ from casa_assets.families.objects.food.bodies import (
     flat_foot,
     hull_of,
     hulls_by,
+    hulls_of_bent,
     joined,
     long_body,
     outline_curve,
-    ridge,
+    plain,
+    ridges,
     ring_body,
     seen_from_above,
-    smooth_noise,
     strewn,
     superellipse,
+    uneven_dome,
 )
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.model.asset.asset import Base
@@ -51,8 +54,6 @@ Line = Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=24)]
 MAX_STREWN = 90
 # Toppings that stand out of the box round the body by more than this have a shape of their own, metres.
 MIN_OUT = 0.003
-# Bend in a long body from which on it has several hulls, rad.
-BENT = 0.35
 
 
 class Body(StrEnum):
@@ -169,14 +170,11 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
     if p.coat > 0:
         top = replace(coated(body, p.coat, p.coat_level, p.coat_wave, rng), picture_uv=None)
         builder.add(ROOT, top, p.coat_finish, label="coat", collider=False, density=0.0)
-    if p.lines or p.pat > 0:
-        surface = Surface(top)
     size = np.ptp(body.points, axis=0)
-    middle = (body.points.min(axis=0) + body.points.max(axis=0))[:2] / 2
+    middle = (body.bounds[0] + body.bounds[1])[:2] / 2
     if p.lines:
-        paths = [np.array(line) * size[:2] + middle for line in p.lines]
-        ridges = [ridge(surface, path, p.line_width, p.line_height, p.line_lens) for path in paths]
-        builder.add(ROOT, joined(ridges), p.line_finish, label="line", collider=False, density=0.0)
+        drawn = ridges(top, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
+        builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
     pieces = strewn(
         top,
@@ -197,7 +195,7 @@ def _add_top(builder: AssetBuilder, p: Dough, body: Solid, rng: np.random.Genera
             builder.add(ROOT, part, finish, label="topping", collider=False, density=0.0)
     if p.pat > 0:
         place = middle + rng.uniform(-0.06, 0.06, 2) * size[:2]
-        at = float(surface.height(place[None])[0])
+        at = float(Surface(top).height(place[None])[0])
         pat = box((p.pat, 0.8 * p.pat, 0.35 * p.pat), (0.0, 0.0, 0.0), 0.003, 3).rotated("z", float(rng.uniform(0, 3)))
         pat = pat.translated(float(place[0]), float(place[1]), at + 0.12 * p.pat)
         builder.add(ROOT, pat.with_hull_collider(), p.pat_finish, label="butter", density=0.0)
@@ -220,10 +218,8 @@ def _body(p: Dough, rng: np.random.Generator) -> tuple[Solid, list[Solid]]:
         body = replace(body, points=body.points * (1.0, p.width / p.length, 1.0))
         return replace(body, points=flat_foot(bumped(body.points, p.bumps, p.waves, rng), 0.06)), []
     if p.body is Body.ROUND:
-        body = dome(_outline(p), p.profile, p.height)
-        points = bumped(body.points, p.bumps, p.waves, rng)
-        points[:, 2] += p.wave * smooth_noise(points[:, :2], p.waves / p.length, rng)
-        return replace(body, points=points if p.wave else flat_foot(points)), []
+        unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
+        return uneven_dome(_outline(p), p.profile, p.height, unevenness, rng), []
     body = long_body(
         p.profile,
         p.length,
@@ -279,7 +275,7 @@ def _grid(p: Dough) -> Solid:
                 continue
             ends = [(at, -half), (at, half)] if axis == 0 else [(-half, at), (half, at)]
             parts.append(tube([(x, y, p.height / 2) for x, y in ends], section).without_colliders())
-    whole = joined([replace(part, picture_uv=None, uv_m=None) for part in parts])
+    whole = joined([plain(part) for part in parts])
     return seen_from_above(replace(whole, crease_deg=40.0))
 
 
@@ -296,9 +292,7 @@ def _hulls(body: Solid, p: Dough) -> list[Solid]:
     points = body.points
     if p.body is Body.RING and p.hole > 0.012:
         return hulls_by(points, np.arctan2(points[:, 1], points[:, 0]), 6)
-    if p.body is Body.LONG and abs(p.bend) > BENT:
-        return hulls_by(points, points[:, 0], 2 + 2 * math.ceil(abs(p.bend) / 1.2))
-    return [body.with_hull_collider()]
+    return hulls_of_bent(body, p.bend if p.body is Body.LONG else 0.0)
 
 
 FORM = ParametricModel("dough", Dough, build, base=Base.FREE)

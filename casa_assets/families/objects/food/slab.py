@@ -18,19 +18,23 @@ from casa_assets.families.kit.solids.sweep import prism, tube
 from casa_assets.families.objects.closed_surface import bumped, ellipsoid, sheet
 from casa_assets.families.objects.food.bodies import (
     Surface,
+    Unevenness,
     bent_level,
     cut_face,
     dome,
     flat_foot,
     hull_of,
     hulls_by,
+    hulls_of_bent,
     joined,
     long_body,
     outline_curve,
-    ridge,
+    plain,
+    ridges,
     seen_from_above,
     smooth_noise,
     superellipse,
+    uneven_dome,
 )
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.geometry.planar import counter_clockwise
@@ -44,8 +48,8 @@ Share = Annotated[float, Field(ge=0, le=1)]
 Profile = Annotated[tuple[Vec2, ...], Field(min_length=4, max_length=24)]
 Line = Annotated[tuple[Vec2, ...], Field(min_length=2, max_length=32)]
 Lines = Annotated[tuple[Line, ...], Field(max_length=16)]
-# Bend in a long body from which on it has several hulls, rad.
-BENT = 0.35
+# A body that bends farther than this is a ring: its hulls follow one another round the middle of the bend, rad.
+RING = 2.5
 # Points round a long body.
 AROUND = 24
 FIN_OUT = 0.002  # metres that a fin or a bone may stand out without a shape of its own
@@ -143,12 +147,8 @@ def build(builder: AssetBuilder, p: SlabFood) -> None:
         builder.add(ROOT, rind, p.rind_finish, label="rind", collider=False, density=0.0)
     middle = (float(body.points[:, 2].min()) + float(body.points[:, 2].max())) / 2
     if p.lines:
-        surface = Surface(body)
-        size, center = np.ptp(body.points, axis=0)[:2], (body.points.min(axis=0) + body.points.max(axis=0))[:2] / 2
-        ridges = [
-            ridge(surface, np.array(line) * size + center, p.line_width, p.line_height, p.line_lens) for line in p.lines
-        ]
-        builder.add(ROOT, joined(ridges), p.line_finish, label="line", collider=False, density=0.0)
+        drawn = ridges(body, body.bounds, p.lines, p.line_width, p.line_height, lens=p.line_lens)
+        builder.add(ROOT, drawn, p.line_finish, label="line", collider=False, density=0.0)
     for parts, finish, label in (
         (_fins(p), p.fin_finish, "fin"),
         (_bones(p), p.bone_finish, "bone"),
@@ -180,10 +180,8 @@ def _body(p: SlabFood, rng: np.random.Generator) -> tuple[Solid, Solid | None]:
     if p.cut is Cut.STRIP:
         return _strip(p, rng), None
     if p.cut is Cut.SLAB:
-        body = dome(_outline(p), p.profile, p.height)
-        points = bumped(body.points, p.bumps, p.waves, rng)
-        points[:, 2] += p.wave * smooth_noise(points[:, :2], p.waves / p.length, rng)
-        body = replace(body, points=points if p.wave else flat_foot(points))
+        unevenness = Unevenness(p.bumps, p.waves, p.wave, p.length)
+        body = uneven_dome(_outline(p), p.profile, p.height, unevenness, rng)
         return seen_from_above(body) if p.above else body, None
     body = long_body(
         p.profile,
@@ -265,7 +263,7 @@ def _bones(p: SlabFood) -> list[Solid]:
             r = p.bone_knob
             for side in (-0.55, 0.55):
                 parts.append(ellipsoid((2 * r, 1.7 * r, 1.8 * r), 12, 8).translated(x, y + side * r))
-        out.append(joined([replace(part, picture_uv=None, uv_m=None) for part in parts]))
+        out.append(joined([plain(part) for part in parts]))
     return out
 
 
@@ -311,13 +309,11 @@ def _eyes(p: SlabFood, body: Solid) -> list[Solid]:
 
 def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
     """The body as one hull, or as several along a bend."""
-    if p.cut is Cut.LONG and abs(p.bend) > BENT:
-        points = body.points
-        if abs(p.bend) > 2.5:
-            middle = p.length / p.bend
-            return hulls_by(points, np.arctan2(points[:, 0], (middle - points[:, 1]) * np.sign(p.bend)), 6)
-        return hulls_by(points, points[:, 0], 2 + 2 * math.ceil(abs(p.bend) / 1.2))
-    return [body.with_hull_collider()]
+    if p.cut is Cut.LONG and abs(p.bend) > RING:
+        middle = p.length / p.bend
+        around = np.arctan2(body.points[:, 0], (middle - body.points[:, 1]) * np.sign(p.bend))
+        return hulls_by(body.points, around, 6)
+    return hulls_of_bent(body, p.bend if p.cut is Cut.LONG else 0.0)
 
 
 FORM = ParametricModel("slab", SlabFood, build, base=Base.FREE)

@@ -27,6 +27,7 @@ from casa_assets.families.objects.food.bodies import (
     joined,
     long_body,
     outline_curve,
+    plain,
     ridge,
     ring_body,
     seen_from_above,
@@ -209,16 +210,11 @@ def _label(finish: str) -> str:
     return finish.removeprefix("skin_").removeprefix("dish_")
 
 
-def _plain(solid: Solid) -> Solid:
-    """The solid without coordinates of a picture, so that it may be joined with any other."""
-    return replace(solid, picture_uv=None, uv_m=None, shapes=())
-
-
 def _toppings(p: Stacked, on: Solid, rng: np.random.Generator, steep: float = 0.4, sunk: float = 0.25) -> list[Part]:
     """What is strewn on a body, its finishes in turn."""
     finishes = [f for f in (p.topping_finish, p.topping_finish_2, p.topping_finish_3) if f is not None]
     pieces = strewn(on, p.topping, p.topping_count, p.topping_size, rng, steep=steep, sunk=sunk)
-    return [(_plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
+    return [(plain(piece), finishes[k % len(finishes)]) for k, piece in enumerate(pieces)]
 
 
 # Towers -------------------------------------------------------------------------------------------------------------
@@ -250,7 +246,7 @@ def _tower(p: Stacked, rng: np.random.Generator) -> Composed:
             z += p.patty_height - 0.001
             continue
         thickness, reach, finish = _LAYERS[filling]
-        parts += [(_plain(s).translated(z=z), finish) for s in _layer(p, filling, outline * reach, thickness, rng)]
+        parts += [(plain(s).translated(z=z), finish) for s in _layer(p, filling, outline * reach, thickness, rng)]
         z += thickness - 0.0006
     return Composed(parts, [[s for s, _ in parts]], light)
 
@@ -329,7 +325,7 @@ def _bun(p: Stacked, rng: np.random.Generator) -> Composed:
     t = np.linspace(-0.42, 0.42, 6 * p.count + 1)
     swing = 0.16 * size * np.sin(2 * np.pi * p.count * (t + 0.42) / 0.84) if p.count > 1 else 0.0 * t
     if p.third:
-        light.append((_plain(ridge(surface, np.column_stack([t * p.length, swing]), 0.0055, 0.005, False)), p.third))
+        light.append((plain(ridge(surface, np.column_stack([t * p.length, swing]), 0.0055, 0.005, False)), p.third))
     light += _toppings(p, sausage, rng, 0.75)
     return Composed(parts, [[*bread, sausage, *(s for s, _ in light)]], light)
 
@@ -355,7 +351,7 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     heart = long_body(fill_profile, 0.94 * p.length, 1.7 * gap, 1.5 * p.height * 0.86, along=25, around=20)
     points = bumped(heart.points, 0.05, 3.0, rng)
     points[:, 2] = np.maximum(points[:, 2], -0.25 * p.height)
-    heart = _plain(replace(heart, points=points))
+    heart = plain(replace(heart, points=points))
     heart = heart.translated(z=0.93 * p.height - float(points[:, 2].max()))
     low = 0.0045
     heart = replace(heart, points=np.column_stack([heart.points[:, :2], np.maximum(heart.points[:, 2], low)]))
@@ -367,7 +363,7 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
         (p.topping_finish, p.topping, p.topping_size, p.topping_count),
     ):
         light += [
-            (_plain(s), finish)
+            (plain(s), finish)
             for s in strewn(heart, kind, count, size, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
         ]
     return Composed(parts, [[shell, heart, *(s for s, _ in light)]], light)
@@ -391,13 +387,13 @@ def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
         points = piece.points.copy()
         points[:, 2] = np.maximum(points[:, 2], -0.42 * p.width)
         parts.append(
-            (_plain(replace(piece, points=points)) if finish else replace(piece, points=points), finish or p.meat)
+            (plain(replace(piece, points=points)) if finish else replace(piece, points=points), finish or p.meat)
         )
         x += size
     reach = scale * total * p.width / 2
     stick = tube([(-reach - 0.3 * p.stick, 0.0, 0.0), (reach + p.stick, 0.0, 0.0)], 0.0017)
     solids = [s for s, _ in parts]
-    return Composed([*parts, (_plain(stick), p.stick_finish)], [solids, [stick]], [])
+    return Composed([*parts, (plain(stick), p.stick_finish)], [solids, [stick]], [])
 
 
 def _on_stick(filling: Filling, size: float, wide: float, rng: np.random.Generator) -> Solid:
@@ -457,18 +453,18 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
     parts: list[Part] = []
     z = 0.0
     for k in range(p.count):
-        parts.append((_plain(prism(inside, p.base_height, 0.0).translated(z=z)), p.skin))
+        parts.append((plain(prism(inside, p.base_height, 0.0).translated(z=z)), p.skin))
         z += p.base_height
         if k < p.count - 1:
             # A cut leaves the cream a trifle behind the sponge.
-            parts.append((_plain(prism(inside * 0.9985, cream, 0.0).translated(z=z)), p.second))
+            parts.append((plain(prism(inside * 0.9985, cream, 0.0).translated(z=z)), p.second))
             z += cream
     top = prism(_sector(radius, p.opening) * 0.999, coat, 0.0012).translated(z=z)
     if p.opening >= 360:
         wall = prism(_sector(radius, 360), z + 0.5 * coat, 0.001, holes=[_sector(radius - coat, 360)])
     else:
         wall = prism(_sector(radius, p.opening, radius - coat), z + 0.5 * coat, 0.0)
-    parts += [(_plain(top), p.third), (_plain(wall), p.third)]
+    parts += [(plain(top), p.third), (plain(wall), p.third)]
     z += coat
     solids = [s for s, _ in parts]
     light = _toppings(p, top, rng, 0.9)
@@ -481,13 +477,13 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
         rose = _swirl(size, 0.9 * size, 0.18, 2.0, fine=False).translated(
             0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn), z - 0.001
         )
-        parts.append((_plain(rose), p.second))
+        parts.append((plain(rose), p.second))
         solids.append(rose)
         if p.cherry > 0:
             ball = ellipsoid((p.cherry,) * 3, 14, 9).translated(
                 0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn), z + 0.8 * size
             )
-            light.append((_plain(ball), p.cherry_finish))
+            light.append((plain(ball), p.cherry_finish))
             solids.append(ball)
     # A cake with a piece missing has one hull to each half, so that the gap stays open.
     if 180 < p.opening < 360:
@@ -527,18 +523,18 @@ def _cup(p: Stacked, rng: np.random.Generator) -> Composed:
         11,
     )
     cake = replace(cake, points=bumped(cake.points, 0.03, 2.0, rng)).translated(z=height - 0.1 * radius)
-    parts: list[Part] = [(_plain(cup), p.third), (_plain(cake), p.skin)]
+    parts: list[Part] = [(plain(cup), p.third), (plain(cake), p.skin)]
     top = cake
     if p.ripple > 0:
         top = _swirl(0.95 * radius, p.height - height - 0.15 * radius, p.ripple, p.turns)
         top = top.translated(z=height + 0.12 * radius)
-        parts.append((_plain(top), p.second))
+        parts.append((plain(top), p.second))
     light = _toppings(p, top, rng, 0.1)
     solids = [s for s, _ in parts]
     if p.cherry > 0:
         peak = float(top.points[:, 2].max())
         ball = ellipsoid((p.cherry,) * 3, 16, 11).translated(z=peak + 0.2 * p.cherry)
-        parts.append((_plain(ball), p.cherry_finish))
+        parts.append((plain(ball), p.cherry_finish))
         solids.append(ball)
     return Composed(parts, [[cup], solids[1:]], light)
 
@@ -580,7 +576,7 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
         ball = turned(smooth_profile(skirt, 21), 30, 70.0)
         size = radius * 0.94**k
         points = bumped(ball.points * (size, size, 1.8 * size), 0.035, 3.0, rng)
-        ball = _plain(replace(ball, points=points)).translated(z=z - 0.6 * size)
+        ball = plain(replace(ball, points=points)).translated(z=z - 0.6 * size)
         parts.append((ball, ices[k]))
         z += 1.2 * size
         if k == p.count - 1 or k == 2:
@@ -589,7 +585,7 @@ def _cone(p: Stacked, rng: np.random.Generator) -> Composed:
                 cherry = ellipsoid((p.cherry,) * 3, 14, 9).translated(
                     z=float(ball.points[:, 2].max()) + 0.25 * p.cherry
                 )
-                light.append((_plain(cherry), p.cherry_finish))
+                light.append((plain(cherry), p.cherry_finish))
     tilt = math.asin(min(0.9, 1.02 * radius / middle))
     turn = -(math.pi / 2 - tilt)
     parts = [(s.rotated("y", turn), f) for s, f in parts]
@@ -618,7 +614,7 @@ def _bar(p: Stacked, rng: np.random.Generator) -> Composed:
         np.array([(-0.005, -h - p.stick), (0.005, -h - p.stick), (0.005, -0.6 * h), (-0.005, -0.6 * h)]), 0.0022, 0.0004
     )
     stick = stick.translated(z=p.height / 2)
-    parts: list[Part] = [(body, p.skin), (_plain(stick), p.stick_finish)]
+    parts: list[Part] = [(body, p.skin), (plain(stick), p.stick_finish)]
     parts = [(s.rotated("z", math.pi / 2), f) for s, f in parts]
     return Composed(parts, [[parts[0][0]], [parts[1][0]]], [])
 
@@ -657,7 +653,7 @@ def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:
         span = np.ptp(band.points[:, 2])
         points = band.points.copy()
         points[:, 2] = floor + (points[:, 2] - points[:, 2].min()) / span * (roof - floor)
-        parts.append((_plain(replace(band, points=points)), p.skin))
+        parts.append((plain(replace(band, points=points)), p.skin))
     return Composed(parts, [[s for s, _ in parts]], [])
 
 
@@ -676,11 +672,11 @@ def _maki(p: Stacked, rng: np.random.Generator) -> Composed:
         off = 0.0 if len(hearts) == 1 else 0.17 * p.length
         size = (0.42 if len(hearts) == 1 else 0.28) * p.length
         heart = dome(superellipse(size, 0.85 * size, 3.0, 20), rim, p.height + 0.003, 9).rotated("z", turn)
-        light.append((_plain(heart).translated(off * math.cos(turn), off * math.sin(turn), -0.0015), finish))
+        light.append((plain(heart).translated(off * math.cos(turn), off * math.sin(turn), -0.0015), finish))
     solids = [s for s, _ in parts] + [s for s, _ in light]
     if p.topping_count:
         roe = strewn(rice, p.topping, p.topping_count, p.topping_size, rng, steep=0.9, sunk=0.2, apart=0.7)
-        light += [(_plain(s), p.third) for s in roe]
+        light += [(plain(s), p.third) for s in roe]
         solids += roe
     return Composed(parts, [solids], light)
 
