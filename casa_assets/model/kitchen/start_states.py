@@ -48,8 +48,9 @@ class StartStates(Record):
     Attributes:
         key: of all that they were made from. scene: id. scene_xml: digest of the bytes of its scene.xml.
         mujoco: version in which they were settled. seed: that drew them.
-        limits: depth and motion (m) that each stays within. radius, height: of the upright cylinder that is kept free
-            for the robot's base where it parks (m).
+        limits: depth and motion (m) that each stays within.
+        envelope: boxes that are kept free for the robot where it parks: least and largest corner of each, in the frame
+            of the middle of its base, x ahead (m).
         joints: of the scene, in the order of qpos. notes: of each state.
         qpos: (states, nq). base: (states, 3) x, y and yaw of the middle of the robot's base.
         depth: (states,) deepest contact at the start and in the 2 s after it, m. motion: (states,) farthest that any
