@@ -13,6 +13,7 @@ from lxml import etree
 
 from casa_assets.checks.motion.motion_model import open_before, open_end
 from casa_assets.checks.motion.simulation import reset_to_start, subtree
+from casa_assets.checks.readers.mujoco_facts import ROOT_BODY
 from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
 from casa_assets.checks.scene.motion.contents import Contents
 from casa_assets.core.typing import Floats, Ints, Mask
@@ -94,7 +95,9 @@ class SceneSubject:
     @cached_property
     def contents(self) -> Contents:
         """The objects that lie in drawers, on racks and in doors."""
-        return Contents(self.model, self.scene)
+        rests = {place.name: place.resting for place in self.scene.objects}
+        held = [(name, body_name(rest.placement, rest.link)) for name, rest in rests.items() if rest is not None]
+        return Contents(self.model, held, self.model.qpos0)
 
     @cached_property
     def assets(self) -> dict[str, Asset]:
@@ -169,6 +172,11 @@ class SceneSubject:
     def category(self, placement: str) -> str:
         """Category of a placement: `counter`, `sink`, `base_cabinet` ..."""
         return self.assets[placement].labels.classes[0]
+
+
+def body_name(placement: str, link: str) -> str:
+    """Name of the body of a link in the MJCF of a scene: that of the root link is called like the placement."""
+    return placement if link == ROOT_BODY else f"{placement}__{link}"
 
 
 def collision_model(path: Path, *added: etree._Element) -> mujoco.MjModel:

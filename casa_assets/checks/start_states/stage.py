@@ -17,7 +17,8 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.checks.motion.simulation import box_around, geom_boxes, reset_to_start, subtree, vertices_of
-from casa_assets.checks.scene.subject import FILE, AllPairs, boxes_meet, collision_model
+from casa_assets.checks.scene.motion.contents import Contents
+from casa_assets.checks.scene.subject import FILE, AllPairs, body_name, boxes_meet, collision_model
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.model.asset.joint import JointKind
@@ -27,7 +28,6 @@ from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3
 
 SCENE_JSON = "scene.json"
-ROOT_LINK = "object"  # of every asset; its body is called like the placement
 FOOTPRINT = "robot_footprint"  # a body without contacts, whose distance to things is measured
 # Boxes that hold PandaOmron at rest, least and largest corner in the frame of the middle of its base, x ahead, m:
 # wheels, column, arm in its home pose. What is lower than 3 cm, such as a rug, does not stop it.
@@ -157,7 +157,7 @@ class Stage:
             low, high = box_around(geom_boxes(model, self.data, geoms))
             if float((high - low).max()) > LARGEST_M:
                 continue
-            address = self._address(name)
+            address = int(model.joint(f"{name}__{FREE_JOINT}").qposadr[0])
             root, back = self._key(START_POSE)[address + 3 : address + FREE_WIDTH], np.zeros(4)
             mujoco.mju_negQuat(back, np.array(row["quaternion"]))
             turned = np.zeros(4)
@@ -183,28 +183,19 @@ class Stage:
             if row["base"] == "free" and row["contract"] in MOVABLE:
                 yield row, frozenset(Kind)
 
-    def _address(self, placement: str) -> int:
-        """Of the free joint of a placement, in qpos."""
-        return int(self.model.joint(f"{placement}__{FREE_JOINT}").qposadr[0])
+    @cached_property
+    def contents(self) -> Contents:
+        """The objects that lie in drawers, on racks and in doors."""
+        kept_in = {row["name"]: row["in"] for row in self.facts.get("objects", [])}
+        held = [(name, body_name(kept["placement"], kept["link"])) for name, kept in kept_in.items()]
+        return Contents(self.model, held, self.at_rest)
 
     def with_contents(self, qpos: Floats) -> Floats:
         """A state in which doors and drawers were moved, with the objects that rest in them where these took them."""
-        before, after, moved = self._scratch, self.data, qpos.copy()
-        before.qpos[:], after.qpos[:] = self.at_rest, qpos
-        for data in (before, after):
-            mujoco.mj_kinematics(self.model, data)
-        for row in self.facts.get("objects", []):
-            kept, address = row["in"], self._address(row["name"])
-            body = int(self.model.body(_body_name(kept["placement"], kept["link"])).id)
-            turn, shift = np.zeros(4), np.zeros(3)
-            back = before.xquat[body] * (1, -1, -1, -1)
-            mujoco.mju_mulQuat(turn, after.xquat[body], back)
-            mujoco.mju_rotVecQuat(shift, qpos[address : address + 3] - before.xpos[body], turn)
-            moved[address : address + 3] = after.xpos[body] + shift
-            mujoco.mju_mulQuat(
-                moved[address + 3 : address + FREE_WIDTH], turn, qpos[address + 3 : address + FREE_WIDTH]
-            )
-        return moved
+        self._scratch.qpos[:] = qpos
+        self.contents.pose(self._scratch)
+        carried: Floats = self._scratch.qpos.copy()
+        return carried
 
     @cached_property
     def on_top(self) -> Mapping[str, set[str]]:
@@ -235,7 +226,7 @@ class Stage:
                 if kind is None or region["kind"] != "box":
                     continue
                 link = region["link"]
-                body = _body_name(fixture["name"], link)
+                body = body_name(fixture["name"], link)
                 pose = Pose(position=tuple(region["position"]), quaternion=tuple(region["quaternion"]))
                 size = np.array(region["size"], dtype=np.float64)
                 yield Place(f"{fixture['name']}/{name}", kind, pose, size, int(self.model.body(body).id))
@@ -334,10 +325,6 @@ def place_kind(category: str, region: str) -> Kind | None:
     return next(
         (kind for kind, wanted in PLACES.items() if category in wanted[0] and region.startswith(wanted[1])), None
     )
-
-
-def _body_name(placement: str, link: str) -> str:
-    return placement if link == ROOT_LINK else f"{placement}__{link}"
 
 
 def _footprint() -> etree._Element:

@@ -1,31 +1,35 @@
-"""Objects in drawers, on racks and in doors go along with them while joints are swept without dynamics."""
+"""Objects in drawers, on racks and in doors go along with them where joints are moved without dynamics."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import mujoco
 import numpy as np
 
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.model.kitchen.scene import FREE_JOINT, Scene
+from casa_assets.model.kitchen.scene import FREE_JOINT
 
 
 class Contents:
-    """Objects of a scene that rest on bodies which joints move, and how each lies on its body as the scene begins."""
+    """Objects of a scene that rest on bodies which joints move, and how each lies on its body.
 
-    def __init__(self, model: mujoco.MjModel, scene: Scene) -> None:
+    Args:
+        held: name of each object, and of the body that holds it.
+        qpos: (nq,) a state in which each lies there.
+    """
+
+    def __init__(self, model: mujoco.MjModel, held: Iterable[tuple[str, str]], qpos: Floats) -> None:
         self.model = model
         # Of each object: its body, that of what holds it, and where its free joint is in qpos.
         self.rows: list[tuple[int, int, int]] = []
-        assets = scene.asset_of
-        for place in scene.objects:
-            rest = place.resting
-            assert rest is not None, "objects rest on something"
-            holder = assets[rest.placement]
-            if holder.is_moved(rest.link):
-                name = rest.placement if rest.link == holder.root.name else f"{rest.placement}__{rest.link}"
-                address = int(model.jnt_qposadr[model.joint(f"{place.name}__{FREE_JOINT}").id])
-                self.rows.append((int(model.body(place.name).id), int(model.body(name).id), address))
+        for name, holder_name in held:
+            holder = int(model.body(holder_name).id)
+            if model.body_weldid[holder] != 0:
+                address = int(model.joint(f"{name}__{FREE_JOINT}").qposadr[0])
+                self.rows.append((int(model.body(name).id), holder, address))
         data = mujoco.MjData(model)
+        data.qpos[:] = qpos
         mujoco.mj_kinematics(model, data)
         self._relative = [self._pose_in(data, body, holder) for body, holder, _ in self.rows]
 
