@@ -27,8 +27,9 @@ import mujoco
 import numpy as np
 
 import casa_assets as casa
+from casa_assets.checks.start_states.draw import StateRequest
 from casa_assets.pipeline.kitchens.scene_folders import build_one, recipes_named
-from casa_assets.pipeline.kitchens.start_states import StateRequest, draw_now, verdict
+from casa_assets.pipeline.kitchens.start_states import draw_now, verdict
 
 REPEATS = 2000
 HEADS = ("scene", "states", "given up", "draw s", "check s", "kB", "reset us", "copy us", "forward us")

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from casa_assets.checks.start_states.draw import Wanted
+from casa_assets.checks.start_states.draw import StateRequest, Wanted
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.scene import Scene
@@ -27,7 +27,7 @@ FIXTURE = {"base": "fixed", "contract": None, "mass_kg": 1.0, "joints": {}, "reg
 
 def wanted(count: int = 3, things: int = 2, opened: int = 0, seed: int = 0) -> Wanted:
     """What is drawn, within the limits of the registry."""
-    return Wanted("key", count, things, opened, seed, 0.001, 0.005)
+    return Wanted("key", StateRequest(count, things, opened, seed), 0.001, 0.005)
 
 
 def small_kitchen(boxes: int = 3, stacked: bool = False) -> Scene:

@@ -39,20 +39,30 @@ NO_ROOM, RESTLESS, LEFT, FELL, DEEP, MOVES, PARKED, WARNS = (
 
 
 @dataclass(frozen=True)
+class StateRequest:
+    """What is drawn for each kitchen.
+
+    Attributes:
+        count: of states. things: put somewhere else in each. opened: doors and drawers that stand open in each.
+        seed: of the draws.
+    """
+
+    count: int = 100
+    things: int = 10
+    opened: int = 0
+    seed: int = 0
+
+
+@dataclass(frozen=True)
 class Wanted:
     """What start states are asked for.
 
     Attributes:
-        key: of all that they are made from.
-        count: of states. things: put somewhere else in each. opened: doors and drawers that stand open in each.
-        seed: of the draws. depth, motion: limits, m.
+        key: of all that they are made from. depth, motion: limits, m.
     """
 
     key: str
-    count: int
-    things: int
-    opened: int
-    seed: int
+    request: StateRequest
     depth: float
     motion: float
 
@@ -83,15 +93,15 @@ def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
     Raises:
         CasaError: the kitchen has too few things, places, doors or parking places, or a state was given up too often.
     """
-    _check(stage, wanted)
+    _check(stage, wanted.request)
     refused: Counter[str] = Counter()
-    drawn = [_draw(stage, wanted, number, refused) for number in range(wanted.count)]
+    drawn = [_draw(stage, wanted, number, refused) for number in range(wanted.request.count)]
     return StartStates(
         key=wanted.key,
         scene=stage.facts["id"],
         scene_xml=stage.digest,
         mujoco=mujoco.__version__,
-        seed=wanted.seed,
+        seed=wanted.request.seed,
         limits=(wanted.depth, wanted.motion),
         envelope=ENVELOPE,
         joints=stage.joints,
@@ -104,27 +114,27 @@ def draw_states(stage: Stage, wanted: Wanted) -> StartStates:
     )
 
 
-def _check(stage: Stage, wanted: Wanted) -> None:
+def _check(stage: Stage, asked: StateRequest) -> None:
     name = stage.facts["id"]
-    if len(stage.things) < wanted.things:
+    if len(stage.things) < asked.things:
         raise CasaError(
-            f"{name}: {wanted.things} things were to be put somewhere in each state, and it has {len(stage.things)} "
+            f"{name}: {asked.things} things were to be put somewhere in each state, and it has {len(stage.things)} "
             "that a hand can move; ask for fewer, or make the kitchen with more"
         )
     if not stage.parking:
         raise CasaError(f"{name}: a robot finds no parking place in it; see NAV001 of its report")
-    if wanted.things and not stage.places:
+    if asked.things and not stage.places:
         raise CasaError(f"{name}: it has no worktop, shelf or drawer that things could be put on")
-    if len(stage.doors) < wanted.opened:
+    if len(stage.doors) < asked.opened:
         raise CasaError(
-            f"{name}: {wanted.opened} doors were to stand open, and it has {len(stage.doors)}; ask for fewer"
+            f"{name}: {asked.opened} doors were to stand open, and it has {len(stage.doors)}; ask for fewer"
         )
 
 
 def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _Drawn:
     reasons: Counter[str] = Counter()
     for attempt in range(TRIES):
-        rng = rng_for(wanted.seed, f"{RANDOM_LANE}/{stage.facts['id']}/{number}/{attempt}")
+        rng = rng_for(wanted.request.seed, f"{RANDOM_LANE}/{stage.facts['id']}/{number}/{attempt}")
         found = _try(stage, wanted, rng)
         if isinstance(found, _Drawn):
             refused.update(reasons)
@@ -137,8 +147,8 @@ def _draw(stage: Stage, wanted: Wanted, number: int, refused: Counter[str]) -> _
 def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str:
     """One draw: a state, or why it is none."""
     draft = _Draft(stage.at_rest.copy())
-    _open(stage, draft, wanted.opened, rng)
-    chosen = _choose(stage, wanted.things, rng)
+    _open(stage, draft, wanted.request.opened, rng)
+    chosen = _choose(stage, wanted.request.things, rng)
     _lift(draft, chosen)
     for thing in chosen:
         if not _put(stage, draft, thing, rng):
@@ -150,7 +160,7 @@ def _try(stage: Stage, wanted: Wanted, rng: np.random.Generator) -> _Drawn | str
     by_name = {thing.name: thing for thing in chosen}
     if not all(_is_in(stage, by_name[name], place) for name, place in draft.placed.items()):
         return LEFT
-    if not all(_has_stayed(stage, draft.qpos, settled, joint) for joint in stage.joints if joint.width == FREE_WIDTH):
+    if not all(_has_stayed(draft.qpos, settled, joint) for joint in stage.joints if joint.width == FREE_WIDTH):
         return FELL
     parking = _park(stage, rng)
     if parking is None:
@@ -257,7 +267,7 @@ def _is_in(stage: Stage, thing: LooseThing, place: Place) -> bool:
     return bool((np.abs((low + high) / 2 - centre) <= half).all())
 
 
-def _has_stayed(stage: Stage, before: Floats, settled: Floats, joint: StateJoint) -> bool:
+def _has_stayed(before: Floats, settled: Floats, joint: StateJoint) -> bool:
     """Whether something loose is still near where it was when the state began to settle."""
     part = slice(joint.address, joint.address + 3)
     return float(np.linalg.norm(settled[part] - before[part])) <= STAYED_M
@@ -269,7 +279,8 @@ def _park(stage: Stage, rng: np.random.Generator) -> Parking | None:
         place = stage.parking[int(k)]
         x, y, yaw = (float(number) for number in place.at)
         for back in BACK_M:
-            at = np.array([x - back * math.cos(yaw), y - back * math.sin(yaw), yaw]).astype(np.float32)
-            if stage.in_the_way(at.astype(np.float64)) is None:
-                return Parking(place.fixture, at.astype(np.float64))
+            exact = np.array([x - back * math.cos(yaw), y - back * math.sin(yaw), yaw])
+            at = exact.astype(np.float32).astype(np.float64)  # as it is written
+            if stage.in_the_way(at) is None:
+                return Parking(place.fixture, at)
     return None

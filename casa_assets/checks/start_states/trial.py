@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from casa_assets.checks.motion.simulation import simulation_warnings
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.core.typing import Floats
 
@@ -21,12 +22,12 @@ class Watched:
 
     Attributes:
         depth: deepest contact at the start and at every look, m; at the start of all pairs, else as simulated.
-        motion: farthest that any corner of a shape went, m. warnings: how often the simulator complained.
+        motion: farthest that any corner of a shape went, m. warnings: what the simulator complained of.
     """
 
     depth: float
     motion: float
-    warnings: int
+    warnings: tuple[str, ...]
 
 
 def settle(stage: Stage, qpos: Floats) -> Floats | None:
@@ -55,4 +56,4 @@ def watch(stage: Stage, qpos: Floats) -> Watched:
         mujoco.mj_step(model, data, nstep=steps)
         depth = max(depth, stage.depth())
         motion = max(motion, float(np.linalg.norm(stage.corners() - before, axis=1).max(initial=0.0)))
-    return Watched(depth, motion, int(sum(w.number for w in data.warning)))
+    return Watched(depth, motion, tuple(simulation_warnings(data)))

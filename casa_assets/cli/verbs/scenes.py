@@ -253,8 +253,9 @@ def states(
 
     Example:  casa-assets scenes states one_wall_small__coastal__o40
     """
+    from casa_assets.checks.start_states.draw import StateRequest
     from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_named
-    from casa_assets.pipeline.kitchens.start_states import StateRequest, draw_all
+    from casa_assets.pipeline.kitchens.start_states import draw_all
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")

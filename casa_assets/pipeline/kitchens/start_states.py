@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -12,7 +12,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import run
-from casa_assets.checks.start_states.draw import Wanted, draw_states
+from casa_assets.checks.start_states.draw import StateRequest, Wanted, draw_states
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.errors import CasaError
@@ -34,21 +34,6 @@ from casa_assets.pipeline.kitchens.state_file import read_states, write_states
 from casa_assets.pipeline.workers.batch import attempt
 
 CONTACT, MOTION = "state_contact_m", "state_motion_m"
-
-
-@dataclass(frozen=True)
-class StateRequest:
-    """What is drawn for each kitchen.
-
-    Attributes:
-        count: of states. things: put somewhere else in each. opened: doors and drawers that stand open in each.
-        seed: of the draws.
-    """
-
-    count: int = 100
-    things: int = 10
-    opened: int = 0
-    seed: int = 0
 
 
 def draw_all(
@@ -94,9 +79,10 @@ def draw_now(recipe: SceneRecipe, folder: Path, request: StateRequest) -> tuple[
     """
     stage = Stage(folder)
     with native_warnings():
-        states = draw_states(stage, _wanted(request, states_key(recipe, request)))
+        limits = registry.load().limits
+        states = draw_states(stage, Wanted(states_key(recipe, request), request, limits[CONTACT], limits[MOTION]))
     write_states(folder, states)
-    return states, stage
+    return read_states(folder), stage
 
 
 def verdict(states: StartStates, stage: Stage) -> Report:
@@ -108,11 +94,6 @@ def verdict(states: StartStates, stage: Stage) -> Report:
 def states_key(recipe: SceneRecipe, request: StateRequest) -> str:
     """Key of start states: the scene's files, what was asked for, and all that decides what is drawn."""
     return digest_of("start_states", scene_key(recipe), repr(request), version("mujoco"), key_of(draw_states))
-
-
-def _wanted(request: StateRequest, key: str) -> Wanted:
-    limits = registry.load().limits
-    return Wanted(key, request.count, request.things, request.opened, request.seed, limits[CONTACT], limits[MOTION])
 
 
 def _kept(folder: Path, key: str) -> StartStates | None:
