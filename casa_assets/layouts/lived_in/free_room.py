@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.layouts.lived_in.spaces import Space
+from casa_assets.layouts.lived_in.spaces import Space, box_in_world
 
 CELL_M = 0.01
 THING_M, THING_GAP_M = 0.1, 0.02
@@ -88,8 +88,5 @@ def count_of_things(space: Space) -> int:
 def world_bounds(space: Space) -> Floats:
     """(2, 3) bounds of a space in the world, metres."""
     width, depth, height = space.size
-    corners = np.array(
-        [[x, y, z] for x in (-width / 2, width / 2) for y in (-depth / 2, depth / 2) for z in (0, height)]
-    )
-    points = space.pose.apply(corners)
-    return np.array([points.min(axis=0), points.max(axis=0)])
+    box = np.array([(-width / 2, -depth / 2, 0.0), (width / 2, depth / 2, height)])
+    return box_in_world(space.pose, box)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -12,7 +13,7 @@ from casa_assets.core.rounding import decimals
 from casa_assets.core.typing import Floats
 from casa_assets.layouts.lived_in.groups import Group, arrange
 from casa_assets.layouts.lived_in.silhouette import Silhouette, silhouette
-from casa_assets.layouts.lived_in.spaces import Rect, Space, box_around, taken_by
+from casa_assets.layouts.lived_in.spaces import Rect, Space, box_in_world, taken_by
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.habit import Habit, Habits, SpaceKind
 from casa_assets.model.kitchen.scene import Placement, Resting
@@ -58,7 +59,7 @@ class _Draw:
     rng: np.random.Generator
     boxes: list[Floats] = field(default_factory=list)  # of the world, around the groups that found a place
     silhouettes: dict[str, Silhouette] = field(default_factory=dict)
-    names: dict[str, int] = field(default_factory=dict)
+    names: Counter[str] = field(default_factory=Counter)  # highest number that an object of a category has had
 
     def silhouette(self, asset: Asset) -> Silhouette:
         if asset.id not in self.silhouettes:
@@ -67,7 +68,7 @@ class _Draw:
 
     def new_name(self, category: str) -> str:
         """A name that no object has had."""
-        self.names[category] = self.names.get(category, 0) + 1
+        self.names[category] += 1
         return f"object_{category}_{self.names[category]}"
 
     def note(self, group: PutGroup) -> None:
@@ -75,7 +76,7 @@ class _Draw:
         self.boxes.append(group.box)
         for place in group.placements:
             name, _, number = place.name.removeprefix("object_").rpartition("_")
-            self.names[name] = max(self.names.get(name, 0), int(number))
+            self.names[name] = max(self.names[name], int(number))
         rest = group.placements[0].resting
         for room in self.rooms:
             if rest and (room.space.placement, room.space.region) == (rest.placement, rest.region):
@@ -100,30 +101,26 @@ def put_objects(
         Those that are new.
     """
     draw = _Draw(habits, [_Room(space) for space in spaces], member, rng)
-    times: dict[str, int] = {}
-    themes: dict[str, int] = {}
     for group in already:
         draw.note(group)
-        times[group.habit] = times.get(group.habit, 0) + 1
-        theme = habits.habits[group.habit].theme
-        themes[theme] = themes.get(theme, 0) + 1
+    times = Counter(group.habit for group in already)
+    themes = Counter(habits.habits[group.habit].theme for group in already)
     groups: list[PutGroup] = []
     left = count
     for _ in range(TRIES_PER_OBJECT * count):
         # The more there is of a theme, the less of it comes: every kitchen has something of each.
         open_habits = {
-            name: habit.weight / (1 + themes.get(habit.theme, 0)) ** THEME_POWER
+            name: habit.weight / (1 + themes[habit.theme]) ** THEME_POWER
             for name, habit in habits.habits.items()
-            if times.get(name, 0) < habit.most and habit.fewest <= left
+            if times[name] < habit.most and habit.fewest <= left
         }
         if left <= 0 or not open_habits:
             break
         name = _pick(open_habits, rng)
         new = _put_group(draw, name, habits.habits[name], left)
         # A habit that found no room counts as well, or a kitchen without a hob would be searched for one for ever.
-        times[name] = times.get(name, 0) + 1
-        theme = habits.habits[name].theme
-        themes[theme] = themes.get(theme, 0) + 1
+        times[name] += 1
+        themes[habits.habits[name].theme] += 1
         if new is not None:
             groups.append(new)
             left -= len(new.placements)
@@ -235,9 +232,8 @@ def _set_down(
     spot: tuple[float, float],
 ) -> PutGroup:
     """The objects of a group as placements, and what they take noted."""
-    (x, y), space = spot, room.space
-    half = np.array(group.size) / 2
-    corners = np.array([(x, y, 0.0) - half * (1, 1, 0), (x, y, group.size[2]) + half * (1, 1, 0)])
+    (x, y), space, (width, depth, height) = spot, room.space, group.size
+    box = np.array([(x - width / 2, y - depth / 2, 0.0), (x + width / 2, y + depth / 2, height)])
     frame = space.pose @ Pose(position=(x, y, 0.0))
     rest = Resting(placement=space.placement, link=space.link, region=space.region)
     placements = tuple(
@@ -249,7 +245,7 @@ def _set_down(
         )
         for asset, pose in zip(assets, group.poses, strict=True)
     )
-    put = PutGroup(name, placements, box_around(space.pose.apply(corners)))
+    put = PutGroup(name, placements, box_in_world(space.pose, box))
     draw.note(put)
     return put
 

@@ -124,6 +124,11 @@ def box_around(points: Floats) -> Floats:
     return np.array([points.min(axis=0), points.max(axis=0)])
 
 
+def box_in_world(world_from_frame: Pose, box: Floats) -> Floats:
+    """(2, 3) bounds in the world of a (2, 3) box that stands in another frame."""
+    return box_around(world_from_frame.apply(np.where(_CUBE, box[1], box[0])))
+
+
 def taken_by(space: Space, boxes: Floats) -> tuple[Rect, ...]:
     """What (N, 2, 3) boxes of the world take of a space, each where it reaches into it."""
     if not len(boxes):

@@ -121,7 +121,7 @@ class Habits(Record):
     @property
     def categories(self) -> tuple[str, ...]:
         """Categories of all objects and vessels, sorted."""
-        return tuple(sorted({c for habit in self.habits.values() for c in (*habit.objects, *habit.vessel)}))
+        return self.kept_in(self.spaces)
 
     def kept_in(self, kinds: Collection[str]) -> tuple[str, ...]:
         """Categories of what people keep in a space of these kinds, sorted."""
