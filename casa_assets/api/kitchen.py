@@ -173,8 +173,11 @@ def kitchen(
         objects_seed: draws which things, and where.
     Raises:
         UnknownId: no such plan, style, surface or texture; the error names the nearest.
-        CasaError: the plan does not fit together with these lengths or this style.
+        CasaError: a number of objects is negative, or the plan does not fit together with these lengths or this style.
     """
+    for name, number in (("objects", objects), ("objects_seed", objects_seed)):
+        if number < 0:
+            raise CasaError(f"{name}={number}: it has to be 0 or more")
     if surfaces == "random":
         return Kitchen(SceneRecipe(plan, style, seed, draw_surfaces(seed or 0), closed, objects, objects_seed))
     pairs = []

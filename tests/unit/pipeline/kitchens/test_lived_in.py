@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+import casa_assets as casa
 from casa_assets.checks.scene.motion.settling import come_to_rest
+from casa_assets.errors import CasaError
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
@@ -37,6 +39,12 @@ def test_id_says_how_many_objects(tail: str) -> None:
     recipe = recipe_of(f"{PLAIN.scene_id}__{tail}")
     assert recipe.objects in (8, 40)
     assert recipe.scene_id == f"{PLAIN.scene_id}__{tail}"
+
+
+@pytest.mark.parametrize(("objects", "seed"), [(-1, 0), (3, -2)])
+def test_a_negative_number_is_refused(objects: int, seed: int) -> None:
+    with pytest.raises(CasaError, match=r"=-\d: it has to be 0 or more"):
+        casa.kitchen(PLAIN.plan, PLAIN.style, objects=objects, objects_seed=seed)
 
 
 def test_objects_change_nothing_else(
