@@ -16,9 +16,9 @@ from pathlib import Path
 from statistics import median
 
 from rich.console import Console
-from rich.table import Table
 
-from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for, summary
+from casa_assets.cli.member_output import print_result, print_summary
+from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for
 
 
 def main() -> int:
@@ -37,15 +37,8 @@ def main() -> int:
         ):
             results.append(done)
             if not done.passed:
-                console.print(f"[red]failed[/] {done.request.title} {done.message}", highlight=False)
-                for issue in done.problems:
-                    console.print(f"  {issue.code} {issue.pointer}: {issue.message}", highlight=False, markup=False)
-    table = Table(
-        "family", "passed", "of", "build s", "write s", "draw s", "check s", "CPU s", "MB", title="median per member"
-    )
-    for row in summary(results):
-        table.add_row(*row)
-    console.print(table)
+                print_result(done, console)
+    print_summary(results, console)
     made = [r for r in results if r.report]
     console.print(f"build and write: median {median(r.build_s + r.write_s for r in made):.3f} s per asset and core")
     whole = median(r.build_s + r.write_s + r.draw_s + r.check_s for r in made)

@@ -18,7 +18,6 @@ import argparse
 import sys
 import tempfile
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
@@ -26,6 +25,7 @@ from statistics import median
 from rich.console import Console
 from rich.table import Table
 
+from casa_assets.cli.member_output import print_result
 from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library, read_certificate
@@ -97,16 +97,6 @@ def size_of(folder: Path) -> int:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
-def failed(results: Iterable[FamilyResult], console: Console) -> int:
-    """Print the members that did not pass; return their number."""
-    wrong = [r for r in results if not r.passed]
-    for result in wrong:
-        console.print(f"[red]failed[/] {result.request.title} {result.message}", highlight=False)
-        for issue in result.report.errors if result.report else ():
-            console.print(f"  {issue.code} {issue.pointer}: {issue.message}", highlight=False, markup=False)
-    return len(wrong)
-
-
 def main() -> int:
     """Build, print, and say whether all passed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -122,10 +112,11 @@ def main() -> int:
         begin = time.monotonic()
         results = list(build_all(requests, Path(folder) / "objects", options.jobs, drawn=False))
         wall_s = time.monotonic() - begin
-        wrong = failed(results, console)
+        wrong = [r for r in results if not r.passed]
+        for result in wrong:
+            print_result(result, console)
         costs = [cost_of(r) for r in results if r.passed and not r.is_kept]
         beside = ingested(options.meshes, Path(folder) / "ingested", options.jobs) if options.meshes else ""
-    steps = ("build s", "write s", "draw s", "check s", "CPU s")
     steps = ("build s", "write s", "draw s", "check s", "CPU s")
     table = Table("category", "passed", *steps, "faces", "shapes", "most", "MB")
     for name in sorted({c.category for c in costs}):
