@@ -169,11 +169,7 @@ class EntryTable:
             compared = {digest for (digest,) in database.execute("SELECT digest FROM compared")}
             known = [pair for pair in database.execute("SELECT * FROM pairs") if pair[0] in place and pair[1] in place]
             new = [i for i, asset in enumerate(signed) if asset.digest not in compared]
-            found = [
-                _pair(signed[i], signed[j], store)
-                for i, j in _new_nearby_pairs(signed, new)
-                if not (signed[i].from_numbers and signed[j].from_numbers)
-            ]
+            found = [_pair(signed[i], signed[j], store) for i, j in _new_nearby_pairs(signed, new)]
             with suppress(sqlite3.OperationalError), database:
                 database.executemany("INSERT OR REPLACE INTO pairs VALUES (?, ?, ?, ?, ?, ?)", found)
                 database.executemany(
@@ -366,15 +362,17 @@ def _state(path: Path | str) -> str:
 
 
 def _new_nearby_pairs(signed: Sequence[AssetRow], new: Sequence[int]) -> list[tuple[int, int]]:
-    """Pairs of places of assets of near form of which at least one is new."""
+    """Pairs of places of assets of near form of which at least one is new, and at least one not out of numbers."""
     forms = [asset.signature.shape for asset in signed if asset.signature is not None]
-    if 2 * len(new) > len(signed):
-        fresh = set(new)
-        return [(i, j) for i, j in nearby_pairs(forms) if i in fresh or j in fresh]
-    table, found = ShapeIndex(forms), set()
-    for i in new:
-        found |= {(min(i, j), max(i, j)) for j in table.near(forms[i]) if j != i}
-    return sorted(found)
+    fresh, meshes = set(new), {i for i, asset in enumerate(signed) if not asset.from_numbers}
+    # Every pair has one of either, so the fewer are looked up.
+    few = min(fresh, meshes, key=len)
+    if 2 * len(few) > len(signed):
+        near = nearby_pairs(forms)
+    else:
+        table = ShapeIndex(forms)
+        near = sorted({(min(i, j), max(i, j)) for i in few for j in table.near(forms[i]) if j != i})
+    return [pair for pair in near if not fresh.isdisjoint(pair) and not meshes.isdisjoint(pair)]
 
 
 def _pair(first: AssetRow, second: AssetRow, store: Store) -> tuple[str, str, float, float, float, float]:

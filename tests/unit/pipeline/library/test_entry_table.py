@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +14,7 @@ import pytest
 
 from casa_assets.errors import OutputError
 from casa_assets.geometry.mesh.shape_descriptor import descriptor_distance
+from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.signature import ShapeDescriptor
 from casa_assets.model.issue import CheckResult, Status, tally
 from casa_assets.pipeline.cache.store import Store
@@ -91,6 +92,31 @@ def test_the_table_says_what_the_certificates_say(library: disk.Library, tmp_pat
         assert table.alike(Store(library.cache)) == list(
             similar_pairs(list(read_rows(library)), Store(tmp_path / "other"))
         )
+
+
+@pytest.mark.parametrize("out_of_numbers", [(FIRST, COPY), (FIRST, LARGE, OTHER), (FIRST, LARGE, OTHER, COPY)])
+@pytest.mark.parametrize("in_steps", [False, True])
+def test_two_out_of_numbers_are_no_pair(
+    library: disk.Library, tmp_path: Path, out_of_numbers: tuple[Asset, ...], in_steps: bool
+) -> None:
+    if in_steps:
+        say_producer(library, [asset for asset in out_of_numbers if asset is not COPY])
+        EntryTable(library).alike(Store(library.cache))
+    keep(library.root, [COPY])
+    say_producer(library, out_of_numbers)
+    every = list(similar_pairs(list(read_rows(library)), Store(tmp_path / "other")))
+    wanted = [pair for pair in every if not {pair.one, pair.other} <= {asset.id for asset in out_of_numbers}]
+    assert len(wanted) < len(every)
+    assert EntryTable(library).alike(Store(library.cache)) == wanted
+
+
+def say_producer(library: disk.Library, assets: Iterable[Asset]) -> None:
+    """Let certificates say that a family built these."""
+    for asset in assets:
+        path = library.folder("mug", asset.id) / disk.CERTIFICATE
+        data = json.loads(path.read_text(encoding="utf-8"))
+        data["certificate"]["producer"] = "family"
+        path.write_text(json.dumps(data), encoding="utf-8")
 
 
 def test_the_page_opens_what_is_new(
