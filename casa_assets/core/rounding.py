@@ -8,6 +8,11 @@ def significant(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
 
 
+def seven_digits(value: float) -> float:
+    """`value` with seven significant digits, which both formats carry; 0 below 1e-9."""
+    return significant(value, 7) if abs(value) > 1e-9 else 0.0
+
+
 def decimals(value: float, places: int) -> float:
     """`value` to so many digits after the point, as Python or numpy rounds its type; -0.0 becomes 0.0."""
     return round(value, places) + 0.0

@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from casa_assets.core.rounding import significant
+from casa_assets.core.rounding import seven_digits
 from casa_assets.core.typing import Floats
 from casa_assets.errors import DegenerateShape, Rejected
 from casa_assets.geometry.mesh.hand_grasps import grasp_site
@@ -136,29 +136,24 @@ def _moved(placed: PlacedShape, shift: Floats) -> tuple[Shape, Pose]:
             points, faces = convex_hull(points)
             return Hull(mesh=Mesh(vertices=points, faces=faces)), Pose()
         return MeshShape(mesh=Mesh(vertices=points, faces=shape.mesh.faces)), Pose()
-    position = tuple(_seven_digits(float(v)) for v in np.array(pose.position) + shift)
-    quaternion = tuple(_seven_digits(q) for q in pose.quaternion)
+    position = tuple(seven_digits(float(v)) for v in np.array(pose.position) + shift)
+    quaternion = tuple(seven_digits(q) for q in pose.quaternion)
     return _rounded(shape), Pose(position=position, quaternion=quaternion)
 
 
 def _rounded(shape: Box | Sphere | Cylinder | Capsule) -> Shape:
     if isinstance(shape, Box):
-        x, y, z = (_seven_digits(s) for s in shape.size)
+        x, y, z = (seven_digits(s) for s in shape.size)
         return Box(size=(x, y, z))
     if isinstance(shape, Sphere):
-        return Sphere(radius=_seven_digits(shape.radius))
+        return Sphere(radius=seven_digits(shape.radius))
     if isinstance(shape, Cylinder):
-        return Cylinder(radius=_seven_digits(shape.radius), height=_seven_digits(shape.height))
-    return Capsule(radius=_seven_digits(shape.radius), height=_seven_digits(shape.height))
-
-
-def _seven_digits(value: float) -> float:
-    """The value with seven digits, which both formats carry; 0 below 1e-9."""
-    return significant(value, 7) if abs(value) > 1e-9 else 0.0
+        return Cylinder(radius=seven_digits(shape.radius), height=seven_digits(shape.height))
+    return Capsule(radius=seven_digits(shape.radius), height=seven_digits(shape.height))
 
 
 def _moved_inertial(inertial: Inertial, shift: Floats) -> Inertial:
-    x, y, z = (_seven_digits(float(v)) for v in np.array(inertial.center_of_mass) + shift)
+    x, y, z = (seven_digits(float(v)) for v in np.array(inertial.center_of_mass) + shift)
     return inertial.replace(center_of_mass=(x, y, z))
 
 
@@ -166,6 +161,6 @@ def _bounding_region(colliders: tuple[Collider, ...]) -> Region:
     """The box around all collision shapes, by which the runtime places objects."""
     boxes = np.array([shape_bounds(c.shape, c.pose) for c in colliders])
     lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-    cx, cy, cz = (_seven_digits(float(v)) for v in (lower + upper) / 2)
-    sx, sy, sz = (_seven_digits(float(v)) for v in upper - lower)
+    cx, cy, cz = (seven_digits(float(v)) for v in (lower + upper) / 2)
+    sx, sy, sz = (seven_digits(float(v)) for v in upper - lower)
     return Region(name="bbox", pose=Pose(position=(cx, cy, cz)), size=(sx, sy, sz))

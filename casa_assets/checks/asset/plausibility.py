@@ -170,27 +170,20 @@ def visible_links_have_colliders(asset: Asset) -> Measurement:
 
 def mass_fits_category(package: Package, limit: float) -> Measurement:
     """AST013: factor between the mass and the nearer end of its category's range, below 1 inside."""
-    usual, mass = package.category.usual(package.asset.labels.portion).mass_kg, package.asset.mass
-    message = f"is {mass:.3g} kg; {_thing(package)} weighs {usual.low:g} to {usual.high:g} kg"
-    return at_most(max(usual.low / mass, mass / usual.high), limit, "mass", message)
+    category, portion, mass = package.category, package.asset.labels.portion, package.asset.mass
+    usual = category.usual(portion).mass_kg
+    message = f"is {mass:.3g} kg; {category.called(portion)} weighs {usual.low:g} to {usual.high:g} kg"
+    return at_most(usual.beyond(mass), limit, "mass", message)
 
 
 def size_fits_category(package: Package, limit: float) -> Measurement:
     """AST014: factor between the longest side and the nearer end of its category's range, below 1 inside."""
-    usual, longest = (
-        package.category.usual(package.asset.labels.portion).longest_m,
-        _longest_visible_side(package.asset),
-    )
+    category, portion, longest = package.category, package.asset.labels.portion, _longest_visible_side(package.asset)
     if not longest:
         return not_applicable(NO_VISUALS)
-    message = f"is {longest:.3g} m long; {_thing(package)} has {usual.low:g} to {usual.high:g} m"
-    return at_most(max(usual.low / longest, longest / usual.high), limit, "bounds", message)
-
-
-def _thing(package: Package) -> str:
-    """What the asset is, such as `a apple` or `a half of a apple`."""
-    portion = package.asset.labels.portion
-    return f"a {package.category.id}" if portion is None else f"a {portion.value} of a {package.category.id}"
+    usual = category.usual(portion).longest_m
+    message = f"is {longest:.3g} m long; {category.called(portion)} has {usual.low:g} to {usual.high:g} m"
+    return at_most(usual.beyond(longest), limit, "bounds", message)
 
 
 def joints_are_closed_at_zero(asset: Asset) -> Measurement:

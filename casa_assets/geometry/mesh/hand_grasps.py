@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from casa_assets.core.rounding import significant
+from casa_assets.core.rounding import seven_digits
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.geometry.mesh.antipodal_grasps import AntipodalGrasp, antipodal_grasps
 from casa_assets.model.asset.grasp import Grasp, GraspFeature
@@ -76,10 +76,10 @@ def grasp_site(grasp: Grasp, shift: Floats) -> Site:
     """
     closing, approach = np.array(grasp.closing), np.array(grasp.approach)
     rotation = Rotation.from_matrix(np.stack([closing, np.cross(approach, closing), approach], axis=1))
-    x, y, z, w = (_seven_digits(float(v)) for v in rotation.as_quat(canonical=True))
-    px, py, pz = (_seven_digits(float(v)) for v in np.array(grasp.center) + shift)
+    x, y, z, w = (seven_digits(float(v)) for v in rotation.as_quat(canonical=True))
+    px, py, pz = (seven_digits(float(v)) for v in np.array(grasp.center) + shift)
     pose = Pose(position=(px, py, pz), quaternion=(w, x, y, z))
-    size = (_seven_digits(grasp.width), PAD_M, PAD_M)
+    size = (seven_digits(grasp.width), PAD_M, PAD_M)
     return Site(name=f"grasp_{grasp.feature.value}", pose=pose, kind="box", size=size)
 
 
@@ -127,8 +127,3 @@ def _rounded(vector: Floats) -> tuple[float, float, float]:
     """Six decimals: samples are no more precise, and machines agree on them."""
     x, y, z = (round(float(v), 6) for v in vector)
     return (x, y, z)
-
-
-def _seven_digits(value: float) -> float:
-    """The value with seven digits, which both formats carry; 0 below 1e-9."""
-    return significant(value, 7) if abs(value) > 1e-9 else 0.0

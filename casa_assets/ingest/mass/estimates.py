@@ -228,7 +228,7 @@ def combine_estimates(estimates: Sequence[Estimate], category: Category, agreeme
         weights = [1 / e.spread**2 for e in estimates]
         kg = exp(sum(w * log(e.kg) for w, e in zip(weights, estimates, strict=True)) / sum(weights))
     message = "; ".join(f"{e.method} {e.kg:.3g} kg ({e.message})" for e in estimates)
-    off = max(kg / mass_range.high, mass_range.low / kg)
+    off = mass_range.beyond(kg)
     if off > 1:
         message += f"; together {kg:.3g} kg, but a {category.id} weighs {mass_range.low:g} to {mass_range.high:g} kg"
         usual = by_method[EstimateMethod.USUAL].kg

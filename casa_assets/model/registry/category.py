@@ -144,6 +144,10 @@ class SizeRange(Record):
             raise ValueError(f"{self.low} <= {self.typical} <= {self.high} does not hold")
         return self
 
+    def beyond(self, value: float) -> float:
+        """Factor between a value > 0 and the nearer end; below 1 inside."""
+        return max(self.low / value, value / self.high)
+
     def scaled(self, factor: float) -> SizeRange:
         """All three times a factor > 0."""
         return SizeRange(low=self.low * factor, typical=self.typical * factor, high=self.high * factor)
@@ -231,6 +235,10 @@ class Category(Record):
         """Noun phrases for it, such as `a coffee mug`."""
         name = self.id.replace("_", " ")
         return self.prompts or (f"{'an' if name[0] in 'aeiou' else 'a'} {name}",)
+
+    def called(self, portion: Portion | None) -> str:
+        """A whole one or a portion of it, for messages: `a bell_pepper`, `a half of a bell_pepper`."""
+        return f"a {self.id}" if portion is None else f"a {portion} of a {self.id}"
 
     def usual(self, portion: Portion | None) -> PortionRange:
         """Size and mass of a portion; None is a whole one."""
