@@ -14,8 +14,11 @@ NO_PRINT = "nothing is printed on it"
 # The camera that reads: a common one on a wrist, 640 pixels wide with 60 degrees, 20 cm before the middle of the line.
 DISTANCE_M, WIDE_PX, FIELD_DEG = 0.2, 640, 60.0
 FOCAL_PX = WIDE_PX / 2 / math.tan(math.radians(FIELD_DEG) / 2)
-# A letter whose surface is turned away by more than this is not read; of a line, so many may be.
+# A letter that is turned away by more than this, 75 degrees, is less than a quarter as wide as on the label and not
+# read; of a line, so many may be. Both are choices: on a round bottle a long name always ends near the edge.
 SEEN_COS, UNSEEN_SHARE = 0.25, 0.2
+# A line is as high as the lowest of what is seen of it; one place in twenty may lie on a crease of the paper.
+LOW_PERCENT = 5
 
 
 def letters_are_large(member: ObjectMember, limit: float) -> Measurement:
@@ -48,7 +51,7 @@ def letters_stand_out(member: ObjectMember, limit: float) -> Measurement:
 
 
 def seen_from(line: LineOnSurface) -> tuple[float, float]:
-    """Height of the letters in pixels of the camera, a quarter of them lower; share of the line turned out of sight."""
+    """Height of the lowest letters in pixels of the camera; share of the line that is turned out of sight."""
     middle, look = line.points.mean(axis=0), line.normals.mean(axis=0)
     camera = middle + DISTANCE_M * look / max(float(np.linalg.norm(look)), 1e-9)
     rays = line.points - camera
@@ -57,7 +60,7 @@ def seen_from(line: LineOnSurface) -> tuple[float, float]:
     across = line.up - np.sum(line.up * rays, axis=1)[:, None] * rays
     heights = FOCAL_PX * np.linalg.norm(across, axis=1) / distance
     seen = -np.sum(line.normals * rays, axis=1) >= SEEN_COS
-    return float(np.percentile(heights[seen], 25)) if seen.any() else 0.0, 1.0 - float(seen.mean())
+    return float(np.percentile(heights[seen], LOW_PERCENT)) if seen.any() else 0.0, 1.0 - float(seen.mean())
 
 
 def _worst(member: ObjectMember, field: str) -> list[LineOnSurface]:
