@@ -1,7 +1,7 @@
 """Builds members of categories of objects, runs every check on them, and prints what they cost, by category.
 
     ./dev bench objects                                   4 members of each category
-    ./dev bench objects --count 17                        as many as a full library has of each
+    ./dev bench objects --count 17 --library out/objects  as many as a full library has of each, and keep them
     ./dev bench objects --category apple mug --jobs 1     some, on one core
     ./dev bench objects --meshes examples/meshes          a folder of meshes is ingested beside, to compare
 
@@ -9,7 +9,8 @@ Seconds are wall time of one member in its process: `build` is numbers to Asset 
 the cache, `write` both formats, `draw` the thumbnail, `check` every check; CPU is the processor time of all of it.
 Faces are those that are seen, shapes those that collide, MB the files of a member. A row has medians, and the most
 shapes that a member has; the last row is of all members, and below it stands what they come to. Each run begins with
-an empty library. The exit code is 1 where a member fails a check.
+an empty library. `--library` names a new folder where it stays; `casa-assets objects build` goes on from there. The
+exit code is 1 where a member fails a check.
 """
 
 from __future__ import annotations
@@ -105,12 +106,16 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=0)
     parser.add_argument("--meshes", type=Path, help="a folder of meshes to ingest beside")
+    parser.add_argument("--library", type=Path, help="a folder that does not exist yet, for the members to stay in")
     options = parser.parse_args()
+    if options.library and options.library.exists():
+        parser.error(f"--library: {options.library} exists; what it has would not be built, so name a new folder")
     console = Console() if sys.stdout.isatty() else Console(width=120)
     with tempfile.TemporaryDirectory() as folder:
         requests = object_requests(options.category, options.count, options.seed)
         begin = time.monotonic()
-        results = list(build_all(requests, Path(folder) / "objects", options.jobs, drawn=False))
+        library = options.library or Path(folder) / "objects"
+        results = list(build_all(requests, library, options.jobs, drawn=False))
         wall_s = time.monotonic() - begin
         wrong = [r for r in results if not r.passed]
         for result in wrong:
