@@ -27,6 +27,7 @@ app = typer.Typer(
 )
 scene_app = typer.Typer(name="scene", help="A kitchen of one's own.", no_args_is_help=True, rich_markup_mode="rich")
 OUT = Path("out/scenes")
+NAMED = "Ids or globs, such as 'l_*__coastal', or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
 
 
@@ -61,7 +62,7 @@ def list_scenes(
 
 @app.command()
 def build(
-    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    scenes: Annotated[list[str] | None, typer.Argument(help=NAMED)] = None,
     all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
     out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = OUT,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
@@ -74,11 +75,11 @@ def build(
 
     Example:  casa-assets scenes build 'galley__*' l_small__coastal
     """
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_matching
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_named
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
-    _build(all_recipes() if all_ else recipes_matching(scenes or []), out, jobs, pictures, force or anew, json_)
+    _build(all_recipes() if all_ else recipes_named(scenes or [], out), out, jobs, pictures, force or anew, json_)
 
 
 def _build(recipes: list[SceneRecipe], out: Path, jobs: int, pictures: bool, force: bool, json_: bool) -> None:
@@ -95,7 +96,7 @@ def _build(recipes: list[SceneRecipe], out: Path, jobs: int, pictures: bool, for
 
 @app.command()
 def check(
-    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    scenes: Annotated[list[str] | None, typer.Argument(help=NAMED)] = None,
     all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
     out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
@@ -109,14 +110,14 @@ def check(
     Writes report.json and report.html beside each, summary.json and summary.html for all. Exit 1 when one does not
     pass.
 
-    Example:  casa-assets scenes check l_small__coastal
+    Example:  casa-assets scenes check l_small__coastal 'galley__*__o40'
     """
     from casa_assets.pipeline.kitchens.check import check_all
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_matching
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_named
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
-    recipes = all_recipes() if all_ else recipes_matching(scenes or [])
+    recipes = all_recipes() if all_ else recipes_named(scenes or [], out)
     console = Console(stderr=json_)
     done = check_all(recipes, out, jobs, force or anew, drawn=pictures)
     results = scene_output.print_progress(done, len(recipes), "checking", console, json_)
@@ -194,7 +195,7 @@ def preview(
 
 @app.command()
 def robots(
-    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    scenes: Annotated[list[str] | None, typer.Argument(help=NAMED)] = None,
     all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
     robot: Annotated[list[str] | None, typer.Option(help="Robots; all of registry/robots where none is named.")] = None,
     joint: Annotated[
@@ -217,12 +218,12 @@ def robots(
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """
     from casa_assets.pipeline.kitchens.robots import certify_all, find_robot_models
-    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_matching
+    from casa_assets.pipeline.kitchens.scene_folders import all_recipes, recipes_named
     from casa_assets.registry.robots import robot_names
 
     if not scenes and not all_:
         raise typer.BadParameter("name scenes, or give --all")
-    recipes = all_recipes() if all_ else recipes_matching(scenes or [])
+    recipes = all_recipes() if all_ else recipes_named(scenes or [], out)
     console = Console(stderr=json_)
     done = certify_all(recipes, out, robot or robot_names(), models or find_robot_models(), jobs, force, joint or ())
     results = scene_output.print_progress(done, len(recipes), "reaching", console, json_)
@@ -235,7 +236,7 @@ def robots(
 
 @app.command()
 def states(
-    scenes: Annotated[list[str] | None, typer.Argument(help="Ids or globs, such as 'l_*__coastal'.")] = None,
+    scenes: Annotated[list[str] | None, typer.Argument(help=NAMED)] = None,
     all_: Annotated[bool, typer.Option("--all", help="Every plan in every style.")] = False,
     count: Annotated[int, typer.Option(min=1, help="Start states of each scene.")] = 100,
     objects: Annotated[int, typer.Option(min=0, help="Loose things that are put somewhere else in each.")] = 10,

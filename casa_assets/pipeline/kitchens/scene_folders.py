@@ -36,7 +36,7 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of, split_objects
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt, run_batch
@@ -369,7 +369,7 @@ def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
 
 
 def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
-    """Scenes by globs of plain ids, as `recipes_matching` takes them, or by whole ids of scenes of one's own.
+    """Scenes by globs of plain ids, with objects or without (`l_*__coastal__o40`), or by whole ids of one's own scenes.
 
     Args:
         out: folder of scenes, where finishes are found that an id has as a digest alone.
@@ -378,6 +378,12 @@ def recipes_named(names: Sequence[str], out: Path) -> list[SceneRecipe]:
     """
     found: list[SceneRecipe] = []
     for name in names:
-        is_plain = any(sign in name for sign in "*?[") or name.count("__") < 2
-        found += [r for r in (recipes_matching([name]) if is_plain else [recipe_of(name, (out,))]) if r not in found]
+        pattern, objects, seed = split_objects(name)
+        is_plain = any(sign in name for sign in "*?[") or pattern.count("__") < 2
+        recipes = (
+            [replace(recipe, objects=objects, objects_seed=seed) for recipe in recipes_matching([pattern])]
+            if is_plain
+            else [recipe_of(name, (out,))]
+        )
+        found += [recipe for recipe in recipes if recipe not in found]
     return found

@@ -19,6 +19,13 @@ _OBJECTS = r"(?:__o(?P<objects>\d+)(?:s(?P<objects_seed>\d+))?)?"
 _REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?" + _OBJECTS)
 
 
+def split_objects(name: str) -> tuple[str, int, int]:
+    """Split `<id or glob>__o40s3` into what is before the objects, their number and their seed; 0 and 0 without."""
+    fields = re.fullmatch(r"(?P<before>.*?)" + _OBJECTS, name)
+    assert fields is not None, "an empty end matches every name"
+    return fields["before"], int(fields["objects"] or 0), int(fields["objects_seed"] or 0)
+
+
 def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     """Parse the id of a kitchen into its recipe.
 
@@ -36,7 +43,7 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     if plan not in plan_names() or style not in style_names() or fields is None:
         raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()])
     seed = None if fields["seed"] is None else int(fields["seed"])
-    objects, objects_seed = int(fields["objects"] or 0), int(fields["objects_seed"] or 0)
+    _, objects, objects_seed = split_objects(scene_id)
     bare = SceneRecipe(plan, style, seed, (), fields["closed"] is not None, objects, objects_seed)
     if fields["finishes"] is None:
         return bare

@@ -320,3 +320,12 @@ def test_globs() -> None:
     assert [r.scene_id for r in scene_folders.recipes_matching([SCENE, f"{PLAN}__scand*"])] == [SCENE]
     with pytest.raises(UnknownId):
         scene_folders.recipes_matching(["no_such__*"])
+
+
+def test_globs_with_objects(tmp_path: Path) -> None:
+    lived_in = scene_folders.recipes_named([f"{PLAN}__scand*__o40s3", f"{SCENE}__o40s3", SCENE], tmp_path)
+    assert [r.scene_id for r in lived_in] == [f"{SCENE}__o40s3", SCENE]
+    assert {len(scene_folders.recipes_named([f"*{end}"], tmp_path)) for end in ("", "__o12")} == {120}
+    for name in ("no_such__*__o40", f"{SCENE}__o40s", f"{PLAN}__no_such__o40"):
+        with pytest.raises(UnknownId):
+            scene_folders.recipes_named([name], tmp_path)
