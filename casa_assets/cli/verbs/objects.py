@@ -74,6 +74,7 @@ def show(
     for name in names:
         object_family(name)  # raises UnknownId before anything is made
     with writing(out), bar(console) as progress:
+        out.mkdir(parents=True, exist_ok=True)
         task = progress.add_task("drawing", total=len(names))
         for done, name in enumerate(names, 1):
             path = write_sheet(name, out, count, seed, size)

@@ -8,7 +8,7 @@ from casa_assets.families.objects.containers import container
 from casa_assets.families.objects.food import crustacean, dough, slab, stacked
 from casa_assets.families.objects.grown import cluster, produce
 from casa_assets.families.objects.packages import block, package
-from casa_assets.families.objects.tools import utensil
+from casa_assets.families.objects.tools import dish_rack, utensil
 from casa_assets.families.objects.vessels import blender_jug, board, electric_kettle, lids, pocket_tray, vessel
 from casa_assets.families.parametric_model import ParametricModel
 
@@ -23,6 +23,7 @@ FORMS: dict[str, ParametricModel[Any]] = {
         crustacean.FORM,
         stacked.FORM,
         utensil.FORM,
+        dish_rack.FORM,
         vessel.FORM,
         lids.FORM,
         blender_jug.FORM,

@@ -21,7 +21,10 @@ ROW_TURN_DEG, ROW_SHIFT_M = 5.0, 0.004
 # Places that are tried for each thing in a vessel, and how little above its floor it stands at most.
 HEAP_TRIES, ON_FLOOR_M = 120, 0.0012
 HOB_TURN_DEG = 30.0
+# A plate leans in its slot, by less than this, and this far from what it leans on and from the wires in front of it.
+MAX_LEAN_RAD, SLOT_GAP_M = 0.15, 0.0004
 _SIDES = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 
 
 @dataclass(frozen=True)
@@ -43,12 +46,14 @@ def arrange(arrangement: Arrangement, members: Sequence[Silhouette], rng: np.ran
     """A group of objects; None where they do not go together, as a melon and a cup.
 
     Args:
-        members: what each takes up, in its own frame; of a heap the vessel first. rng: turns and shifts them.
+        members: what each takes up, in its own frame; a vessel or rack first. rng: turns and shifts them.
     """
     if arrangement is Arrangement.STACK:
         return _stack(members)
     if arrangement is Arrangement.HEAP:
         return _heap(members, rng)
+    if arrangement is Arrangement.ON_EDGE:
+        return _on_edge(members, rng)
     return _side_by_side(members, _turns(arrangement, members, rng), rng)
 
 
@@ -149,3 +154,60 @@ def _heap(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | No
     width, depth, _ = (float(s) for s in np.ptp(vessel.box, axis=0))
     lifted = [_upright(x - float(middle[0]), y - float(middle[1]), z - foot + SET_DOWN_GAP_M) for x, y, z in poses]
     return Group(tuple(lifted), (width, depth, top - foot))
+
+
+def _on_edge(members: Sequence[Silhouette], rng: np.random.Generator) -> Group | None:
+    """The first as it stands, a rack; the others in slots of it side by side, leaning to the left.
+
+    None where there are too few slots, or a plate is too thick or too wide for one.
+    """
+    rack, *plates = members
+    spare = len(rack.slots) - len(plates)
+    if spare < 0:
+        return None
+    first = int(rng.integers(0, spare + 1))
+    spots = [_in_slot(rack, slot, plate) for slot, plate in zip(rack.slots[first:], plates, strict=False)]
+    middle, foot = rack.box.mean(axis=0), float(rack.box[0, 2])
+    poses, boxes = [_upright(-float(middle[0]), -float(middle[1]), SET_DOWN_GAP_M - foot)], [rack.box]
+    for plate, spot in zip(plates, spots, strict=True):
+        if spot is None:
+            return None
+        pose = poses[0] @ spot
+        poses.append(pose)
+        corners = spot.apply(np.where(_CUBE, plate.box[1], plate.box[0]))
+        boxes.append(np.array([corners.min(axis=0), corners.max(axis=0)]))
+    low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
+    # Plates may stand out at the left: the origin is the middle of all.
+    off = Pose(position=(float(middle[0] - (low + high)[0] / 2), float(middle[1] - (low + high)[1] / 2), 0.0))
+    width, depth, height = (float(s) for s in high - low)
+    return Group(tuple(off @ pose for pose in poses), (width, depth, height))
+
+
+def _in_slot(rack: Silhouette, slot: Floats, plate: Silhouette) -> Pose | None:
+    """rack_from_plate of a plate in a slot: its foot on the tips of the left tines, its rim before the right ones.
+
+    Args:
+        slot: (2, 3) bounds between the tines.
+    """
+    (half_x, half_y, _), (wide, _, high) = np.ptp(plate.box, axis=0) / 2, slot[1] - slot[0]
+    thick, lowest_by_x = float(np.ptp(plate.box[:, 2])), plate.low.min(axis=1)
+    rim_low = float(lowest_by_x[np.isfinite(lowest_by_x)][-1] - plate.box[0, 2])
+    play = wide - 2 * SLOT_GAP_M - thick
+    if play <= 0:
+        return None
+    lean = min(MAX_LEAN_RAD, math.asin(min(1.0, play / high)))
+    sine, cosine = math.sin(lean), math.cos(lean)
+    z = slot[0, 2] + SET_DOWN_GAP_M + half_x * cosine - rim_low * sine
+    x = slot[0, 0] + SLOT_GAP_M - (z - slot[1, 2]) / cosine * sine
+    y = float(slot[:, 1].mean())
+    # Where the plate is wide it must be above the walls of the rack.
+    i0, i1 = ((slot[:, 0] - rack.box[0, 0]) / CELL_M).astype(int)
+    ys = rack.box[0, 1] + (np.arange(rack.high.shape[1]) + 0.5) * CELL_M - y
+    round_ = np.sqrt(np.maximum(0.0, 1.0 - (ys / half_y) ** 2))
+    lowest = np.where(np.abs(ys) < half_y, z - half_x * cosine * round_ + rim_low * sine, np.inf)
+    if (rack.high[i0 + 1 : i1].max(axis=0) > lowest + CELL_M / 2).any():
+        return None
+    turned = Pose(quaternion=(math.cos(math.pi / 4 - lean / 2), 0.0, math.sin(math.pi / 4 - lean / 2), 0.0))
+    own = np.array([*plate.box[:, :2].mean(axis=0), plate.box[0, 2]])
+    shift = turned.apply(own[None])[0]
+    return turned.replace(position=(float(x - shift[0]), float(y - shift[1]), float(z - shift[2])))

@@ -23,6 +23,8 @@ from casa_assets.model.pose import Pose
 MEMBERS = 12
 # Habits that are tried for each object before a kitchen counts as full.
 TRIES_PER_OBJECT = 12
+# Draws of what a group consists of, where those drawn before do not go together or nowhere fit.
+GROUP_DRAWS = 3
 EDGE_M = 0.008  # that stays free along the edges of a space
 HEAD_ROOM_M = 0.012  # that stays free above, for fingers and for a drawer on its way
 THEME_POWER = 1.5
@@ -117,7 +119,8 @@ def put_objects(
         if left <= 0 or not open_habits:
             break
         name = _pick(open_habits, rng)
-        new = _put_group(draw, name, habits.habits[name], left)
+        tries = (_put_group(draw, name, habits.habits[name], left) for _ in range(GROUP_DRAWS))
+        new = next((group for group in tries if group is not None), None)
         # A habit that found no room counts as well, or a kitchen without a hob would be searched for one for ever.
         times[name] += 1
         themes[habits.habits[name].theme] += 1

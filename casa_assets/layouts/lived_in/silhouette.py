@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,6 +16,8 @@ CELL_M = 0.003
 CELL_SLACK_M = 0.0006
 # What has a handle at one side is so much longer than wide, and the middle of its area so far from that of its length.
 LONG_SHARE, OFF_SHARE = 1.15, 0.04
+# Regions of a rack that take one plate each.
+SLOT = "slot_"
 _ROUND = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 _CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)]) - 0.5
 
@@ -28,11 +30,13 @@ class Silhouette:
         box: (2, 3) bounds of its collision shapes.
         low, high: (X, Y) lowest and highest point over each cell of `CELL_M`, the first at `box[0]`; inf and -inf
             where nothing is.
+        slots: (S, 2, 3) bounds of the regions `slot_<n>`, each of which takes one plate on its edge.
     """
 
     box: Floats
     low: Floats
     high: Floats
+    slots: Floats = field(default_factory=lambda: np.empty((0, 2, 3)))
 
     @property
     def pitch(self) -> float:
@@ -79,7 +83,13 @@ def silhouette(asset: Asset) -> Silhouette:
     x, y = (box[0, k] + (np.arange(counts[k]) + 0.5) * CELL_M for k in (0, 1))
     for cloud in clouds:
         _raster(hull_planes(cloud), x, y, low, high)
-    return Silhouette(box, low, high)
+    return Silhouette(box, low, high, _slots(asset))
+
+
+def _slots(asset: Asset) -> Floats:
+    found = [r for r in asset.regions if r.name.startswith(SLOT)]
+    corners = [asset.asset_from_link(r.link).apply(r.pose.apply(_CUBE * np.array(r.size))) for r in found]
+    return np.array([[c.min(axis=0), c.max(axis=0)] for c in corners]).reshape(-1, 2, 3)
 
 
 def outline_points(shape: Shape) -> Floats:

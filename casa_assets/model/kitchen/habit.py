@@ -18,7 +18,7 @@ class Arrangement(StrEnum):
 
     STACK: alike, one on top of the other. ROW: side by side, facing the same way. LENGTHWISE: side by side, their
     longest sides from front to back. LOOSE: side by side, each turned by chance. HEAP: in the first, which is a vessel.
-    HANDLE_FRONT: one alone, its handle to the front, as a pan on a hob.
+    HANDLE_FRONT: one alone, its handle to the front, as a pan on a hob. ON_EDGE: in the slots of the first, a dish rack.
     """
 
     STACK = "stack"
@@ -27,6 +27,7 @@ class Arrangement(StrEnum):
     LOOSE = "loose"
     HEAP = "heap"
     HANDLE_FRONT = "handle_front"
+    ON_EDGE = "on_edge"
 
 
 class SpaceKind(Record):
@@ -71,7 +72,7 @@ class Habit(Record):
         about: one sentence.
         objects: category -> how likely it is; the weights need not sum to one.
         spaces: kind of space -> how likely it is.
-        vessel: categories of what the objects lie in, where they are a heap -> how likely.
+        vessel: categories of what the objects lie or stand in (HEAP, ON_EDGE) -> how likely.
         arrangement: how they stand to each other. count: fewest and most objects of a group, a vessel not counted.
         alike: whether all of a group are the same member. most: groups in a kitchen. weight: how likely a group is.
         theme: what shares a closed space with it; a shelf has one theme.
@@ -92,8 +93,8 @@ class Habit(Record):
     def _whole(self) -> Self:
         if self.count[0] > self.count[1]:
             raise ValueError(f"count {self.count}: the fewest come first")
-        if (self.arrangement is Arrangement.HEAP) != bool(self.vessel):
-            raise ValueError("a heap, and nothing else, has a vessel")
+        if (self.arrangement in (Arrangement.HEAP, Arrangement.ON_EDGE)) != bool(self.vessel):
+            raise ValueError("a heap and what stands on edge have a vessel, and nothing else has")
         if self.arrangement is Arrangement.STACK and not self.alike:
             raise ValueError("only what is alike is stacked: alike: true")
         return self

@@ -61,7 +61,8 @@ def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Pa
     cells = []
     for member in draw_members(name, out / ".cache", count, seed, size_px):
         size = " x ".join(f"{100 * side:.3g}" for side in member.sides)
-        cells.append(SheetCell(f"#{member.index}, {1000 * member.mass:.3g} g", f"{size} cm", member.picture))
+        mass = f"{member.mass:.3g} kg" if member.mass >= 1.0 else f"{1000 * member.mass:.3g} g"
+        cells.append(SheetCell(f"#{member.index}, {mass}", f"{size} cm", member.picture))
     path = out / f"{name}.png"
     path.write_bytes(contact_sheet(cells, name.replace("_", " "), min(COLUMNS, count), size_px))
     return path

@@ -30,6 +30,8 @@ MAX_ROUNDS = 4
 # In the first run things sink and slide to where they rest: a group of which one goes farther or tips is taken out.
 # Fruit and tools may roll a little, what stands in a row or a stack may not lean.
 SETTLE_S, MAX_SLIDE_M = 1.0, 0.02
+# A plate on its edge rolls on to the next flat of its collision shapes.
+MAX_EDGE_ROLL_M = 0.06
 MAX_TILT, MAX_ROLL = 0.15, 0.7
 ROLLING = (Arrangement.HEAP, Arrangement.LOOSE, Arrangement.LENGTHWISE)
 # In the second run, from there, nothing moves or stands in anything any more. In the light form, the shapes of which
@@ -170,8 +172,9 @@ def _bare(asset: Asset) -> Asset:
 def _has_settled(rests: dict[str, Rest], group: PutGroup, number: int) -> bool:
     arrangement = load_habits().habits[group.habit].arrangement
     stands = arrangement not in ROLLING or (arrangement is Arrangement.HEAP and number == 0)
+    farthest = MAX_EDGE_ROLL_M if arrangement is Arrangement.ON_EDGE and number else MAX_SLIDE_M
     rest = rests[group.placements[number].name]
-    return rest.moved <= MAX_SLIDE_M and rest.tilt <= (MAX_TILT if stands else MAX_ROLL)
+    return rest.moved <= farthest and rest.tilt <= (MAX_TILT if stands else MAX_ROLL)
 
 
 def _moved(group: PutGroup, rests: dict[str, Rest], objects: ObjectMembers) -> PutGroup:

@@ -119,6 +119,27 @@ class TestGroups:
         mug, tray = silhouette(MEMBERS["mug"]), silhouette(plain_box((0.3, 0.3, 0.02)))
         assert arrange(Arrangement.HEAP, [mug, tray], rng_for(0, "test")) is None
 
+    def test_plates_stand_in_slots_between_the_tines(self) -> None:
+        box = np.array([[-0.2, -0.16, 0.0], [0.2, 0.16, 0.1]])
+        flat = np.zeros((134, 107))
+        slots = np.array([[[x, -0.07, 0.02], [x + 0.034, 0.07, 0.09]] for x in (-0.1, -0.06, -0.02)])
+        rack = Silhouette(box, flat, flat + 0.02, slots)
+        plate = silhouette(plain_box((0.24, 0.24, 0.02)))
+        group = arrange(Arrangement.ON_EDGE, [rack, plate, plate], rng_for(0, "test"))
+        assert group is not None
+        shift = group.poses[0].position
+        ends = [
+            pose.apply(np.array([[x, 0.0, z] for x in (-0.12, 0.12) for z in (0.0, 0.02)])) - shift
+            for pose in group.poses[1:]
+        ]
+        for corners in ends:
+            low = corners[corners[:, 2] < 0.09]
+            assert any((low[:, 0] > slot[0, 0]).all() and (low[:, 0] < slot[1, 0]).all() for slot in slots)
+            assert 0.02 <= corners[:, 2].min() < 0.022
+        assert arrange(Arrangement.ON_EDGE, [rack, *[plate] * 4], rng_for(0, "test")) is None
+        thick = silhouette(plain_box((0.24, 0.24, 0.04)))
+        assert arrange(Arrangement.ON_EDGE, [rack, thick], rng_for(0, "test")) is None
+
     def test_handle_of_a_pan_is_in_front(self) -> None:
         size = np.array([[-0.2, -0.1, 0.0], [0.2, 0.1, 0.05]])
         low = np.zeros((134, 67))
@@ -163,7 +184,7 @@ class TestHabits:
         ("changes", "message"),
         [
             ({"spaces": {"shelv": 1}}, "no kind of space 'shelv'"),
-            ({"arrangement": "heap"}, "a heap, and nothing else, has a vessel"),
+            ({"arrangement": "heap"}, "a heap and what stands on edge have a vessel, and nothing else has"),
             ({"arrangement": "stack"}, "only what is alike is stacked"),
             ({"count": (3, 2)}, "the fewest come first"),
         ],
