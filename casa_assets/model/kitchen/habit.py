@@ -18,7 +18,7 @@ class Arrangement(StrEnum):
 
     STACK: alike, one on top of the other. ROW: side by side, facing the same way. LENGTHWISE: side by side, their
     longest sides from front to back. LOOSE: side by side, each turned by chance. HEAP: in the first, which is a vessel.
-    HANDLE_FRONT: one alone, its handle to the front, as a pan on a hob. ON_EDGE: in the slots of the first, a dish rack.
+    HANDLE_FRONT: one alone, its handle to the front, as a pan on a hob. ON_EDGE: in slots of the first, a dish rack.
     """
 
     STACK = "stack"

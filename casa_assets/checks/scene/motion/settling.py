@@ -20,8 +20,9 @@ class Rest:
     """Where an object came to rest.
 
     Attributes:
-        pose: world_from_root at the end. moved: way of the middle of its mass, metres. tilt: turn of its upright axis,
-            radians. depth: deepest contact at the start and at the end, near misses not counted, metres.
+        pose: world_from_root at the end. moved: farthest that the middle of one of its shapes went, as the checks of
+            scenes measure it, metres. tilt: turn of its upright axis, radians. depth: deepest contact at the start and
+            at the end, near misses not counted, metres.
     """
 
     pose: Pose
@@ -43,11 +44,12 @@ def come_to_rest(files: Files, names: Sequence[str], seconds: float) -> dict[str
     reset_to_start(model, data)
     mujoco.mj_forward(model, data)
     bodies = [model.body(name).id for name in names]
-    before, axes = data.xipos[bodies].copy(), data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2].copy()
+    before, axes = data.geom_xpos.copy(), data.xmat[bodies].reshape(-1, 3, 3)[:, :, 2].copy()
     depth = _depths(model, data)
     mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
     mujoco.mj_forward(model, data)
     depth = np.maximum(depth, _depths(model, data))
+    ways, roots = np.linalg.norm(data.geom_xpos - before, axis=1), model.body_rootid[model.geom_bodyid]
     found = {}
     for number, (name, body) in enumerate(zip(names, bodies, strict=True)):
         start = model.jnt_qposadr[model.joint(f"{name}__{FREE_JOINT}").id]
@@ -55,7 +57,7 @@ def come_to_rest(files: Files, names: Sequence[str], seconds: float) -> dict[str
         upright = data.xmat[body].reshape(3, 3)[:, 2]
         found[name] = Rest(
             pose=Pose(position=(x, y, z), quaternion=(turn[0], turn[1], turn[2], turn[3])),
-            moved=float(np.linalg.norm(data.xipos[body] - before[number])),
+            moved=float(ways[roots == body].max(initial=0.0)),
             tilt=float(np.arccos(np.clip(upright @ axes[number], -1.0, 1.0))),
             depth=float(depth[body]),
         )
