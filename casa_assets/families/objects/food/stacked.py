@@ -103,6 +103,7 @@ _LAYERS = {
     Filling.KETCHUP: (0.002, 0.98, "dish_ketchup"),
     Filling.MUSTARD: (0.002, 0.98, "dish_mustard"),
 }
+FLAT_STEP = 0.0005  # metres between the undersides of neighbours on a skewer
 # Length along the stick and size across it by the width of a skewer, and finish, of what is on one.
 _PIECES = {
     Filling.MEAT: (0.9, 0.9, ""),
@@ -380,12 +381,13 @@ def _skewer(p: Stacked, rng: np.random.Generator) -> Composed:
     scale = min(1.25, (p.length - 1.3 * p.stick) / (total * p.width))
     x = -scale * total * p.width / 2
     parts: list[Part] = []
-    for filling, (length, across, finish) in zip(p.layers, spans, strict=True):
+    for number, (filling, (length, across, finish)) in enumerate(zip(p.layers, spans, strict=True)):
         size = scale * length * p.width
         wide = across * p.width
         piece = _on_stick(filling, size, wide, rng).translated(x=x + size / 2)
         points = piece.points.copy()
-        points[:, 2] = np.maximum(points[:, 2], -0.42 * p.width)
+        # Flat where they lie; neighbours reach into each other, and two flats in one plane would flicker.
+        points[:, 2] = np.maximum(points[:, 2], -0.42 * p.width + FLAT_STEP * (number % 2))
         parts.append(
             (plain(replace(piece, points=points)) if finish else replace(piece, points=points), finish or p.meat)
         )

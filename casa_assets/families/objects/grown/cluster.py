@@ -22,6 +22,7 @@ from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 
 Metres = Annotated[float, Field(gt=0, le=0.5)]
+BERRY_FOOT = 0.14  # of the length of a berry, that its collision shape is flat in
 # Points around and along a small body, a middling one and a long one.
 SMALL, MIDDLING, LONG = (9, 6), (12, 9), (14, 12)
 BALL: tuple[Vec2, ...] = ((0.0, 0.0), (0.5, 0.07), (0.87, 0.25), (1.0, 0.5), (0.87, 0.75), (0.5, 0.93), (0.0, 1.0))
@@ -91,7 +92,16 @@ def _covers(solids: list[Solid], label: str, p: Cluster) -> list[Solid]:
     """What the collision shapes are hulls of: each body of a bundle or a root, else all of them together."""
     if label == "body" and p.build in (Build.BUNDLE, Build.KNOBS):
         return solids
-    return [concatenate(solids)]
+    whole = concatenate(solids)
+    return [_flat_footed(whole, BERRY_FOOT * p.length)] if label == "body" and p.build is Build.BERRY else [whole]
+
+
+def _flat_footed(solid: Solid, height: float) -> Solid:
+    """All that is less than a height above its lowest point set down on the ground, so that it stands and never rocks."""
+    points = solid.points.copy()
+    low = points[:, 2] < points[:, 2].min() + height
+    points[low, 2] = points[:, 2].min()
+    return replace(solid, points=points)
 
 
 def _body(p: Cluster, size: tuple[int, int], rng: np.random.Generator, scale: float = 1.0) -> Solid:
