@@ -16,6 +16,7 @@ from casa_assets.checks.motion.sweep import with_margins
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.core.typing import Floats
+from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.model.asset.asset import Asset, Collider, Joint, JointKind
 from casa_assets.model.files import Files
 from casa_assets.model.pose import Pose
@@ -116,10 +117,16 @@ def _grip_point(asset: Asset, joint: Joint) -> Floats:
     link, grip = grip_of(asset, joint)
     if grip is not None:
         pose = dict(_rigid_group(asset, joint.child))[link]
-        point: Floats = pose.apply(np.array([grip.pose.position]))[0]
+        point: Floats = pose.apply(_middle(grip)[None])[0]
         return point
-    centers = [c.pose.position for c in asset.link(joint.child).colliders]
+    centers = [_middle(c) for c in asset.link(joint.child).colliders]
     return np.mean(centers, axis=0) if centers else np.array(asset.link(joint.child).inertial.center_of_mass)
+
+
+def _middle(collider: Collider) -> Floats:
+    """(3,) middle of a collider in the frame of its link; a hull may lie far from the origin of its own frame."""
+    middle: Floats = shape_bounds(collider.shape, collider.pose).mean(axis=0)
+    return middle
 
 
 def _rigid_group(asset: Asset, link: str) -> list[tuple[str, Pose]]:

@@ -651,7 +651,8 @@ def _nigiri(p: Stacked, rng: np.random.Generator) -> Composed:
             along=9,
             around=32,
         )
-        floor, roof = float(rice.points[:, 2].min()), float(slice_.points[:, 2].max()) + 0.0006
+        # The band runs below the rice, or their undersides would lie in one plane.
+        floor, roof = float(rice.points[:, 2].min()) - 0.0004, float(slice_.points[:, 2].max()) + 0.0006
         span = np.ptp(band.points[:, 2])
         points = band.points.copy()
         points[:, 2] = floor + (points[:, 2] - points[:, 2].min()) / span * (roof - floor)

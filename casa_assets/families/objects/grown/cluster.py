@@ -97,7 +97,7 @@ def _covers(solids: list[Solid], label: str, p: Cluster) -> list[Solid]:
 
 
 def _flat_footed(solid: Solid, height: float) -> Solid:
-    """All that is less than a height above its lowest point set down on the ground, so that it stands and never rocks."""
+    """The solid with all that is less than a height above its lowest point set down on the ground; it stands firmly."""
     points = solid.points.copy()
     low = points[:, 2] < points[:, 2].min() + height
     points[low, 2] = points[:, 2].min()

@@ -35,6 +35,8 @@ from casa_assets.model.asset.asset import Base
 MOST_SHAPES = 24
 # How far the rim of a lid that can be lifted reaches down outside, metres.
 LOOSE_SKIRT = 0.003
+# What stays free between a lid that is lifted and a handle that arches over it: its shapes are boxes, which reach in.
+UNDER_ARCH_M = 0.008
 
 
 def build(builder: AssetBuilder, p: Vessel) -> None:
@@ -174,7 +176,7 @@ def _lid(builder: AssetBuilder, p: Vessel, plan: Plan) -> None:
     add_lid(builder, lid, plan, rim_z, LID)
     top = max(float(part.solid.bounds[1, 2]) for part in builder.links[LID].parts)
     under = p.height + p.handle_reach - p.handle_thick
-    most = under - top - 0.004 if p.handle is HandleForm.ARCH else MOST_LIFT
+    most = under - top - UNDER_ARCH_M if p.handle is HandleForm.ARCH else MOST_LIFT
     lift_off(builder, 2 * rim, most=most)
 
 
