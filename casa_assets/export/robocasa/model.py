@@ -2,7 +2,8 @@
 
 One file serves both: v0.2 takes sizes from three sites beside the body `object`, v1.0 from the geom `reg_bbox` in it.
 What the loaders drop (exclusions, keyframes, options) is not written; what they need of every geom (group, pos, and
-size of three or two numbers) is written on the geom itself.
+size of three or two numbers) is written on the geom itself. Lids are shut for good: RoboCasa sets the pose of an object
+through the first of its joints, and robosuite adds the free joint after those that are written.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
         half the height: RoboCasa asks of the origin alone whether an object is in a sink or on a shelf, and
         one on its foot sinks out of there by a hair.
     """
-    asset = moved(asset, np.array((0.0, 0.0, asset.bounds[:, 2].mean())))
+    asset = moved(_without_joints(asset), np.array((0.0, 0.0, asset.bounds[:, 2].mean())))
     thick = thickened(asset)
     meshes = _gather(thick)
     entries = {file.path: file.data for file in meshes.files}
@@ -54,6 +55,11 @@ def write(asset: Asset, stood_up: bool = False) -> Files:
         upright.stand_up(root, asset)
         entries[UPRIGHT_FILE] = _text(root)
     return Files.of(entries)
+
+
+def _without_joints(asset: Asset) -> Asset:
+    """The asset as it is with all joints at zero, in one piece."""
+    return asset.replace(joints=(), states=(), keyframes=(), exclusions=(), behavior=None)
 
 
 def _gather(asset: Asset) -> visual.Meshes:

@@ -16,7 +16,7 @@ from lxml import etree
 from casa_assets import registry
 from casa_assets.export import mjcf
 from casa_assets.export.robocasa import casa_objects, entries, mesh_volume, model, upright
-from casa_assets.model.asset.asset import Asset
+from casa_assets.model.asset.asset import Asset, Joint, JointKind, Keyframe, Link
 from casa_assets.model.asset.provenance import Split
 from casa_assets.model.pose import Pose
 from casa_assets.model.registry.category import Affordance
@@ -55,6 +55,18 @@ def box_of(root: etree._Element) -> np.ndarray:
     """Full size of `reg_bbox`."""
     [geom] = root.findall(".//geom[@name='reg_bbox']")
     return 2 * np.array([float(v) for v in geom.get("size", "").split()])
+
+
+def test_lids_are_shut_for_good(tmp_path: Path) -> None:
+    """RoboCasa places an object by the first of its joints, which has to be the free one that robosuite adds."""
+    mug = rigid_mug()
+    lid = Link(name="lid", parent="object", pose=Pose(position=(0.0, 0.0, 0.1)), inertial=mug.root.inertial)
+    joint = Joint(name="lid_joint", kind=JointKind.SLIDE, child="lid", axis=(0.0, 0.0, 1.0), range=(0.0, 0.1))
+    jar = mug.replace(links=(*mug.links, lid), joints=(joint,), keyframes=(Keyframe(name="closed"),))
+    assert parsed(jar).findall(".//joint") == []
+    found = compiled(jar, tmp_path)
+    assert found.njnt == 0
+    assert sum(found.body_mass) == pytest.approx(2 * mug.mass)
 
 
 @pytest.mark.parametrize("build", EVERY)
