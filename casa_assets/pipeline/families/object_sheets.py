@@ -19,7 +19,11 @@ COLUMNS = 8
 
 @dataclass(frozen=True)
 class DrawnMember:
-    """A member of a category with its picture: PNG; mass in kg, sides of its box in metres, faces and shapes."""
+    """A member of a category with its picture: PNG; mass in kg, sides of its box in metres, faces and shapes.
+
+    Attributes:
+        is_whole: it is no half, wedge, slice or piece.
+    """
 
     index: int
     picture: bytes
@@ -27,6 +31,7 @@ class DrawnMember:
     sides: Vec3
     faces: int
     shapes: int
+    is_whole: bool
 
 
 def draw_members(name: str, cache: Path, count: int, seed: int, size_px: int) -> list[DrawnMember]:
@@ -46,7 +51,8 @@ def draw_members(name: str, cache: Path, count: int, seed: int, size_px: int) ->
         x, y, z = (float(side) for side in asset.bounds[1] - asset.bounds[0])
         faces = sum(len(visual.mesh.faces) for link in asset.links for visual in link.visuals)
         shapes = sum(len(link.colliders) for link in asset.links)
-        drawn.append(DrawnMember(request.index, picture, asset.mass, (x, y, z), faces, shapes))
+        whole = asset.labels.portion is None
+        drawn.append(DrawnMember(request.index, picture, asset.mass, (x, y, z), faces, shapes, whole))
     return drawn
 
 

@@ -38,7 +38,8 @@ class DrawnCategory:
     """A category with its first members, without their pictures, which stand side by side in one file.
 
     Attributes:
-        strip: path of that file relative to the page. masses: kg. sides: metres, the longest of each.
+        strip: path of that file relative to the page.
+        masses, sides: kg, and metres of the longest side, of the whole members; of all where none is whole.
         faces, shapes: of each member.
     """
 
@@ -101,7 +102,7 @@ def _shown(row: DrawnCategory, category: Category, group: str) -> dict[str, obje
         "form": member_family.form,
         "about": member_family.description,
         "strip": row.strip,
-        "count": len(row.masses),
+        "count": len(row.faces),
         "rows": [
             ("longest side, cm", _span(row.sides, 100), _usual(category.longest_m, 100), SOURCES[category.basis.size]),
             ("mass, g", _span(row.masses, 1000), _usual(category.mass_kg, 1000), SOURCES[category.basis.mass]),
@@ -114,23 +115,30 @@ def _shown(row: DrawnCategory, category: Category, group: str) -> dict[str, obje
 
 def _span(values: Sequence[float], factor: float) -> str:
     """The least and the largest of several values in another unit."""
-    return f"{factor * min(values):.3g} to {factor * max(values):.3g}"
+    return f"{_three_digits(factor * min(values))} to {_three_digits(factor * max(values))}"
 
 
 def _usual(span: SizeRange, factor: float) -> str:
-    return f"{factor * span.low:.3g} to {factor * span.high:.3g}, typically {factor * span.typical:.3g}"
+    low, high, typical = (_three_digits(factor * value) for value in (span.low, span.high, span.typical))
+    return f"{low} to {high}, typically {typical}"
+
+
+def _three_digits(value: float) -> str:
+    """A number with three digits and no exponent, such as 0.05, 61.2 or 3950."""
+    return f"{float(f'{value:.3g}'):.12g}"
 
 
 def _draw(name: str, out: Path, count: int) -> DrawnCategory:
     """The first members of a category, their pictures side by side in one file."""
     members = draw_members(name, out / ".cache", count, 0, PICTURE_PX)
+    whole = [member for member in members if member.is_whole] or members
     path = f"{STRIPS}/{name}.webp"
     (out / path).write_bytes(_strip(members))
     return DrawnCategory(
         name,
         path,
-        tuple(member.mass for member in members),
-        tuple(max(member.sides) for member in members),
+        tuple(member.mass for member in whole),
+        tuple(max(member.sides) for member in whole),
         tuple(member.faces for member in members),
         tuple(member.shapes for member in members),
     )
