@@ -16,7 +16,7 @@ from casa_assets.export.usd.scene import isaac_lab, lights_and_cameras, placemen
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.files import Files
-from casa_assets.model.kitchen.named_poses import carried_pose, own_pose
+from casa_assets.model.kitchen.named_poses import carried_pose, key_positions, own_pose
 from casa_assets.model.kitchen.scene import CLOSED_POSE, OPEN_POSE, START_POSE, Layer, Placement, Scene
 
 FILE = "scene.usda"
@@ -107,11 +107,13 @@ def _add_pose_variants(layer: Sdf.Layer, scene: Scene) -> None:
             asset = assets[place.name]
             carried = carried_pose(place, placements, assets, pose)
             if carried is not None:
-                # The placement itself has its pose outside of variants, which is stronger: its root link is moved.
-                spec = Sdf.CreatePrimInLayer(
-                    layer, _over(layer, variants, pose, place).path.AppendChild(asset.root.name)
-                )
-                placement.set_pose(spec, place.pose.inverse() @ carried @ asset.root.pose)
+                # The placement itself has its pose outside of variants, which is stronger: its links are moved, each
+                # by itself, since they stand side by side.
+                path, shift = _over(layer, variants, pose, place).path, place.pose.inverse() @ carried
+                positions = key_positions(place, asset)[pose]
+                for link in asset.links:
+                    spec = Sdf.CreatePrimInLayer(layer, path.AppendChild(link.name))
+                    placement.set_pose(spec, shift @ asset.asset_from_link(link.name, positions))
             own = placement.variant(asset, own_pose(place, pose))
             if own is not None:
                 _over(layer, variants, pose, place).variantSelections[keyframe.VARIANT_SET] = own

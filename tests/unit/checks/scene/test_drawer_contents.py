@@ -70,3 +70,18 @@ def test_an_object_stays_closed_where_the_kitchen_is_open(tmp_path: Path) -> Non
     assert data.joint("thing_0__drawer_slide").qpos[0] > 0.2
     assert data.joint("thing_1__drawer_slide").qpos[0] == 0.0
     assert formats_agree(files, 0.0).problems == ()
+
+
+def test_all_links_of_an_object_go_along_with_the_drawer(tmp_path: Path) -> None:
+    jar = cupboard().replace(id="small_cupboard", base=Base.FREE)
+    scene = room((cupboard(), at(0.0, 0.0, 0.0)), (jar, at(1.5, 0.0, 0.0)))
+    kept = tuple(p.replace(resting=IN_DRAWER) if p.name == "thing_1" else p for p in scene.placements)
+    files = in_all_forms(scene.replace(placements=kept), tmp_path)
+    model = mujoco.MjModel.from_xml_path(str(files.scene_subject.mjcf))
+    data, places = mujoco.MjData(model), {}
+    for pose in ("closed", "open"):
+        mujoco.mj_resetDataKeyframe(model, data, mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, pose))
+        mujoco.mj_kinematics(model, data)
+        places[pose] = data.body("thing_1__drawer").xpos.copy()
+    assert places["open"] - places["closed"] == pytest.approx([0.0, -0.28, 0.0], abs=1e-6)
+    assert formats_agree(files, 0.0).problems == ()
