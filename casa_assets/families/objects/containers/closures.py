@@ -70,6 +70,9 @@ HINGED = frozenset({Closure.FLIP, Closure.CLIP})
 # By how much what opens covers the neck, metres: its collision shapes lie above the mouth, and what is seen may reach a
 # little beyond them.
 SKIRT = 0.003
+# How far down a crown cork reaches, metres: for good, and where it comes off. It is so flat that it would else have its
+# centre of mass below its collision shapes.
+CROWN_DOWN, CROWN_SKIRT = 0.004, 0.002
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,21 @@ class Part:
     solid: Solid
     second: bool = False
     fixed: bool = False
+
+
+def loose_skirt(kind: Closure) -> float:
+    """By how much what comes off covers the neck, metres."""
+    return CROWN_SKIRT if kind is Closure.CROWN else SKIRT
+
+
+def lowered(kind: Closure, height: float, room: float) -> float:
+    """How much lower a mouth ends under what comes off than under what is closed for good, metres.
+
+    Args:
+        height: of the closure. room: metres of neck that it may cover.
+    """
+    covered = CROWN_DOWN if kind is Closure.CROWN else COVERED[kind] * height
+    return max(0.0, min(covered, room) - loose_skirt(kind))
 
 
 def closure_parts(kind: Closure, mouth: Mouth) -> list[Part]:
@@ -147,7 +165,8 @@ def _lid(m: Mouth) -> list[Part]:
 
 
 def _crown(m: Mouth) -> list[Part]:
-    r, low, high = m.radius, m.z - 0.004, m.z + 0.0022
+    down = min(CROWN_DOWN, m.room)
+    r, low, high = m.radius, m.z - down, m.z + 0.0022 + (CROWN_DOWN - down)
     turns = np.arange(42) * 2 * np.pi / 42
     rings = []
     for radius, wave, z in (

@@ -30,11 +30,12 @@ from casa_assets.families.objects.containers.body import (
 from casa_assets.families.objects.containers.closures import (
     COVERED,
     HINGED,
-    SKIRT,
     Closure,
     Mouth,
     Part,
     closure_parts,
+    loose_skirt,
+    lowered,
 )
 from casa_assets.families.objects.opening import LID, LID_GRIP, lift_off, swing_up
 from casa_assets.families.parametric_model import ParametricModel
@@ -234,7 +235,7 @@ def _frame(p: Container) -> _Frame:
     outline = grooved(plain, start + p.groove_low * h, start + p.groove_high * h, p.grooves, p.groove_depth)
     if p.opens:  # the mouth ends a little above the lower edge of what closes it
         room = (1 - p.neck_at) * h - 0.001
-        down = max(0.0, min(COVERED[p.closure] * p.cap_height, room) - SKIRT)
+        down = lowered(p.closure, p.cap_height, room)
         plain, outline = (piece(line, line[0][1], line[-1][1] - down) for line in (plain, outline))
     # What stands on its cap keeps its section to both ends.
     mouth = widest if p.base_cap > 0 else plain[-1][0]
@@ -346,7 +347,7 @@ def _close(builder: AssetBuilder, p: Container, frame: _Frame, level: float) -> 
     z, radius = frame.plain[-1][1], frame.plain[-1][0]
     if p.open_top:
         z = level
-    room = SKIRT if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)
+    room = loose_skirt(p.closure) if p.opens else max(0.0, (1 - p.neck_at) * p.height - 0.001)
     mouth = Mouth(radius, z, p.cap_height, p.cap_wide, room, p.opens)
     parts = closure_parts(p.closure, mouth)
     if p.opens:
