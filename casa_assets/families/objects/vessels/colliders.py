@@ -19,6 +19,8 @@ THICK = 0.003
 WIDE, SMALL = 0.18, 0.075
 # Corners of a rectangle that are rounder than this get a slab of their own, metres.
 ROUND_CORNER = 0.03
+# Slabs bulge as the wall does where straight ones would end so far from it, metres.
+BULGE = 0.008
 
 
 def open_shapes(profile: Profile, plan: Plan, floor: float, low: float, room: int) -> tuple[Placed, ...]:
@@ -39,8 +41,10 @@ def open_shapes(profile: Profile, plan: Plan, floor: float, low: float, room: in
     thickness = max(THICK, float(np.linalg.norm(profile.inside[-1] - outside[-1])))
     inner = line + thickness * _inwards(line)
     inner[:, 0] = np.maximum(inner[:, 0], 0.02 * plan.half_x)
+    bulging = wall if _error(wall, line) > BULGE else wall[:0]
     for lower, upper in pairwise(range(len(line))):
         sides = [(float(r), float(z)) for ring in (line, inner) for r, z in (ring[lower], ring[upper])]
+        sides += [(float(r), float(z)) for r, z in bulging if line[lower, 1] < z < line[upper, 1]]
         rings = [_polygon(plan, r, z, ways) for r, z in sides]
         for i in range(len(ways)):
             j = (i + 1) % len(ways)
