@@ -13,7 +13,8 @@ from pydantic import Field
 from casa_assets.core.typing import Floats
 from casa_assets.families.family import FinishId, Params
 from casa_assets.families.kit.asset_builder import ROOT, AssetBuilder
-from casa_assets.families.kit.solids.solid import Solid
+from casa_assets.families.kit.solids.blocks import board
+from casa_assets.families.kit.solids.solid import Solid, hull_around
 from casa_assets.families.kit.solids.sweep import prism, tube
 from casa_assets.families.objects.closed_surface import bumped, ellipsoid, sheet
 from casa_assets.families.objects.food.bodies import (
@@ -37,7 +38,7 @@ from casa_assets.families.objects.food.bodies import (
     uneven_dome,
 )
 from casa_assets.families.parametric_model import ParametricModel
-from casa_assets.geometry.planar import counter_clockwise
+from casa_assets.geometry.planar import counter_clockwise, outline_of
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.record import Vec2
 from casa_assets.model.registry.category import Portion
@@ -52,6 +53,8 @@ Lines = Annotated[tuple[Line, ...], Field(max_length=16)]
 RING = 2.5
 # Points round a long body.
 AROUND = 24
+# A box below a thin wavy body reaches so far towards its outline, and so high, by the height of the body.
+PLINTH, PLINTH_HIGH = 0.8, 0.3
 FIN_OUT = 0.002  # metres that a fin or a bone may stand out without a shape of its own
 
 
@@ -313,7 +316,28 @@ def _hulls(body: Solid, p: SlabFood) -> list[Solid]:
         middle = p.length / p.bend
         around = np.arctan2(body.points[:, 0], (middle - body.points[:, 1]) * np.sign(p.bend))
         return hulls_by(body.points, around, 6)
+    if p.wave > 0:
+        return _on_plinth(body)
     return hulls_of_bent(body, p.bend if p.cut is Cut.LONG else 0.0)
+
+
+def _on_plinth(body: Solid) -> list[Solid]:
+    """A box, and from half its height on one hull: a simulation finds now and then one corner of a thin wavy hull."""
+    low, high = body.bounds
+    middle, half = (low + high) / 2, (high - low) / 2
+    outline = outline_of(body.points[:, :2])
+    edges = np.roll(outline, -1, axis=0) - outline
+    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
+    # The largest box of the body's proportions within its outline: each corner is on the inner side of every edge.
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * half[:2]
+    room = ((outline - middle[:2]) * normals).sum(axis=1)
+    reach = PLINTH * float((room / np.maximum(corners @ normals.T, 1e-12)).min())
+    tall = PLINTH_HIGH * float(high[2] - low[2])
+    (x0, y0), (x1, y1), z = middle[:2] - reach * half[:2], middle[:2] + reach * half[:2], float(low[2])
+    plinth = board((float(x0), float(y0), z), (float(x1), float(y1), z + tall), 0.0)
+    raised = body.points.copy()
+    raised[:, 2] = raised[:, 2].clip(z + tall / 2)
+    return [hull_around(raised), plinth]
 
 
 FORM = ParametricModel("slab", SlabFood, build, base=Base.FREE)
