@@ -107,24 +107,30 @@ def dome_profile(rise: float, reach: float, z: float, steps: int = 5) -> list[tu
 
 
 def round_wall_pieces(
-    inner: Sequence[Vec2], outer: Sequence[Vec2], count: int = 12, start: float = 0.0
+    inner: Sequence[Vec2],
+    outer: Sequence[Vec2],
+    count: int = 12,
+    start: float = 0.0,
+    bulge: Sequence[Vec2] = (),
 ) -> list[Placed]:
     """Convex pieces of a round wall: between (radius, z) profiles that run upwards, one piece for each stretch.
 
     Args:
         inner, outer: equally many points, metres.
         count: pieces around. start: angle of the first one's edge, rad.
+        bulge: points of the outside that the pieces reach as well, each between two of the profile.
     """
     out: list[Placed] = []
     for k in range(len(inner) - 1):
+        reached = [(r, z) for r, z in bulge if outer[k][1] < z < outer[k + 1][1]]
         for i in range(count):
             a, b = start + 2 * math.pi * i / count, start + 2 * math.pi * (i + 1) / count
             # Chords of the inner wall lie inside the circle: the hollow is as wide as it says at their middles.
             grow = 1.0 / math.cos(math.pi / count)
             cloud = [
                 (r * g * math.cos(t), r * g * math.sin(t), z)
-                for profile, g in ((inner, grow), (outer, 1.0))
-                for r, z in (profile[k], profile[k + 1])
+                for profile, g in ((inner[k : k + 2], grow), (outer[k : k + 2], 1.0), (reached, 1.0))
+                for r, z in profile
                 for t in (a, b)
             ]
             points, faces = convex_hull(np.array(cloud))
