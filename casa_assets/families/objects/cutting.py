@@ -18,6 +18,8 @@ PLATE, PROUD = 0.0006, 0.00025
 WITHIN = 0.985
 # Points nearer than this to a plane lie on it, m.
 ON_PLANE = 1e-7
+# Points of an outline nearer than this to the one before are left out, m: what is written is rounded to a tenth of it.
+SAME = 1e-7
 # Radius of the circle in the picture of a section that is the rim of the face, by the width of the picture; as in
 # textures/kinds/objects/section.py.
 PICTURE_RIM = 0.49
@@ -190,6 +192,8 @@ def _loops(body: Solid, plane: Plane) -> list[Ints]:
             following = after.pop(following)
         after.pop(first, None)
         loops.append(np.array(loop))
+    steps = [np.linalg.norm(body.points[loop] - body.points[np.roll(loop, 1)], axis=1) for loop in loops]
+    loops = [loop[step > SAME] for loop, step in zip(loops, steps, strict=True)]
     return [loop for loop in loops if len(loop) > 2]
 
 
