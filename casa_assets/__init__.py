@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     )
     from casa_assets.api.kitchen import Kitchen, Weight, kitchen, load_scene, start_states
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
+    from casa_assets.api.stable_poses import StablePose, stable_poses
     from casa_assets.api.start_states import StartStates
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.families.family import Params
@@ -57,12 +58,14 @@ __all__ = [
     "write",
     "read_asset",
     "to_trimesh",
+    "stable_poses",
     "Library",
     "cache_dir",
     "Kitchen",
     "Weight",
     "FixtureStates",
     "StartStates",
+    "StablePose",
     "SurfaceTextures",
     "Asset",
     "Params",
@@ -93,6 +96,7 @@ _SOURCES = {
     **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
     **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),
     "StartStates": "casa_assets.api.start_states",
+    **dict.fromkeys(("StablePose", "stable_poses"), "casa_assets.api.stable_poses"),
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
     **dict.fromkeys(("Ingested", "IngestResult", "Articulated", "Rejection"), "casa_assets.api.library"),
     **dict.fromkeys(("CasaError", "UnknownId", "RegistryError", "OutputError", "Rejected"), "casa_assets.errors"),

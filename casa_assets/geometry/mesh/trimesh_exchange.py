@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 from PIL import Image
+from trimesh.poses import compute_stable_poses
 from trimesh.visual import ColorVisuals, TextureVisuals
 from trimesh.visual.material import MultiMaterial, PBRMaterial, SimpleMaterial
 
@@ -83,6 +84,22 @@ def collision_scene(asset: Asset) -> trimesh.Scene:
                 transform=collider.pose.matrix,
             )
     return scene
+
+
+def resting_sides(asset: Asset, center: Floats) -> tuple[Floats, Floats, Floats]:
+    """How an asset can rest on a plane: the sides of the hull of its collision shapes that its weight holds it on.
+
+    Args:
+        center: (3,) of its mass, frame of the asset, metres.
+    Returns:
+        (V, 3) corners of that hull; (N, 3, 3) rotations that turn each side down, the most likely first; (N,) how
+        likely each is when it is put down turned at random.
+    Ref: Goldberg et al. 1999, Part pose statistics.
+    """
+    hull = collision_scene(asset).to_mesh().convex_hull
+    matrices, shares = compute_stable_poses(hull, center_mass=center)
+    rotations = np.array(matrices, dtype=np.float64).reshape(-1, 4, 4)[:, :3, :3]
+    return np.array(hull.vertices), rotations, np.array(shares, dtype=np.float64)
 
 
 def _skeleton(asset: Asset) -> trimesh.Scene:

@@ -35,6 +35,8 @@ asset: casa.Asset = casa.build("microwave", "steel", {"width": 0.6})
 params: casa.Params = casa.sample("microwave", seed=1, index=4)
 drawn: casa.Asset = casa.build("microwave", params=params)
 report: casa.Report = casa.check(asset)
+lying: list[casa.StablePose] = casa.stable_poses(asset, least=0.05)
+print(lying[0].pose.position, lying[0].probability)
 issues: tuple[casa.Issue, ...] = report.issues
 written: Path = casa.write(asset, "out/assets")
 again: casa.Asset = casa.read_asset(written)
