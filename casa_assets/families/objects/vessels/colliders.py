@@ -21,13 +21,18 @@ WIDE, SMALL = 0.18, 0.075
 ROUND_CORNER = 0.03
 # Slabs bulge as the wall does where straight ones would end so far from it, metres.
 BULGE = 0.008
+# How far a bead on the rim may stand over the slabs, metres.
+OVER = 0.0035
 
 
-def open_shapes(profile: Profile, plan: Plan, floor: float, low: float, room: int) -> tuple[Placed, ...]:
+def open_shapes(
+    profile: Profile, plan: Plan, floor: float, low: float, room: int, bead: float = 0.0
+) -> tuple[Placed, ...]:
     """The shapes of an open vessel.
 
     Args:
         floor: height of the inside's floor. low: height of the top of a stem, where the wall begins. room: most shapes.
+        bead: radius of a wire round the rim, metres.
     """
     outside = profile.outside
     solid = [*outside[outside[:, 1] < floor], (profile.radius(floor), floor)]
@@ -42,6 +47,8 @@ def open_shapes(profile: Profile, plan: Plan, floor: float, low: float, room: in
     inner = line + thickness * _inwards(line)
     inner[:, 0] = np.maximum(inner[:, 0], 0.02 * plan.half_x)
     bulging = wall if _error(wall, line) > BULGE else wall[:0]
+    for edge in (line, inner):
+        edge[-1, 1] += max(0.0, bead - OVER)
     for lower, upper in pairwise(range(len(line))):
         sides = [(float(r), float(z)) for ring in (line, inner) for r, z in (ring[lower], ring[upper])]
         sides += [(float(r), float(z)) for r, z in bulging if line[lower, 1] < z < line[upper, 1]]

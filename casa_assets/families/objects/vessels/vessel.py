@@ -58,7 +58,7 @@ def build(builder: AssetBuilder, p: Vessel) -> None:
     else:
         lid_shapes = 1 + (p.knob is not KnobForm.NONE) + 4 * (p.knob is KnobForm.BOW) if p.lid else 0
         room = MOST_SHAPES - lid_shapes - sum(len(part.shapes) for part, _, _ in parts)
-        shapes = open_shapes(profile, plan, floor, p.stem * p.height, room)
+        shapes = open_shapes(profile, plan, floor, p.stem * p.height, room, p.bead)
     substance = builder.supplies.finish(p.skin).substance
     density = p.matter * substance.density
     builder.add(ROOT, body.with_shapes(*shapes), p.skin, label="body", name="body", density=density)
