@@ -124,15 +124,19 @@ def spout(start: Vec2, end: Vec2, radius: float, tip: float, curve: float) -> So
     return found.with_colliders_of(*hulls[:2], hulls[2])
 
 
-def rim_bead(ring: Floats, radius: float, count: int = 8) -> Solid:
-    """A wire along a closed ring of points; it has no collision shape of its own."""
+def rim_bead(ring: Floats, radius: float, count: int = 8, start: float = 0.0) -> Solid:
+    """A wire along a closed ring of points; it has no collision shape of its own.
+
+    Args:
+        count: corners of its section. start: angle of the first one above the way outwards, rad.
+    """
     n = len(ring)
     way = np.roll(ring, -1, axis=0) - np.roll(ring, 1, axis=0)
     way /= np.linalg.norm(way, axis=1)[:, None]
     out = np.cross(way, (0.0, 0.0, 1.0))
     out /= np.linalg.norm(out, axis=1)[:, None]
     up = np.cross(out, way)
-    turn = np.arange(count) * 2 * np.pi / count
+    turn = start + np.arange(count) * 2 * np.pi / count
     points = ring[:, None] + radius * (
         np.cos(turn)[None, :, None] * out[:, None] + np.sin(turn)[None, :, None] * up[:, None]
     )
@@ -192,8 +196,11 @@ def sieve_wires(outside: Floats, count: int, radius: float) -> Solid:
         found.append(tube(path[first:], section).without_colliders())
     turns = np.arange(24) * 2 * np.pi / 24
     for s in np.linspace(0.12, 0.94, 9):
-        a, b = (float(np.interp(s * run[-1], run, line[:, k])) for k in (0, 1))
+        (a, b), low, high = (
+            [float(np.interp(at * run[-1], run, line[:, k])) for k in (0, 1)] for at in (s, s - 0.02, s + 0.02)
+        )
         ring = np.stack([a * np.cos(turns), a * np.sin(turns), np.full(24, b)], axis=1)
-        found.append(rim_bead(ring, radius, 3))
+        # A corner of it looks along the wall: a side that was parallel to the gauze would lie in it here or there.
+        found.append(rim_bead(ring, radius, 3, math.atan2(high[1] - low[1], high[0] - low[0])))
     plain = [Solid(part.points, part.faces, crease_deg=80.0) for part in found]
     return concatenate(plain)
