@@ -481,6 +481,9 @@ def _cake(p: Stacked, rng: np.random.Generator) -> Composed:
         )
         parts.append((plain(rose), p.second))
         solids.append(rose)
+        # Nothing is strewn below a rosette: flat sides of both might lie in one plane.
+        at = np.array([math.cos(turn), math.sin(turn)]) * 0.76 * radius
+        light = [(s, f) for s, f in light if np.linalg.norm(s.points[:, :2] - at, axis=1).min() > size]
         if p.cherry > 0:
             ball = ellipsoid((p.cherry,) * 3, 14, 9).translated(
                 0.76 * radius * math.cos(turn), 0.76 * radius * math.sin(turn), z + 0.8 * size
