@@ -103,6 +103,7 @@ _LAYERS = {
     Filling.KETCHUP: (0.002, 0.98, "dish_ketchup"),
     Filling.MUSTARD: (0.002, 0.98, "dish_mustard"),
 }
+FOLD = 0.001  # metres that the filling of a shell stays within the middle of it where it is folded
 FLAT_STEP = 0.0005  # metres between the undersides of neighbours on a skewer
 # Length along the stick and size across it by the width of a skewer, and finish, of what is on one.
 _PIECES = {
@@ -355,7 +356,12 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     heart = plain(replace(heart, points=points))
     heart = heart.translated(z=0.93 * p.height - float(points[:, 2].max()))
     low = 0.0045
-    heart = replace(heart, points=np.column_stack([heart.points[:, :2], np.maximum(heart.points[:, 2], low)]))
+    x, y, z = heart.points.T
+    z = np.maximum(z, low)
+    # It narrows below as the fold of the shell does, or it would come out of it.
+    fold = np.sqrt((gap - FOLD) ** 2 - np.maximum(gap - z, 0.0) ** 2)
+    y = y * np.minimum(1.0, fold / (1.05 * 0.85 * gap))
+    heart = replace(heart, points=np.column_stack([x, y, z]))
     parts: list[Part] = [(shell, p.skin), (heart, p.meat)]
     light: list[Part] = []
     for finish, kind, size, count in (
