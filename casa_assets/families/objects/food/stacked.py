@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Annotated
@@ -104,6 +104,7 @@ _LAYERS = {
     Filling.MUSTARD: (0.002, 0.98, "dish_mustard"),
 }
 FOLD = 0.001  # metres that the filling of a shell stays within the middle of it where it is folded
+CHIP_M = 0.014  # of what is cut into cubes in a taco
 FLAT_STEP = 0.0005  # metres between the undersides of neighbours on a skewer
 # Length along the stick and size across it by the width of a skewer, and finish, of what is on one.
 _PIECES = {
@@ -364,16 +365,23 @@ def _shell(p: Stacked, rng: np.random.Generator) -> Composed:
     heart = replace(heart, points=np.column_stack([x, y, z]))
     parts: list[Part] = [(shell, p.skin), (heart, p.meat)]
     light: list[Part] = []
+    chips = strewn(heart, Piece.CHIP, 12, CHIP_M, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
+    light += [(plain(s), p.second) for s in chips]
     for finish, kind, size, count in (
-        (p.second, Piece.CHIP, 0.014, 12),
         (p.third, Piece.SHRED, 0.03, 34),
         (p.topping_finish, p.topping, p.topping_size, p.topping_count),
     ):
-        light += [
-            (plain(s), finish)
-            for s in strewn(heart, kind, count, size, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
-        ]
+        more = strewn(heart, kind, count, size, rng, steep=0.35, above=0.55, sunk=0.3, apart=0.6)
+        # What is flat lies beside the chips: the upper sides of two that meet would lie in one plane.
+        clear = 0.0 if kind is Piece.SHRED else 0.5 * (CHIP_M + size)
+        light += [(plain(s), finish) for s in more if _distance(s, chips) >= clear]
     return Composed(parts, [[shell, heart, *(s for s, _ in light)]], light)
+
+
+def _distance(solid: Solid, others: Sequence[Solid]) -> float:
+    """How far the middle of a solid is from that of the nearest other, metres."""
+    middle = solid.points.mean(axis=0)
+    return min((float(np.linalg.norm(other.points.mean(axis=0) - middle)) for other in others), default=math.inf)
 
 
 # On a stick ---------------------------------------------------------------------------------------------------------

@@ -47,8 +47,9 @@ def open_shapes(
     inner = line + thickness * _inwards(line)
     inner[:, 0] = np.maximum(inner[:, 0], 0.02 * plan.half_x)
     bulging = wall if _error(wall, line) > BULGE else wall[:0]
-    for edge in (line, inner):
-        edge[-1, 1] += max(0.0, bead - OVER)
+    over = max(0.0, bead - OVER)
+    line[-1] += over  # outwards and upwards
+    inner[-1, 1] += over
     for lower, upper in pairwise(range(len(line))):
         sides = [(float(r), float(z)) for ring in (line, inner) for r, z in (ring[lower], ring[upper])]
         sides += [(float(r), float(z)) for r, z in bulging if line[lower, 1] < z < line[upper, 1]]
