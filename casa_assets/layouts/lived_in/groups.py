@@ -11,6 +11,7 @@ import numpy as np
 from casa_assets.core.rotation import about_axis
 from casa_assets.core.typing import Floats
 from casa_assets.layouts.lived_in.silhouette import CELL_M, Silhouette
+from casa_assets.layouts.lived_in.spaces import box_in_world
 from casa_assets.model.kitchen.habit import Arrangement
 from casa_assets.model.pose import Pose
 
@@ -24,7 +25,6 @@ HOB_TURN_DEG = 30.0
 # A plate leans in its slot, by less than this, and this far from what it leans on and from the wires in front of it.
 MAX_LEAN_RAD, SLOT_GAP_M = 0.15, 0.0004
 _SIDES = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
-_CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 
 
 @dataclass(frozen=True)
@@ -174,8 +174,7 @@ def _on_edge(members: Sequence[Silhouette], rng: np.random.Generator) -> Group |
             return None
         pose = poses[0] @ spot
         poses.append(pose)
-        corners = spot.apply(np.where(_CUBE, plate.box[1], plate.box[0]))
-        boxes.append(np.array([corners.min(axis=0), corners.max(axis=0)]))
+        boxes.append(box_in_world(spot, plate.box))
     low, high = np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)
     # Plates may stand out at the left: the origin is the middle of all.
     off = Pose(position=(float(middle[0] - (low + high)[0] / 2), float(middle[1] - (low + high)[1] / 2), 0.0))

@@ -1,4 +1,4 @@
-"""What an object has besides its form: where a hand takes it, and whether it is kept for training or for testing."""
+"""Complete an object out of numbers: add sites where a hand can take it, and its split for training or for testing."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from statistics import median
 from PIL import Image
 
 from casa_assets import registry
+from casa_assets.core.rounding import significant
 from casa_assets.errors import BatchFault
 from casa_assets.model.registry.category import Category, NumberBasis, SizeRange
 from casa_assets.pipeline.families.object_sheets import DrawnMember, draw_members
@@ -125,7 +126,7 @@ def _usual(span: SizeRange, factor: float) -> str:
 
 def _three_digits(value: float) -> str:
     """A number with three digits and no exponent, such as 0.05, 61.2 or 3950."""
-    return f"{float(f'{value:.3g}'):.12g}"
+    return f"{significant(value, 3):.12g}"
 
 
 def _draw(name: str, out: Path, count: int) -> DrawnCategory:

@@ -1,4 +1,4 @@
-"""What closes bottles, jars and cans: caps, corks, lids, pumps, pull tabs, spray heads."""
+"""Build the closures of bottles, jars and cans: caps, corks, lids, pumps, pull tabs, spray heads."""
 
 from __future__ import annotations
 
