@@ -19,7 +19,7 @@ REASONS = frozenset(
         "needs a screen",
         "needs data of a benchmark",
         "needs files of your own",
-        "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/robocasa.md
+        "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/howto/use/robocasa.md
         "needs weights of CLIP",
         "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
         "runs for minutes",
@@ -52,7 +52,7 @@ class Block:
 
 def pages() -> list[str]:
     """Every page of the documents, relative to the checkout."""
-    return [*PAGES, *(p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "docs").glob("*.md")))]
+    return [*PAGES, *(p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "docs").rglob("*.md")))]
 
 
 def blocks(page: str) -> list[Block]:

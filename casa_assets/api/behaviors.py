@@ -1,6 +1,6 @@
 """Run the state machines of fixtures beside a simulation, and tell the named states of their joints.
 
-All of it is in the texts of a model (`docs/formats.md`), so nothing is needed but a compiled model.
+All of it is in the texts of a model (`docs/reference/formats.md`), so nothing is needed but a compiled model.
 """
 
 from __future__ import annotations

@@ -163,7 +163,8 @@ def kitchen(
     """A floor plan in a style.
 
     Args:
-        plan, style: names, see `plans()` and `styles()`.
+        plan: name of a floor plan, see `plans()`.
+        style: name of a style, see `styles()`.
         seed: draws the lengths of the plan within their bounds; None: as the plan has them.
         surfaces: wall, floor, counter or cabinet -> texture, see `surfaces()`; `random`: drawn by the seed, each by
             itself.

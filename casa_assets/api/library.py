@@ -34,7 +34,7 @@ Input = str | Path | MeshOrScene | MeshInput
 
 @dataclass(frozen=True)
 class Rejection:
-    """Reason of a rejection: a code (see docs/checks.md) and one sentence."""
+    """Reason of a rejection: a code (see docs/reference/checks.md) and one sentence."""
 
     code: str
     message: str
@@ -191,8 +191,9 @@ class Library:
             inputs: paths; trimesh.Trimesh or trimesh.Scene; MeshInput, a mesh with a name, category and up axis of its
                 own; or lists of these.
             category: id for all of them; else names and sources tell.
-            name, up: of meshes that are not in a MeshInput. Where no name is given it is the mesh's own (its metadata),
-                or `mesh`; several of one name are numbered.
+            name: of meshes that are not in a MeshInput. Where none is given it is the mesh's own (its metadata), or
+                `mesh`; several of one name are numbered.
+            up: axis that points up, of meshes that are not in a MeshInput; else their metadata tell, or it is guessed.
             jobs: inputs at once; 0: one per core.
         Yields:
             The result of each input as it is done.
@@ -271,8 +272,8 @@ def ingest(
             trimesh.Scene.
         category: id of what it is; else its name tells.
         library: folder to write the asset to; None: it is returned and kept nowhere.
-        name, up: of a mesh in memory: what it is called, and the axis that points up; else its metadata tell, or it is
-            guessed.
+        name: what a mesh in memory is called.
+        up: axis of a mesh in memory that points up; else its metadata tell, or it is guessed.
     Raises:
         CasaError: there is no such file, it is not one mesh, or this machine cannot make assets. UnknownId: no such
             category. What is wrong with the mesh itself is in the result's `rejection`.
@@ -325,7 +326,8 @@ def articulate(
     Args:
         mesh: OBJ, GLB, glTF, PLY, STL or DAE of one thing.
         category: what it is, such as `microwave`; else its name, then its shape tells.
-        up, front: axes of the file such as `+z` and `-y`; guessed where they are empty.
+        up: axis of the file that points up, such as `+z`; guessed where it is empty.
+        front: axis of the file that points to whoever stands before it, such as `-y`; guessed where it is empty.
         size_m: longest side in metres; 0: by the file's unit and the category.
         decisions: a `decisions.yaml` of an earlier run, changed by hand.
         complete: build an interior where a door or a drawer opens onto nothing.

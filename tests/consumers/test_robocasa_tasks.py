@@ -19,7 +19,7 @@ from tests.task_objects import task_objects
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("robocasa") / "run_tasks.py"
-PAGE = ROOT / "docs" / "robocasa_tasks.md"
+PAGE = ROOT / "docs" / "measured" / "robocasa_tasks.md"
 # Each floor plan once, in ten of the twelve styles.
 KITCHENS = (
     "galley__scandinavian",

@@ -28,7 +28,7 @@ FEW = (
     "main_range__knob_front_left_*",
     "right_dishwasher__start_button_*",
 )
-PAGE = ROOT / "docs" / "robots_table.md"
+PAGE = ROOT / "docs" / "measured" / "robots.md"
 
 
 def casa(*arguments: object) -> subprocess.CompletedProcess[str]:

@@ -186,7 +186,7 @@ CREEP = 0.001  # rad or m in a second; what is loose sinks onto what it stands o
 
 def test_what_the_page_says_runs_and_the_kitchen_stands(scenes: dict[str, tuple[Scene, Path]]) -> None:
     whole, path = scenes["l_small__coastal"]
-    of_page = [block for block in blocks("docs/urdf.md") if block.reason == "needs yourdfpy or SAPIEN"]
+    of_page = [block for block in blocks("docs/howto/use/urdf.md") if block.reason == "needs yourdfpy or SAPIEN"]
     assert len(of_page) == 2
     for block in of_page:
         code = WITHOUT_PICTURES + block.code + A_SECOND if "import sapien" in block.code else block.code

@@ -1,4 +1,4 @@
-"""All checks: one literal row each, by subject; docs/checks.md is printed from them."""
+"""All checks: one literal row each, by subject; docs/reference/checks.md is printed from them."""
 
 from __future__ import annotations
 

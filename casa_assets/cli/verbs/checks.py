@@ -10,7 +10,7 @@ from rich.table import Table
 
 
 def checks(
-    as_markdown: Annotated[bool, typer.Option("--markdown", help="As docs/checks.md has it.")] = False,
+    as_markdown: Annotated[bool, typer.Option("--markdown", help="As docs/reference/checks.md has it.")] = False,
 ) -> None:
     """List every check: its code, what it tests, and what to do where it fails."""
     from casa_assets import registry

@@ -123,7 +123,7 @@ def kitchen_of(env: Any) -> str:
 def start_states(name: str) -> dict[str, Any]:
     """The start states of a kitchen that was exported with them: of each `qpos`, `base`, `notes` and more.
 
-    Names of joints are those of RoboCasa's model. Fields: docs/start_states.md of casa_assets.
+    Names of joints are those of RoboCasa's model. Fields: docs/howto/kitchens/start_states.md of casa_assets.
 
     Raises:
         KeyError: the kitchen is not registered, or has none.

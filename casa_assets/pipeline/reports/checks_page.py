@@ -1,4 +1,4 @@
-"""docs/checks.md, printed from the table of checks and the registry."""
+"""docs/reference/checks.md, printed from the table of checks and the registry."""
 
 from __future__ import annotations
 

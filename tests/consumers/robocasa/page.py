@@ -1,12 +1,15 @@
-"""Prints docs/robocasa_tasks.md: which atomic tasks of RoboCasa ran in which kitchens."""
+"""Prints docs/measured/robocasa_tasks.md: which atomic tasks of RoboCasa ran in which kitchens."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-HEAD = """# RoboCasa's atomic tasks in ten kitchens
+from casa_assets import __version__
 
-Printed by `./dev consumers`. The 65 atomic tasks of RoboCasa v1.0.1, unmodified, in one kitchen of each floor plan:
+HEAD = f"""# RoboCasa's atomic tasks in ten kitchens
+
+Printed by `./dev consumers` of version {__version__}. The 65 atomic tasks of RoboCasa v1.0.1, unmodified, in one
+kitchen of each floor plan:
 
 - **x**: reset and moved to its goal by fixture states or moved objects; `_check_success` went from False to True
 - o: `scene.json` affords it (`robocasa_v1`); `./dev certify` runs these too, with three seeds each

@@ -1,4 +1,4 @@
-"""Kitchens in RoboCasa itself: what docs/robocasa.md and the export's README say is run, by id and drawn at random."""
+"""Kitchens in RoboCasa itself: docs/howto/use/robocasa.md and the export's README, by id and drawn at random."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.task_objects import task_objects
 pytestmark = pytest.mark.consumers
 ROOT = Path(__file__).parents[3]
 HERE = Path(__file__).parent
-PAGE = blocks("docs/robocasa.md")
+PAGE = blocks("docs/howto/use/robocasa.md")
 OUT = "out/kitchens"
 KITCHENS = ("one_wall_small__rustic", "l_small__coastal")
 SEEDS = 10
@@ -86,7 +86,7 @@ def in_readme(exported: Path) -> str:
 
 
 def in_page(exported: Path) -> str:
-    """The Python of docs/robocasa.md."""
+    """The Python of docs/howto/use/robocasa.md."""
     [code] = [block.code for block in PAGE if block.language == "python"]
     return code.replace(f'"{OUT}"', repr(str(exported)))
 

@@ -1,4 +1,4 @@
-"""Prints docs/robots_table.md: how many joints of kitchens robots reach and follow, and what they do not reach.
+"""Prints docs/measured/robots.md: how many joints of kitchens robots reach and follow, and what they do not reach.
 
 `python -m tests.consumers.robots.page FOLDER` prints it from a folder of scenes in which all of them were certified.
 """
@@ -11,6 +11,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+
+from casa_assets import __version__
 
 KITCHENS = ("l_small__coastal", "u_small__traditional_1")  # of all robots
 # One of each other plan, of PandaOmron.
@@ -25,11 +27,12 @@ PLANS = (
     "wraparound__transitional_1",
 )
 ASKED = "PandaOmron"
-HEAD = """# What robots reach in whole kitchens
+HEAD = f"""# What robots reach in whole kitchens
 
-Printed by `./dev certify`, which runs `casa-assets scenes robots` (see [robots](robots.md)): joints that have a handle,
-knob, key or lever and a parking place, how many of them a robot gets its hand to, how many it follows to their end, the
-median of its margins, and how many joints more have no parking place and were not tried.
+Printed by `./dev certify` of version {__version__}, which runs `casa-assets scenes robots` (see
+[robots](../howto/use/robots.md)): joints that have a handle, knob, key or lever and a parking place, how many of them a
+robot gets its hand to, how many it follows to their end, the median of its margins, and how many joints more have no
+parking place and were not tried.
 
 """
 MORE = f"""

@@ -1,0 +1,120 @@
+"""The site of docs/: every link leads somewhere, and no page asks another machine for anything."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from lxml import html
+
+from tests.documents import ROOT, pages
+
+pytestmark = pytest.mark.consumers
+MKDOCS = ROOT / ".venv-docs" / "bin" / "mkdocs"
+# Attributes by which a page loads a file; those of <a> and <form> are followed by the reader alone.
+LOADS = {
+    "audio": "src",
+    "embed": "src",
+    "iframe": "src",
+    "img": "src",
+    "link": "href",
+    "object": "data",
+    "script": "src",
+    "source": "src",
+    "use": "href",
+    "video": "src",
+}
+ELSEWHERE = re.compile(r"^(\w+:)?//|^(http|https|ftp|ws|wss):", re.IGNORECASE)
+URL = re.compile(r"url\(\s*[\"']?([^\"')]+)|@import\s+[\"']([^\"']+)")
+
+
+def build(folder: Path, config: Path = ROOT / "mkdocs.yml") -> subprocess.CompletedProcess[str]:
+    assert MKDOCS.is_file(), "./dev docs makes .venv-docs"
+    words = [str(MKDOCS), "build", "--strict", "--config-file", str(config), "--site-dir", str(folder)]
+    return subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site, built where warnings are errors: dead links and anchors, pages that no menu names."""
+    folder = tmp_path_factory.mktemp("site")
+    done = build(folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def loaded(page: Path) -> Iterator[str]:
+    """Addresses that a browser fetches by itself when it opens a page."""
+    root = html.fromstring(page.read_bytes())
+    for element in root.iter(*LOADS):
+        address = element.get(LOADS[element.tag])
+        if address and not (element.tag == "link" and element.get("rel") in ("canonical", "next", "prev")):
+            yield address
+        yield from (part.split()[0] for part in (element.get("srcset") or "").split(",") if part.strip())
+    for style in root.iter("style"):
+        yield from addresses(style.text or "")
+    yield from (a for element in root.iter() if element.get("style") for a in addresses(element.get("style")))
+
+
+def addresses(css: str) -> list[str]:
+    return [first or second for first, second in URL.findall(css)]
+
+
+def test_nothing_is_loaded_from_elsewhere(site: Path) -> None:
+    for page in sorted(site.rglob("*.html")):
+        assert [address for address in loaded(page) if ELSEWHERE.match(address)] == [], page
+    for sheet in sorted(site.rglob("*.css")):
+        assert [a for a in addresses(sheet.read_text(encoding="utf-8")) if ELSEWHERE.match(a)] == [], sheet
+
+
+def test_what_pages_load_is_there(site: Path) -> None:
+    for page in sorted(site.rglob("*.html")):
+        if page.name == "404.html":  # it is served for any address, and names files from the root
+            continue
+        for address in loaded(page):
+            path = address.partition("?")[0].partition("#")[0]
+            assert path.startswith("data:") or (page.parent / path).exists(), f"{page}: {address}"
+
+
+def test_the_search_needs_no_server(site: Path) -> None:
+    """Its index is a script that a page opened from a folder may load, and so is what stands in for a worker."""
+    text = (site / "search" / "search_index.js").read_text(encoding="utf-8")
+    assert text.startswith("var __index = ")
+    assert "Quaternions" in text
+    assert "IFrameWorker" in (site / "assets" / "iframe-worker" / "shim.js").read_text(encoding="utf-8")
+
+
+def test_every_page_is_in_the_site(site: Path) -> None:
+    written = [page for page in pages() if page.startswith("docs/")]
+    assert len(written) > 20
+    assert [p for p in written if not (site / p.removeprefix("docs/")).with_suffix(".html").is_file()] == []
+
+
+def test_docstrings_and_files_of_the_root_are_shown(site: Path) -> None:
+    api = (site / "reference" / "api.html").read_text(encoding="utf-8")
+    assert 'id="casa_assets.api.kitchen.load_scene"' in api
+    built = (site / "explanation" / "how_it_is_built.html").read_text(encoding="utf-8")
+    assert "How casa_assets is built" in built
+
+
+def test_a_dead_link_is_an_error(tmp_path: Path) -> None:
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "docs" / "index.md").write_text("[away](nowhere.md)\n", encoding="utf-8")
+    config = tmp_path / "mkdocs.yml"
+    config.write_text("site_name: x\nstrict: true\ntheme: {name: material, font: false}\n", encoding="utf-8")
+    done = build(tmp_path / "site", config)
+    assert done.returncode != 0
+    assert "nowhere.md" in done.stdout + done.stderr
+
+
+def test_what_is_loaded_from_elsewhere_is_found(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    page.write_text(
+        '<link rel="stylesheet" href="//fonts.example/a.css"><style>b {background: url(https://x.example/b.png)}</style>'
+        '<img src="here.png"><a href="https://read.example">read</a>',
+        encoding="utf-8",
+    )
+    assert [a for a in loaded(page) if ELSEWHERE.match(a)] == ["//fonts.example/a.css", "https://x.example/b.png"]
