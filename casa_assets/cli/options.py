@@ -1,25 +1,96 @@
-"""Options that several verbs share, old spellings that they still take, and the library that a verb is to read."""
+"""The grammar of the command line: options that verbs share, each with one meaning, and the names that they had before.
+
+A name has the same type and the same words of help in every verb; what follows a semicolon may say more of one verb.
+`tests/architecture/test_commands.py` holds this.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from casa_assets.cli import completion
 from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.library.library import Library
+    from casa_assets.pipeline.library.library import Library as LibraryFolder
 
+OUT_HELP = "Where to write; folders are made where they are missing."
+LIBRARY_HELP = "Folder of the library."
+WIDTH_HELP = "Width of each picture in pixels."
+JOBS_HELP = "How many to work on at once; 0: one per core."
+SEED_HELP = "Seed of what is drawn by chance."
+COUNT_HELP = "How many of each."
+MOST_HELP = "How many at most."
+ALL_HELP = "All that there are."
+CLIP_HELP = (
+    "Weights of CLIP, which looks at the pictures: a file, a folder, or a name such as ViT-B-32/laion2b_s34b_b79k."
+)
+SCENES_HELP = "Ids of kitchens or globs, such as 'l_*__coastal'."
+REVIEW_HELP = "Write what a person has to decide about too, see review.csv."
+
+Out = Annotated[Path, typer.Option("--out", help=OUT_HELP)]
+# Of verbs that read a library, and of verbs that write one: there both names say the same.
+Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
+LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP)]
+ScenesFolder = Annotated[
+    Path, typer.Option("--scenes-folder", help="Folder of kitchens; what is asked for and missing there is built.")
+]
+
+WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
+SizeM = Annotated[float, typer.Option("--size-m", help="Longest side in metres; 0: by unit and category.", min=0)]
+Jobs = Annotated[int, typer.Option("--jobs", help=JOBS_HELP, min=0)]
+Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
+Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
+All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
+Samples = Annotated[int, typer.Option("--samples", help="Random members of each.", min=0)]
 Force = Annotated[bool, typer.Option("--force", help="Also those that nothing has changed for.")]
-# Spellings of version 0.1, to go with the next one.
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would become of each input and why; write nothing.")]
+Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
+Camera = Annotated[list[str] | None, typer.Option("--camera", help="Names of cameras; all where none is given.")]
+Pose = Annotated[str, typer.Option("--pose", help="Keyframe: start, closed, open or on, as far as it is there.")]
+Category = Annotated[
+    str,
+    typer.Option(
+        "--category",
+        help="Category of every input, such as mug; else it is guessed.",
+        autocompletion=completion.categories,
+    ),
+]
+ClipWeights = Annotated[str, typer.Option("--clip-weights", help=CLIP_HELP)]
+Kitchens = Annotated[list[str] | None, typer.Option("--scenes", help=SCENES_HELP, autocompletion=completion.kitchens)]
+WithReview = Annotated[bool, typer.Option("--with-review", help=REVIEW_HELP)]
+Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]
+Browser = Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")]
+
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print one JSON object per item on standard output, and nothing else there.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors and what failed alone.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print also what went well, and times.")]
+
+# Names of version 0.1, taken until the next release, each with the name that took its place.
+OLD_OUT: Mapping[str, str] = {"--output": "--out", "-o": "--out"}
+OLD_WIDTH: Mapping[str, str] = {"--size": "--width-px"}
+OLD_FORCE: Mapping[str, str] = {"--anew": "--force"}
 OldForce = Annotated[bool, typer.Option("--anew", hidden=True)]
 OldSizeM = Annotated[float, typer.Option("--size", min=0, hidden=True)]
 
 
-def library_at(folder: Path) -> Library:
+def completed(names: Any, help_: str) -> Any:
+    """A typer.Argument whose values the shell completes.
+
+    Args:
+        names: of `cli/completion.py`. help_: what it is.
+    """
+    return typer.Argument(help=help_, autocompletion=names)
+
+
+def library_at(folder: Path) -> LibraryFolder:
     """The library in a folder. Raises OutputError where nothing was ever made there, so that nothing is written."""
     from casa_assets.pipeline.library.library import Library
 

@@ -1,0 +1,134 @@
+"""Names for the shell to complete, found without importing what makes or reads the things themselves.
+
+A shell asks at each press of a key. So names are taken from the names of files and from the lines of registry/ that
+begin a row, and the records behind them are not read; tests hold that they are the names that the registry gives.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import typer
+
+import casa_assets
+
+_ROW = re.compile(r"([A-Za-z][\w-]*):")
+_PRESET = re.compile(r"  ([A-Za-z][\w-]*):")
+LIBRARY, ARTICULATED, SCENES = Path("out/library"), Path("out/articulated"), Path("out/scenes")
+REJECTED = "rejected"
+
+
+def plans(incomplete: str) -> list[str]:
+    """Ids of floor plans."""
+    return _starting(incomplete, _files("plans"))
+
+
+def styles(incomplete: str) -> list[str]:
+    """Ids of styles."""
+    return _starting(incomplete, _files("styles"))
+
+
+def kitchens(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Ids of kitchens: every plan in every style, and what stands in the folder of scenes already."""
+    place = ctx.params.get("scenes_folder") or ctx.params.get("out") or SCENES
+    ids = {f"{plan}__{style}" for plan in _files("plans") for style in _files("styles")}
+    return _starting(incomplete, sorted({*ids, *built_kitchens(Path(place))}))
+
+
+def built_kitchens(place: Path) -> list[str]:
+    """Ids of the kitchens that stand in a folder, sorted."""
+    return sorted(path.parent.name for path in place.glob("*__*/scene.json"))
+
+
+def families(incomplete: str) -> list[str]:
+    """Names of parametric families."""
+    return _starting(incomplete, _files("families"))
+
+
+def presets(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Names of the presets of the families named before; of all where none is."""
+    names = ctx.params.get("names") or _files("families")
+    return _starting(incomplete, sorted({preset for name in names for preset in _presets(name)}))
+
+
+def categories(incomplete: str) -> list[str]:
+    """Ids of categories of things."""
+    return _starting(incomplete, sorted(_rows(_root() / "categories.yaml")))
+
+
+def objects(incomplete: str) -> list[str]:
+    """Ids of the categories of which there are objects."""
+    return _starting(incomplete, sorted(_rows_of_folder("objects")))
+
+
+def textures(incomplete: str) -> list[str]:
+    """Ids of textures."""
+    return _starting(incomplete, sorted({*_rows_of_folder("textures"), *_rows_of_folder("skins")}))
+
+
+def robots(incomplete: str) -> list[str]:
+    """Names of robots."""
+    return _starting(incomplete, _files("robots"))
+
+
+def assets(incomplete: str) -> list[str]:
+    """Folders of the assets in the libraries that are in their usual places, as paths; and files below a path."""
+    places = (LIBRARY, ARTICULATED)
+    found = (path.parent for place in places for path in place.glob("*/*/asset.json"))
+    known = sorted(path.as_posix() for path in found if path.parent.name != REJECTED)
+    return _starting(incomplete, [*known, *_paths(incomplete)])
+
+
+def things(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Assets of libraries by path, and kitchens by id."""
+    return [*assets(incomplete), *kitchens(ctx, incomplete)]
+
+
+def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
+    return list(dict.fromkeys(name for name in names if name.startswith(incomplete)))
+
+
+def _root() -> Path:
+    """Folder of the registry. `registry.data_root` says the same, but importing it takes as long as all the rest."""
+    package = Path(casa_assets.__file__).parent
+    inside = package / "registry_data"
+    return inside if inside.is_dir() else package.parent / "registry"
+
+
+def _files(folder: str) -> list[str]:
+    return sorted(path.stem for path in (_root() / folder).glob("*.yaml"))
+
+
+def _rows(path: Path) -> Iterator[str]:
+    """Keys on the top level of a YAML file."""
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if found := _ROW.match(line):
+            yield found[1]
+
+
+def _rows_of_folder(folder: str) -> Iterator[str]:
+    for path in sorted((_root() / folder).glob("*.yaml")):
+        yield from _rows(path)
+
+
+def _presets(family: str) -> Iterator[str]:
+    path = _root() / "families" / f"{family}.yaml"
+    if not path.is_file():
+        return
+    inside = False
+    for line in path.read_text(encoding="utf-8").splitlines():
+        if found := _ROW.match(line):
+            inside = found[1] == "presets"
+        elif inside and (preset := _PRESET.match(line)):
+            yield preset[1]
+
+
+def _paths(incomplete: str) -> list[str]:
+    """What stands below the folder that a path begins with; folders end with a slash."""
+    folder, start = Path(incomplete).parent if not incomplete.endswith("/") else Path(incomplete), incomplete
+    if not folder.is_dir():
+        return []
+    names = (path.as_posix() + ("/" if path.is_dir() else "") for path in folder.iterdir())
+    return sorted(name for name in names if name.startswith(start))

@@ -1,0 +1,51 @@
+"""Where the words of a verb go: results to standard output, and JSON alone there if it is asked for."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import typer
+from rich.console import Console
+
+
+class Output:
+    """What a verb prints through.
+
+    Attributes:
+        as_json: one JSON object per item goes to standard output, and all other words to standard error.
+        quiet: nothing but errors, what failed, and JSON is printed.
+        verbose: also what went well is printed, item by item.
+        console: for what is told on the way and at the end; prints nothing where the verb is to be quiet.
+        failures: for items that failed and what is wrong with them; standard error where the verb is to be quiet.
+        errors: for why there is no result at all; always standard error.
+    """
+
+    def __init__(self, as_json: bool = False, quiet: bool = False, verbose: bool = False) -> None:
+        self.as_json, self.quiet, self.verbose = as_json, quiet, verbose
+        self.console = Console(stderr=as_json, quiet=quiet)
+        self.errors = Console(stderr=True)
+        self.failures = self.errors if quiet else self.console
+
+    def row(self, values: Mapping[str, Any]) -> None:
+        """Print an item as a line of JSON, if JSON is asked for."""
+        if self.as_json:
+            typer.echo(json.dumps(values, sort_keys=True))
+
+    def line(self, text: str) -> None:
+        """Print a line of plain text, such as a path, without markup or wrapping."""
+        self.console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    def detail(self, text: str) -> None:
+        """Print a line of plain text where the user asked for more words."""
+        if self.verbose:
+            self.line(text)
+
+    def wrong(self, text: str) -> None:
+        """Print a line of plain text about what failed."""
+        self.failures.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    def error(self, text: str) -> None:
+        """Print a line of plain text on standard error: why there is no result."""
+        self.errors.print(text, markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,90 @@
+"""The class of every verb: takes names of options of the last release, with a note, and says how long it took."""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import typer
+from typer.core import TyperCommand
+
+UNTIL = "the old name goes with the next release"
+
+
+class Verb(TyperCommand):
+    """A verb of the command line.
+
+    Attributes:
+        old_names: option of the last release -> the option that took its place.
+        old_path, path: words that the verb had before, and those that it has; empty where they are the same.
+    """
+
+    old_names: ClassVar[Mapping[str, str]] = {}
+    old_path: ClassVar[str] = ""
+    path: ClassVar[str] = ""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words behind the verb, with old names replaced and told about on standard error."""
+        if self.old_path and not ctx.resilient_parsing:
+            _note(f"`{self.old_path}` is now `{self.path}`")
+        words = renamed(args, self.old_names)
+        for old in () if ctx.resilient_parsing else dict.fromkeys(used(args, self.old_names)):
+            _note(f"{old} is now {self.old_names[old]}")
+        return super().parse_args(ctx, words)
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the verb; with --verbose, say on standard error what it took."""
+        begin = time.monotonic()
+        try:
+            return super().invoke(ctx)
+        finally:
+            if ctx.params.get("verbose"):
+                typer.echo(_spent(time.monotonic() - begin), err=True)
+
+
+def verb(old_names: Mapping[str, str] | None = None, old_path: str = "", path: str = "") -> type[Verb]:
+    """The class of a verb whose options, or whose own words, had other names in the last release."""
+    return type("Verb", (Verb,), {"old_names": old_names or {}, "old_path": old_path, "path": path})
+
+
+def used(args: list[str], old_names: Mapping[str, str]) -> list[str]:
+    """The old names among the words behind a verb, in their order; what follows `--` is no option."""
+    words = args[: args.index("--")] if "--" in args else args
+    return [old for word in words if (old := _old_name(word, old_names))]
+
+
+def renamed(args: list[str], old_names: Mapping[str, str]) -> list[str]:
+    """The words behind a verb with today's names of its options: `--output x`, `--output=x`, `-o x` and `-ox`."""
+    end = args.index("--") if "--" in args else len(args)
+    return [word for arg in args[:end] for word in _today(arg, old_names)] + args[end:]
+
+
+def _today(word: str, old_names: Mapping[str, str]) -> list[str]:
+    old = _old_name(word, old_names)
+    if not old:
+        return [word]
+    value = word.removeprefix(old)
+    if word.startswith("--"):
+        return [old_names[old] + value]
+    return [old_names[old], value] if value else [old_names[old]]
+
+
+def _old_name(word: str, old_names: Mapping[str, str]) -> str:
+    """The old name that a word begins with; empty where it has none."""
+    name = word.partition("=")[0] if word.startswith("--") else word[:2]
+    return name if name in old_names else ""
+
+
+def _note(text: str) -> None:
+    typer.echo(f"note: {text}; {UNTIL}", err=True)
+
+
+def _spent(wall_s: float) -> str:
+    """Seconds, processor seconds and memory of this process and of those that it waited for."""
+    own, others = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    cpu_s = sum(usage.ru_utime + usage.ru_stime for usage in (own, others))
+    peak = max(own.ru_maxrss, others.ru_maxrss) * (1 if sys.platform == "darwin" else 1024)  # Ref: getrusage(2)
+    return f"took {wall_s:.1f} s, {cpu_s:.1f} s of processor time; the largest process had {peak / 1e6:.0f} MB"
