@@ -81,3 +81,24 @@ def test_urdf_takes_a_library_or_scenes(library: Path, tmp_path: Path) -> None:
         assert words in " ".join(done.stderr.split())
         assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_glb_of_a_library_and_of_one_asset(library: Path, tmp_path: Path) -> None:
+    done = casa("export", "glb", library, "--out", tmp_path / "out", "--json")
+    assert done.returncode == 0
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert all(set(row) == {"status", "id", "glb", "message"} for row in rows)
+    assert all((tmp_path / "out" / row["glb"]).read_bytes().startswith(b"glTF") for row in rows)
+    plain = (tmp_path / "out" / "assets" / "mug_0123456789.glb").stat().st_size
+    done = casa("export", "glb", library / "mug" / "mug_0123456789", "--out", tmp_path / "out", "--layers")
+    assert done.returncode == 0
+    assert "1 asset as GLB" in done.stdout
+    (one,) = (tmp_path / "out").rglob("*.glb")
+    assert one.stat().st_size > plain
+
+
+def test_every_form_shows_how_it_is_called() -> None:
+    for form in ("glb", "urdf"):
+        done = casa("export", form, "--help")
+        assert done.returncode == 0
+        assert done.stdout.count(f"casa-assets export {form}") == 4

@@ -16,7 +16,7 @@ from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline import export_robocasa
-from casa_assets.pipeline.export import robocasa_kitchens, scenes, urdf
+from casa_assets.pipeline.export import form, gltf, robocasa_kitchens, scenes, urdf
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
 from casa_assets.pipeline.workers.limits import WorkerFailure
@@ -24,7 +24,7 @@ from tests.assets import rigid_mug
 from tests.libraries import casa
 
 GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley", "u_small"))
-MODULES = {"urdf": urdf, "robocasa": robocasa_kitchens}
+MODULES = {"urdf": urdf, "glb": gltf, "robocasa": robocasa_kitchens}
 
 
 def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[None, Scene]:
@@ -43,8 +43,9 @@ def in_this_process(work: Any, recipes: list[SceneRecipe], *_: Any) -> Iterator[
 
 
 def run(kind: str, recipes: list[SceneRecipe], out: Path) -> list[Any]:
-    if kind == "urdf":
-        return list(urdf.export_scenes([recipe.scene_id for recipe in recipes], out))
+    if kind != "robocasa":
+        chosen = urdf.URDF if kind == "urdf" else gltf.glb_form()
+        return list(form.export_scenes(chosen, [recipe.scene_id for recipe in recipes], out))
     return list(export_robocasa.export(None, out, recipes=recipes))
 
 
@@ -68,8 +69,8 @@ def test_one_that_cannot_be_built_does_not_stop_the_others(
     assert not done[BAD.scene_id].is_fault
     assert not done[GOOD.scene_id].message
     assert all(one.total == 2 for one in done.values())
-    assert list((tmp_path / "out").glob(f"*/{GOOD.scene_id}"))
-    assert not list((tmp_path / "out").glob(f"*/{BAD.scene_id}"))
+    assert list((tmp_path / "out").glob(f"*/{GOOD.scene_id}*"))
+    assert not list((tmp_path / "out").glob(f"*/{BAD.scene_id}*"))
 
 
 def test_where_none_can_be_built_the_folder_stays_as_it_was(

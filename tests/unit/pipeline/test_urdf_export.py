@@ -14,7 +14,8 @@ from casa_assets.checks.scene.formats.urdf import scene_differences
 from casa_assets.errors import OutputError, UnknownId
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.export import scenes, urdf
-from casa_assets.pipeline.export.urdf import UrdfResult, export_assets, export_scenes
+from casa_assets.pipeline.export.form import ExportResult, export_assets, export_scenes
+from casa_assets.pipeline.export.urdf import URDF
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.library import library as disk
 from tests.built_libraries import keep, loose_and_fixed
@@ -29,7 +30,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_asset_is_there_and_listed(library: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    done = list(export_assets(library, out))
+    done = list(export_assets(URDF, library, out))
     assert sorted(one.id for one in done) == sorted(asset.id for asset in loose_and_fixed())
     assert all(one.total == len(done) for one in done)
     rows = {row["id"]: row for row in json.loads((out / "urdf_export.json").read_text())["assets"]}
@@ -42,24 +43,24 @@ def test_every_asset_is_there_and_listed(library: Path, tmp_path: Path) -> None:
 
 def test_one_asset_alone(library: Path, tmp_path: Path) -> None:
     folder = library / "mug" / "mug_0123456789"
-    (one,) = export_assets(folder, tmp_path / "out")
-    assert (tmp_path / "out" / one.urdf).is_file()
+    (one,) = export_assets(URDF, folder, tmp_path / "out")
+    assert (tmp_path / "out" / one.file).is_file()
     assert [path.name for path in (tmp_path / "out" / "assets").iterdir()] == [folder.name]
 
 
 def test_the_same_library_gives_the_same_bytes(library: Path, tmp_path: Path) -> None:
     for name in ("a", "b"):
-        list(export_assets(library, tmp_path / name))
+        list(export_assets(URDF, library, tmp_path / name))
     assert differences(tmp_path / "a", tmp_path / "b") == []
 
 
 def test_a_changed_file_stops_it_and_the_earlier_export_stays(library: Path, tmp_path: Path) -> None:
     copy, out = Path(shutil.copytree(library, tmp_path / "lib")), tmp_path / "out"
-    list(export_assets(copy, out))
+    list(export_assets(URDF, copy, out))
     before = tree(out)
     (copy / "mug" / "mug_0123456789" / "model.xml").write_text("<mujoco/>")
     with pytest.raises(OutputError, match=r"model\.xml: was changed"):
-        list(export_assets(copy, out))
+        list(export_assets(URDF, copy, out))
     assert tree(out) == before
 
 
@@ -67,11 +68,11 @@ def test_what_is_not_an_export_is_left_alone(library: Path, tmp_path: Path) -> N
     (tmp_path / "photos").mkdir()
     (tmp_path / "photos" / "cat.png").write_bytes(b"cat")
     with pytest.raises(OutputError, match="neither empty nor an earlier export"):
-        list(export_assets(library, tmp_path / "photos"))
+        list(export_assets(URDF, library, tmp_path / "photos"))
     with pytest.raises(OutputError, match="one inside the other"):
-        list(export_assets(library, library / "urdf"))
+        list(export_assets(URDF, library, library / "urdf"))
     with pytest.raises(OutputError, match="holds no accepted asset"):
-        list(export_assets(tmp_path / "photos", tmp_path / "out"))
+        list(export_assets(URDF, tmp_path / "photos", tmp_path / "out"))
 
 
 def test_an_asset_that_reads_back_otherwise_is_refused(
@@ -86,12 +87,12 @@ def test_an_asset_that_reads_back_otherwise_is_refused(
             path.write_text(path.read_text().replace('xyz="-0.24 ', 'xyz="-0.25 '))
 
     monkeypatch.setattr(disk, "write_files", spoil)
-    done = {one.id: one for one in export_assets(library, tmp_path / "out")}
+    done = {one.id: one for one in export_assets(URDF, library, tmp_path / "out")}
     refused = done["microwave_0123456789"]
-    assert refused.urdf == ""
+    assert refused.file == ""
     assert "bodies/door/position" in refused.message
     assert not (tmp_path / "out" / "assets" / "microwave_0123456789").exists()
-    assert sum(bool(one.urdf) for one in done.values()) == len(done) - 1
+    assert sum(bool(one.file) for one in done.values()) == len(done) - 1
 
 
 def built(recipe: SceneRecipe, cache: Path) -> tuple[None, Scene]:
@@ -102,13 +103,13 @@ def test_a_kitchen_is_written_and_compared(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(urdf, "build_scene", built)
     recipe = SceneRecipe("l_small", "coastal")
     result = urdf.export_scene(recipe, tmp_path, tmp_path / "cache")
-    folder = (tmp_path / result.urdf).parent
+    folder = (tmp_path / result.file).parent
     assert result.facts["placements"] == len(corner().placements)
     assert scene_differences(folder, corner().replace(id=recipe.scene_id)) == []
     assert not result.message
 
 
-def in_this_process(work: Callable[[SceneRecipe], UrdfResult], recipes: list[SceneRecipe], *_: object) -> object:
+def in_this_process(work: Callable[[SceneRecipe], ExportResult], recipes: list[SceneRecipe], *_: object) -> object:
     """As run_batch, one after the other."""
     return list(enumerate(map(work, recipes)))
 
@@ -117,7 +118,7 @@ def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(urdf, "build_scene", built)
     monkeypatch.setattr(scenes, "run_batch", in_this_process)
     ids = ["l_small__coastal", "l_small__rustic"]
-    assert [one.id for one in export_scenes(ids, tmp_path / "out", 1)] == ids
+    assert [one.id for one in export_scenes(URDF, ids, tmp_path / "out", 1)] == ids
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("scenes", "urdf_export.json", "README.md", "ATTRIBUTION.md")
     }
@@ -134,5 +135,5 @@ def test_who_made_the_assets_of_kitchens_is_told(tmp_path: Path, monkeypatch: py
 
 def test_a_scene_that_does_not_exist(tmp_path: Path) -> None:
     with pytest.raises(UnknownId):
-        list(export_scenes(["no_such__kitchen"], tmp_path / "out"))
+        list(export_scenes(URDF, ["no_such__kitchen"], tmp_path / "out"))
     assert list(tmp_path.iterdir()) == []

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 
-from casa_assets.cli.progress import bar
-from casa_assets.cli.text import pluralize, terminal_safe
-
-if TYPE_CHECKING:
-    from casa_assets.pipeline.export.urdf import UrdfResult
+from casa_assets.cli.verbs.export.rows import export_as
 
 EXAMPLES = """
 Examples:
@@ -46,44 +38,9 @@ def urdf(
     ),
 ) -> None:
     """Write assets or kitchens as URDF and compare what is read back; exit 0, 1 where one was refused, 2, 3."""
-    from casa_assets.pipeline.export.urdf import export_assets, export_scenes
+    from casa_assets.pipeline.export.urdf import URDF
 
-    if (source is None) == (not scenes):
-        raise typer.BadParameter("give either a library or an asset's folder, or --scenes")
-    rows = export_assets(source, out, with_review) if source is not None else export_scenes(scenes or [], out, jobs)
-    results: list[UrdfResult] = []
-    with bar(Console(stderr=True)) as progress, closing(rows) as running:
-        task = progress.add_task("reading", total=None)
-        for result in running:
-            results.append(result)
-            progress.update(
-                task, total=result.total, completed=len(results), description=escape(terminal_safe(result.id))
-            )
-    if json_:
-        for result in results:
-            row = {"id": result.id, "urdf": result.urdf, "message": result.message}
-            status = "exported" if result.urdf else "left_out" if result.is_left_out else "refused"
-            typer.echo(json.dumps({"status": status, **row}, sort_keys=True))
-    else:
-        _print_results(results, out, "asset" if source is not None else "kitchen")
-    if not all(result.urdf or result.is_left_out for result in results):
-        raise typer.Exit(1)
+    export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, json_)
 
 
 urdf.__doc__ = f"{urdf.__doc__}\n{EXAMPLES}"
-
-
-def _print_results(results: list[UrdfResult], out: Path, what: str) -> None:
-    console = Console()
-    for result in results:
-        if not result.urdf:
-            word = "[yellow]left out[/]" if result.is_left_out else "[red]refused[/]"
-            line = f"{word} {escape(terminal_safe(result.id))}: {escape(terminal_safe(result.message))}"
-            console.print(line, highlight=False, soft_wrap=True)
-    written = [result for result in results if result.urdf]
-    if not written:
-        console.print("nothing was written", highlight=False)
-        return
-    place = escape(terminal_safe(str(out)))
-    message = f"{pluralize(len(written), what)} as URDF; read {place}/README.md for how to load them"
-    console.print(message, highlight=False, soft_wrap=True)

@@ -1,0 +1,10 @@
+"""Asset or Scene -> one binary glTF file (GLB) to look at: what is seen, and on request colliders and regions.
+
+A GLB has no physics. What a viewer needs to move the parts stands in the `extras` of its nodes; `document` lists them.
+"""
+
+from casa_assets.export.gltf.document import asset_glb
+from casa_assets.export.gltf.layer import EVERYTHING, SEEN_ALONE, Layers
+from casa_assets.export.gltf.scene import scene_glb
+
+__all__ = ["EVERYTHING", "SEEN_ALONE", "Layers", "asset_glb", "scene_glb"]
