@@ -16,12 +16,12 @@ PROBE = """
 import pathlib, sys
 import casa_assets
 from casa_assets import registry
-from casa_assets.pipeline.reports import html_report
+from casa_assets.pipeline.reports import kitchens
 
 assert pathlib.Path(casa_assets.__file__).is_relative_to(sys.argv[1]), casa_assets.__file__
 assert registry.data_root().name == "registry_data"
 assert len(registry.load().categories) > 100
-assert "<html" in html_report.render_page([], [], "empty", {})
+assert "<html" in kitchens.summary_page([])
 """
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from casa_assets.cli.options import library_at
 from casa_assets.cli.text import pluralize
@@ -17,22 +18,41 @@ def report(
     output: Annotated[
         Path | None, typer.Option("--out", "--output", "-o", help="Default: report.html in the library.")
     ] = None,
+    baseline: Annotated[
+        Path | None,
+        typer.Option(help="The report.json or the library of an earlier run: tells what is better, worse, new, gone."),
+    ] = None,
+    fail_on: Annotated[
+        list[str] | None,
+        typer.Option(help="Exit 1 where this holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."),
+    ] = None,
     clip_weights: Annotated[
         str, typer.Option(help="Weights of CLIP that look at the pictures first, see `casa-assets find --help`.")
     ] = "",
+    json_: Annotated[bool, typer.Option("--json", help="The content of report.json on standard output.")] = False,
 ) -> None:
-    """Write one self-contained HTML page: counts, rejects by reason, every asset with picture and numbers.
+    """Write a page about a library, report.html, with every input in it, and report.json beside it.
+
+    Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Of a large library
+    the data lies in report_parts beside the page. --fail-on takes a count (entries, accepted, review, rejected, advice,
+    not-run, size-outliers, mass-outliers, and with --baseline better, worse, appeared, gone), a share of it
+    (rejected-rate), or the code of a check, alone or followed by >, >=, < or <= and a number. Exit 1 where one holds.
 
     Example:
 
-      casa-assets report --library out/library
+      casa-assets report --library out/library --baseline old/report.json --fail-on worse --fail-on 'rejected-rate>5%'
     """
     from casa_assets.pipeline.clip import load_clip
     from casa_assets.pipeline.dedup import library_report
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.library.entry_table import EntryTable
-    from casa_assets.pipeline.reports.report import write
+    from casa_assets.pipeline.reports.checks_page import codes
+    from casa_assets.pipeline.reports.library.conditions import parse
+    from casa_assets.pipeline.reports.library.report import write
 
+    conditions = [parse(text, codes()) for text in fail_on or ()]
+    if baseline is None and any(condition.needs_baseline for condition in conditions):
+        raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
     place = library_at(library)
     if clip_weights or library_report.read_library_report(library) is None:
         model = load_clip(clip_weights) if clip_weights else None
@@ -40,8 +60,16 @@ def report(
             library_report.compare_library(place, EntryTable(place), model)
     target = output or library / "report.html"
     with writing(target.parent):
-        path = write(library, target)
-    Console().print(f"Report: {path}", highlight=False, soft_wrap=True)
+        written = write(library, target, baseline, conditions)
+    console = Console(stderr=json_, soft_wrap=True, highlight=False)
+    if json_:
+        typer.echo(written.json.read_text(encoding="utf-8"), nl=False)
+    for outcome in written.outcomes:
+        console.print(f"{'[red]holds[/]' if outcome.holds else '[green]does not hold[/]'}: {escape(str(outcome))}")
+    console.print(f"JSON:   {written.json}")
+    console.print(f"Report: {written.page}")
+    if any(outcome.holds for outcome in written.outcomes):
+        raise typer.Exit(1)
 
 
 def index(

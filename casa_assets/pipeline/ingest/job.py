@@ -50,7 +50,7 @@ class Outcome:
         accepted: or rejected, and then code and says. warnings: of an accepted one.
         staged: the finished entry in the staging folder, for the parent to publish; None where there is none.
         trace: where a fault of ours lies; told once, not kept.
-        seconds: that each stage took, by its name, in their order; told once, not kept.
+        seconds: that each stage took, by its name, in their order; told once; kept beside the library.
     """
 
     accepted: bool

@@ -46,6 +46,7 @@ from casa_assets.pipeline.library.entry_files import picture_of
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.resume import cached_outcome
+from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.pool import Pool
@@ -389,6 +390,8 @@ def _publish_outcome(run: _Run, result: Result) -> Event:
     elif not outcome.accepted:
         staged = outcome.staged or _stage_refusal(library, result)
         library.publish(staged, library.refusal_folder(job.asset_id))
+    if not result.is_kept:
+        keep_times(library, job.asset_id, outcome.seconds)
     return _event(run, result)
 
 

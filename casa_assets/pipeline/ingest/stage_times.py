@@ -1,4 +1,4 @@
-"""Take the time of the stages of an input, and sum it up over the inputs of a run: told to the user, kept nowhere."""
+"""Take the time of the stages of an input, and sum it up over the inputs of a run."""
 
 from __future__ import annotations
 

@@ -66,7 +66,6 @@ class EntryTable:
     Args:
         library: whose entries. force: forget what is kept and open every certificate.
         skip_damaged: leave damaged entries out: a run may be about to make them anew.
-        with_results: entries have the results of their checks too, half a millisecond each.
         read_only: write nothing: what is kept is read, and what is new is not added to it.
     Raises:
         OutputError: an entry is damaged.
@@ -77,10 +76,9 @@ class EntryTable:
         library: disk.Library,
         force: bool = False,
         skip_damaged: bool = False,
-        with_results: bool = False,
         read_only: bool = False,
     ) -> None:
-        self._library, self._skip_damaged, self._with_results = library, skip_damaged, with_results
+        self._library, self._skip_damaged = library, skip_damaged
         self._read_only = read_only
         self._path = (library.cache / NAME).absolute()
         # Looked at before the entries: what changes while they are read is told as a change.
@@ -107,8 +105,22 @@ class EntryTable:
 
     @property
     def entries(self) -> Sequence[Entry]:
-        """All entries, accepted first; without the results of their checks, of which the numbers are kept, or with."""
+        """All entries, accepted first; without the results of their checks, see `with_results`."""
         return self._entries
+
+    def with_results(self, wanted: Iterable[Entry]) -> Iterator[Entry]:
+        """Some of the entries with the results of their checks, which take half a millisecond each and much memory."""
+        with closing(self._open()) as database:
+            for entry in wanted:
+                if entry.path not in self._states:  # rows of a file that was refused; nothing was checked
+                    yield entry
+                    continue
+                query = "SELECT results FROM entries WHERE folder = ? AND state = ?"
+                kept = database.execute(query, (entry.path, self._states[entry.path])).fetchone()
+                if kept is None:  # the table could not be written
+                    yield entry_at(self._library.root / entry.path, self._library.root)
+                    continue
+                yield replace(entry, results=_results.validate_json(zlib.decompress(kept[0])))
 
     @cached_property
     def rows(self) -> Sequence[AssetRow]:
@@ -181,31 +193,26 @@ class EntryTable:
         pairs = sorted((*known, *found), key=lambda pair: (place[pair[0]], place[pair[1]]))
         return [_alike(signed[place[first]], signed[place[second]], *rest) for first, second, *rest in pairs]
 
-    def thumbnails(self) -> dict[str, bytes]:
-        """A small picture (WebP) of each entry that has one, by `Entry.path`; only new pictures are opened.
+    def thumbnails(self, wanted: Iterable[Entry]) -> dict[str, bytes]:
+        """A small picture (WebP) of each of these entries that has one, by `Entry.path`; only new pictures are opened.
 
         Raises:
             OutputError: a picture is damaged, or is a link that leads out of its entry.
         """
-        paths = [e.path for e in self._entries if os.path.lexists(self._library.root / e.path / PICTURE)]
+        paths = [e.path for e in wanted if os.path.lexists(self._library.root / e.path / PICTURE)]
+        query = "SELECT state, CAST(webp AS BLOB) FROM thumbnails WHERE folder = ?"
+        found, fresh = {}, []
         with closing(self._open()) as database:
-            kept = {
-                path: (state, webp)
-                for path, state, webp in database.execute("SELECT folder, state, CAST(webp AS BLOB) FROM thumbnails")
-            }
-            found, fresh = {}, []
             for path in paths:
-                folder = self._library.root / path
-                state = _state(folder / PICTURE)
-                if path in kept and kept[path][0] == state:
-                    found[path] = kept[path][1]
+                state, kept = _state(self._library.root / path / PICTURE), database.execute(query, (path,)).fetchone()
+                if kept is not None and kept[0] == state:
+                    found[path] = kept[1]
                 else:
-                    found[path] = thumbnail_of(folder)
+                    found[path] = thumbnail_of(self._library.root / path)
                     fresh.append((path, state, found[path]))
             with suppress(sqlite3.OperationalError), database:
                 database.executemany("INSERT OR REPLACE INTO thumbnails VALUES (?, ?, ?)", fresh)
-                removed = [(path,) for path in kept.keys() - found.keys()]
-                database.executemany("DELETE FROM thumbnails WHERE folder = ?", removed)
+                database.execute("DELETE FROM thumbnails WHERE folder NOT IN (SELECT folder FROM entries)")
         return found
 
     def _read(self, before: dict[str, _Kept]) -> Iterator[tuple[str, _Kept]]:
@@ -216,8 +223,6 @@ class EntryTable:
             if kept is not None and kept.state == (state := _state_again(folder, file, kept.state)):
                 with suppress(ValueError, TypeError, KeyError, zlib.error):
                     entry = _entry_of(json.loads(kept.entry))
-                    if self._with_results:
-                        entry = replace(entry, results=_results.validate_json(zlib.decompress(kept.results)))
                     if entry.path == name and bool(kept.row) is is_accepted:
                         self._add(entry, name, state, partial(_row_at, folder, kept.row) if is_accepted else None)
                         continue
@@ -231,7 +236,7 @@ class EntryTable:
                 raise
             bare = replace(entry, results=())
             make = (lambda made=row: made) if row is not None else None
-            self._add(entry if self._with_results else bare, name, state, make)
+            self._add(bare, name, state, make)
             results = zlib.compress(_results.dump_json(entry.results))
             row_json = _rows.dump_json(row).decode() if row else ""
             yield name, _Kept(state, _entries.dump_json(bare).decode(), row_json, results)

@@ -29,6 +29,7 @@ class Entry:
         checks: how many there are by status; the results are left out where only their number is of use.
         source, source_path, sha256, title, author, licence, uri, prompt, generator: provenance.
         split: train or test, as the asset says; empty where it says none.
+        portion: what is left of a thing that was cut, such as `half`; empty for a whole one.
         digest: of the asset, empty for rejected ones. producer: ingest, articulate or family. cache_key: of the entry.
         is_whole: False where a file of an accepted one is missing.
     """
@@ -56,6 +57,7 @@ class Entry:
     digest: str
     producer: str
     cache_key: str
+    portion: str = ""
     checks: Tally = NO_CHECKS
     is_whole: bool = True
 
@@ -123,6 +125,7 @@ def _accepted(folder: Path, root: Path) -> Entry:
         prompt=origin.prompt,
         generator=origin.generator,
         split=str(data["labels"].get("split") or ""),
+        portion=str(data["labels"].get("portion") or ""),
         digest=certificate.asset_digest,
         producer=certificate.producer.value,
         cache_key=certificate.cache_key,

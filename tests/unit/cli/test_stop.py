@@ -49,7 +49,7 @@ VERBS = {
     "scenes preview l_small__coastal --out {folder}": "pipeline.kitchens.scene_folders:draw_cameras",
     "scene new galley --style rustic --out {out}": "pipeline.kitchens.scene_folders:build_one",
     "preview {folder} -o {out}": "pipeline.reports.pictures:draw",
-    "report --library {folder}": "pipeline.reports.report:write",
+    "report --library {folder}": "pipeline.reports.library.report:write",
     "index --library {folder}": "pipeline.reports.index:rebuild",
     "find mug --words --library {folder}": "pipeline.dedup.search:search_by_words",
     "export robocasa {folder} --out {out}": "pipeline.export_robocasa:export",

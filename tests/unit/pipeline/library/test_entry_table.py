@@ -26,7 +26,7 @@ from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.entry_table import NAME, EntryTable
 from casa_assets.pipeline.reports.entry import entries
-from casa_assets.pipeline.reports.report import write as write_page
+from casa_assets.pipeline.reports.library.report import write as write_page
 from tests.built_libraries import keep
 from tests.similar_pairs import similar_pairs
 from tests.unit.pipeline.test_alike import COPY, FIRST, LARGE, OTHER
@@ -129,7 +129,7 @@ def test_the_page_opens_what_is_new(
         return thumbnail_of(folder)
 
     monkeypatch.setattr(entry_table, "thumbnail_of", counted)
-    pages = [write_page(library.root, tmp_path / name).read_text(encoding="utf-8") for name in ("first", "second")]
+    pages = [write_page(library.root, tmp_path / name).page.read_text("utf-8") for name in ("first", "second")]
     assert pages[0] == pages[1]
     assert {*opened, *drawn} == {FIRST.id, OTHER.id, LARGE.id}
     assert len(drawn) == 3
@@ -150,7 +150,8 @@ def test_results_of_checks_are_kept(library: disk.Library, opened: list[str]) ->
     path.write_text(json.dumps(data), encoding="utf-8")
     EntryTable(library)
     opened.clear()
-    kept = list(EntryTable(library, with_results=True).entries)
+    table = EntryTable(library)
+    kept = list(table.with_results(table.entries))
     assert opened == []
     assert kept == list(entries(library))
     assert (measured, absent) in [entry.results for entry in kept]

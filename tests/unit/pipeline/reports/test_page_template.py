@@ -13,19 +13,21 @@ from casa_assets.pipeline.cache.cache_key import reach
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import (
     catalogue,
-    html_report,
     kitchen_report,
     kitchens,
     object_catalogue,
     page_template,
 )
+from casa_assets.pipeline.reports.library import page as library_page
+from casa_assets.pipeline.reports.library import summary
+from casa_assets.pipeline.reports.library.rows import Words
 from casa_assets.pipeline.review import page
 
 FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
 HOSTILE = "<script>alert(1)</script>"
 PAGES = {
-    "library.html": html_report,
-    "library_section.html": html_report,
+    "library.html": library_page,
+    "library_section.html": library_page,
     "kitchen_report.html": kitchen_report,
     "kitchen_summary.html": kitchens,
     "kitchens.html": kitchens,
@@ -34,6 +36,7 @@ PAGES = {
     "articulate_review.html": review_page,
     "review.html": page,
 }
+BROWSING = ("browse.html", "browse.css", "browse.js", "library.css", "library.js")
 SCRIPTS = ("objects.js", "review.js", "articulate_decisions.js", "articulate_review.js")
 APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
 
@@ -41,7 +44,7 @@ APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.0
 def pages() -> dict[str, str]:
     row = kitchens.SceneRow("galley__rustic", "galley", "rustic")
     return {
-        "library": html_report.render_page([], [], HOSTILE, {}),
+        "library": library_page.render(summary.Findings(HOSTILE, ".", (), (), {}, None), Words({}, {}), {}, ()),
         "summary": kitchens.summary_page([row]),
         "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
         "catalogue": catalogue.page([], {}, HOSTILE),
@@ -70,7 +73,7 @@ def test_a_changed_template_makes_a_page_anew(name: str) -> None:
 
 
 def test_every_template_belongs_to_a_page() -> None:
-    known = {*PAGES, *page_template.SHARED, "library.css", "library.js", *SCRIPTS}
+    known = {*PAGES, *page_template.SHARED, *BROWSING, *SCRIPTS}
     assert {path.name for path in FOLDER.iterdir()} == known
 
 

@@ -15,7 +15,7 @@ from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.library import entry_files
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
-from casa_assets.pipeline.reports import report
+from casa_assets.pipeline.reports.library import report, rows
 
 CASES = [
     ("FLT005", "links/object/visuals: 2 large parts stand apart; give each object a file of its own, or join them"),
@@ -49,17 +49,20 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
     root = tmp_path_factory.mktemp("library")
     for code, message in CASES:
         refused(root, code, message)
-    text = report.write(root, root / "report.html").read_text(encoding="utf-8")
-    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
-    assert found is not None
-    return {row["code"]: row for row in json.loads(found.group(1))["rejects"]}
+    text = report.write(root, root / "report.html").page.read_text(encoding="utf-8")
+    kinds = ("rows", "details", "pictures")
+    pattern = r'<script type="application/json" id="part-{}_0">(.*?)</script>'
+    found = [re.search(pattern.format(kind), text, re.DOTALL) for kind in kinds]
+    listed, details, pictures = [json.loads(part.group(1)) for part in found if part is not None]
+    codes = [dict(zip(rows.FIELDS, values, strict=True))["codes"][0] for values in listed]
+    together = zip(codes, details, pictures, strict=True)
+    return {code: {**more, "thumb": picture} for code, more, picture in together}
 
 
 def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict[str, Any]]) -> None:
     assert page.keys() == {code for code, _ in CASES}
     for row in page.values():
         assert row["thumb"].startswith("data:image/webp")
-        assert row["meaning"]
         assert row["reason"]
         assert row["fix"].endswith(".")
 
@@ -67,7 +70,7 @@ def test_every_reject_has_a_picture_a_reason_and_what_to_do(page: dict[str, dict
 def test_what_a_check_says_is_parted_into_fault_and_remedy(page: dict[str, dict[str, Any]]) -> None:
     assert page["FLT005"]["reason"] == "links/object/visuals: 2 large parts stand apart."
     assert page["FLT005"]["fix"] == "Give each object a file of its own, or join them."
-    assert page["FLT010"]["fix"] == report.DEFAULT_ADVICE
+    assert page["FLT010"]["fix"] == rows.DEFAULT_ADVICE
 
 
 def test_a_stage_has_its_own_words(page: dict[str, dict[str, Any]]) -> None:

@@ -1,0 +1,1 @@
+"""The report on a library: page, JSON, comparison with an earlier run, conditions that fail a build."""

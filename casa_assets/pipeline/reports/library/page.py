@@ -1,0 +1,213 @@
+"""The report on a library as an HTML page that opens from disk and needs no network."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Status, Tally
+from casa_assets.pipeline.library.entry_files import PICTURE
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.library.comparison import Change, Difference
+from casa_assets.pipeline.reports.library.priors import PriorFit
+from casa_assets.pipeline.reports.library.rows import FIELDS, PART_SIZES, Words
+from casa_assets.pipeline.reports.library.summary import (
+    Compared,
+    Findings,
+    by_verdict,
+    code_counts,
+    counts,
+    reasons,
+    stage_times,
+)
+from casa_assets.pipeline.reports.page_template import relative_link, render_template
+from casa_assets.pipeline.reports.parts import Part
+
+NO_SECTION = Markup()
+MAX_LISTED = 200  # findings of one check on the library as a whole, inputs of one change; the others are counted
+MAX_OUTLIERS = 40  # of one category and quantity that are named on the page; report.json names all
+CHANGE_TITLES = {
+    Change.WORSE: "Worse",
+    Change.BETTER: "Better",
+    Change.APPEARED: "Appeared",
+    Change.GONE: "Gone",
+}
+
+
+def render(found: Findings, words: Words, links: Mapping[str, str], inside: Sequence[Part], folder: str = "") -> str:
+    """The page; the same findings give the same page.
+
+    Args:
+        links: id -> path to what an earlier run has of it. inside: parts of the data that stand in the page itself.
+        folder: of the script files with the other parts, beside the page.
+    """
+    shown = counts(found.entries, found.fits, found.compared)
+    whole = found.whole
+    data = {
+        "count": len(found.entries),
+        "fields": FIELDS,
+        "folder": relative_link(folder) if folder else "",
+        "sizes": PART_SIZES,
+        "picture": PICTURE,
+        "meanings": {code: words.meaning(code) for code in code_counts(found.entries)},
+        "checks": words.explanations,
+    }
+    return render_template(
+        "library.html",
+        title=found.library,
+        tiles=_tiles(found.entries, shown),
+        conditions=[(str(one), one.holds) for one in found.outcomes],
+        groups=_groups(found.entries),
+        reasons=reasons(found.entries, words),
+        times=stage_times(found.seconds, [entry.id for entry in found.entries]),
+        whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
+        compared=_changes(found.compared, links) if found.compared else None,
+        data=data,
+        inside=inside,
+        styles=("browse.css", "library.css"),
+        scripts=("browse.js", "library.js"),
+    )
+
+
+def numbers(found: Findings) -> list[Any]:
+    """What the charts of sizes and masses are drawn from, one item for each."""
+    return [_chart(fit) for fit in found.fits]
+
+
+def _chart(fit: PriorFit) -> dict[str, Any]:
+    return {
+        "name": fit.name,
+        "quantity": fit.quantity.value,
+        "usual": [fit.low, fit.typical, fit.high],
+        "marks": [round(mark, 4) for mark in fit.marks],
+        "count": fit.count,
+        "steps": fit.steps,
+        "outliers": [[o.id, o.value, o.factor, o.is_over] for o in fit.outliers[:MAX_OUTLIERS]],
+        "outlying": len(fit.outliers),
+    }
+
+
+def _groups(entries: Sequence[Entry]) -> list[tuple[str, str, list[dict[str, Any]]]]:
+    """Heading, key of the filter, and counts by verdict, of categories and of sources."""
+    return [
+        ("Category", "category", by_verdict(entries, "category")),
+        ("Source", "source", by_verdict(entries, "source")),
+    ]
+
+
+def _tiles(entries: Sequence[Entry], shown: Mapping[str, int]) -> list[dict[str, str]]:
+    """The numbers at the top, which are readable without scripts too; those with a filter lead to what they count."""
+    accepted = [e for e in entries if e.accepted]
+    checks = [e.checks for e in accepted]
+    tally = Tally(sum(c.passed for c in checks), sum(c.failed for c in checks), sum(c.not_run for c in checks))
+    good, read, unsure = shown[Decision.ACCEPTED], shown["entries"], shown[Decision.REVIEW]
+    share = f"{100.0 * good / read:.3g} % of {read:,} inputs" if read else "nothing was read"
+    refusals = len({e.code for e in entries if not e.accepted})
+    advice = sum(len(e.warnings) for e in accepted)
+    odd = shown["size-outliers"] + shown["mass-outliers"]
+    tiles = [
+        ("accepted", "Accepted", f"{good:,}", share, "#verdict=accepted"),
+        (
+            "review",
+            "In review",
+            f"{unsure:,}",
+            "to be decided" if unsure else "nothing to decide",
+            "#verdict=review",
+        ),
+        ("rejected", "Rejected", f"{shown['rejected']:,}", f"for {_count(refusals, 'reason')}", "#verdict=rejected"),
+        ("advised", "With advice", f"{shown['advice']:,}", f"{advice:,} in all", "#advice=yes"),
+        ("odd", "Unusual", f"{odd:,}", "outside the usual size or mass", "#tab=numbers"),
+        ("checks", "Checks passed", f"{tally.passed:,}", _applying(tally), ""),
+        ("categories", "Categories", f"{len({e.category for e in accepted}):,}", _largest(accepted), "#tab=numbers"),
+    ]
+    return [
+        {"key": key if value != "0" else "zero", "label": label, "value": value, "note": note, "link": link}
+        for key, label, value, note, link in tiles
+    ]
+
+
+def _applying(checks: Tally) -> str:
+    """Note beside the number of checks that passed."""
+    return f"of {checks.applying:,} that apply" + (f", {checks.not_run:,} not run" if checks.not_run else "")
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number:,} {noun}{'' if number == 1 else 's'}"
+
+
+def _largest(entries: Sequence[Entry]) -> str:
+    """The category with most assets, the first by name where several have as many."""
+    found = Counter(e.category for e in entries)
+    if not found:
+        return "none"
+    name, number = min(found.items(), key=lambda item: (-item[1], item[0]))
+    return f"most: {name} ({number:,})"
+
+
+def _changes(compared: Compared, links: Mapping[str, str]) -> dict[str, Any]:
+    """What changed since an earlier run, as the template shows it."""
+    kinds = []
+    for change, title in CHANGE_TITLES.items():
+        members = [one for one in compared.differences if one.change is change]
+        kinds.append(
+            {
+                "change": change.value,
+                "title": title,
+                "count": len(members),
+                "rows": [_change(one, links.get(one.id, "")) for one in members[:MAX_LISTED]],
+            }
+        )
+    return {"name": compared.name, "kinds": kinds}
+
+
+def _change(one: Difference, link: str) -> dict[str, Any]:
+    path, _, row = link.partition("#")
+    return {
+        "id": one.id,
+        "is_here": one.now is not None,
+        "before": one.before.in_words if one.before else "was not there",
+        "now": one.now.in_words if one.now else "is not there",
+        "link": (relative_link(path) + (f"#{row}" if row else "")) if link else "",
+    }
+
+
+def render_library_section(report: Report | None, explanations: Mapping[str, str], weights: str = "") -> Markup:
+    """HTML of the section on the checks of all assets together; empty where no check of the library as a whole has run.
+
+    Args:
+        report: on the library. explanations: code of a check -> its title and what is tested.
+        weights: name of the CLIP weights that looked at the pictures; empty where none did.
+    """
+    if report is None or not report.results:
+        return NO_SECTION
+    return Markup(  # noqa: S704  the template has escaped every value
+        render_template(
+            "library_section.html",
+            seen=f"pictures looked at by CLIP with {weights}" if weights else "nobody looked at the pictures",
+            rows=[
+                _library_check(r, [i for i in report.issues if i.code == r.code], explanations) for r in report.results
+            ],
+            most=MAX_LISTED,
+        )
+    )
+
+
+def _library_check(result: CheckResult, issues: Sequence[Issue], explanations: Mapping[str, str]) -> dict[str, Any]:
+    state = {
+        Status.PASSED: "passed",
+        Status.FAILED: f"{len(issues)} found",
+        Status.NOT_APPLICABLE: f"does not apply: {result.reason}",
+        Status.NOT_RUN: f"not run: {result.reason}",
+    }[result.status]
+    return {
+        "code": result.code,
+        "why": explanations.get(result.code, ""),
+        "kind": {Status.PASSED: "good", Status.NOT_APPLICABLE: "small"}.get(result.status, "warn-text"),
+        "state": state,
+        "number": "" if result.number is None else f", measured {result.number:.3g}",
+        "limit": "" if result.limit is None else f", limit {result.limit:g}",
+        "issues": issues,
+    }

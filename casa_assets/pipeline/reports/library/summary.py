@@ -1,0 +1,195 @@
+"""What a report says of a library in numbers: the content of report.json, and of the page that shows it."""
+
+from __future__ import annotations
+
+import statistics
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from casa_assets.core.rounding import significant
+from casa_assets.model.issue import Decision
+from casa_assets.pipeline.dedup.library_report import LibraryReport
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.library.comparison import Change, Difference, standing_of
+from casa_assets.pipeline.reports.library.conditions import Outcome
+from casa_assets.pipeline.reports.library.priors import PriorFit, Quantity, outlying
+from casa_assets.pipeline.reports.library.rows import Words
+
+# Of the form of report.json, see docs/report.md; raised where a reader of an older one would go wrong.
+SCHEMA_VERSION = 1
+# Entries that a stage took longest for, which are named.
+SLOWEST = 5
+
+
+@dataclass(frozen=True)
+class Compared:
+    """An earlier run and what changed since. name: of it. differences: worse ones first."""
+
+    name: str
+    differences: tuple[Difference, ...]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many of each kind."""
+        return {change.value: sum(one.change is change for one in self.differences) for change in Change}
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that a report tells.
+
+    Attributes:
+        library: name of it. root: its folder relative to that of the report, POSIX. entries: of it.
+        fits: sizes and masses against the usual ones. seconds: by id and stage. whole: checks on all assets together.
+        compared: None where there is no earlier run. outcomes: of the conditions that were set.
+    """
+
+    library: str
+    root: str
+    entries: Sequence[Entry]
+    fits: Sequence[PriorFit]
+    seconds: Mapping[str, Mapping[str, float]]
+    whole: LibraryReport | None
+    compared: Compared | None = None
+    outcomes: Sequence[Outcome] = ()
+
+
+def counts(entries: Sequence[Entry], fits: Sequence[PriorFit], compared: Compared | None) -> dict[str, int]:
+    """Counts by the names that conditions use; those of changes where there is an earlier run."""
+    verdicts = Counter(entry.decision for entry in entries)
+    found = {
+        "entries": len(entries),
+        **{decision.value: verdicts[decision] for decision in Decision},
+        "advice": sum(bool(entry.warnings) for entry in entries),
+        "not-run": sum(entry.checks.not_run for entry in entries if entry.accepted),
+        "size-outliers": len(outlying(fits, Quantity.SIZE)),
+        "mass-outliers": len(outlying(fits, Quantity.MASS)),
+    }
+    return found | (compared.counts if compared else {})
+
+
+def code_counts(entries: Iterable[Entry]) -> dict[str, int]:
+    """Code -> how many entries were rejected for it, or have it as advice, the most frequent first."""
+    found = Counter(code for entry in entries for code in standing_of(entry).codes)
+    return dict(sorted(found.items(), key=lambda item: (-item[1], item[0])))
+
+
+def by_verdict(entries: Iterable[Entry], group: str) -> list[dict[str, Any]]:
+    """Entries by an attribute such as `category`, and of each how many there are of each verdict; the largest first."""
+    found: dict[str, Counter[Decision]] = {}
+    for entry in entries:
+        found.setdefault(getattr(entry, group), Counter())[entry.decision] += 1
+    rows = [{"name": name, **{d.value: verdicts[d] for d in Decision}} for name, verdicts in found.items()]
+    return sorted(rows, key=lambda row: (-sum(row[d.value] for d in Decision), row["name"]))
+
+
+def reasons(entries: Iterable[Entry], words: Words) -> list[dict[str, Any]]:
+    """Every reason for a rejection, a review or advice, with what it means and how many entries have it."""
+    found: Counter[tuple[str, str]] = Counter()
+    for entry in entries:
+        if not entry.accepted:
+            found[("rejected", entry.code)] += 1
+        found.update(("review", subject) for subject in set(entry.to_decide))
+        found.update(("advice", code) for code in {issue.code for issue in entry.warnings})
+    order = ("rejected", "review", "advice")
+    rows = sorted(found.items(), key=lambda item: (order.index(item[0][0]), -item[1], item[0][1]))
+    return [
+        {"verdict": verdict, "reason": reason, "meaning": words.meaning(reason), "count": count}
+        for (verdict, reason), count in rows
+    ]
+
+
+def stage_times(seconds: Mapping[str, Mapping[str, float]], ids: Iterable[str]) -> list[dict[str, Any]]:
+    """Each stage with its seconds: sum, median, the slowest entries; of what is known of these entries."""
+    stages: dict[str, list[tuple[float, str]]] = {}
+    for name in ids:
+        for stage, value in seconds.get(name, {}).items():
+            stages.setdefault(stage, []).append((value, name))
+    rows = []
+    for stage, values in stages.items():
+        slowest = sorted(values, key=lambda one: (-one[0], one[1]))[:SLOWEST]
+        rows.append(
+            {
+                "stage": stage,
+                "entries": len(values),
+                "seconds": significant(sum(value for value, _ in values), 6),
+                "median_s": significant(statistics.median(value for value, _ in values), 4),
+                "slowest": [{"id": name, "seconds": value} for value, name in slowest],
+            }
+        )
+    return rows
+
+
+def content(found: Findings, words: Words) -> dict[str, Any]:
+    """What stands in report.json; plain data."""
+    ids = [entry.id for entry in found.entries]
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "library": found.library,
+        "root": found.root,
+        "counts": counts(found.entries, found.fits, found.compared),
+        "categories": by_verdict(found.entries, "category"),
+        "sources": by_verdict(found.entries, "source"),
+        "reasons": reasons(found.entries, words),
+        "priors": [_prior(fit) for fit in found.fits],
+        "times": stage_times(found.seconds, ids),
+        "library_checks": found.whole.report.model_dump(mode="json") if found.whole else None,
+        "baseline": _baseline(found.compared) if found.compared else None,
+        "conditions": [
+            {"condition": one.condition.text, "measured": significant(one.measured, 6), "holds": one.holds}
+            for one in found.outcomes
+        ],
+        "entries": [_entry(entry, found.seconds.get(entry.id, {})) for entry in found.entries],
+    }
+
+
+def _prior(fit: PriorFit) -> dict[str, Any]:
+    return {
+        "category": fit.name,
+        "quantity": fit.quantity.value,
+        "unit": "m" if fit.quantity is Quantity.SIZE else "kg",
+        "usual": [fit.low, fit.typical, fit.high],
+        "count": fit.count,
+        "outliers": [{"id": o.id, "value": o.value, "factor": o.factor, "over": o.is_over} for o in fit.outliers],
+    }
+
+
+def _baseline(compared: Compared) -> dict[str, Any]:
+    return {
+        "library": compared.name,
+        "counts": compared.counts,
+        "differences": [
+            {
+                "change": one.change.value,
+                "id": one.id,
+                "before": one.before.in_words if one.before else None,
+                "now": one.now.in_words if one.now else None,
+            }
+            for one in compared.differences
+        ],
+    }
+
+
+def _entry(entry: Entry, seconds: Mapping[str, float]) -> dict[str, Any]:
+    standing = standing_of(entry)
+    return {
+        "id": entry.id,
+        "category": entry.category,
+        "verdict": entry.decision.value,
+        "codes": list(standing.codes),
+        "decide": sorted(set(entry.to_decide)),
+        "source": entry.source,
+        "source_path": entry.source_path,
+        "path": entry.path,
+        "size_m": list(entry.summary.extents) if entry.summary else None,
+        "mass_kg": entry.summary.mass if entry.summary else None,
+        "checks": {
+            "passed": entry.checks.passed,
+            "applying": entry.checks.applying,
+            "not_run": entry.checks.not_run,
+            "advice": entry.checks.advice,
+        },
+        "seconds": dict(seconds),
+    }

@@ -1,0 +1,60 @@
+"""Conditions that fail a build: what may be written, what it means, what is said of what may not."""
+
+from __future__ import annotations
+
+import pytest
+
+from casa_assets.pipeline.reports.library.conditions import COUNTS, BadCondition, judge, parse
+
+CODES = {"FLT005", "MSH014"}
+NUMBERS = {**dict.fromkeys(COUNTS, 0), "entries": 40, "accepted": 36, "rejected": 3, "advice": 10, "worse": 2}
+
+
+@pytest.mark.parametrize(
+    ("text", "measured", "holds"),
+    [
+        ("rejected", 3, True),
+        ("rejected>3", 3, False),
+        ("rejected >= 3", 3, True),
+        ("rejected-rate>5%", 0.075, True),
+        ("rejected-rate>0.08", 0.075, False),
+        ("accepted<100", 36, True),
+        ("accepted<=35", 36, False),
+        ("worse", 2, True),
+        ("FLT005", 4, True),
+        ("MSH014", 0, False),
+        ("FLT005>4", 4, False),
+    ],
+)
+def test_a_condition_means_what_it_says(text: str, measured: float, holds: bool) -> None:
+    (outcome,) = judge([parse(text, CODES)], NUMBERS, {"FLT005": 4})
+    assert (outcome.measured, outcome.holds) == (pytest.approx(measured), holds)
+    assert text.strip() in str(outcome)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("rejected=5", "is no condition"),
+        ("", "is no condition"),
+        ("rejectd-rate>5%", "did you mean rejected-rate"),
+        ("entries-rate>5%", "nothing is called 'entries-rate'"),
+        ("FLT999", "nothing is called 'FLT999'"),
+        ("rejected>5%", "% belongs to a rate"),
+        ("rejected-rate>5", "a rate is 0 to 1"),
+    ],
+)
+def test_what_is_no_condition_is_told_with_what_is_allowed(text: str, why: str) -> None:
+    with pytest.raises(BadCondition, match=why) as error:
+        parse(text, CODES)
+    assert "mass-outliers" in str(error.value)
+
+
+def test_of_nothing_there_is_no_rate() -> None:
+    (outcome,) = judge([parse("rejected-rate>0", CODES)], dict.fromkeys(COUNTS, 0), {})
+    assert not outcome.holds
+
+
+def test_changes_need_an_earlier_run() -> None:
+    assert parse("gone", CODES).needs_baseline
+    assert not parse("rejected", CODES).needs_baseline

@@ -1,0 +1,268 @@
+"""The page: well formed, its numbers right, no text from an input becomes markup, nothing is fetched."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import lxml.html
+import pytest
+from PIL import Image
+
+from casa_assets import registry
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
+from casa_assets.pipeline.library.entry_files import thumbnail_of
+from casa_assets.pipeline.library.library import Summary
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.library import page as pages
+from casa_assets.pipeline.reports.library import priors, rows, summary
+from casa_assets.pipeline.reports.library.comparison import compare, standing_of
+from casa_assets.pipeline.reports.library.conditions import judge, parse
+from casa_assets.pipeline.reports.library.page import render_library_section
+from casa_assets.pipeline.reports.parts import Part
+
+HOSTILE = "</script><script>alert('x')</script><img src=x onerror=alert(1)>\"'&<!--]]>\u2028{{}}$title ${x}"
+BLANK = {field.name: "" for field in dataclasses.fields(Entry)} | {"checks": tally([]), "summary": None}
+BLANK |= {"warnings": (), "results": (), "guesses": ()}
+
+
+def png(size_px: int = 300) -> bytes:
+    out = io.BytesIO()
+    Image.new("RGB", (size_px, size_px), (180, 30, 30)).save(out, "PNG")
+    return out.getvalue()
+
+
+def entry(name: str = "mug_0000000001", mass: float = 0.25, warned: bool = False, word: str = "A mug") -> Entry:
+    issue = Issue(code="GEO004", severity=Severity.WARNING, pointer=word, message=word)
+    results = (
+        CheckResult(code="AST001", status=Status.PASSED, number=0.123456789, limit=1.0, unit="m"),
+        CheckResult(code="AST002", status=Status.FAILED, number=None),
+        CheckResult(code="AST003", status=Status.FAILED, severity=Severity.WARNING),
+        CheckResult(code="KIN001", status=Status.NOT_APPLICABLE, reason=word),
+        CheckResult(code="USD003", status=Status.NOT_RUN, reason=word),
+    )
+    described: dict[str, Any] = {
+        "id": name,
+        "category": "mug",
+        "accepted": True,
+        "path": f"mug/{name}",
+        "summary": Summary(extents=(0.08, 0.1, 0.0955), mass=mass, colliders=12, hull_vertices=40, faces=1234),
+        "source": "folder",
+        **dict.fromkeys(("source_path", "licence", "author", "title", "uri"), word),
+        "warnings": (issue,) if warned else (),
+        "results": results,
+        "checks": tally(results),
+        "guesses": (Guess(subject="scale", value=word, confidence=0.8, reason=word),),
+    }
+    return Entry(**{**BLANK, **described})
+
+
+def reject(path: str = "a.glb", code: str = "SRC003", word: str = "cannot be read") -> Entry:
+    failed = CheckResult(code="GEO001", status=Status.FAILED, number=3.0, limit=1.0, unit="m")
+    described = {"id": f"mug_{path}", "category": "mug", "accepted": False, "code": code, "source_path": path}
+    return Entry(**{**BLANK, **described, "message": word, "path": f"rejected/{path}", "results": (failed,)})
+
+
+WORDS = rows.Words(registry.load().rejections, {"AST001": "Size: is bounded"})
+
+
+def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *conditions: str) -> summary.Findings:
+    fits = priors.fits(entries, registry.load().categories)
+    compared = None
+    if before is not None:
+        compared = summary.Compared("old", tuple(compare(map(standing_of, before), map(standing_of, entries))))
+    counts = summary.counts(entries, fits, compared)
+    outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, summary.code_counts(entries))
+    return summary.Findings("Run", ".", tuple(entries), fits, {}, None, compared, outcomes)
+
+
+def render(found: summary.Findings, words: rows.Words = WORDS, links: dict[str, str] | None = None) -> str:
+    context = rows.RowContext(".")
+    inside = (
+        Part("numbers", 0, pages.numbers(found)),
+        Part("rows", 0, [rows.row_of(one, context) for one in found.entries]),
+        Part("details", 0, [rows.details_of(one, words, "", {}) for one in found.entries]),
+    )
+    return pages.render(found, words, links or {}, inside)
+
+
+def page(text: str) -> lxml.html.HtmlElement:
+    return lxml.html.document_fromstring(text)
+
+
+def part(text: str, name: str) -> Any:
+    """What the page's script reads."""
+    return json.loads(page(text).get_element_by_id(name).text_content())
+
+
+def tile(text: str, name: str) -> str:
+    """The large number in a tile of the summary."""
+    return str(page(text).xpath(f"//div[@class='tile {name}']//strong")[0].text_content())
+
+
+def test_the_numbers_at_the_top() -> None:
+    text = render(
+        findings(
+            [
+                entry(),
+                entry("mug_0000000002", 1.9, warned=True),
+                reject(),
+                reject("b.glb"),
+                reject("c.glb", "SRC001"),
+            ]
+        )
+    )
+    assert tile(text, "accepted") == "2"
+    assert tile(text, "rejected") == "3"
+    assert tile(text, "advised") == "1"
+    assert tile(text, "odd") == "1"
+    assert tile(text, "checks") == "2"
+    assert tile(text, "categories") == "1"
+
+
+def test_a_row_has_what_the_list_shows() -> None:
+    context = rows.RowContext("..", mass_outliers={"mug_0000000001"}, changes={"mug_0000000001": "worse"})
+    found = dict(zip(rows.FIELDS, rows.row_of(entry(warned=True), context), strict=True))
+    assert (found["verdict"], found["size"], found["mass"]) == ("accepted", [8.0, 10.0, 9.55], 0.25)
+    assert (found["codes"], found["outlier"], found["change"]) == (["GEO004"], ["mass"], "worse")
+    assert found["folder"] == "./../mug/mug_0000000001"
+    refused = dict(zip(rows.FIELDS, rows.row_of(reject(), rows.RowContext(".")), strict=True))
+    assert (refused["verdict"], refused["size"], refused["codes"]) == ("rejected", None, ["SRC003"])
+
+
+def test_details_tell_advice_from_failure() -> None:
+    found = rows.details_of(entry(word="why"), WORDS, "", {"load": 0.25})
+    assert [(r[0], r[1]) for r in found["results"]] == [
+        ("AST001", 1),
+        ("AST002", 0),
+        ("AST003", rows.ADVICE_NUMBER),
+        ("KIN001", 2),
+        ("USD003", 3),
+    ]
+    assert found["results"][0] == ["AST001", 1, 0.123457, 1.0, "m", ""]
+    assert found["files"][0] == ["MJCF", "./model.xml"]
+    assert found["seconds"] == {"load": 0.25}
+    assert found["guesses"] == [["scale", "why", 0.8, "why"]]
+
+
+def test_hostile_text_stays_text() -> None:
+    bad = [entry(word=HOSTILE, warned=True), reject(HOSTILE, word=HOSTILE)]
+    text = render(findings(bad, []), rows.Words({}, {"AST001": HOSTILE}))
+    tree = page(text)
+    plain = page(render(findings([entry(warned=True), reject()], []), rows.Words({}, {"AST001": "plain"})))
+    assert [e.tag for e in tree.iter()] == [e.tag for e in plain.iter()]
+    assert part(text, "part-rows_0")[0][rows.FIELDS.index("title")] == HOSTILE
+    assert part(text, "part-details_0")[1]["reason"] == HOSTILE
+    assert "<script>alert" not in text
+
+
+@pytest.mark.parametrize(
+    ("path", "link"),
+    [
+        ("javascript:alert(1)", "./javascript%3Aalert%281%29"),
+        ("//evil.example/a b#?%", "./evil.example/a%20b%23%3F%25"),
+    ],
+)
+def test_links_are_relative_whatever_they_are_called(path: str, link: str) -> None:
+    assert rows.RowContext(".").link(path) == link
+
+
+def test_nothing_is_fetched() -> None:
+    text = render(findings([entry(), reject()]))
+    tree = page(text)
+    assert not re.findall(r"(?:https?:)?//[a-z0-9.-]+\.[a-z]{2,}", text.replace("http://www.w3.org/2000/svg", ""))
+    assert not tree.xpath("//link | //iframe | //script[@src] | //img[@src]")
+    assert "@import" not in text
+    assert "url(" not in text
+    policy = tree.xpath("//meta[@http-equiv='Content-Security-Policy']/@content")[0]
+    assert "default-src 'none'" in policy
+    assert "http" not in policy
+
+
+def test_the_script_never_writes_markup() -> None:
+    for script in page(render(findings([]))).xpath("//script[not(@type)]"):
+        for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval(", "fetch(", "XMLHttp"):
+            assert word not in script.text_content()
+
+
+def test_an_empty_run_is_a_page_too() -> None:
+    text = render(findings([]))
+    assert tile(text, "zero") == "0"
+    assert part(text, "data")["count"] == 0
+    assert part(text, "part-rows_0") == []
+
+
+def test_every_id_is_unique_and_every_control_has_a_name() -> None:
+    tree = page(render(findings([entry(), reject()], [entry()])))
+    ids = tree.xpath("//@id")
+    assert len(ids) == len(set(ids))
+    for name in tree.xpath("//@aria-labelledby | //@aria-controls"):
+        assert name in ids
+    assert all(b.text_content().strip() or b.get("aria-label") for b in tree.xpath("//button"))
+    assert all(i.getparent().tag == "label" for i in tree.xpath("//input | //select"))
+
+
+def test_what_changed_is_told_with_links_to_both_runs() -> None:
+    worse, new = entry("mug_0000000001", warned=True), entry("mug_0000000002")
+    gone = entry("mug_0000000003")
+    found = findings([worse, new], [entry("mug_0000000001"), gone], "worse", "rejected>2")
+    tree = page(render(found, links={"mug_0000000001": "../old/report.html#mug_0000000001"}))
+    table = tree.get_element_by_id("panel-changes")
+    text = " ".join(table.text_content().split())
+    assert "1 worse, 0 better, 1 appeared, 1 gone" in text
+    assert "accepted, advice GEO004" in text
+    links = table.xpath(".//a/@href")
+    assert "#mug_0000000001" in links
+    assert "./../old/report.html#mug_0000000001" in links
+    assert "#mug_0000000003" not in links
+    assert [li.get("class") for li in tree.xpath("//ul[@class='conditions']/li")] == ["bad-text", "good"]
+
+
+def test_numbers_tell_categories_reasons_and_what_is_unusual() -> None:
+    found = findings([entry(), entry("mug_0000000002", 30.0), reject()])
+    told = summary.content(found, WORDS)
+    assert told["categories"] == [{"name": "mug", "accepted": 2, "review": 0, "rejected": 1}]
+    assert [(row["verdict"], row["reason"], row["count"]) for row in told["reasons"]] == [("rejected", "SRC003", 1)]
+    assert told["reasons"][0]["meaning"]
+    mass = next(row for row in told["priors"] if row["quantity"] == "mass")
+    assert [outlier["id"] for outlier in mass["outliers"]] == ["mug_0000000002"]
+    assert mass["outliers"][0]["over"]
+    assert mass["outliers"][0]["factor"] == pytest.approx(30.0 / mass["usual"][2])
+    (chart,) = [chart for chart in pages.numbers(found) if chart["quantity"] == "mass"]
+    assert sum(count for _, count in chart["steps"]) == chart["count"] == 2
+    assert 0 < chart["marks"][0] < chart["marks"][1] < chart["marks"][2] < 1
+
+
+def test_three_thousand_pictures_fit(tmp_path: Path) -> None:
+    assert thumbnail_of(tmp_path) == b""
+    noise = Image.effect_noise((512, 512), 40).convert("RGB")
+    out = io.BytesIO()
+    noise.save(out, "PNG")
+    # Noise is the worst there is, a mug on paper takes a fifth of it.
+    (tmp_path / "preview.png").write_bytes(out.getvalue())
+    assert len(thumbnail_of(tmp_path)) < 22_000
+    (tmp_path / "preview.png").write_bytes(png())
+    assert 0 < len(thumbnail_of(tmp_path)) < 1_500
+
+
+def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
+    issues = (Issue(code="LIB001", severity=Severity.WARNING, pointer=HOSTILE, message=HOSTILE),)
+    results = (
+        CheckResult(code="LIB001", status=Status.FAILED, number=0.004, limit=0.025),
+        CheckResult(code="LIB002", status=Status.PASSED),
+        CheckResult(code="LIB003", status=Status.NOT_RUN, reason="no weights"),
+    )
+    told = render_library_section(
+        Report(subject="library", results=results, issues=issues), {"LIB001": HOSTILE}, HOSTILE
+    )
+    tree = lxml.html.fromstring(f"<main>{told}</main>")
+    (found,) = tree.xpath("//section[@class='card']")
+    assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
+    assert found.xpath(".//script | .//img") == []
+    assert render_library_section(None, {}) == render_library_section(Report(subject="library"), {}) == ""
