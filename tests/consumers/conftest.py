@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from tests.browser import Browser
 from tests.documents import ROOT, blocks, shell
 from tests.libraries import made_once
 
@@ -34,3 +36,11 @@ def _make_samples(folder: Path) -> None:
     shutil.copytree(ROOT / "examples", folder / "examples")
     done = shell(MAKE, folder)
     assert done.returncode == 1, done.stdout + done.stderr  # one sample is broken on purpose
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """A headless Chromium, see tests/browser.py."""
+    started = Browser()
+    yield started
+    started.close()

@@ -49,6 +49,7 @@ def test_registry_and_templates_are_inside(names: list[str]) -> None:
     templates = (ROOT / "casa_assets" / "pipeline" / "reports" / "templates").iterdir()
     wanted |= {path.relative_to(ROOT).as_posix() for path in templates}
     assert "casa_assets/pipeline/reports/templates/base.html" in wanted
+    wanted |= {f"casa_assets/pipeline/viewer/bundle/{name}" for name in ("viewer.js", "LICENSES.txt")}
     wanted |= {path.relative_to(ROOT).as_posix() for path in (ROOT / "casa_assets").rglob("*.py")}
     assert sorted(wanted - set(names)) == []
 

@@ -102,6 +102,9 @@ def check(
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
     force: Force = False,
     pictures: Annotated[bool, typer.Option(help="Draw an overview of each.")] = True,
+    in_3d: Annotated[
+        bool, typer.Option("--3d/--no-3d", help="Write a model for the page of each, to turn and open (about 4 MB).")
+    ] = True,
     json_: Annotated[bool, typer.Option("--json", help="One JSON object per scene on standard output.")] = False,
     anew: OldForce = False,
 ) -> None:
@@ -119,7 +122,7 @@ def check(
         raise typer.BadParameter("name scenes, or give --all")
     recipes = all_recipes() if all_ else recipes_named(scenes or [], out)
     console = Console(stderr=json_)
-    done = check_all(recipes, out, jobs, force or anew, drawn=pictures)
+    done = check_all(recipes, out, jobs, force or anew, drawn=pictures, in_3d=in_3d)
     results = scene_output.print_progress(done, len(recipes), "checking", console, json_)
     if not json_:
         scene_output.print_numbers(results, out, console)

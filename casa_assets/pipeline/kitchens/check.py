@@ -45,6 +45,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     run_recipes,
     scene_key,
 )
+from casa_assets.pipeline.kitchens.scene_model import find_scene_model, put_scene_model
 from casa_assets.pipeline.kitchens.state_file import read_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.kitchen_report import page
@@ -58,7 +59,12 @@ CHECK_FRAME = room.PictureSettings(240, 180, passes=2, shadow_px=512, sky_casts=
 
 
 def check_one(
-    recipe: SceneRecipe, out: Path, force: bool = False, strict: bool = False, drawn: bool = True
+    recipe: SceneRecipe,
+    out: Path,
+    force: bool = False,
+    strict: bool = False,
+    drawn: bool = True,
+    in_3d: bool = True,
 ) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
@@ -66,47 +72,67 @@ def check_one(
 
     Args:
         out: folder of the scenes. force: check it again. strict: what does not pass is not put in place. drawn: with an
-            overview; the check of what cameras see draws its own, small, and keeps none.
+            overview; the check of what cameras see draws its own, small, and keeps none. in_3d: with a model that the
+            page shows in 3D, about 4 MB.
     """
-    done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=check_and_report, strict=strict))
+    judge = partial(check_and_report, in_3d=in_3d)
+    done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=judge, strict=strict))
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
     report = None if force else _kept_report(folder, verdict_key(recipe))
     if report is not None:
         done = SceneResult(recipe, done.folder, report=report, kept=True)
+        if in_3d and find_scene_model(folder) is None:
+            done = _shown_in_place(done, out, folder)
     else:
-        done = _checked_in_place(recipe, out, folder)
+        done = _checked_in_place(recipe, out, folder, in_3d)
     if strict and done.report is not None and not done.passed:
         remove_scene(out, recipe.scene_id)
         return replace(done, folder="", kept=False)
     return done
 
 
-def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path) -> SceneResult:
+def _shown_in_place(done: SceneResult, out: Path, folder: Path) -> SceneResult:
+    """Add a model to the page of a scene that was checked without one."""
+
+    def make() -> SceneResult:
+        _, scene = build_scene(done.recipe, disk.Library(out).cache)
+        put_scene_model(folder, scene)
+        _write_report(folder, _read_json(folder / REPORT))
+        return done
+
+    return attempt(make, partial(failed_scene, done.recipe), out)
+
+
+def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool) -> SceneResult:
     """Every check on a scene that is there already."""
 
     def make() -> SceneResult:
         begin = time.perf_counter()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
         built = time.perf_counter()
-        report = check_and_report(recipe, kitchen, scene, folder)
+        report = check_and_report(recipe, kitchen, scene, folder, in_3d)
         seconds = time.perf_counter() - built
         return SceneResult(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
 
     return attempt(make, partial(failed_scene, recipe), out)
 
 
-def check_and_report(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
-    """Run every check on a scene in its folder, and leave report, page and pictures there."""
+def check_and_report(
+    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, folder: Path, in_3d: bool = True
+) -> Report:
+    """Run every check on a scene in its folder, and leave report, page and pictures there; `in_3d`: a model, too."""
     report, measured, design = run_checks_on_scene(kitchen, scene, folder)
+    if in_3d:
+        put_scene_model(folder, scene)
     _write(folder, report, {"key": verdict_key(recipe), **measured}, floor_picture(design))
     return report
 
 
 def verdict_key(recipe: SceneRecipe) -> str:
     """Key of report.json and the page of a scene: its files, and all that decides what the checks say of them."""
-    return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, _write))
+    return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, put_scene_model, _write))
 
 
 def run_checks_on_scene(
@@ -204,7 +230,9 @@ def _write_report(folder: Path, data: dict[str, Any]) -> None:
     text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False)
     (folder / REPORT).write_text(text + "\n", encoding="utf-8")
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
-    (folder / PAGE).write_text(page(facts, data, explained(registry.load().limits)), encoding="utf-8")
+    (folder / PAGE).write_text(
+        page(facts, data, explained(registry.load().limits), find_scene_model(folder)), encoding="utf-8"
+    )
 
 
 def _read_json(path: Path) -> dict[str, Any]:
@@ -234,10 +262,12 @@ def check_all(
     force: bool = False,
     strict: bool = False,
     drawn: bool = True,
+    in_3d: bool = True,
 ) -> Iterator[SceneResult]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    return run_recipes(partial(check_one, out=out, force=force, strict=strict, drawn=drawn), recipes, out, jobs)
+    work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d)
+    return run_recipes(work, recipes, out, jobs)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from casa_assets.model.issue import CheckResult, Severity, Status, tally
 from casa_assets.pipeline.reports.page_template import render_template
+from casa_assets.pipeline.viewer.model_files import ModelFiles
 
 
 class Marked(NamedTuple):
@@ -19,12 +20,14 @@ class Marked(NamedTuple):
 Cells = tuple[str | Marked, ...]
 
 
-def page(facts: Mapping[str, Any], report: Mapping[str, Any], explained: Mapping[str, str]) -> str:
+def page(
+    facts: Mapping[str, Any], report: Mapping[str, Any], explained: Mapping[str, str], model: ModelFiles | None = None
+) -> str:
     """HTML of the page.
 
     Args:
         facts: content of scene.json. report: content of report.json.
-        explained: code of a check -> its title and what is tested.
+        explained: code of a check -> its title and what is tested. model: what it shows in 3D, None where nothing is.
     """
     results = [CheckResult.model_validate(result) for result in report["results"]]
     joints = sum(len(f["joints"]) for f in facts["fixtures"])
@@ -32,6 +35,7 @@ def page(facts: Mapping[str, Any], report: Mapping[str, Any], explained: Mapping
     return render_template(
         "kitchen_report.html",
         title=facts["id"],
+        model=model,
         verdict=_passed_or_failed(bool(report["passed"])),
         summary=(
             f"{len(facts['fixtures'])} fixtures, {joints} joints; design {grade['score']:.0f} of 100, "

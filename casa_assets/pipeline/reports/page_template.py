@@ -13,7 +13,10 @@ from markupsafe import Markup
 
 FOLDER = "templates"
 # Every page extends the first and shows the others, so the cache key of a page has to contain them.
-SHARED = ("base.html", "base.css", "document.css", "review_base.html", "review_common.js")
+SHARED = ("base.html", "base.css", "document.css", "review_base.html", "review_common.js", "model.html", "model.js")
+
+# What a page with models may load: scripts beside it, and the pictures inside a model, which the viewer hands itself.
+MODEL_POLICY = Markup("script-src 'unsafe-inline' 'self' file:; connect-src blob:; worker-src blob:")
 
 
 def render_template(name: str, **values: Any) -> str:
@@ -46,6 +49,7 @@ def _environment() -> Environment:
     )
     made.policies["json.dumps_kwargs"] = {"sort_keys": True, "separators": (",", ":"), "allow_nan": False}
     made.globals["source"] = _unescaped_source
+    made.globals["model_policy"] = MODEL_POLICY
     made.filters["relative_link"] = relative_link
     return made
 

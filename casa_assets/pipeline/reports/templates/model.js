@@ -1,0 +1,47 @@
+"use strict";
+// Shows a model in 3D in place of its picture once somebody asks for it; the viewer and the model are loaded then.
+let viewerLoads = null;
+function loadViewer(address) {
+  viewerLoads ??= new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = address;
+    script.onload = resolve;
+    script.onerror = () => reject(new Error(`${address} cannot be read`));
+    document.head.append(script);
+  });
+  return viewerLoads;
+}
+// Resolves to the viewer, see casaViewer.mount; null where the model cannot be shown, which the element then says.
+async function openModel(box) {
+  const { model, name, viewer, options } = box.dataset;
+  const button = box.querySelector(".model-open");
+  if (button) {
+    button.disabled = true;
+    button.textContent = "Loading …";
+  }
+  try {
+    await loadViewer(viewer);
+    const bytes = await casaViewer.loadModel(model, name);
+    const shown = await casaViewer.mount(box, bytes, { title: name, ...JSON.parse(options || "{}") });
+    box.classList.add("model-shown");
+    shown.canvas.focus({ preventScroll: true });
+    return shown;
+  } catch (error) {
+    const told = document.createElement("p");
+    told.className = "failed";
+    told.setAttribute("role", "alert");
+    told.textContent = `The model cannot be shown: ${error.message}.`;
+    if (button) button.replaceWith(told);
+    else box.append(told);
+    return null;
+  }
+}
+document.addEventListener("click", (event) => {
+  const button = event.target.closest(".model-open");
+  if (button) openModel(button.closest(".model"));
+});
+// A page whose address ends in #3d begins with its first model.
+if (location.hash === "#3d") {
+  const first = document.querySelector(".model");
+  if (first) openModel(first);
+}

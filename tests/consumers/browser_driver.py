@@ -1,0 +1,132 @@
+"""Drive Chromium by Playwright: one command a line on standard input, one answer a line on standard output, both JSON.
+
+Runs in the environment of tests/consumers/environments/browser.txt; tests use it by `tests.browser.Browser`.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from playwright.sync_api import Error, Page, sync_playwright
+
+# WebGL without a graphics card, nothing that asks for the network by itself.
+ARGUMENTS = (
+    *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"),
+    *("--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"),
+)
+
+
+class Driver:
+    """One page at a time, with what it wrote to the console and what it asked for since it was opened."""
+
+    def __init__(self, chromium: Any, axe: str) -> None:
+        self.chromium = chromium
+        self.axe = axe
+        self.context: Any = None
+        self.page: Page
+        self.errors: list[str] = []
+        self.requests: list[str] = []
+
+    def open(self, url: str, width: int, height: int, dark: bool, touch: bool) -> None:
+        """Open a page in a fresh profile."""
+        if self.context is not None:
+            self.context.close()
+        scheme = "dark" if dark else "light"
+        view = {"width": width, "height": height}
+        self.context = self.chromium.new_context(viewport=view, color_scheme=scheme, has_touch=touch, is_mobile=touch)
+        self.page = self.context.new_page()
+        self.errors, self.requests = [], []
+        self.page.on("console", lambda m: self.errors.append(m.text) if m.type in ("error", "warning") else None)
+        self.page.on("pageerror", lambda e: self.errors.append(str(e)))
+        self.page.on("request", lambda r: self.requests.append(r.url))
+        self.page.goto(url)
+
+    def told(self) -> dict[str, list[str]]:
+        """Errors and warnings of the console, and addresses that were asked for."""
+        return {"errors": self.errors, "requests": self.requests}
+
+    def evaluate(self, script: str) -> Any:
+        """Value of an expression in the page; a promise is waited for."""
+        return self.page.evaluate(script)
+
+    def wait(self, selector: str, timeout_s: float) -> None:
+        """Wait until something that a selector finds is seen."""
+        self.page.locator(selector).first.wait_for(timeout=timeout_s * 1000)
+
+    def pause(self, seconds: float) -> None:
+        """Let the page go on."""
+        self.page.wait_for_timeout(seconds * 1000)
+
+    def click(self, selector: str) -> None:
+        """Click in the middle of an element."""
+        self.page.locator(selector).first.click()
+
+    def click_at(self, x: float, y: float) -> None:
+        """Click at a place of the window, pixels."""
+        self.page.mouse.click(x, y)
+
+    def tap_at(self, x: float, y: float) -> None:
+        """Touch a place of the window, pixels."""
+        self.page.touchscreen.tap(x, y)
+
+    def drag(self, x: float, y: float, to_x: float, to_y: float) -> None:
+        """Press the left button at a place, move, let go."""
+        self.page.mouse.move(x, y)
+        self.page.mouse.down()
+        self.page.mouse.move((x + to_x) / 2, (y + to_y) / 2, steps=3)
+        self.page.mouse.move(to_x, to_y, steps=3)
+        self.page.mouse.up()
+
+    def wheel(self, x: float, y: float, by: float) -> None:
+        """Turn the wheel above a place."""
+        self.page.mouse.move(x, y)
+        self.page.mouse.wheel(0, by)
+
+    def fill(self, selector: str, value: str) -> None:
+        """Put a value into a field or slider."""
+        self.page.locator(selector).first.fill(value)
+
+    def press(self, key: str, selector: str) -> None:
+        """Press a key, in an element where one is named."""
+        if selector:
+            self.page.locator(selector).first.press(key)
+        else:
+            self.page.keyboard.press(key)
+
+    def screenshot(self, path: str) -> None:
+        """Write a picture of the window."""
+        self.page.screenshot(path=path)
+
+    def violations(self, impacts: list[str]) -> list[dict[str, Any]]:
+        """What axe-core finds of these impacts: rule, impact, help, elements."""
+        # By the protocol and not as a script element, which the policy of a page may refuse.
+        self.page.evaluate(f"() => {{ {self.axe} }}")
+        found = self.page.evaluate("() => axe.run(document)")
+        return [
+            {"id": v["id"], "impact": v["impact"], "help": v["help"], "nodes": [n["html"][:200] for n in v["nodes"]]}
+            for v in found["violations"]
+            if v["impact"] in impacts
+        ]
+
+
+def main() -> None:
+    """Serve until standard input ends; the arguments are Chromium's program and axe-core's script."""
+    program, axe = sys.argv[1:]
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=program, args=list(ARGUMENTS))
+        driver = Driver(chromium, Path(axe).read_text(encoding="utf-8"))
+        for line in sys.stdin:
+            asked = json.loads(line)
+            try:
+                answer = {"value": getattr(driver, asked.pop("do"))(**asked)}
+            except Error as error:
+                answer = {"error": str(error)}
+            print(json.dumps(answer), flush=True)
+        chromium.close()
+
+
+if __name__ == "__main__":
+    main()

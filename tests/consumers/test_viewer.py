@@ -1,0 +1,229 @@
+"""Models in 3D in a real browser: turned, opened by slider and click, without an error or a request to elsewhere."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
+from casa_assets.model.asset.asset import Asset
+from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.reports import page_template
+from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer, viewer_script
+from tests.articulated_assets import grill
+from tests.assets import EVERY, microwave
+from tests.browser import HOME, Browser, Page
+from tests.scenes import corner
+
+pytestmark = pytest.mark.consumers
+BUNDLE = Path(__file__).parents[2] / "casa_assets" / "pipeline" / "viewer" / "bundle"
+READY = ".cv[data-state=ready]"
+# The viewer is what `openModel` resolves to; tests keep it by this name.
+OPEN = "openModel(document.querySelector('.model')).then(shown => { window.shown = shown; return shown !== null; })"
+
+TEMPLATE = """{% extends "base.html" %}
+{% from "model.html" import model_box %}
+{% block more_policy %}; {{ model_policy }}{% endblock %}
+{% block content %}
+{{ model_box(model, title, "") }}
+{% endblock %}
+{% block scripts %}<script>
+{{ source("model.js") }}
+</script>{% endblock %}
+"""
+
+
+def page_of(folder: Path, name: str, glb: bytes) -> Path:
+    """A page with one model, as the pages of the project have them."""
+    files = ModelFiles(name, put_model(folder, name, glb), put_viewer(folder))
+    page = folder / f"{name}.html"
+    template = page_template._environment().from_string(TEMPLATE)
+    page.write_text(template.render(title=name, model=files, version="0"), encoding="utf-8")
+    return page
+
+
+def opened(browser: Browser, page: Path, **how: Any) -> Page:
+    """The page with its model shown."""
+    shown = browser.open(page, **how)
+    assert shown.evaluate(OPEN)
+    shown.wait(READY)
+    return shown
+
+
+def joints(page: Page) -> dict[str, dict[str, Any]]:
+    return {joint["name"]: joint for joint in page.evaluate("shown.jointFacts()")}
+
+
+def place_of(page: Page, node: str) -> tuple[float, float]:
+    """Pixels of the window at which the middle of what a node shows is seen."""
+    x, y = page.evaluate(
+        f"""(() => {{
+          const undo = shown.addLabels([{{ text: "x", node: {json.dumps(node)} }}], () => null);
+          shown.stage.draw(performance.now());
+          const box = document.querySelector(".cv-label").getBoundingClientRect();
+          undo();
+          return [box.x + box.width / 2, box.y + box.height / 2];
+        }})()"""
+    )
+    return x, y
+
+
+@pytest.fixture(scope="module")
+def oven_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    asset = microwave()
+    return page_of(tmp_path_factory.mktemp("oven"), asset.id, asset_glb(asset, EVERYTHING))
+
+
+def test_nothing_is_loaded_before_somebody_asks(browser: Browser, oven_page: Path) -> None:
+    page = browser.open(oven_page)
+    asked = page.evaluate(
+        "performance.getEntriesByType('resource').length + document.querySelectorAll('script[src]').length"
+    )
+    assert asked == 0
+    page.click(".model-open")
+    page.wait(READY)
+    page.assert_clean()
+
+
+def test_a_door_opens_by_slider_by_button_and_by_click(browser: Browser, oven_page: Path) -> None:
+    page = opened(browser, oven_page)
+    (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
+    door = joints(page)[name]
+    assert door["position"] == pytest.approx(door["closed"])
+    # By keyboard on the slider: End is open, whichever way the joint counts.
+    page.press("End", f'[data-joint="{name}"] input')
+    assert joints(page)[name]["position"] == pytest.approx(door["open"], abs=0.02)
+    assert page.texts(f'[data-joint="{name}"] output')[0].endswith("°")
+    page.click(f'[data-joint="{name}"] button')
+    page.pause(2.0)
+    assert joints(page)[name]["position"] == pytest.approx(door["closed"], abs=1e-3)
+    page.click_at(*place_of(page, "door"))
+    page.pause(2.0)
+    assert joints(page)[name]["position"] == pytest.approx(door["open"], abs=1e-3)
+    assert page.texts(f'[data-joint="{name}"] button') == ["Close"]
+    page.assert_clean()
+
+
+def test_poses_and_layers(browser: Browser, tmp_path: Path) -> None:
+    asset = grill()
+    page = opened(browser, page_of(tmp_path, asset.id, asset_glb(asset, EVERYTHING)))
+    for key in asset.keyframes:
+        page.click(f'.cv-button:text-is("{key.name.replace("_", " ").capitalize()}")')
+        page.pause(2.0)
+        wanted = {at.joint: at.value for at in key.joints}
+        for name, joint in joints(page).items():
+            assert joint["position"] == pytest.approx(wanted.get(name, 0.0), abs=1e-3)
+    before = page.evaluate("shown.picture()")
+    page.click("text=Colliders")
+    assert {one["name"]: one["isShown"] for one in page.evaluate("shown.layers()")}["collider"]
+    assert page.evaluate("shown.picture()") != before
+    page.assert_clean()
+
+
+def test_it_turns_by_mouse_wheel_and_keys(browser: Browser, oven_page: Path) -> None:
+    page = opened(browser, oven_page)
+    where = "(() => { const c = shown.stage.camera.position; return [c.x, c.y, c.z]; })()"
+    seen = [page.evaluate(where)]
+    x, y = page.evaluate("(({ x, y }) => [x + 60, y + 200])(document.querySelector('canvas').getBoundingClientRect())")
+    page.drag(x, y, x + 120, y + 30)
+    seen.append(page.evaluate(where))
+    page.wheel(x, y, -200)
+    page.pause(0.5)
+    seen.append(page.evaluate(where))
+    for key in ("ArrowLeft", "ArrowUp", "Shift+ArrowRight", "+"):
+        page.press(key, "canvas")
+        seen.append(page.evaluate(where))
+    assert all(a != pytest.approx(b, abs=1e-6) for a, b in itertools.pairwise(seen))
+    page.press("0", "canvas")
+    assert page.evaluate(where) == pytest.approx(seen[0], abs=1e-4)
+    page.assert_clean()
+
+
+def test_a_phone_in_the_dark(browser: Browser, oven_page: Path) -> None:
+    page = opened(browser, oven_page, width=390, height=844, dark=True, touch=True)
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    (name,) = [joint["name"] for joint in joints(page).values() if joint["type"] == "hinge"]
+    page.tap_at(*place_of(page, "door"))
+    page.pause(2.0)
+    assert joints(page)[name]["position"] == pytest.approx(joints(page)[name]["open"], abs=1e-3)
+    page.assert_clean()
+
+
+def test_labels_follow_and_go(browser: Browser, oven_page: Path) -> None:
+    page = opened(browser, oven_page)
+    page.evaluate("window.undo = shown.addLabels([{ text: 'here', position: [0, 0, 0.1] }]), shown.redraw()")
+    page.wait("text=here")
+    assert page.evaluate("undo(), document.querySelectorAll('.cv-label').length") == 0
+    page.evaluate("window.undo = shown.addDiscs([{ position: [0, 0, 0], radius: 0.3, color: '#1f6feb' }])")
+    page.assert_clean()
+
+
+def test_what_cannot_be_loaded_is_told(browser: Browser, oven_page: Path, tmp_path: Path) -> None:
+    page = browser.open(page_of(tmp_path, "gone", b"glTF"))
+    (tmp_path / "gone.glb.js").unlink()
+    page.click(".model-open")
+    page.wait("role=alert")
+    assert "cannot be read" in page.texts("[role=alert]")[0]
+
+
+def test_a_whole_kitchen(browser: Browser, tmp_path: Path) -> None:
+    _, scene = build_scene(SceneRecipe("one_wall_small", "coastal"), cache_dir())
+    glb = scene_glb(scene, EVERYTHING)
+    assert len(glb) < 10_000_000
+    page = opened(browser, page_of(tmp_path, scene.id, glb))
+    assert {"overview"} <= set(page.evaluate("shown.cameras()"))
+    page.fill(".cv-search", "fridge door")
+    rows = page.texts(".cv-joint label")
+    assert rows
+    assert all("door" in row.lower() for row in rows)
+    page.click(".cv-joint:visible .cv-toggle")
+    page.pause(3.0)
+    moved = [joint for joint in joints(page).values() if abs(joint["position"] - joint["closed"]) > 0.1]
+    assert len(moved) == 1
+    page.assert_clean()
+
+
+@pytest.mark.parametrize("build", [*EVERY, grill])
+def test_the_khronos_validator_finds_no_error(build: Callable[[], Asset], tmp_path: Path) -> None:
+    assert errors_in(asset_glb(build(), EVERYTHING), tmp_path) == []
+
+
+def test_the_khronos_validator_finds_no_error_in_a_scene(tmp_path: Path) -> None:
+    assert errors_in(scene_glb(corner(), EVERYTHING), tmp_path) == []
+
+
+def errors_in(glb: bytes, folder: Path) -> list[str]:
+    """Errors that gltf-validator finds."""
+    (folder / "model.glb").write_bytes(glb)
+    script = (
+        "const {validateBytes} = require('gltf-validator'), fs = require('fs');"
+        "validateBytes(new Uint8Array(fs.readFileSync(process.argv[1]))).then(r => console.log(JSON.stringify("
+        "r.issues.messages.filter(m => m.severity === 0).map(m => `${m.pointer}: ${m.message}`))))"
+    )
+    command = ["node", "-e", script, str(folder / "model.glb")]
+    done = subprocess.run(command, cwd=HOME / "node", capture_output=True, text=True, check=True)
+    found: list[str] = json.loads(done.stdout)
+    return found
+
+
+def test_the_bundle_is_what_its_sources_build(tmp_path: Path) -> None:
+    """Built anew from the sources with the packages of the lock: the same bytes as those that are committed."""
+    work = tmp_path / "work"
+    work.mkdir()
+    shutil.copytree(BUNDLE / "src", work / "src")
+    for name in ("build.mjs", "package.json", "package-lock.json"):
+        shutil.copy(BUNDLE / name, work / name)
+    (work / "node_modules").symlink_to(HOME / "node" / "node_modules")
+    out = tmp_path / "out"
+    out.mkdir()
+    subprocess.run(["node", "build.mjs", str(out)], cwd=work, check=True, timeout=120)
+    assert (out / "viewer.js").read_bytes() == viewer_script()
+    assert (out / "LICENSES.txt").read_bytes() == (BUNDLE / "LICENSES.txt").read_bytes()
