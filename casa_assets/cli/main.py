@@ -31,6 +31,7 @@ from casa_assets.cli.verbs.report import index, report
 from casa_assets.cli.verbs.review import review
 from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.scenes import scene_app as scene
+from casa_assets.cli.verbs.schemas import schemas
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.errors import BatchFault, CasaError
 
@@ -49,7 +50,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (ingest, articulate, fetch, find, preview, report, review, index, checks, doctor):
+for verb in (ingest, articulate, fetch, find, preview, report, review, index, checks, schemas, doctor):
     app.command()(verb)
 app.add_typer(families)
 app.add_typer(objects)

@@ -1,0 +1,25 @@
+"""casa-assets schemas: print JSON Schemas of the files that other programs read."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+
+def schemas(
+    name: Annotated[
+        str, typer.Argument(help="scene, asset, behavior or report; none: list them.", show_default=False)
+    ] = "",
+) -> None:
+    """Print the JSON Schema of scene.json, asset.json, behavior.json or report.json.
+
+    Example: casa-assets schemas scene > scene.schema.json
+    """
+    from casa_assets.pipeline.schemas import SCHEMAS, schema_text
+
+    if name:
+        typer.echo(schema_text(name), nl=False)
+        return
+    for known in SCHEMAS:
+        typer.echo(known)
