@@ -13,12 +13,25 @@ from typer.core import TyperGroup
 
 from casa_assets.cli.main import app
 
+HEAD = """# Commands
+
+Printed from the program. `casa-assets COMMAND --help` says the same in a terminal.
+
+| exit code | meaning |
+|---|---|
+| 0 | all was accepted, made or found |
+| 1 | some was rejected, failed or not found |
+| 2 | misuse, a place that cannot be written to, or a machine that lacks something |
+| 3 | a fault of the program |
+| 4 | none was rejected, but a person has to decide something (`casa-assets review`) |
+| 130, 143 | stopped by Ctrl-C or by a signal; the same command goes on from there |
+"""
 _STYLE = re.compile(r"\[/?(?:bold|dim|italic|cyan|green|red|yellow)[^\]]*\]")
 
 
 def commands_markdown() -> str:
     """The page of commands of the site: a section for each verb, in the order of `casa-assets --help`."""
-    lines = ["# Commands\n", "Printed from the program. `casa-assets COMMAND --help` says the same in a terminal.\n"]
+    lines = [HEAD]
     for path, command in _commands(typer.main.get_command(app), "casa-assets"):
         lines += _section(path, command)
     return "\n".join(lines)

@@ -124,14 +124,15 @@ def _asset() -> dict[str, Any]:
 SCHEMAS: dict[str, Callable[[], dict[str, Any]]] = {
     "asset": _asset,
     "behavior": lambda: _of(BehaviorFile),
-    "report": lambda: _of(SceneReport),
     "scene": lambda: _of(SceneFile),
+    "scene_report": lambda: _of(SceneReport),
 }
+TITLES = {"scene_report": "report.json of a scene"}
 
 
 def schema_text(name: str) -> str:
-    """JSON Schema (2020-12) of `<name>.json`, as docs/reference/schemas has it. Raises UnknownId."""
+    """JSON Schema (2020-12) of a file, as docs/reference/schemas has it. Raises UnknownId."""
     if name not in SCHEMAS:
         raise UnknownId("schema", name, SCHEMAS)
-    made = {"$schema": DIALECT, **SCHEMAS[name](), "title": f"{name}.json"}
+    made = {"$schema": DIALECT, **SCHEMAS[name](), "title": TITLES.get(name, f"{name}.json")}
     return json.dumps(made, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

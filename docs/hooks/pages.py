@@ -53,8 +53,7 @@ def fields(name: str) -> str:
 def kind(row: dict[str, Any]) -> str:
     """Type of a value in words; a record is a link to its table."""
     if "$ref" in row:
-        title = row["$ref"].rsplit("/", 1)[-1]
-        return title
+        return row["$ref"].rsplit("/", 1)[-1]
     if "anyOf" in row or "oneOf" in row:
         return " or ".join(kind(one) for one in row.get("anyOf", row.get("oneOf")))
     if "enum" in row or "const" in row:

@@ -9,10 +9,10 @@ import typer
 
 def schemas(
     name: Annotated[
-        str, typer.Argument(help="scene, asset, behavior or report; none: list them.", show_default=False)
+        str, typer.Argument(help="scene, scene_report, asset or behavior; none: list them.", show_default=False)
     ] = "",
 ) -> None:
-    """Print the JSON Schema of scene.json, asset.json, behavior.json or report.json.
+    """Print the JSON Schema of scene.json, asset.json, behavior.json or the report.json of a kitchen.
 
     Example: casa-assets schemas scene > scene.schema.json
     """

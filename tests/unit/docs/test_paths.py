@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
-from tests.documents import ROOT, pages
+from tests.documents import ROOT, blocks, pages
 
 # Where a path of a document may start, beside the root of the repository.
 STARTS = ("", "casa_assets/", "tests/")
+LINK = re.compile(r"\]\(([^)\s#]+)(?:#[^)\s]*)?\)")
 NAMED = re.compile(r"`([\w./]+/[\w.]+\.(?:py|yaml|md|txt|toml))`")
 
 
@@ -19,6 +21,25 @@ def missing(text: str) -> list[str]:
     return [path for path in found if not any((ROOT / start / path).is_file() for start in STARTS)]
 
 
+def dead_links(text: str, folder: str) -> list[str]:
+    """Targets of links and pictures, relative to the folder of the page, that are no file or folder."""
+    found = [target for target in LINK.findall(text) if "://" not in target]
+    return [target for target in found if not (ROOT / folder / target).exists()]
+
+
+@pytest.mark.parametrize("page", pages())
+def test_links_and_pictures_lead_somewhere(page: str) -> None:
+    assert dead_links((ROOT / page).read_text(encoding="utf-8"), str(Path(page).parent)) == []
+
+
+@pytest.mark.parametrize("page", pages())
+def test_samples_that_commands_read_exist(page: str) -> None:
+    made = " ".join(block.code for block in blocks(page) if block.language == "python")
+    shell = [line for block in blocks(page) if block.language == "sh" for line in block.commands]
+    samples = [word.strip("'\"") for line in shell for word in line.split() if word.startswith("examples/")]
+    assert [sample for sample in samples if not list(ROOT.glob(sample)) and sample not in made] == []
+
+
 @pytest.mark.parametrize("page", [*pages(), "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md"])
 def test_every_file_that_is_named_exists(page: str) -> None:
     assert missing((ROOT / page).read_text(encoding="utf-8")) == []
@@ -26,3 +47,6 @@ def test_every_file_that_is_named_exists(page: str) -> None:
 
 def test_a_file_that_does_not_exist_is_found() -> None:
     assert missing("see `pipeline/nothing_here.py` and `checks/run.py`") == ["pipeline/nothing_here.py"]
+    assert dead_links("[a](nothing.md#part), ![b](pictures/kit.png), [c](https://a.b)", "docs") == [
+        "nothing.md"
+    ]

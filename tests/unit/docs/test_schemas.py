@@ -13,9 +13,10 @@ from typer.testing import CliRunner
 
 import casa_assets as casa
 from casa_assets.cli.main import app
+from casa_assets.model.formats.behavior_json import BehaviorFile
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.pipeline.schemas import SCHEMAS, schema_text
-from tests.documents import ROOT
+from tests.documents import ROOT, blocks
 
 
 def faults(name: str, data: Any) -> list[str]:
@@ -55,7 +56,7 @@ def test_a_kitchen_and_its_report(checked_kitchen: tuple[Path, SceneResult]) -> 
     folder = Path(done.folder)
     scene = content(folder / "scene.json")
     assert faults("scene", scene) == []
-    assert faults("report", content(folder / "report.json")) == []
+    assert faults("scene_report", content(folder / "report.json")) == []
     machines = sorted((out / "assets" / "behavior").glob("*.json"))
     assert machines
     assert [f for path in machines for f in faults("behavior", content(path))] == []
@@ -84,3 +85,10 @@ def test_assets(boxes: Path, tmp_path: Path) -> None:
     broken = content(built)
     broken["asset"]["links"][0]["visuals"][0]["mesh"] = "box.obj"
     assert any("mesh" in fault for fault in faults("asset", broken))
+
+
+def test_the_example_of_a_behaviour() -> None:
+    (example,) = (b for b in blocks("docs/reference/behavior_json.md") if b.language == "json")
+    data = json.loads(example.code)
+    assert faults("behavior", data) == []
+    BehaviorFile.model_validate(data)
