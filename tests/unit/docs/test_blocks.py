@@ -34,9 +34,14 @@ def test_every_block_says_what_it_is(page: str) -> None:
 
 
 def test_most_blocks_are_run() -> None:
-    ours = [b for b in BLOCKS if b.page in ("README.md", "docs/howto/use/python.md") and b.language in ("sh", "python")]
-    assert sum(not b.reason for b in ours) > 15
-    assert [b for b in ours if b.language == "python" and b.reason] == []
+    ours = [
+        b
+        for b in BLOCKS
+        if b.page.startswith(("README", "docs/quick", "docs/howto")) and b.language in ("sh", "python")
+    ]
+    assert sum(not b.reason for b in ours) > 0.6 * len(ours) > 40
+    python = [b for b in ours if b.page in ("README.md", "docs/howto/use/python.md") and b.language == "python"]
+    assert [b for b in python if b.reason] == []
 
 
 @pytest.mark.parametrize("block", SHELL, ids=str)
