@@ -73,6 +73,7 @@ AsJson = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors and what failed alone.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print also what went well, and times.")]
 
+In3d = Annotated[bool, typer.Option("--3d/--no-3d", help="With models that the page shows in 3D, about 0.1 MB each.")]
 # Names of version 0.1, taken until the next release, each with the name that took its place.
 OLD_OUT: Mapping[str, str] = {"--output": "--out", "-o": "--out"}
 OLD_WIDTH: Mapping[str, str] = {"--size": "--width-px"}

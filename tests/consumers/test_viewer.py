@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import json
 import shutil
@@ -11,12 +12,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.reports import page_template
+from casa_assets.pipeline.reports import object_catalogue, page_template
+from casa_assets.pipeline.reports.object_catalogue import DrawnCategory
 from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer, viewer_script
 from tests.articulated_assets import grill
 from tests.assets import EVERY, microwave
@@ -189,6 +192,31 @@ def test_a_whole_kitchen(browser: Browser, tmp_path: Path) -> None:
     moved = [joint for joint in joints(page).values() if abs(joint["position"] - joint["closed"]) > 0.1]
     assert len(moved) == 1
     page.assert_clean()
+
+
+def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -> None:
+    asset = grill()
+    script = f"models/{put_model(tmp_path / 'models', 'apple_0', asset_glb(asset, EVERYTHING))}"
+    model = ModelFiles("apple_0", script, f"models/{put_viewer(tmp_path / 'models')}")
+    row = DrawnCategory("apple", "objects/apple.webp", (0.15,), (0.071,), (900,), (1,), (model,))
+    (tmp_path / "objects.html").write_text(object_catalogue.page([row]), encoding="utf-8")
+    (tmp_path / "objects").mkdir()
+    (tmp_path / "objects" / "apple.webp").write_bytes(_webp_picture())
+    page = browser.open(tmp_path / "objects.html")
+    page.click('role=button[name="apple 1 in 3D"]')
+    page.wait(f"dialog {READY}")
+    page.assert_clean()
+    page.press("Escape")
+    page.pause(0.5)
+    assert page.evaluate("document.querySelectorAll('dialog').length") == 0
+    assert page.evaluate("document.activeElement.dataset.name") == "apple_0"
+    page.assert_clean()
+
+
+def _webp_picture() -> bytes:
+    out = io.BytesIO()
+    Image.new("RGB", (144, 144), (180, 40, 30)).save(out, "WEBP")
+    return out.getvalue()
 
 
 @pytest.mark.parametrize("build", [*EVERY, grill])

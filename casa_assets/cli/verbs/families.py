@@ -13,6 +13,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from casa_assets.cli.member_output import check_faults, json_row, print_result, print_summary
+from casa_assets.cli.options import In3d
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
 
@@ -137,6 +138,7 @@ def catalogue(
     out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/catalogue"),
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
     textures: Annotated[bool, typer.Option(help="Also a swatch of every texture.")] = True,
+    in_3d: In3d = True,
 ) -> None:
     """Draw every preset, closed and open, and every texture, on one HTML page.
 
@@ -151,6 +153,6 @@ def catalogue(
     with Progress(*columns, console=console, disable=not console.is_interactive) as progress:
         task = progress.add_task("drawing", total=None)
         with writing(out):
-            for done in make(out, jobs, names or [], textures):
+            for done in make(out, jobs, names or [], textures, in_3d):
                 progress.update(task, description=escape(done))
     console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from casa_assets.cli.member_output import check_faults, json_row, print_result, print_summary, print_together
+from casa_assets.cli.options import In3d
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
 
@@ -134,6 +135,7 @@ def catalogue(
     out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/catalogue"),
     count: Annotated[int, typer.Option(min=1, max=16, help="Members of each.")] = 6,
     jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
+    in_3d: In3d = True,
 ) -> None:
     """Draw the first members of every category on one HTML page, with sizes and masses beside the usual ones.
 
@@ -146,6 +148,6 @@ def catalogue(
     done = ""
     with writing(out), bar(console) as progress:
         task = progress.add_task("drawing", total=None)
-        for done in make(out, count, jobs, names or []):
+        for done in make(out, count, jobs, names or [], in_3d):
             progress.update(task, description=done)
     console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from casa_assets.export import mjcf
+from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.record import Vec3
 from casa_assets.pipeline.families.run import build_asset, family_of, object_requests, params_of
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.viewer.model_files import put_model
 from casa_assets.preview.camera import View
 from casa_assets.preview.sheet import SheetCell, contact_sheet
 from casa_assets.preview.still import render
@@ -22,7 +24,8 @@ class DrawnMember:
     """A member of a category with its picture: PNG; mass in kg, sides of its box in metres, faces and shapes.
 
     Attributes:
-        is_whole: it is no half, wedge, slice or piece.
+        is_whole: it is no half, wedge, slice or piece. model: script file that shows it in 3D; empty where there is
+            none.
     """
 
     index: int
@@ -32,13 +35,17 @@ class DrawnMember:
     faces: int
     shapes: int
     is_whole: bool
+    model: str = ""
 
 
-def draw_members(name: str, cache: Path, count: int, seed: int, size_px: int) -> list[DrawnMember]:
+def draw_members(
+    name: str, cache: Path, count: int, seed: int, size_px: int, models: Path | None = None
+) -> list[DrawnMember]:
     """The first members of a category.
 
     Args:
-        cache: folder of the store that keeps pictures of finishes. size_px: of a picture.
+        cache: folder of the store that keeps pictures of finishes. size_px: of a picture. models: folder for their
+            models; None: there are none.
     Raises:
         UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
     """
@@ -52,7 +59,8 @@ def draw_members(name: str, cache: Path, count: int, seed: int, size_px: int) ->
         faces = sum(len(visual.mesh.faces) for link in asset.links for visual in link.visuals)
         shapes = sum(len(link.colliders) for link in asset.links)
         whole = asset.labels.portion is None
-        drawn.append(DrawnMember(request.index, picture, asset.mass, (x, y, z), faces, shapes, whole))
+        model = "" if models is None else put_model(models, f"{name}_{request.index}", asset_glb(asset, EVERYTHING))
+        drawn.append(DrawnMember(request.index, picture, asset.mass, (x, y, z), faces, shapes, whole, model))
     return drawn
 
 

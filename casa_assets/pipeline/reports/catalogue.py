@@ -14,13 +14,15 @@ from PIL import Image
 
 from casa_assets.errors import BatchFault
 from casa_assets.export import mjcf
+from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
-from casa_assets.pipeline.reports.object_catalogue import PAGE
+from casa_assets.pipeline.reports.object_catalogue import MODELS, PAGE
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.pipeline.textures.sheet import shots
+from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.camera import View
@@ -35,20 +37,28 @@ QUALITY = 82
 
 @dataclass(frozen=True)
 class MemberPictures:
-    """A member of a family with its picture files, relative to the page: closed first, then each named pose."""
+    """A member of a family with its picture files, relative to the page: closed first, then each named pose.
+
+    Attributes:
+        model: what shows it in 3D; None where nothing does.
+    """
 
     request: FamilyRequest
     pictures: tuple[str, ...]
     mass: float
     size: tuple[float, float, float]
+    model: ModelFiles | None = None
 
 
-def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = True) -> Iterator[str]:
+def make(
+    out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = True, in_3d: bool = True
+) -> Iterator[str]:
     """Write `<out>/index.html` and its pictures; yields a line for each thing that is done.
 
     Args:
         out: folder, made where it is missing. jobs: processes; 0 for one per core.
-        names: families; all where none is given. textures: also the swatches.
+        names: families; all where none is given. textures: also the swatches. in_3d: with models that the
+            page shows in 3D.
     Raises:
         UnknownId: there is no such family.
         BatchFault: some could not be drawn by a fault of the program; the page has the others.
@@ -58,9 +68,10 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
     for name in names:
         family(name)
     (out / "families").mkdir(parents=True, exist_ok=True)
+    work = partial(_draw, out=out, viewer=f"{MODELS}/{put_viewer(out / MODELS)}" if in_3d else "")
     drawn: dict[int, MemberPictures] = {}
     faults: dict[str, str] = {}
-    for number, answer in run_batch(partial(_draw, out=out), requests, out, jobs, WARM, WORKER_BYTES):
+    for number, answer in run_batch(work, requests, out, jobs, WARM, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
             faults[requests[number].title] = answer.text
         else:
@@ -83,8 +94,8 @@ def make(out: Path, jobs: int = 0, names: Sequence[str] = (), textures: bool = T
         raise BatchFault(faults, "\n".join(faults.values()))
 
 
-def _draw(request: FamilyRequest, out: Path) -> MemberPictures:
-    """One preset in all its poses."""
+def _draw(request: FamilyRequest, out: Path, viewer: str) -> MemberPictures:
+    """One preset in all its poses; `viewer` is the path of the viewer below `out`, empty where there are no models."""
     asset = build_asset(family(request.family), params_of(request), out / ".cache")
     folder = Path(tempfile.mkdtemp(prefix="catalogue"))
     try:
@@ -100,7 +111,10 @@ def _draw(request: FamilyRequest, out: Path) -> MemberPictures:
         shutil.rmtree(folder, ignore_errors=True)
     low, high = asset.bounds
     x, y, z = (float(v) for v in high - low)
-    return MemberPictures(request, tuple(paths), asset.mass, (x, y, z))
+    name = f"{request.family}_{request.preset}"
+    script = put_model(out / MODELS, name, asset_glb(asset, EVERYTHING)) if viewer else ""
+    files = ModelFiles(name, f"{MODELS}/{script}", viewer) if script else None
+    return MemberPictures(request, tuple(paths), asset.mass, (x, y, z), files)
 
 
 def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]], objects: str = "") -> str:
@@ -116,7 +130,12 @@ def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]], ob
             "name": name,
             "title": family(name).title,
             "members": [
-                {"pictures": member.pictures, "caption": _caption(member)}
+                {
+                    "pictures": member.pictures,
+                    "caption": _caption(member),
+                    "model": member.model,
+                    "title": f"{family(name).title}, {member.request.preset.replace('_', ' ')}",
+                }
                 for member in found
                 if member.request.family == name
             ],

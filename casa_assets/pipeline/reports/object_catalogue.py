@@ -18,12 +18,13 @@ from casa_assets.model.registry.category import Category, NumberBasis, SizeRange
 from casa_assets.pipeline.families.object_sheets import DrawnMember, draw_members
 from casa_assets.pipeline.families.run import WORKER_BYTES
 from casa_assets.pipeline.reports.page_template import render_template
+from casa_assets.pipeline.viewer.model_files import ModelFiles, put_viewer
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.registry.objects import object_family, object_files, object_names
 
 WARM = "casa_assets.pipeline.families.run:warm"
-PAGE, STRIPS = "objects.html", "objects"
+PAGE, STRIPS, MODELS = "objects.html", "objects", "models"
 PICTURE_PX, QUALITY = 144, 80
 # Where numbers of a category come from, as registry/categories.yaml says it.
 SOURCES = {
@@ -41,7 +42,7 @@ class DrawnCategory:
     Attributes:
         strip: path of that file relative to the page.
         masses, sides: kg, and metres of the longest side, of the whole members; of all where none is whole.
-        faces, shapes: of each member.
+        faces, shapes: of each member. models: what shows each in 3D; empty where nothing does.
     """
 
     name: str
@@ -50,14 +51,15 @@ class DrawnCategory:
     sides: tuple[float, ...]
     faces: tuple[int, ...]
     shapes: tuple[int, ...]
+    models: tuple[ModelFiles, ...] = ()
 
 
-def make(out: Path, count: int, jobs: int = 0, names: Sequence[str] = ()) -> Iterator[str]:
+def make(out: Path, count: int, jobs: int = 0, names: Sequence[str] = (), in_3d: bool = True) -> Iterator[str]:
     """Write `<out>/objects.html` and its pictures; yields a line for each category that is done.
 
     Args:
         out: folder, made where it is missing. count: members of each. jobs: processes; 0 for one per core.
-        names: categories; all where none is given.
+        names: categories; all where none is given. in_3d: with models that the page shows in 3D.
     Raises:
         UnknownId: there is no such category.
         BatchFault: some could not be drawn by a fault of the program; the page has the others.
@@ -66,9 +68,11 @@ def make(out: Path, count: int, jobs: int = 0, names: Sequence[str] = ()) -> Ite
         object_family(name)
     wanted = list(names or object_names())
     (out / STRIPS).mkdir(parents=True, exist_ok=True)
+    viewer = f"{MODELS}/{put_viewer(out / MODELS)}" if in_3d else ""
+    work = partial(_draw, out=out, count=count, viewer=viewer)
     drawn: dict[int, DrawnCategory] = {}
     faults: dict[str, str] = {}
-    for number, answer in run_batch(partial(_draw, out=out, count=count), wanted, out, jobs, WARM, WORKER_BYTES):
+    for number, answer in run_batch(work, wanted, out, jobs, WARM, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
             faults[wanted[number]] = answer.text
         else:
@@ -103,6 +107,7 @@ def _shown(row: DrawnCategory, category: Category, group: str) -> dict[str, obje
         "form": member_family.form,
         "about": member_family.description,
         "strip": row.strip,
+        "models": row.models,
         "count": len(row.faces),
         "rows": [
             ("longest side, cm", _span(row.sides, 100), _usual(category.longest_m, 100), SOURCES[category.basis.size]),
@@ -129,9 +134,13 @@ def _three_digits(value: float) -> str:
     return f"{significant(value, 3):.12g}"
 
 
-def _draw(name: str, out: Path, count: int) -> DrawnCategory:
-    """The first members of a category, their pictures side by side in one file."""
-    members = draw_members(name, out / ".cache", count, 0, PICTURE_PX)
+def _draw(name: str, out: Path, count: int, viewer: str) -> DrawnCategory:
+    """The first members of a category, their pictures side by side in one file.
+
+    Args:
+        viewer: path of the viewer below `out`; empty where there are no models.
+    """
+    members = draw_members(name, out / ".cache", count, 0, PICTURE_PX, out / MODELS if viewer else None)
     whole = [member for member in members if member.is_whole] or members
     path = f"{STRIPS}/{name}.webp"
     (out / path).write_bytes(_strip(members))
@@ -142,6 +151,7 @@ def _draw(name: str, out: Path, count: int) -> DrawnCategory:
         tuple(max(member.sides) for member in whole),
         tuple(member.faces for member in members),
         tuple(member.shapes for member in members),
+        tuple(ModelFiles(f"{name}_{m.index}", f"{MODELS}/{m.model}", viewer) for m in members if m.model),
     )
 
 

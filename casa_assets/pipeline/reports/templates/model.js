@@ -36,9 +36,41 @@ async function openModel(box) {
     return null;
   }
 }
+// Shows the model of a button in a dialog, which is empty again once it is closed.
+async function popUpModel(button) {
+  const dialog = document.createElement("dialog");
+  dialog.className = "model-dialog";
+  dialog.setAttribute("aria-label", `${button.dataset.title} in 3D`);
+  const head = document.createElement("div");
+  head.className = "model-head";
+  const title = document.createElement("strong");
+  title.textContent = button.dataset.title;
+  const close = document.createElement("button");
+  close.type = "button";
+  close.className = "quiet";
+  close.textContent = "Close";
+  close.addEventListener("click", () => dialog.close());
+  head.append(title, close);
+  const box = document.createElement("div");
+  box.className = "model";
+  box.textContent = "Loading …";
+  Object.assign(box.dataset, button.dataset);
+  dialog.append(head, box);
+  document.body.append(dialog);
+  let shown = null;
+  dialog.addEventListener("close", () => {
+    shown?.dispose();
+    dialog.remove();
+    button.focus();
+  });
+  dialog.showModal();
+  shown = await openModel(box);
+  if (shown && !dialog.isConnected) shown.dispose();
+}
 document.addEventListener("click", (event) => {
-  const button = event.target.closest(".model-open");
-  if (button) openModel(button.closest(".model"));
+  const button = event.target.closest(".model-open, .model-popup");
+  if (button?.matches(".model-open")) openModel(button.closest(".model"));
+  else if (button) popUpModel(button);
 });
 // A page whose address ends in #3d begins with its first model.
 if (location.hash === "#3d") {

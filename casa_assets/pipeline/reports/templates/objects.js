@@ -1,4 +1,3 @@
-"use strict";
 // Hides the categories that lack one of the words of the search box.
 const box = document.getElementById("search");
 const cards = [...document.querySelectorAll("article")];

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from lxml import html
 
 from casa_assets import registry
 from casa_assets.pipeline.reports.object_catalogue import SOURCES, DrawnCategory, page
+from casa_assets.pipeline.viewer.model_files import ModelFiles
 
 APPLE = DrawnCategory("apple", "objects/apple.webp", (0.15, 0.21), (0.071, 0.08), (900, 1100), (1, 3))
 MUG = DrawnCategory("mug", "objects/mug.webp", (0.3,), (0.12,), (2000,), (8,))
@@ -42,5 +45,15 @@ def test_a_category_is_found_by_name_group_form_and_use() -> None:
 
 
 def test_pictures_are_loaded_when_they_are_seen() -> None:
-    image = articles()["apple"].xpath("img")[0]
+    image = articles()["apple"].xpath(".//img")[0]
     assert (image.get("loading"), image.get("src")) == ("lazy", "./objects/apple.webp")
+
+
+def test_members_that_have_a_model_have_a_button_that_shows_it() -> None:
+    assert articles()["apple"].xpath(".//button") == []
+    files = tuple(ModelFiles(f"mug_{i}", f"models/mug_{i}.glb.js", "models/viewer.js") for i in range(2))
+    tree = html.document_fromstring(page([replace(MUG, models=files)]))
+    buttons = tree.xpath("//article//button")
+    assert [b.get("data-model") for b in buttons] == ["./models/mug_0.glb.js", "./models/mug_1.glb.js"]
+    assert [b.get("aria-label") for b in buttons] == ["mug 1 in 3D", "mug 2 in 3D"]
+    assert {b.get("data-viewer") for b in buttons} == {"./models/viewer.js"}
