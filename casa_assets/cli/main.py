@@ -24,6 +24,7 @@ from casa_assets.cli.verbs.doctor import doctor
 from casa_assets.cli.verbs.export.app import app as export
 from casa_assets.cli.verbs.families import app as families
 from casa_assets.cli.verbs.find import find
+from casa_assets.cli.verbs.home import home
 from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.objects import app as objects
 from casa_assets.cli.verbs.preview import preview
@@ -50,7 +51,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (ingest, articulate, fetch, find, preview, report, review, index, checks, schemas, doctor):
+for verb in (ingest, articulate, fetch, find, preview, report, home, review, index, checks, schemas, doctor):
     app.command()(verb)
 app.add_typer(families)
 app.add_typer(objects)

@@ -39,10 +39,12 @@ from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVER
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of, split_objects
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import tonemap
+from casa_assets.registry.habits import load_habits
 from casa_assets.registry.kitchens import plan_names, style_names
 
 OVERVIEW_FRAME = room.PictureSettings(passes=24)
@@ -140,7 +142,7 @@ def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
     usd_checks.load_rules()
-    preset_params()
+    preset_params(), load_habits(), recipes()
     key_of(write_scene, describe, lighten), key_of(draw_cameras)
 
 

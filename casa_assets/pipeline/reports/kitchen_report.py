@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from casa_assets.model.issue import CheckResult, Severity, Status, tally
+from casa_assets.model.issue import CheckResult, Severity, Status, Tally, tally
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.viewer.model_files import ModelFiles
 
@@ -42,13 +42,23 @@ def page(
             f"access {grade['access_score']:.0f} of 100; {facts['generator']}"
         ),
         faults=[(i["code"], _severity(i["severity"]), i["pointer"], i["message"]) for i in report["issues"]],
-        passed=str(tally(results)),
+        passed=_counts(tally(results)),
         checks=[_check(result, explained) for result in results],
         budget=_budget(report),
         robots=[_robot(name, counts) for name, counts in report.get("robots", {}).items()],
         tasks=[_task(task) for task in report["tasks"]],
         design=[_rule(rule) for rule in grade["design"]],
         access=[_rule(rule) for rule in grade["access"]],
+    )
+
+
+def _counts(checks: Tally) -> str:
+    """Such as `74 of 76 that apply passed; advice on 2 of the others`: advice keeps no kitchen from passing."""
+    told = f"{checks} passed"
+    return (
+        f"{told}; {checks.advice} of the others {'is' if checks.advice == 1 else 'are'} advice"
+        if checks.advice
+        else told
     )
 
 
@@ -66,7 +76,7 @@ def _robot(name: str, counts: Mapping[str, Any]) -> Cells:
 
 
 def _severity(word: str) -> Marked:
-    return Marked("failed" if word == Severity.ERROR else "advice", word)
+    return Marked("failed", word) if word == Severity.ERROR else Marked("advice", "advice")
 
 
 def _check(result: CheckResult, explained: Mapping[str, str]) -> Cells:

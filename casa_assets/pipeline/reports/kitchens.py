@@ -7,19 +7,29 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from PIL import Image
+from pydantic import TypeAdapter
 
 from casa_assets.model.issue import Report
-from casa_assets.pipeline.reports.page_template import render_template
+from casa_assets.pipeline.cache.cache_key import key_of
+from casa_assets.pipeline.reports import parts
+from casa_assets.pipeline.reports.page_template import relative_link, render_template
+from casa_assets.pipeline.reports.parts import Part, chunks
 from casa_assets.preview.sheet import SheetCell, contact_sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 SUMMARY, SUMMARY_PAGE = "summary.json", "summary.html"
+FLOOR_MAP = "floor_map.png"
+CARDS = "kitchens.json"  # in the cache
+ROWS_PER_PART = 500
+MAX_ON_SHEET = 120  # scenes on the contact sheet
 CELL_PX, SHEET_COLUMNS = 360, 4
 PAPER = (244, 244, 245)
 # Verdict of a scene -> class of the style sheet.
@@ -84,11 +94,10 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 
 def read_rows(out: Path) -> list[SceneRow]:
     """Every scene below a folder, by id."""
-    return [_row(path.parent) for path in sorted(out.glob("*/scene.json"))]
+    return [card.row for card in read_cards(out)]
 
 
-def _row(folder: Path) -> SceneRow:
-    facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+def _row(folder: Path, facts: Mapping[str, Any]) -> SceneRow:
     row = SceneRow(facts["id"], facts["plan"], facts["style"])
     path = folder / "report.json"
     if not path.is_file():
@@ -160,11 +169,15 @@ def sentence(found: Sequence[SceneRow]) -> str:
 def write_summary(out: Path) -> list[SceneRow]:
     """Write summary.json and summary.html of all scenes in a folder; returns their rows."""
     found = read_rows(out)
+    _write_tables(out, found)
+    return found
+
+
+def _write_tables(out: Path, found: Sequence[SceneRow]) -> None:
     data = {"totals": totals(found), "scenes": [asdict(row) for row in found]}
     text = json.dumps(data, indent=1, sort_keys=True)
     (out / SUMMARY).write_text(text + "\n", encoding="utf-8")
     (out / SUMMARY_PAGE).write_text(summary_page(found), encoding="utf-8")
-    return found
 
 
 def summary_page(found: Sequence[SceneRow]) -> str:
@@ -192,38 +205,117 @@ class SceneCard:
     """A scene as the page tells of it.
 
     Attributes:
-        row: verdict and numbers. fixtures, joints: how many.
-        png: overview, or empty.
+        row: verdict and numbers. fixtures, joints: how many. objects: loose things in it.
+        families: of its fixtures, but for floor, walls and ceiling. tasks: names of the atomic tasks that it affords.
+        surfaces: ids of its floor, walls, worktops and cabinets. floor_m2: area of its room.
+        pictures: names of its picture files, the one that shows most of it first.
     """
 
     row: SceneRow
     fixtures: int
     joints: int
-    png: bytes
+    objects: int = 0
+    families: tuple[str, ...] = ()
+    tasks: tuple[str, ...] = ()
+    surfaces: tuple[str, ...] = ()
+    floor_m2: float = 0.0
+    pictures: tuple[str, ...] = ()
 
 
-def _card(folder: Path, row: SceneRow) -> SceneCard:
+def _card(folder: Path) -> SceneCard:
     facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-    picture = folder / "overview.png"
+    things = [fixture for fixture in facts["fixtures"] if fixture.get("layer") == "things"]
+    tasks = {**facts.get("tasks", {}), **facts.get("robocasa_v1", {})}
+    (x0, y0, _), (x1, y1, _) = facts["room"]["bounds"]
     return SceneCard(
-        row,
+        _row(folder, facts),
         len(facts["fixtures"]),
         sum(len(f["joints"]) for f in facts["fixtures"]),
-        picture.read_bytes() if picture.is_file() else b"",
+        objects=len(facts.get("objects", ())),
+        families=tuple(sorted({str(fixture["family"]) for fixture in things})),
+        tasks=tuple(sorted(name for name, told in tasks.items() if told.get("afforded"))),
+        surfaces=tuple(sorted({str(name) for name in facts.get("surfaces", {}).values()})),
+        floor_m2=round((x1 - x0) * (y1 - y0), 2),
+        pictures=_pictures(folder),
     )
 
 
+def _pictures(folder: Path) -> tuple[str, ...]:
+    """Names of the pictures of a scene: the overview, then others by name; the map of its floor last."""
+    names = sorted(path.name for path in folder.glob("*.png"))
+    return tuple(sorted(names, key=lambda name: (name == FLOOR_MAP, name != "overview.png", name)))
+
+
+def read_cards(out: Path) -> list[SceneCard]:
+    """Every scene below a folder, by id; what has not changed since it was read before is taken from the cache.
+
+    The cache is `.casa/cache/kitchens.json`: of each scene the states of its files, and the card.
+    """
+    kept_at, made_by = out / ".casa" / "cache" / CARDS, key_of(_card)
+    try:
+        kept = json.loads(kept_at.read_text(encoding="utf-8"))
+        known = kept["scenes"] if kept["made_by"] == made_by else {}
+    except (OSError, ValueError, KeyError, TypeError):
+        known = {}
+    cards, fresh = [], {}
+    for path in sorted(out.glob("*/scene.json")):
+        folder, state = path.parent, _state(path.parent)
+        found = known.get(folder.name)
+        if isinstance(found, dict) and found.get("state") == state:
+            card = _cards.validate_python(found["card"])
+        else:
+            card = _card(folder)
+        cards.append(card)
+        fresh[folder.name] = {"state": state, "card": asdict(card)}
+    with suppress(OSError):  # a folder that may only be read is read anew each time
+        kept_at.parent.mkdir(parents=True, exist_ok=True)
+        draft = kept_at.with_name(f"{CARDS}.{os.getpid()}")
+        draft.write_text(json.dumps({"made_by": made_by, "scenes": fresh}), encoding="utf-8")
+        draft.replace(kept_at)
+    return cards
+
+
+def _state(folder: Path) -> str:
+    """Text that changes whenever a file that a card tells of comes, goes or is written anew."""
+    files = sorted((*folder.glob("*.json"), *folder.glob("*.png")))
+    return " ".join(f"{path.name}:{path.stat().st_mtime_ns}:{path.stat().st_size}" for path in files)
+
+
 def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
-    """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet."""
-    found = [_card(out / row.id, row) for row in write_summary(out)]
+    """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet.
+
+    The sheet shows the first ones where there are many.
+    """
+    found = read_cards(out)
+    _write_tables(out, [card.row for card in found])
     shots = [
-        SheetCell(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _squared(e.png))
-        for e in found
+        SheetCell(
+            e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _squared(_best_picture(out, e))
+        )
+        for e in found[:MAX_ON_SHEET]
     ]
     picture, page = out / SHEET, out / PAGE
-    picture.write_bytes(contact_sheet(shots, f"{heading}: {len(found)}", SHEET_COLUMNS, CELL_PX))
-    page.write_text(index_page(found, heading), encoding="utf-8")
+    count = f"{len(found)}" if len(found) <= MAX_ON_SHEET else f"{MAX_ON_SHEET} of {len(found)}"
+    picture.write_bytes(contact_sheet(shots, f"{heading}: {count}", SHEET_COLUMNS, CELL_PX))
+    data = index_parts(found)
+    if len(found) <= parts.MAX_INLINE:
+        page.write_text(index_page(found, heading, data), encoding="utf-8")
+        parts.remove_parts(page)
+    else:
+        parts.write_parts(page, data)
+        page.write_text(index_page(found, heading, (), parts.folder_of(page).name), encoding="utf-8")
     return page, picture
+
+
+def best_picture(card: SceneCard) -> str:
+    """Name of the picture that tells most: at the height of eyes with doors open, else the first; empty for none."""
+    at_eyes = (name for name in card.pictures if name.startswith("robot_eye") and name.endswith("_open.png"))
+    return next(at_eyes, card.pictures[0] if card.pictures else "")
+
+
+def _best_picture(out: Path, card: SceneCard) -> bytes:
+    name = best_picture(card)
+    return (out / card.row.id / name).read_bytes() if name else b""
 
 
 def _squared(png: bytes) -> bytes:
@@ -240,22 +332,95 @@ def _squared(png: bytes) -> bytes:
     return out.getvalue()
 
 
-def index_page(found: list[SceneCard], heading: str) -> str:
-    """HTML of the page with a picture of each scene."""
+# Values of a row of the index, in their order.
+FIELDS = (
+    "id",
+    "plan",
+    "style",
+    "verdict",
+    "errors",
+    "fixtures",
+    "joints",
+    "objects",
+    "families",
+    "tasks",
+    "surfaces",
+    "floor",
+    "design",
+    "access",
+    "load",
+    "pace",
+    "folder",
+    "pictures",
+)
+VERDICTS = {True: "passed", False: "failed", None: "not checked"}
+
+
+def index_parts(found: Sequence[SceneCard]) -> list[Part]:
+    """Data of the index: rows, which name families and tasks by their places in a list."""
+    names = _names(found)
+    places = {name: i for i, name in enumerate(names)}
+    rows = [_index_row(card, places) for card in found]
+    return [Part("rows", i, members) for i, members in enumerate(chunks(rows, ROWS_PER_PART))]
+
+
+def _names(found: Sequence[SceneCard]) -> list[str]:
+    """Families and tasks that occur, once each: a page of thousands would repeat them thousands of times."""
+    return sorted({name for card in found for name in (*card.families, *card.tasks)})
+
+
+def _index_row(card: SceneCard, places: Mapping[str, int]) -> list[Any]:
+    row = card.row
+    return [
+        row.id,
+        row.plan,
+        row.style,
+        VERDICTS[row.passed],
+        "" if row.passed is not False else row.verdict,
+        card.fixtures,
+        card.joints,
+        card.objects,
+        [places[name] for name in card.families],
+        [places[name] for name in card.tasks],
+        list(card.surfaces),
+        card.floor_m2,
+        row.design,
+        row.access,
+        row.load_ms,
+        row.real_time_factor,
+        relative_link(row.id),
+        list(card.pictures),
+    ]
+
+
+def index_page(found: Sequence[SceneCard], heading: str, inside: Sequence[Part] = (), folder: str = "") -> str:
+    """HTML of the page that finds a kitchen.
+
+    Args:
+        inside: parts of the data that stand in the page itself. folder: of the script files with the others.
+    """
+    data = {
+        "count": len(found),
+        "fields": FIELDS,
+        "folder": relative_link(folder) if folder else "",
+        "sizes": {"rows": ROWS_PER_PART},
+        "names": _names(found),
+    }
     return render_template(
         "kitchens.html",
         title=heading,
-        sentence=sentence([card.row for card in found]),
+        sentence=_short_sentence(totals([card.row for card in found])),
+        unchecked=sum(card.row.passed is None for card in found),
         numbers=SUMMARY_PAGE,
-        scenes=[
-            {
-                "name": card.row.id,
-                "kind": VERDICT_STYLES[card.row.passed],
-                "verdict": card.row.verdict,
-                "is_checked": card.row.passed is not None,
-                "fixtures": card.fixtures,
-                "joints": card.joints,
-            }
-            for card in found
-        ],
+        data=data,
+        inside=inside,
+        styles=("browse.css", "kitchens.css"),
+        scripts=("browse.js", "kitchens.js"),
     )
+
+
+def _short_sentence(t: Mapping[str, float]) -> str:
+    return f"{t['passed']:,.0f} of {t['checked']:,.0f} checked kitchens passed, {t['joints']:,.0f} joints swept"
+
+
+_cards: TypeAdapter[SceneCard] = TypeAdapter(SceneCard)

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from casa_assets.pipeline.reports import kitchen_report, kitchens
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from PIL import Image
+
+from casa_assets.pipeline.reports import kitchen_report, kitchens, parts
 from casa_assets.pipeline.reports.kitchens import SceneRow
 
 HOSTILE = "<span class='x' onclick=alert(1)></span><script>alert(1)</script>'\"&"
-BAD = ("<script", "<span class='x'", "onclick=alert(1)>")
+BAD = ("<script>alert", "<span class='x'", "onclick=alert(1)>")
 
 
 def test_no_cell_of_a_report_is_markup() -> None:
@@ -31,6 +39,63 @@ def test_no_cell_of_a_report_is_markup() -> None:
 
 def test_no_name_of_a_scene_is_markup() -> None:
     row = SceneRow(HOSTILE, "plan", "style", passed=True)
-    page = kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE) + kitchens.summary_page([row])
+    cards = [kitchens.SceneCard(row, 1, 1, families=(HOSTILE,), tasks=(HOSTILE,), pictures=(HOSTILE,))]
+    page = kitchens.index_page(cards, HOSTILE, kitchens.index_parts(cards)) + kitchens.summary_page([row])
     assert not [words for words in BAD if words in page]
     assert 'href="./%3Cspan' in page
+    assert kitchens.index_parts(cards)[0].content[0][kitchens.FIELDS.index("folder")].startswith("./%3Cspan")
+
+
+def scene(out: Path, plan: str, style: str, **changed: Any) -> Path:
+    """A scene.json with what the index reads."""
+    folder = out / f"{plan}__{style}"
+    folder.mkdir(parents=True)
+    fixture = {"layer": "things", "family": "hob", "joints": {"knob": {}}}
+    facts = {"id": folder.name, "plan": plan, "style": style, "fixtures": [fixture]}
+    facts |= {"tasks": {"open_drawer": {"afforded": True}, "boil": {"afforded": False}}, "robocasa_v1": {}}
+    facts |= {"surfaces": {"floor": "oak"}, "room": {"bounds": [[0, -3, 0], [4, 0, 2.5]]}, **changed}
+    (folder / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
+    return folder
+
+
+def test_a_scene_is_told_by_what_one_looks_for(tmp_path: Path) -> None:
+    scene(tmp_path, "galley", "rustic")
+    (card,) = kitchens.read_cards(tmp_path)
+    assert (card.families, card.tasks, card.surfaces, card.floor_m2) == (("hob",), ("open_drawer",), ("oak",), 12.0)
+    (part,) = kitchens.index_parts([card])
+    row = dict(zip(kitchens.FIELDS, part.content[0], strict=True))
+    assert (row["plan"], row["style"], row["verdict"], row["joints"]) == ("galley", "rustic", "not checked", 1)
+
+
+def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = scene(tmp_path, "galley", "rustic"), scene(tmp_path, "galley", "coastal")
+    before = kitchens.read_cards(tmp_path)
+    read: list[str] = []
+    make = kitchens._card
+
+    def counted(folder: Path) -> kitchens.SceneCard:
+        read.append(folder.name)
+        return make(folder)
+
+    monkeypatch.setattr(kitchens, "_card", counted)
+    monkeypatch.setattr(kitchens, "key_of", lambda _: "the same code")
+    kitchens.read_cards(tmp_path)
+    read.clear()
+    assert kitchens.read_cards(tmp_path) == before
+    assert read == []
+    (first / "overview.png").write_bytes(b"png")
+    shutil.rmtree(second)
+    (again,) = kitchens.read_cards(tmp_path)
+    assert (again.pictures, read) == (("overview.png",), [first.name])
+
+
+def test_five_thousand_kitchens_are_found_by_parts(tmp_path: Path) -> None:
+    for i in range(5000):
+        scene(tmp_path, f"plan_{i % 10}", f"style_{i}")
+    page, sheet = kitchens.write(tmp_path)
+    assert page.stat().st_size < 200_000
+    names = sorted(path.name for path in parts.folder_of(page).iterdir())
+    assert names == sorted(f"rows_{i}.js" for i in range(5000 // kitchens.ROWS_PER_PART))
+    assert sum(path.stat().st_size for path in parts.folder_of(page).iterdir()) < 2_000_000
+    with Image.open(sheet) as picture:
+        assert picture.height < 20_000

@@ -13,6 +13,7 @@ from casa_assets.pipeline.cache.cache_key import reach
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import (
     catalogue,
+    home,
     kitchen_report,
     kitchens,
     object_catalogue,
@@ -32,11 +33,13 @@ PAGES = {
     "kitchen_summary.html": kitchens,
     "kitchens.html": kitchens,
     "catalogue.html": catalogue,
+    "home.html": home,
     "objects.html": object_catalogue,
     "articulate_review.html": review_page,
     "review.html": page,
 }
-BROWSING = ("browse.html", "browse.css", "browse.js", "library.css", "library.js")
+LISTED = ("browse.html", "browse.css", "browse.js", "library.css", "library.js", "kitchens.css", "kitchens.js")
+BROWSING = (*LISTED, "home.css")
 SCRIPTS = ("objects.js", "review.js", "articulate_decisions.js", "articulate_review.js")
 APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
 
@@ -46,7 +49,7 @@ def pages() -> dict[str, str]:
     return {
         "library": library_page.render(summary.Findings(HOSTILE, ".", (), (), {}, None), Words({}, {}), {}, ()),
         "summary": kitchens.summary_page([row]),
-        "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1, b"")], HOSTILE),
+        "kitchens": kitchens.index_page([kitchens.SceneCard(row, 1, 1)], HOSTILE),
         "catalogue": catalogue.page([], {}, HOSTILE),
         "objects": object_catalogue.page([APPLE]),
         "review": page.render_page([], {}, HOSTILE),
