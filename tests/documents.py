@@ -26,6 +26,7 @@ REASONS = frozenset(
         "needs weights of CLIP",
         "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
         "runs for minutes",
+        "runs until it is stopped",  # tests/unit/cli/test_view_cli.py runs what docs/howto/use/view.md shows
     }
 )
 # Languages that are run, read, or are no code.

@@ -34,6 +34,7 @@ from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.scenes import scene_app as scene
 from casa_assets.cli.verbs.schemas import schemas
 from casa_assets.cli.verbs.textures import app as textures
+from casa_assets.cli.verbs.view import view
 from casa_assets.errors import BatchFault, CasaError
 
 EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
@@ -51,7 +52,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for verb in (ingest, articulate, fetch, find, preview, report, home, review, index, checks, schemas, doctor):
+for verb in (ingest, articulate, fetch, find, view, preview, report, home, review, index, checks, schemas, doctor):
     app.command()(verb)
 app.add_typer(families)
 app.add_typer(objects)

@@ -65,7 +65,9 @@ ClipWeights = Annotated[str, typer.Option("--clip-weights", help=CLIP_HELP)]
 Kitchens = Annotated[list[str] | None, typer.Option("--scenes", help=SCENES_HELP, autocompletion=completion.kitchens)]
 WithReview = Annotated[bool, typer.Option("--with-review", help=REVIEW_HELP)]
 Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]
-Browser = Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")]
+Browser = Annotated[
+    bool, typer.Option("--browser/--no-browser", "--open/--no-open", help="Open the page in the browser.")
+]
 
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON object per item on standard output, and nothing else there.")

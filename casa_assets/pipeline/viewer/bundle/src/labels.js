@@ -1,6 +1,11 @@
 // Words at places of the model: elements of the page that follow the picture, and discs on the floor.
 
-import { CircleGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, RingGeometry, Vector3 } from "three";
+import {
+  CircleGeometry, DoubleSide, Group, Mesh, MeshBasicMaterial, RingGeometry, Shape, ShapeGeometry, Vector2, Vector3,
+} from "three";
+
+// Along x, for a disc of radius 1.
+const ARROW = new Shape([[0.8, 0], [-0.3, 0.4], [-0.1, 0], [-0.3, -0.4]].map(([x, y]) => new Vector2(x, y)));
 
 export class Labels {
   // `frame` is the node whose frame is that of the file's record: z up, metres.
@@ -31,15 +36,23 @@ export class Labels {
     };
   }
 
-  // Puts discs on the floor. Each of `discs`: `position` [x, y, z], `radius` in metres, `color` as in CSS.
+  // Puts discs on the floor. Each of `discs`: `position` [x, y, z], `radius` in metres, `color` as in CSS, and
+  // `yaw` where it has a front: radians to the left of x, shown by an arrow.
   addDiscs(discs) {
     const group = new Group();
-    for (const { position, radius, color } of discs) {
+    for (const { position, radius, color, yaw } of discs) {
       const look = { color, transparent: true, side: DoubleSide, depthWrite: false };
       const inner = new Mesh(new CircleGeometry(radius, 48), new MeshBasicMaterial({ ...look, opacity: 0.25 }));
       const rim = new Mesh(new RingGeometry(radius * 0.94, radius, 48), new MeshBasicMaterial({ ...look, opacity: 0.9 }));
       for (const part of [inner, rim]) part.position.set(position[0], position[1], position[2] + 0.004);
       group.add(inner, rim);
+      if (yaw !== undefined) {
+        const arrow = new Mesh(new ShapeGeometry(ARROW), new MeshBasicMaterial({ ...look, opacity: 0.9 }));
+        arrow.position.set(position[0], position[1], position[2] + 0.006);
+        arrow.scale.setScalar(radius);
+        arrow.rotation.z = yaw;
+        group.add(arrow);
+      }
     }
     this.frame.add(group);
     this.stage.redraw();

@@ -149,6 +149,20 @@ export class Stage {
     this.redraw();
   }
 
+  // Where the view is from, for `standAt`: world frame, metres and degrees.
+  viewpoint() {
+    return { position: this.camera.position.toArray(), target: this.controls.target.toArray(), fovDeg: this.fovDeg };
+  }
+
+  standAt({ position, target, fovDeg }) {
+    this.camera.position.fromArray(position);
+    this.controls.target.fromArray(target);
+    this.setLens(fovDeg);
+    this.setReach();
+    this.controls.update();
+    this.redraw();
+  }
+
   // In a picture taller than wide, a vertical angle of view that shows as much from side to side as a square one.
   setLens(fovDeg) {
     this.fovDeg = fovDeg;

@@ -2,6 +2,7 @@
 
 import { FrontSide, Raycaster, Vector2 } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
+import { addGlow } from "./glow.js";
 import { Joints } from "./joints.js";
 import { Labels } from "./labels.js";
 import { Panel, sentence, told, words } from "./panel.js";
@@ -28,17 +29,19 @@ function element(tag, className, attributes = {}) {
 // `place`: element of the page; what is in it is replaced. `bytes`: a GLB as ArrayBuffer or Uint8Array.
 // `options`: `title` names the picture for screen readers; `panel: false` leaves the controls out; `pose` is a named pose
 // to begin with; `view` the name of a camera of the file to look from; `layers` names of layers to show besides what is
-// seen at first.
+// seen at first; `viewpoint` what `viewpoint()` of another viewer gave, to look from there.
 //
 // Resolves to the viewer:
 //   jointFacts()                [{name, type, range, position, closed, open, states}] in rad and m
 //   setJoint(name, position)    at once; animate: true glides there
+//   toggle(name)                opens, closes or presses, as a click does
 //   setPose(name), poses()
 //   setLayer(name, isShown), layers()
-//   look(name) a camera of the file, cameras(); fit(); turn(steps, steps); zoom(factor)
+//   look(name) a camera of the file, cameras(); fit(); turn(steps, steps); zoom(factor); viewpoint()
 //   onPick(function)            called with {node, link, placement, joint} of what is clicked, or null; returns an undo
 //   onMove(function)            called with {name, position} of each joint that moved
-//   addLabels([{text, position | node, kind}]), addDiscs([{position, radius, color}]): return an undo
+//   addLabels([{text, position | node, kind}]), addDiscs([{position, radius, color, yaw}]),
+//     addGlow([{node, color, points, faces | shape, size, position, quaternion}]): return an undo, see their files
 //   find(path)                  node of three.js; frame: the node with the axes of the record, z up
 //   redraw(), picture() a PNG as data URL, dispose()
 export async function mount(place, bytes, options = {}) {
@@ -76,6 +79,7 @@ class Viewer {
     if (options.pose) this.joints.setPose(options.pose, false);
     const first = options.view ?? (isRoom && this.cameraOf.has("overview") ? "overview" : "");
     this.look(first);
+    if (options.viewpoint) this.stage.standAt(options.viewpoint);
     this.listen();
     this.stage.afterFrame.push(() => (this.box.dataset.state = "ready"));
   }
@@ -155,7 +159,7 @@ class Viewer {
         setPose: (name) => this.setPose(name),
         setLayer: (name, isShown) => this.setLayer(name, isShown),
         setJoint: (name, position) => this.joints.set(name, position),
-        toggle: (joint) => this.toggle(joint),
+        toggle: (joint) => this.toggle(joint.name),
         look: (name) => this.look(name),
       },
     });
@@ -253,10 +257,11 @@ class Viewer {
     for (const pick of this.pickers) {
       if (pick(found && { ...found, joint: found.joint?.name ?? null }) === false) return;
     }
-    if (found?.joint) this.toggle(found.joint);
+    if (found?.joint) this.toggle(found.joint.name);
   }
 
-  toggle(joint) {
+  toggle(name) {
+    const joint = this.joints.named(name);
     this.joints.toggle(joint);
     this.panel?.reveal(joint);
     this.said.textContent = `${this.partName(joint)} ${joint.share < 0.5 ? "opens" : "closes"}`;
@@ -344,6 +349,14 @@ class Viewer {
 
   addDiscs(discs) {
     return this.labels.addDiscs(discs);
+  }
+
+  addGlow(shapes) {
+    return addGlow(shapes, (path) => this.find(path), () => this.stage.redraw());
+  }
+
+  viewpoint() {
+    return this.stage.viewpoint();
   }
 
   jointFacts() {

@@ -1,0 +1,141 @@
+"""casa-assets view: look at an asset or a kitchen, in MuJoCo's viewer or on a page in the browser."""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import webbrowser
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+
+from casa_assets.cli import completion
+from casa_assets.cli.options import LIBRARY_HELP, Browser, Port, Pose, ScenesFolder
+from casa_assets.cli.supervise import StopRequested
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.view.server import ViewServer
+    from casa_assets.pipeline.view.subject import Subject
+
+SCENES = Path("out/scenes")
+NAMED = (
+    "Folder or XML file of an asset or a scene, id of an asset, id of a kitchen (built where it is missing), a family "
+    "(microwave/steel) or a category of objects (apple/3)."
+)
+
+
+def view(
+    what: Annotated[str, typer.Argument(metavar="ASSET|SCENE", help=NAMED, autocompletion=completion.kitchens)],
+    web: Annotated[bool, typer.Option("--web", help="A page in the browser, also where there is a screen.")] = False,
+    pose: Pose = "",
+    port: Port = 0,
+    browser: Browser = True,
+    library: Annotated[
+        Path | None,
+        typer.Option(
+            "--library",
+            help=f"{LIBRARY_HELP[:-1]}; ids are looked for in those below out/ where none is given.",
+            exists=True,
+            file_okay=False,
+        ),
+    ] = None,
+    scenes_folder: ScenesFolder = SCENES,
+) -> None:
+    """Look at an asset or a kitchen: turn it, open its doors, light its burners, swap its style.
+
+    With a screen MuJoCo's own viewer opens. Without one, or with --web, a page is served on this machine alone; over
+    ssh the line to reach it from your own machine is printed. Ctrl-C ends it. Nothing is written but the cache.
+
+    Examples:
+
+      casa-assets view l_small__coastal --pose open
+
+      casa-assets view out/library/mug/mug_0123456789 --web
+    """
+    from casa_assets.pipeline.view.subject import LIBRARIES, find
+
+    subject = find(what, scenes_folder, LIBRARIES if library is None else (library,))
+    try:
+        if web or not has_screen():
+            _serve(subject, pose, port, browser)
+        else:
+            _show(subject, pose)
+    except StopRequested as stop:
+        if stop.args[0] != signal.SIGINT:
+            raise
+        typer.echo("", err=True)  # the shell's ^C stands on a line of its own; to look no longer is no failure
+    gc.freeze()  # a last look for garbage among all that was built would make the end take seconds
+
+
+def has_screen() -> bool:
+    """True if windows can be opened."""
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _show(subject: Subject, pose: str) -> None:
+    """MuJoCo's viewer, until its window is closed."""
+    from casa_assets.api.behaviors import Behaviors
+    from casa_assets.pipeline.view.desktop import mujoco_model
+    from casa_assets.pipeline.view.subject import cache_of
+    from casa_assets.preview.glow import Glow
+    from casa_assets.preview.live_viewer import show
+
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    with console.status("starting") as status:
+
+        def tell(doing: str, done: int, of: int) -> None:
+            status.update(f"{doing} {done} of {of}" if of else doing)
+
+        model = mujoco_model(subject, cache_of(subject), tell)
+    behaviors, glow = Behaviors(model), Glow(model)
+
+    def each_frame(_: Any, data: Any) -> None:
+        if data.time == 0.0:
+            behaviors.reset(data)
+        else:
+            behaviors.update(data)
+        glow.show(behaviors.effects)
+
+    console.print(
+        "Double-click a door, then drag it with Ctrl and the right button. Space stops the time, Backspace goes back "
+        "to the pose. --web shows a page instead."
+    )
+    show(model, pose, subject.id, each_frame)
+
+
+def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
+    """The page, until Ctrl-C."""
+    from casa_assets.errors import OutputError
+    from casa_assets.pipeline.view.model import asset_of, make
+    from casa_assets.pipeline.view.server import ViewServer
+    from casa_assets.pipeline.view.subject import ModelFile, cache_of
+    from casa_assets.pipeline.view.workshop import Workshop
+
+    cache = cache_of(subject)
+    if isinstance(subject, ModelFile):
+        asset_of(subject, cache)  # raises: there is no record that a page can be made from
+    workshop = Workshop(lambda wanted, tell: make(wanted, cache, tell))
+    try:
+        server = ViewServer(subject, workshop, pose, port)
+    except (OSError, OverflowError) as error:
+        raise OutputError(f"port {port}", f"cannot be used: {error}; leave --port out for one that is free") from error
+    with server:
+        _tell_where(subject, server)
+        if browser and not os.environ.get("SSH_CONNECTION"):
+            webbrowser.open(server.address)
+        server.serve_forever()
+
+
+def _tell_where(subject: Subject, server: ViewServer) -> None:
+    """The address on standard output, where a program can read it; what people have to know beside it."""
+    from casa_assets.pipeline.view.server import tunnel_line
+
+    typer.echo(server.address)
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    console.print(f"{escape(subject.id)} is shown at the address above; Ctrl-C ends it")
+    if tunnel := tunnel_line(server.server_port):
+        console.print(f"from your own machine: [bold]{escape(tunnel)}[/], then open the address there")

@@ -1,0 +1,165 @@
+"""State machines of what is shown: what the page has to know of them, and one step of one.
+
+Nothing is kept between two steps: the page sends the state that it got and gets the next one, so that several pages may
+show one kitchen, each with its own doors and burners.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import ConfigDict, Field, ValidationError
+
+from casa_assets.core import behavior_interpreter
+from casa_assets.core.behavior_interpreter import BehaviorState, Stimulus
+from casa_assets.core.rounding import decimals
+from casa_assets.errors import CasaError
+from casa_assets.model.asset.asset import Asset, Visual
+from casa_assets.model.asset.behavior import Behavior, Effect
+from casa_assets.model.asset.site import Region, Site
+from casa_assets.model.pose import Pose
+from casa_assets.model.record import Record
+
+DIGITS = 5  # of metres: a hundredth of a millimetre
+# A page that was asleep comes back after minutes; a rule of 25 s is then over, and no longer step says more.
+MAX_STEP_S = 60.0
+
+
+class Step(Record):
+    """What a page says of one fixture.
+
+    Attributes:
+        placement: name of the fixture; empty for an asset by itself.
+        values: variable -> value, as the last answer had them; empty at the start.
+        before, held_s: of BehaviorState, as the last answer had them.
+        joints: name -> position, rad or m, without the name of the placement; those that are not named are at zero.
+        touched: names of colliders that are being pressed. dt_s: seconds since the last step.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    placement: str = ""
+    values: dict[str, str] = Field(default_factory=dict)
+    before: tuple[tuple[bool, ...], ...] | None = None
+    held_s: tuple[float, ...] = ()
+    joints: dict[str, float] = Field(default_factory=dict)
+    touched: tuple[str, ...] = ()
+    dt_s: float = 0.0
+
+
+def parse(data: bytes) -> Step:
+    """A step out of JSON. Raises CasaError where it is none."""
+    try:
+        return Step.model_validate_json(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "the whole"
+        raise CasaError(f"this is no step of a state machine: {where}: {first['msg']}") from error
+
+
+def step(behavior: Behavior, said: Step) -> dict[str, Any]:
+    """The next state of a machine, and the effects that act in it, as JSON has them.
+
+    Returns:
+        values, before, held_s: for the next step. effects: rows of `kind`, `target`, `color`, `strength`.
+        waits: whether a rule is counting seconds, so that time alone changes something.
+    Raises:
+        CasaError: a state that this machine cannot be in, or a joint that is no number.
+    """
+    state = behavior_interpreter.start(behavior)
+    if said.values:
+        state = BehaviorState(behavior, _values(behavior, said.values), said.before, said.held_s)
+        if len(said.held_s) != len(behavior.rules) or (
+            said.before is not None
+            and [len(held) for held in said.before] != [len(rule.when) for rule in behavior.rules]
+        ):
+            raise CasaError(f"{said.placement or 'the asset'}: the state has not the rules of this machine")
+    joints = {name: said.joints.get(name, 0.0) for name in behavior.joints}
+    seconds = min(max(said.dt_s, 0.0), MAX_STEP_S)
+    after = behavior_interpreter.step(state, Stimulus(joints, frozenset(said.touched)), seconds)
+    waits = any(rule.after_s and held for rule, held in zip(behavior.rules, after.held_s, strict=True))
+    return {
+        "values": dict(after.values),
+        "before": after.before,
+        "held_s": after.held_s,
+        "effects": [_effect(effect) for effect in after.effects],
+        "waits": waits,
+    }
+
+
+def _values(behavior: Behavior, said: Mapping[str, str]) -> dict[str, str]:
+    known = {variable.name: variable.values for variable in behavior.variables}
+    if set(said) != set(known) or any(value not in known[name] for name, value in said.items()):
+        raise CasaError(f"{dict(said)} is no state of this machine; it has {dict(known)}")
+    return dict(said)
+
+
+def _effect(effect: Effect) -> dict[str, Any]:
+    return {
+        "kind": effect.kind.value,
+        "target": effect.target,
+        "color": list(effect.color),
+        "strength": effect.strength,
+    }
+
+
+def describe(asset: Asset, placement: str = "") -> dict[str, Any] | None:
+    """What a page has to know of an asset's state machine to show it; None where it has none.
+
+    Returns:
+        variables: name -> values. joints: names of those it looks at.
+        contacts: rows of `name` and `joint` of colliders that are pressed; the joint is that of the key, null where it
+            does not move.
+        targets: name of a site, visual or region that effects act on -> `link`, and its `points` and `faces` or its
+            `position`, `quaternion` and `size`.
+    """
+    behavior = asset.behavior
+    if behavior is None:
+        return None
+    moved_by = {c.name: asset.joint_of(link.name) for link in asset.links for c in link.colliders}
+    contacts = [(name, moved_by[name]) for name in dict.fromkeys(behavior.contacts)]
+    return {
+        "placement": placement,
+        "variables": {variable.name: list(variable.values) for variable in behavior.variables},
+        "joints": list(dict.fromkeys(behavior.joints)),
+        "contacts": [{"name": name, "joint": joint.name if joint else None} for name, joint in contacts],
+        "targets": {name: _target(asset, name) for name in dict.fromkeys(behavior.targets)},
+    }
+
+
+def _target(asset: Asset, name: str) -> dict[str, Any]:
+    visuals = {visual.name: (link.name, visual) for link in asset.links for visual in link.visuals}
+    if name in visuals:
+        return _visual(*visuals[name])
+    site = next((site for site in asset.sites if site.name == name), None)
+    if site is not None:
+        return _site(site)
+    return _region(next(region for region in asset.regions if region.name == name))
+
+
+def _visual(link: str, visual: Visual) -> dict[str, Any]:
+    return {
+        "is": "visual",
+        "link": link,
+        "points": [_rounded(point) for point in visual.mesh.vertices.tolist()],
+        "faces": visual.mesh.faces.tolist(),
+    }
+
+
+def _site(site: Site) -> dict[str, Any]:
+    size = [2 * site.radius] * 3 if site.size is None else list(site.size)
+    return {"is": "site", "link": site.link, "shape": site.kind, "size": size, **_pose(site.pose)}
+
+
+def _region(region: Region) -> dict[str, Any]:
+    return {"is": "region", "link": region.link, "shape": region.kind, "size": list(region.size), **_pose(region.pose)}
+
+
+def _pose(pose: Pose) -> dict[str, Any]:
+    """`quaternion` is (w, x, y, z)."""
+    return {"position": _rounded(pose.position), "quaternion": _rounded(pose.quaternion)}
+
+
+def _rounded(numbers: Any) -> list[float]:
+    return [decimals(float(number), DIGITS) for number in numbers]

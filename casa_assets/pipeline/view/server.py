@@ -1,0 +1,236 @@
+"""Serve the page of what is looked at, its models and the steps of its state machines, to browsers of this machine.
+
+One port and relative addresses, so that it works through `ssh -L` as it is. It listens on 127.0.0.1 alone and answers
+no page from elsewhere: the Host header has to name this machine (a name of a stranger that was made to point here does
+not), and what is posted has to come from the page itself. Nobody needs a secret word to ask: what can be asked for is
+the one thing that is looked at, kitchens of the registry, and the report beside them; nothing is written but the cache.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import json
+import os
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import PurePosixPath
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from casa_assets.errors import CasaError, OutputError
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces, resolve
+from casa_assets.pipeline.library.entry_files import file_inside
+from casa_assets.pipeline.view import machines
+from casa_assets.pipeline.view.model import REPORT, Model, to_json, with_style
+from casa_assets.pipeline.view.page import page
+from casa_assets.pipeline.view.subject import Kitchen, Subject
+from casa_assets.pipeline.view.workshop import Workshop
+
+HOST = "127.0.0.1"
+SSH_PORT = "22"
+MAX_BODY_BYTES = 100_000
+JSON = "application/json"
+# Files beside a scene or an asset that its report shows; nothing else of the disk is served.
+KINDS = {".html": "text/html; charset=utf-8", ".png": "image/png", ".js": "text/javascript", ".json": JSON}
+MAX_SEED = 2**31
+
+
+class ViewServer(ThreadingHTTPServer):
+    """A server for one subject, and for what the page swaps it for.
+
+    Attributes:
+        address: what to open in a browser. workshop: makes the models. first: id of the subject. pose: in which it is
+            shown first; empty: as it begins.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, subject: Subject, workshop: Workshop, pose: str = "", port: int = 0) -> None:
+        """Bind a port; 0: any that is free. Raises OSError where it is taken."""
+        super().__init__((HOST, port), _Handler)
+        self.workshop, self.pose = workshop, pose
+        self.address = f"http://{HOST}:{self.server_port}/"
+        self.first = workshop.order(subject)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers for the page, models, facts, reports, orders of other kitchens, and steps of state machines."""
+
+    server: ViewServer
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self) -> None:
+        """The page; `progress/ID`, `model/ID.glb`, `facts/ID`, `report/ID/FILE`."""
+        if not self._is_for_us():
+            self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
+            return
+        what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
+        answers: dict[str, Callable[[str], None]] = {
+            "progress": self._progress,
+            "model": self._model,
+            "facts": self._facts,
+            "report": self._report,
+        }
+        if (what, rest) == ("", ""):
+            text = page(self.server.first, self.server.pose)
+            self._send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
+        elif (what, rest) == ("favicon.ico", ""):
+            self._send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
+        elif what in answers and rest:
+            answers[what](rest)
+        else:
+            self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
+
+    def do_POST(self) -> None:
+        """`step/ID`: one step of a state machine. `order`: another style, or other surfaces, of the kitchen."""
+        length = self.headers.get("Content-Length", "")
+        if not self._is_for_us() or not self._is_from_us():
+            self.close_connection = True  # what was sent is not read
+            self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
+            return
+        if not length.isdigit() or int(length) > MAX_BODY_BYTES:
+            self.close_connection = True
+            self._refuse(HTTPStatus.BAD_REQUEST, f"say how long it is, at most {MAX_BODY_BYTES} bytes")
+            return
+        data = self.rfile.read(int(length))
+        what, _, rest = unquote(urlsplit(self.path).path).removeprefix("/").partition("/")
+        try:
+            if what == "step":
+                self._send_json(self._step(rest, data))
+            elif (what, rest) == ("order", ""):
+                self._send_json({"id": self._order(data)})
+            else:
+                self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
+        except CasaError as error:
+            self._refuse(HTTPStatus.BAD_REQUEST, str(error))
+
+    def _is_for_us(self) -> bool:
+        """True if the browser asked this machine by its address or as `localhost`, on whatever port a tunnel has."""
+        host = urlsplit(f"//{self.headers.get('Host', '')}").hostname or ""
+        if host == "localhost":
+            return True
+        try:
+            return ipaddress.ip_address(host).is_loopback
+        except ValueError:
+            return False
+
+    def _is_from_us(self) -> bool:
+        """True if what is posted is JSON from this page; a form of another page can send no JSON without asking."""
+        origin = self.headers.get("Origin")
+        is_same = origin is None or origin == f"http://{self.headers.get('Host', '')}"
+        return is_same and self.headers.get("Content-Type", "").partition(";")[0].strip() == JSON
+
+    def _progress(self, model_id: str) -> None:
+        found = self.server.workshop.progress(model_id)
+        if found is None:
+            self._refuse(HTTPStatus.NOT_FOUND, f"nobody asked for {model_id}")
+        else:
+            self._send_json(asdict(found))
+
+    def _ready(self, model_id: str) -> Model | None:
+        """A model, or None once it was said that there is none."""
+        found = self.server.workshop.model(model_id)
+        if found is None:
+            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not ready")
+        return found
+
+    def _model(self, name: str) -> None:
+        found = self._ready(name.removesuffix(".glb"))
+        if found is not None:
+            self._send(HTTPStatus.OK, "model/gltf-binary", found.glb)
+
+    def _facts(self, model_id: str) -> None:
+        found = self._ready(model_id)
+        if found is not None:
+            self._send(HTTPStatus.OK, JSON, to_json(found.facts))
+
+    def _report(self, rest: str) -> None:
+        """A file of the report, which stands right in the folder of the scene or asset."""
+        model_id, _, name = rest.rpartition("/")
+        found = self._ready(model_id)
+        if found is None:
+            return
+        kind = KINDS.get(PurePosixPath(name).suffix)
+        if found.folder is None or kind is None:
+            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} has no {name or REPORT}")
+            return
+        try:
+            data = file_inside(found.folder, name, found.folder, "report").read_bytes()
+        except (OSError, OutputError):
+            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} has no {name}")
+        else:
+            self._send(HTTPStatus.OK, kind, data)
+
+    def _step(self, model_id: str, data: bytes) -> dict[str, Any]:
+        found = self.server.workshop.model(model_id)
+        said = machines.parse(data)
+        if found is None or said.placement not in found.behaviors:
+            raise CasaError(f"{model_id} has no state machine {said.placement!r}")
+        return machines.step(found.behaviors[said.placement], said)
+
+    def _order(self, data: bytes) -> str:
+        """Start to build another kitchen of the same plan; returns its id. Raises CasaError where it cannot be."""
+        try:
+            said = json.loads(data)
+            subject = self.server.workshop.subject(str(said["of"]))
+            swapped = {str(name): str(finish) for name, finish in dict(said.get("surfaces") or {}).items()}
+            style, seed = str(said.get("style") or ""), said.get("random")
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise CasaError("an order names the kitchen as `of`, and a `style`, `surfaces` or `random`") from error
+        if not isinstance(subject, Kitchen):
+            raise CasaError("only a kitchen has styles and surfaces that can be swapped")
+        recipe = _swapped(subject.recipe, style, swapped, seed)
+        resolve(recipe)  # raises where the plan and the style do not go together
+        return self.server.workshop.order(Kitchen(recipe, subject.place))
+
+    def _refuse(self, status: HTTPStatus, why: str) -> None:
+        self._send(status, "text/plain; charset=utf-8", why.encode())
+
+    def _send_json(self, value: Any) -> None:
+        self._send(HTTPStatus.OK, JSON, to_json(value))
+
+    def _send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
+        self.send_response(status)
+        for name, value in (
+            ("Content-Type", kind),
+            ("Content-Length", str(len(body))),
+            ("Cache-Control", "no-store"),
+            ("X-Content-Type-Options", "nosniff"),
+            ("Referrer-Policy", "same-origin"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+        ):
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
+        """Say nothing: the terminal belongs to the command."""
+
+
+def _swapped(recipe: SceneRecipe, style: str, surfaces: dict[str, str], seed: Any) -> SceneRecipe:
+    """A recipe in another style, then with random surfaces of a seed, or with some surfaces of its own."""
+    made = with_style(recipe, style) if style and style != recipe.style else recipe
+    if seed is not None:
+        if not isinstance(seed, int) or not 0 <= seed < MAX_SEED:
+            raise CasaError(f"random: a whole number from 0 to {MAX_SEED - 1}, got {seed!r}")
+        return replace(made, surfaces=draw_surfaces(seed))
+    unknown = sorted(set(surfaces) - {surface.value for surface in Surface})
+    if unknown:
+        raise CasaError(f"no surface {unknown[0]!r}; there are {', '.join(surface.value for surface in Surface)}")
+    kept = [] if made is not recipe else list(recipe.surfaces)
+    chosen = {**dict(kept), **{Surface(name): finish for name, finish in surfaces.items()}}
+    return replace(made, surfaces=ordered_surfaces((s, f) for s, f in chosen.items() if f))
+
+
+def tunnel_line(port: int) -> str:
+    """The command that makes the page reachable from the machine that a user came from by ssh; empty without ssh."""
+    connection = os.environ.get("SSH_CONNECTION", "").split()  # Ref: ssh(1), ENVIRONMENT
+    if len(connection) != 4:
+        return ""
+    user = os.environ.get("USER") or os.environ.get("LOGNAME") or "USER"
+    host, ssh_port = connection[2:]
+    at_port = "" if ssh_port == SSH_PORT else f"-p {ssh_port} "
+    return f"ssh -N {at_port}-L {port}:{HOST}:{port} {user}@{host}"

@@ -1,0 +1,95 @@
+"""Show a compiled model in MuJoCo's own viewer, on a screen, while it is simulated in real time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import mujoco
+import mujoco.viewer
+
+from casa_assets.errors import CasaError
+from casa_assets.preview.still import set_keyframe
+
+FRAME_S = 1 / 60
+# Simulated seconds that one frame catches up at most: a machine that is too slow shows slow motion and stays usable.
+MAX_CATCH_UP_S = 0.05
+SPACE_KEY, BACKSPACE_KEY = 32, 259  # GLFW's codes
+# Called once a frame with the model and its data, before the frame is shown.
+EachFrame = Callable[[Any, Any], None]
+
+
+def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFrame | None = None) -> None:
+    """Open the viewer and return when its window is closed. Space stops the time, Backspace goes back to the pose.
+
+    The free camera starts where the file says (`<visual><global>`, `<statistic>`): for ours, at a view of all of it.
+
+    Args:
+        model: MjModel. pose: keyframe to start in; empty: the model's own start. name: of the model, for errors.
+        each_frame: may change colours, to show what is on.
+    Raises:
+        CannotDraw: it has no such keyframe. CasaError: no window can be opened.
+    """
+    data = mujoco.MjData(model)
+    start = reset_to(model, data, pose, name)
+    running, wanted = [True], [False]
+
+    def on_key(code: int) -> None:
+        if code == SPACE_KEY:
+            running[0] = not running[0]
+        elif code == BACKSPACE_KEY:
+            wanted[0] = True
+
+    try:
+        handle = mujoco.viewer.launch_passive(model, data, key_callback=on_key, show_left_ui=False)
+    except RuntimeError as error:
+        raise CasaError(f"MuJoCo's viewer cannot open a window: {error}; --web shows a page instead") from error
+    with handle:
+        with handle.lock():
+            handle.opt.geomgroup[:] = shown_groups(model)
+            mujoco.mjv_defaultFreeCamera(model, handle.cam)
+        while handle.is_running():
+            begin = time.perf_counter()
+            with handle.lock():
+                if wanted[0]:
+                    start()
+                    wanted[0] = False
+                if running[0]:
+                    _catch_up(model, data, begin)
+                if each_frame is not None:
+                    each_frame(model, data)
+            handle.sync()
+            time.sleep(max(0.0, FRAME_S - (time.perf_counter() - begin)))
+
+
+def reset_to(model: Any, data: Any, pose: str, name: str) -> Callable[[], None]:
+    """Put the data into a pose, and return what does so again. Raises CannotDraw where there is no such keyframe."""
+
+    def start() -> None:
+        if pose:
+            set_keyframe(model, data, pose, name)
+        else:
+            mujoco.mj_resetData(model, data)
+        mujoco.mj_forward(model, data)
+
+    start()
+    return start
+
+
+def shown_groups(model: Any) -> list[int]:
+    """Which groups of geoms the viewer shows at first, one number for each: what is seen and not what collides.
+
+    The viewer shows 0, 1 and 2. That is right for MuJoCo's custom (visuals in 2, colliders in 3); a model for robosuite
+    has colliders in 0 and visuals in 1.
+    """
+    used = {int(group) for group in model.geom_group}
+    hidden = {0} if 1 in used and 0 in used else set()
+    return [int(group < 3 and group not in hidden) for group in range(mujoco.mjNGROUP)]
+
+
+def _catch_up(model: Any, data: Any, begin: float) -> None:
+    """Simulate one frame, or as much of it as the machine manages in that time."""
+    end = data.time + FRAME_S
+    while data.time < end and time.perf_counter() - begin < MAX_CATCH_UP_S:
+        mujoco.mj_step(model, data)

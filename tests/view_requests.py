@@ -1,0 +1,36 @@
+"""Requests to the server of `casa-assets view`, and what they are made to."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.client import HTTPConnection
+from threading import Thread
+from typing import Any
+
+from casa_assets.pipeline.view.server import HOST, ViewServer
+from casa_assets.pipeline.view.subject import Subject
+from casa_assets.pipeline.view.workshop import Maker, Workshop
+
+
+@contextmanager
+def serving(subject: Subject, make: Maker, pose: str = "") -> Iterator[ViewServer]:
+    """A server on a free port, in a thread of its own."""
+    with ViewServer(subject, Workshop(make), pose) as server:
+        thread = Thread(target=server.serve_forever)
+        thread.start()
+        yield server
+        server.shutdown()
+        thread.join()
+
+
+def ask(server: ViewServer, path: str, body: Any = None, **headers: str) -> tuple[int, bytes]:
+    """Status and body of an answer. `headers`: names with an underscore for each dash; take the place of the usual."""
+    connection = HTTPConnection(HOST, server.server_port, timeout=20)
+    usual = {"Host": f"{HOST}:{server.server_port}", "Content-Type": "application/json"}
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    data = None if body is None else json.dumps(body)
+    connection.request("GET" if data is None else "POST", f"/{path}", data, {**usual, **given})
+    answer = connection.getresponse()
+    return answer.status, answer.read()
