@@ -19,6 +19,9 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.preview import renderer
 
+# (3,) lower and (3,) upper corner of a box, metres.
+Bounds = tuple[Floats, Floats]
+
 # Multiples of GOLDEN, modulo 1, fill a line evenly. Multiples of 1/p and 1/p^2, where p is PLASTIC, are the steps along
 # the two sides of a square and fill it evenly. Ref: M. Roberts, the R2 sequence.
 GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -39,7 +42,6 @@ class LightRig:
         sky_lights, bounce_lights: numbers of lights of the sky, and from below, in each drawing.
         sky_rise: sine of the angle above the horizon where the sky begins, and how far up from there.
         bounce_rise: highest angle that light from below comes from, and how far down from there.
-        sky_casts: whether the sky casts shadows.
         distance: how far from the middle of the scene the lights stand, in radii of the scene.
         shadow_reach: half the width of the shadow maps, in radii of the scene.
         sky_follows_viewer: whether the lights of the sky and from below turn with the viewer.
@@ -62,7 +64,6 @@ class LightRig:
     distance: float
     shadow_reach: float
     sky_follows_viewer: bool
-    sky_casts: bool = True
 
     @property
     def count(self) -> int:
@@ -88,7 +89,7 @@ class LightRig:
             # A Fibonacci lattice on the dome; no lower than where shadows would leave the map.
             rise = math.asin(lowest + up * ((n + 0.5) / (passes * self.sky_lights)))
             around, diffuse = 2.0 * math.pi * GOLDEN * n, self.sky / self.sky_lights
-            set_light(light, facing + around, rise, diffuse, self.sky_shine(around, diffuse), self.sky_casts)
+            set_light(light, facing + around, rise, diffuse, self.sky_shine(around, diffuse), casts=True)
         highest, down = self.bounce_rise
         for n, light in enumerate(bounce, start=i * self.bounce_lights):
             around, diffuse = 2.0 * math.pi * GOLDEN * n, self.bounce / self.bounce_lights

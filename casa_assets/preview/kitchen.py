@@ -1,6 +1,7 @@
-"""Render a kitchen's `scene.xml` through its own cameras, in soft daylight.
+"""Render a kitchen's `scene.xml` through its own cameras, as by day with the lamps on.
 
-Each picture is the mean of many drawings; see `exposure.py` for the reason.
+MuJoCo draws what each camera sees, and what each direction of the light sees; `preview/room/` lights the one by the
+other. Each picture is the mean of a few drawings that are moved by a part of a pixel and lit from other directions.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,73 +17,51 @@ import mujoco
 import numpy as np
 from PIL import Image
 
-from casa_assets.core.typing import Floats
+from casa_assets.core.typing import Floats, Singles
 from casa_assets.preview import renderer, tonemap
-from casa_assets.preview.exposure import (
-    CameraFrustum,
-    LightRig,
-    drawing_ids,
-    mean_of_drawings,
-    one_group,
-    set_extent,
-    set_quality,
+from casa_assets.preview.exposure import GOLDEN, Bounds, CameraFrustum, one_group, set_quality
+from casa_assets.preview.room.lighting import Receiver, beams, smoothed
+from casa_assets.preview.room.shading import shade
+from casa_assets.preview.room.shadow_maps import ShadowMap, draw_shadow_map
+from casa_assets.preview.room.surfaces import (
+    SurfaceDrawer,
+    Surfaces,
+    close_open_sides,
+    grey_sections,
+    plain_scene,
 )
-from casa_assets.preview.still import CannotDraw, add_highlights_to_model, set_keyframe
+from casa_assets.preview.room.surroundings import (
+    VISUAL_GROUP,
+    Surroundings,
+    geom_bounds,
+    is_clear,
+    is_shell,
+    surroundings_of,
+)
+from casa_assets.preview.still import CannotDraw, set_keyframe
 from casa_assets.preview.tonemap import Pixels
 
-_VISUAL_GROUP, _HIDDEN_GROUP = 2, 5  # groups of geoms; the ceiling has one of its own
+# Groups of geoms; those that are see-through are put into one of their own while a picture is drawn.
+_CLEAR_GROUP, _CEILING_GROUP, _HIDDEN_GROUP = 1, 4, 5
 _WALL_PREFIX = "wall_"  # names of walls begin with it
 _ON_WALL_M = 0.12  # from the middle of a wall: what is nearer hangs on it
-_BACKGROUND_WHITE = 0.955  # brightness of what lies beyond the room
-# Brightness of the brightest surfaces, and the exponent of the tone curve. Chosen by eye, as are the lights: a white
-# wall keeps its shading, a black front its form.
-_SURFACE_WHITE, _GAMMA = 0.93, 0.92
-_SKY_SEEN = 0.5  # share of the sky that a place in the room sees, on average
-_SHINE = 0.8  # brightness of highlights over that of the light
-
-
-def _shine(around: float, diffuse: float) -> float:
-    return _SHINE * diffuse
-
-
-# Two large lamps stand behind whoever looks, left and right, 49 degrees up; each drawing has one of them.
-_RIG = LightRig(
-    ambient=0.3,
-    key=0.24,
-    sky=0.6,
-    bounce=0.55,
-    key_azimuths=(-0.65, 0.65),
-    key_elevation=0.85,
-    softness=0.16,
-    key_shine=_SHINE * 0.24,
-    sky_shine=_shine,
-    bounce_shine=_shine,
-    sky_lights=2,
-    bounce_lights=3,
-    sky_rise=(0.42, 0.58),
-    bounce_rise=(0.15, 0.7),
-    distance=3.0,
-    shadow_reach=1.6,
-    sky_follows_viewer=False,
-)
-_RIG_WITHOUT_SHADOWS = replace(_RIG, sky=_SKY_SEEN * _RIG.sky, sky_casts=False)
+_OFF_SURFACE_M = 0.008  # by which places are moved off their surface, so that it does not shade itself
 
 
 @dataclass(frozen=True)
 class PictureSettings:
-    """Size of a picture in pixels, how many drawings it is the mean of, and what they spend on shadows.
+    """Size of a picture in pixels, how many drawings it is the mean of, and what they spend on light.
 
     Attributes:
-        shadow_px: side of the map of a lamp's shadows.
-        sky_casts: whether the sky casts shadows. Where it does not, every place sees half of it, and a picture takes
-            half of the time.
+        directions: that light comes from in each drawing, beside the key light.
+        shadow_px: side of the map of the shadows of a direction.
     """
 
     width_px: int = 960
     height_px: int = 720
-    passes: int = 40
-    shadow_px: int = 2048
-    sky_casts: bool = True
+    passes: int = 6
+    directions: int = 12
+    shadow_px: int = 1024
 
 
 _STANDARD = PictureSettings()
@@ -120,8 +99,9 @@ def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureS
     Raises:
         CannotDraw: it has no such keyframe; it is called `name` then.
     """
-    add_highlights_to_model(model)
-    set_quality(model.vis, frame.width_px, frame.height_px, frame.shadow_px)
+    # The buffer also holds the maps of shadows.
+    width_px, height_px = max(frame.width_px, frame.shadow_px), max(frame.height_px, frame.shadow_px)
+    set_quality(model.vis, width_px, height_px, shadow_px=1)
     data = mujoco.MjData(model)
     set_keyframe(model, data, pose, name)
     mujoco.mj_forward(model, data)
@@ -131,55 +111,111 @@ def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureS
 def render_cameras(
     made: LoadedScene, cameras: Sequence[str], frame: PictureSettings = _STANDARD
 ) -> Iterator[tuple[str, Pixels]]:
-    """Render each camera: its name and (height, width, 3) uint8 pixels. The ceiling is left out.
+    """Render each camera: its name and (height, width, 3) uint8 pixels.
+
+    An eye in the room sees the ceiling, and a plain wall where the room is open; from outside the ceiling is left out.
 
     Raises:
         CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
     """
     model, data = made.model, made.data
-    lower, upper = _bounds(model, data)
-    center, radius = (lower + upper) / 2, float(np.linalg.norm(upper - lower)) / 2
-    set_extent(model, radius, _RIG)
     numbers = {name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name) for name in cameras}
     for name, number in numbers.items():
         if number < 0:
             raise CannotDraw(f"there is no camera {name!r}; there are {', '.join(made.cameras)}")
     if not numbers:
         return
+    room = surroundings_of(model, data, _bounds(model, data))
     # The driver is handed meshes and pictures once for all cameras.
-    with renderer.canvas(model, data, one_group(_VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
+    with renderer.canvas(model, data, one_group(VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
+        light = _Light(canvas, model, data, room, frame)
         for name, number in numbers.items():
-            with _walls_before_eye_hidden(model, data, data.cam_xpos[number]):
-                canvas.refresh()
-            _set_lights(canvas.scene)
-            back = data.cam_xmat[number].reshape(3, 3)[:, 2]
-            viewer = math.atan2(back[1], back[0]) if np.hypot(back[0], back[1]) > 0.1 else -math.pi / 2
-            rig = _RIG if frame.sky_casts else _RIG_WITHOUT_SHADOWS
-            lens = _lens(data, model, number, frame, radius)
-            exposure = mean_of_drawings(canvas, lens, rig, frame.passes, viewer, center, radius)
-            yield name, _tone_map(exposure, _background(canvas))
+            yield name, tonemap.to_uint8(_render(canvas, model, data, number, light))
+
+
+class _Light:
+    """Light of a scene in one pose: from where it comes, and what stands in its way. Its maps serve all cameras."""
+
+    def __init__(
+        self, canvas: renderer.Canvas, model: Any, data: Any, room: Surroundings, frame: PictureSettings
+    ) -> None:
+        self.room, self.frame = room, frame
+        self._canvas = canvas
+        with _groups_restored(model) as groups:
+            for geom in range(model.ngeom):
+                if groups[geom] == VISUAL_GROUP and (is_clear(model, geom) or is_shell(model, geom)):
+                    groups[geom] = _HIDDEN_GROUP
+            self._scene = plain_scene(canvas.new_scene(one_group(VISUAL_GROUP)))
+            # Beyond the walls there is nothing to shade.
+            lower = np.maximum(_bounds(model, data)[0], room.lower - 0.3)
+            upper = np.minimum(_bounds(model, data)[1], room.upper + 0.3)
+        self._corners = np.array([[(lower, upper)[k >> i & 1][i] for i in range(3)] for k in range(8)])
+        self._maps: dict[tuple[int, int], ShadowMap] = {}
+
+    def on(self, seen: Surfaces, number: int) -> Singles:
+        """(H, W, 3) light on the surfaces of drawing `number`."""
+        receiver = Receiver(seen, _OFF_SURFACE_M, number)
+        for k, beam in enumerate(beams(number, self.frame.passes, self.frame.directions)):
+            at = (number, k)
+            if at not in self._maps:
+                size_px = self.frame.shadow_px
+                self._maps[at] = draw_shadow_map(self._canvas, self._scene, beam.towards, self._corners, size_px)
+            receiver.add(beam, self._maps[at], self.room, k * GOLDEN % 1.0)
+        return smoothed(receiver.image(self.room), seen)
+
+
+def _render(canvas: renderer.Canvas, model: Any, data: Any, camera: int, light: _Light) -> Floats:
+    """(H, W, 3) sRGB, 0..1, of one camera."""
+    frame, room, eye = light.frame, light.room, data.cam_xpos[camera]
+    is_inside = room.contains(eye)
+    solid = one_group(VISUAL_GROUP)
+    solid.geomgroup[_CEILING_GROUP] = int(is_inside)
+    every = one_group(_CLEAR_GROUP)
+    every.geomgroup[:] |= solid.geomgroup
+    with _groups_restored(model) as groups, _walls_before_eye_hidden(model, data, eye):
+        for geom in range(model.ngeom):
+            if groups[geom] == VISUAL_GROUP and is_clear(model, geom):
+                groups[geom] = _CLEAR_GROUP
+        drawer = SurfaceDrawer(canvas, model, solid, every)
+    lens = _lens(data, model, camera, frame, float(np.linalg.norm(room.upper - room.lower)) / 2)
+    total: Floats = np.zeros(())
+    for number in range(frame.passes):
+        seen = drawer.draw(lens, number, frame.width_px, frame.height_px)
+        if is_inside:
+            close_open_sides(seen, room, eye)
+        else:
+            grey_sections(seen, room)
+        total = total + shade(seen, light.on(seen, number), room, is_inside)
+    return np.asarray(total / frame.passes)
+
+
+@contextmanager
+def _groups_restored(model: Any) -> Iterator[Any]:
+    """The groups of the geoms of a model, to be changed; they are as before at the end."""
+    before = model.geom_group.copy()
+    try:
+        yield model.geom_group
+    finally:
+        model.geom_group[:] = before
 
 
 @contextmanager
 def _walls_before_eye_hidden(model: Any, data: Any, eye: Floats) -> Iterator[None]:
     """While it lasts, walls that stand between the eye and the room are not seen, nor what hangs on them."""
-    before = model.geom_group.copy()
-    for wall in range(1, model.nbody):
-        if not model.body(wall).name.startswith(_WALL_PREFIX):
-            continue
-        turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
-        # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
-        if float((eye - at) @ turn[:, 1]) < 0.3:
-            continue
-        reach = np.abs(model.geom_aabb[model.geom_bodyid == wall][:, [0, 3]]).sum(axis=1).max()
-        for geom in range(model.ngeom):
-            along, out, _ = (data.geom_xpos[geom] - at) @ turn
-            if abs(along) < reach + 0.1 and -_ON_WALL_M < out < 0.3:
-                model.geom_group[geom] = _HIDDEN_GROUP
-    try:
+    with _groups_restored(model) as groups:
+        for wall in range(1, model.nbody):
+            if not model.body(wall).name.startswith(_WALL_PREFIX):
+                continue
+            turn, at = data.xmat[wall].reshape(3, 3), data.xpos[wall]
+            # A wall faces the room with its -y; the origin of its frame is in the middle of its thickness.
+            if float((eye - at) @ turn[:, 1]) < 0.3:
+                continue
+            reach = np.abs(model.geom_aabb[model.geom_bodyid == wall][:, [0, 3]]).sum(axis=1).max()
+            for geom in range(model.ngeom):
+                along, out, _ = (data.geom_xpos[geom] - at) @ turn
+                if abs(along) < reach + 0.1 and -_ON_WALL_M < out < 0.3:
+                    groups[geom] = _HIDDEN_GROUP
         yield
-    finally:
-        model.geom_group[:] = before
 
 
 def render(
@@ -190,20 +226,12 @@ def render(
     return {name: tonemap.png(pixels) for name, pixels in render_cameras(made, cameras, frame)}
 
 
-def _bounds(model: Any, data: Any) -> tuple[Floats, Floats]:
-    """(3,) lower and (3,) upper corner of the bounds of all that is seen, world frame, metres."""
-    lower, upper = [], []
-    for geom in range(model.ngeom):
-        if model.geom_group[geom] != _VISUAL_GROUP:
-            continue
-        middle, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
-        turn = data.geom_xmat[geom].reshape(3, 3)
-        at, reach = data.geom_xpos[geom] + turn @ middle, np.abs(turn) @ half
-        lower.append(at - reach)
-        upper.append(at + reach)
-    if not lower:
+def _bounds(model: Any, data: Any) -> Bounds:
+    """Bounds of all that is seen."""
+    boxes = [geom_bounds(model, data, geom) for geom in range(model.ngeom) if model.geom_group[geom] == VISUAL_GROUP]
+    if not boxes:
         raise CannotDraw("nothing in the scene is visible")
-    return np.min(lower, axis=0), np.max(upper, axis=0)
+    return np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
 
 
 def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: float) -> CameraFrustum:
@@ -221,30 +249,6 @@ def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: fl
         half_height=half,
         jitter=1.3 * 2.0 * half / frame.height_px,
     )
-
-
-def _set_lights(scene: Any) -> None:
-    """Replace the lights of an MjvScene by those of the rig, all off."""
-    scene.nlight = _RIG.count
-    for light in scene.lights[: scene.nlight]:
-        light.type, light.headlight, light.texid = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, 0, -1
-        light.attenuation, light.cutoff, light.exponent = [0.0] * 3, 0.0, 0.0
-
-
-def _background(canvas: renderer.Canvas) -> Floats:
-    """(H, W, 1) 1 where nothing of the kitchen is seen."""
-    with drawing_ids(canvas):
-        seen = canvas.draw().astype(np.int32).sum(axis=2) > 0
-    return np.asarray(np.where(seen, 0.0, 1.0)[..., None])
-
-
-def _tone_map(exposure: Floats, background: Floats) -> Pixels:
-    """Scale an exposure so that the brightest surfaces are near white; pixels beyond the room become background."""
-    inside = exposure[background[..., 0] < 0.5]
-    lit = float(np.percentile(inside, 97)) if len(inside) else 1.0
-    tone = np.clip(exposure * (_SURFACE_WHITE / max(lit, 0.2)), 0.0, None)
-    tone = np.where(tone > 0.8, 0.8 + 0.2 * np.tanh((tone - 0.8) / 0.2), tone) ** _GAMMA
-    return tonemap.to_uint8(tone * (1.0 - background) + _BACKGROUND_WHITE * background)
 
 
 def picture(pixels: Pixels) -> Image.Image:

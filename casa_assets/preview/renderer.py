@@ -14,6 +14,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from casa_assets.core.typing import Singles
 from casa_assets.errors import CasaError
 from casa_assets.preview.tonemap import Pixels
 
@@ -63,6 +64,32 @@ class Canvas:
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         camera, category = mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(*self._shown, None, camera, category, self.scene)
+
+    def new_scene(self, option: Any) -> Any:
+        """Another abstract scene of the same model, which shows what `option` (MjvOption) says."""
+        scene = mujoco.MjvScene(self._shown[0], maxgeom=self._shown[0].ngeom + 8)
+        model, data, _ = self._shown
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
+        mujoco.mjv_updateScene(model, data, option, None, mujoco.MjvCamera(), mujoco.mjtCatBit.mjCAT_ALL, scene)
+        return scene
+
+    def draw_scene(self, scene: Any, width_px: int, height_px: int) -> Pixels:
+        """(height, width, 3) pixels of a scene, first row at the top. The model's frame buffer holds the size."""
+        rect, pixels = mujoco.MjrRect(0, 0, width_px, height_px), np.empty((height_px, width_px, 3), dtype=np.uint8)
+        mujoco.mjr_render(rect, scene, self._context)
+        mujoco.mjr_readPixels(pixels, None, rect, self._context)
+        return pixels[::-1]
+
+    def draw_depth(self, scene: Any, width_px: int, height_px: int) -> Singles:
+        """(height, width) depth buffer of a scene, 0 near to 1 far, first row at the bottom."""
+        mujoco.mjr_render(mujoco.MjrRect(0, 0, width_px, height_px), scene, self._context)
+        return self.read_depth(width_px, height_px)
+
+    def read_depth(self, width_px: int, height_px: int) -> Singles:
+        """(height, width) depth buffer of what was drawn last, 0 near to 1 far, first row at the bottom."""
+        depth = np.empty((height_px, width_px), dtype=np.float32)
+        mujoco.mjr_readPixels(None, depth, mujoco.MjrRect(0, 0, width_px, height_px), self._context)
+        return depth
 
     def draw(self) -> Pixels:
         """(height, width, 3) pixels, first row at the top; valid until the next call."""

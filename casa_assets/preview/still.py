@@ -122,16 +122,6 @@ def add_highlights(spec: Any) -> None:
         material.rgba = [*(factor * c for c in color[:3]), color[3]]
 
 
-def add_highlights_to_model(model: Any) -> None:
-    """Set specular and shininess of a compiled model's materials from metallic and roughness."""
-    for i in range(model.nmat):
-        metallic, roughness = float(model.mat_metallic[i]), float(model.mat_roughness[i])
-        phong = _phong_terms(metallic, roughness, model.mat_rgba[i], model.mat_texid[i] >= 0)
-        model.mat_specular[i], model.mat_shininess[i], factor = phong
-        model.mat_reflectance[i] = 0.0
-        model.mat_rgba[i, :3] *= factor
-
-
 def _phong_terms(metallic: float, roughness: float, rgba: Any, textures: Any) -> tuple[float, float, float]:
     """(specular, shininess, factor of the colour) that make MuJoCo's lights show a material's metallic and roughness.
 

@@ -173,7 +173,7 @@ def preview(
     camera: Annotated[list[str] | None, typer.Option(help="Cameras; all where none is named.")] = None,
     pose: Annotated[str, typer.Option(help="Keyframe: start, closed or open.")] = "start",
     size: Annotated[int, typer.Option(min=64, max=4096, help="Width in pixels; the height is three quarters.")] = 960,
-    passes: Annotated[int, typer.Option(min=1, max=400, help="Drawings that a picture is the mean of.")] = 40,
+    passes: Annotated[int, typer.Option(min=1, max=400, help="Drawings that a picture is the mean of.")] = 6,
     out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
 ) -> None:
     """Draw a scene through its cameras, beside its files.

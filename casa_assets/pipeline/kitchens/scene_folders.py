@@ -47,7 +47,7 @@ from casa_assets.preview import tonemap
 from casa_assets.registry.habits import load_habits
 from casa_assets.registry.kitchens import plan_names, style_names
 
-OVERVIEW_FRAME = room.PictureSettings(passes=24)
+OVERVIEW_FRAME = room.PictureSettings(passes=4)
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Checks a scene in its folder and returns the report.
 Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]

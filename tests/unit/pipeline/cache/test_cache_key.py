@@ -98,7 +98,7 @@ class TestOneConstantChanges:
 
     def test_in_the_preview_of_kitchens(self, copy: Copy) -> None:
         """Pictures and the verdicts on them, and no geometry."""
-        changed = copy.changed_by("casa_assets/preview/kitchen.py", "_SKY_SEEN = 0.5 ", "_SKY_SEEN = 0.4 ")
+        changed = copy.changed_by("casa_assets/preview/room/shading.py", "_EXPOSURE = 0.78", "_EXPOSURE = 0.79")
         assert changed == copy.names("pictures") | copy.names("verdict")
 
     def test_in_the_preview_of_assets(self, copy: Copy) -> None:
