@@ -80,7 +80,7 @@ def test_a_texture(checkout: Path) -> None:
 
 
 def test_a_category(checkout: Path) -> None:
-    code = "from casa_assets import registry; print(registry.load().categories['tea_strainer'].mass_kg)"
+    code = "from casa_assets import registry; print(registry.load().categories['honey_dipper'].mass_kg)"
     done = run(checkout, "-c", code)
     assert done.returncode == 0, done.stderr
-    assert "0.04" in done.stdout
+    assert "0.03" in done.stdout
