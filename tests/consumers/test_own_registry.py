@@ -76,7 +76,10 @@ def test_a_word_that_is_wrong_is_told_with_its_line(checkout: Path) -> None:
 
 
 def test_a_texture(checkout: Path) -> None:
-    assert "plaster_harbour" in command_line(checkout, "textures", "check", "plaster_harbour")
+    assert "1 texture and 0 sets checked, 0 with faults" in command_line(
+        checkout, "textures", "check", "plaster_harbour"
+    )
+    assert "plaster_harbour" in command_line(checkout, "textures", "list", "--set", "wall", "--json")
 
 
 def test_a_category(checkout: Path) -> None:

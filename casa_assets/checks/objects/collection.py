@@ -18,7 +18,7 @@ from casa_assets.model.record import Vec3
 
 # Descriptors of one shape under two triangulations are this far apart at most, see docs/explanation/duplicates.md.
 SAME_SHAPE = 0.02
-# With fewer members the nearest one of the same kind is too often not there, see docs/howto/kitchens/objects.md.
+# With fewer members the nearest one of the same kind is too often not there, see docs/measured/objects.md.
 MIN_MEMBERS = 12
 # Share of the mean variance within categories that is added along each axis, so that no axis counts without bounds.
 SHRINKAGE = 0.3
