@@ -38,6 +38,7 @@ class Driver:
         view = {"width": width, "height": height}
         self.context = self.chromium.new_context(viewport=view, color_scheme=scheme, has_touch=touch, is_mobile=touch)
         self.page = self.context.new_page()
+        self.page.set_default_timeout(60_000)  # the processor draws, and others use it too
         self.errors, self.requests = [], []
         self.page.on("console", lambda m: self.errors.append(m.text) if m.type in ("error", "warning") else None)
         self.page.on("pageerror", lambda e: self.errors.append(str(e)))
@@ -98,7 +99,7 @@ class Driver:
 
     def screenshot(self, path: str) -> None:
         """Write a picture of the window."""
-        self.page.screenshot(path=path)
+        self.page.screenshot(path=path, timeout=120_000)
 
     def violations(self, impacts: list[str]) -> list[dict[str, Any]]:
         """What axe-core finds of these impacts: rule, impact, help, elements."""

@@ -19,11 +19,14 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.reports import object_catalogue, page_template
+from casa_assets.pipeline.reports.library.models import models_of, write_models
+from casa_assets.pipeline.reports.library.report import write
 from casa_assets.pipeline.reports.object_catalogue import DrawnCategory
 from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer, viewer_script
 from tests.articulated_assets import grill
 from tests.assets import EVERY, microwave
 from tests.browser import HOME, Browser, Page
+from tests.built_libraries import keep, loose_and_fixed
 from tests.scenes import corner
 
 pytestmark = pytest.mark.consumers
@@ -210,6 +213,18 @@ def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -
     page.pause(0.5)
     assert page.evaluate("document.querySelectorAll('dialog').length") == 0
     assert page.evaluate("document.activeElement.dataset.name") == "apple_0"
+    page.assert_clean()
+
+
+def test_an_asset_of_a_library(browser: Browser, tmp_path: Path) -> None:
+    library = keep(tmp_path / "lib", loose_and_fixed())
+    target = library / "report.html"
+    list(write_models(library, target, jobs=1))
+    write(library, target, models=models_of(target))
+    page = browser.open(f"{target.as_uri()}#id=microwave_0123456789")
+    page.click('role=button[name="Open in 3D"]')
+    page.wait(f"dialog {READY}")
+    assert page.texts("dialog .cv-joint label") == ["Door"]
     page.assert_clean()
 
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.markup import escape
 
 from casa_assets.cli.options import library_at
+from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.library.library import Library
 
 
 def report(
@@ -29,6 +33,9 @@ def report(
     clip_weights: Annotated[
         str, typer.Option(help="Weights of CLIP that look at the pictures first, see `casa-assets find --help`.")
     ] = "",
+    in_3d: Annotated[
+        bool, typer.Option("--3d/--no-3d", help="Show assets in 3D; writes a model of each, about 0.1 MB, once.")
+    ] = False,
     json_: Annotated[bool, typer.Option("--json", help="The content of report.json on standard output.")] = False,
 ) -> None:
     """Write a page about a library, report.html, with every input in it, and report.json beside it.
@@ -42,25 +49,22 @@ def report(
 
       casa-assets report --library out/library --baseline old/report.json --fail-on worse --fail-on 'rejected-rate>5%'
     """
-    from casa_assets.pipeline.clip import load_clip
-    from casa_assets.pipeline.dedup import library_report
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.library.entry_table import EntryTable
     from casa_assets.pipeline.reports.checks_page import codes
     from casa_assets.pipeline.reports.library.conditions import parse
+    from casa_assets.pipeline.reports.library.models import models_of
     from casa_assets.pipeline.reports.library.report import write
 
     conditions = [parse(text, codes()) for text in fail_on or ()]
     if baseline is None and any(condition.needs_baseline for condition in conditions):
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
     place = library_at(library)
-    if clip_weights or library_report.read_library_report(library) is None:
-        model = load_clip(clip_weights) if clip_weights else None
-        with place.locked(), writing(library):
-            library_report.compare_library(place, EntryTable(place), model)
+    _compare_all(place, clip_weights)
     target = output or library / "report.html"
     with writing(target.parent):
-        written = write(library, target, baseline, conditions)
+        if in_3d:
+            _write_models(library, target)
+        written = write(library, target, baseline, conditions, models_of(target) if in_3d else None)
     console = Console(stderr=json_, soft_wrap=True, highlight=False)
     if json_:
         typer.echo(written.json.read_text(encoding="utf-8"), nl=False)
@@ -70,6 +74,28 @@ def report(
     console.print(f"Report: {written.page}")
     if any(outcome.holds for outcome in written.outcomes):
         raise typer.Exit(1)
+
+
+def _compare_all(library: Library, clip_weights: str) -> None:
+    """Run the checks of all assets together, where they never ran, or where CLIP is to look at the pictures first."""
+    from casa_assets.pipeline.clip import load_clip
+    from casa_assets.pipeline.dedup import library_report
+    from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.pipeline.library.entry_table import EntryTable
+
+    if clip_weights or library_report.read_library_report(library.root) is None:
+        model = load_clip(clip_weights) if clip_weights else None
+        with library.locked(), writing(library.root):
+            library_report.compare_library(library, EntryTable(library), model)
+
+
+def _write_models(library: Path, target: Path) -> None:
+    from casa_assets.pipeline.reports.library.models import write_models
+
+    with bar(Console(stderr=True)) as progress:
+        task = progress.add_task("models", total=None)
+        for done, total in write_models(library, target):
+            progress.update(task, total=total, completed=done)
 
 
 def index(

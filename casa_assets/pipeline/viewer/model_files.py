@@ -21,6 +21,7 @@ from __future__ import annotations
 import base64
 import gzip
 import hashlib
+import os
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
@@ -74,8 +75,10 @@ def model_script(name: str, glb: bytes) -> bytes:
 
 
 def put_model(folder: Path, name: str, glb: bytes) -> str:
-    """Write `<name>.glb.js` into a folder; returns its file name."""
+    """Write `<name>.glb.js` into a folder, put in place by one rename; returns its file name."""
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / f"{name}{SUFFIX}"
-    target.write_bytes(model_script(name, glb))
+    fresh = folder / f".{target.name}.{os.getpid()}"
+    fresh.write_bytes(model_script(name, glb))
+    fresh.replace(target)
     return target.name

@@ -12,6 +12,7 @@ from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Status
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.library.comparison import Change, Difference
+from casa_assets.pipeline.reports.library.models import PageModels
 from casa_assets.pipeline.reports.library.priors import PriorFit
 from casa_assets.pipeline.reports.library.rows import FIELDS, PART_SIZES, Words
 from casa_assets.pipeline.reports.library.summary import (
@@ -37,12 +38,19 @@ CHANGE_TITLES = {
 }
 
 
-def render(found: Findings, words: Words, links: Mapping[str, str], inside: Sequence[Part], folder: str = "") -> str:
+def render(
+    found: Findings,
+    words: Words,
+    links: Mapping[str, str],
+    inside: Sequence[Part],
+    folder: str = "",
+    models: PageModels | None = None,
+) -> str:
     """The page; the same findings give the same page.
 
     Args:
         links: id -> path to what an earlier run has of it. inside: parts of the data that stand in the page itself.
-        folder: of the script files with the other parts, beside the page.
+        folder: of the script files with the other parts, beside the page. models: where the models of its assets are.
     """
     shown = counts(found.entries, found.fits, found.compared)
     whole = found.whole
@@ -52,6 +60,7 @@ def render(found: Findings, words: Words, links: Mapping[str, str], inside: Sequ
         "folder": relative_link(folder) if folder else "",
         "sizes": PART_SIZES,
         "picture": PICTURE,
+        "models": models.data if models else None,
         "meanings": {code: words.meaning(code) for code in code_counts(found.entries)},
         "checks": words.explanations,
     }
@@ -68,7 +77,7 @@ def render(found: Findings, words: Words, links: Mapping[str, str], inside: Sequ
         data=data,
         inside=inside,
         styles=("browse.css", "library.css"),
-        scripts=("browse.js", "library.js"),
+        scripts=("browse.js", "library.js", *(("model.js",) if models else ())),
     )
 
 

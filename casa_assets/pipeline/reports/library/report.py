@@ -23,6 +23,7 @@ from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.library import page, priors, rows, summary
 from casa_assets.pipeline.reports.library.comparison import Run, compare, link_before, read_run, standing_of
 from casa_assets.pipeline.reports.library.conditions import Condition, Outcome, judge
+from casa_assets.pipeline.reports.library.models import PageModels
 from casa_assets.pipeline.reports.parts import Part, chunks
 
 
@@ -36,13 +37,18 @@ class WrittenReport:
 
 
 def write(
-    root: Path, target: Path, baseline: Path | None = None, conditions: Sequence[Condition] = ()
+    root: Path,
+    target: Path,
+    baseline: Path | None = None,
+    conditions: Sequence[Condition] = (),
+    models: PageModels | None = None,
 ) -> WrittenReport:
     """Write the page for the library at `root` to `target`, and a JSON file of that name beside it.
 
     Args:
         target: the page, `<name>.html`; of a large library the data goes to the folder `<name>_parts` beside it.
         baseline: report.json or library of an earlier run. conditions: that are judged.
+        models: where the page finds the models of its assets; None where there are none.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
@@ -57,11 +63,11 @@ def write(
     with writing(target.parent):
         target.parent.mkdir(parents=True, exist_ok=True)
         if is_inline:
-            _replace(target, page.render(found, words, links, tuple(made.parts())))
+            _replace(target, page.render(found, words, links, tuple(made.parts()), models=models))
             parts.remove_parts(target)
         else:
             parts.write_parts(target, made.parts())
-            _replace(target, page.render(found, words, links, (), parts.folder_of(target).name))
+            _replace(target, page.render(found, words, links, (), parts.folder_of(target).name, models))
         json_path = target.with_suffix(".json")
         _replace(json_path, json.dumps(summary.content(found, words), sort_keys=True, indent=1) + "\n")
     return WrittenReport(target, json_path, tuple(found.outcomes))

@@ -61,8 +61,14 @@ function large(row) {
   }, { once: true });
   return image;
 }
+function in3d(row) {
+  const { folder, suffix, viewer } = facts.models;
+  return make("button", { type: "button", "class": "quiet model-popup", "data-model": folder + "/" + encodeURIComponent(row.id) + suffix, "data-name": row.id,
+    "data-viewer": viewer, "data-title": name(row), text: "Open in 3D" });
+}
 function details(row, place) {
   place.append(large(row));
+  if (facts.models && row.verdict !== "rejected") { place.append(in3d(row)); }
   const terms = make("dl", { "class": "facts" });
   const told = function (pairs) {
     pairs.forEach(function (pair) { if (pair[1]) { terms.append(make("dt", { text: pair[0] }), make("dd", { text: pair[1] })); } });

@@ -1,0 +1,67 @@
+"""Models of the assets of a library for its page: made once, told to the page, and gone with their assets."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from lxml import html
+
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.reports.library.models import folder_of, models_of, write_models
+from casa_assets.pipeline.reports.library.report import write
+from casa_assets.pipeline.viewer.model_files import viewer_name
+from tests.built_libraries import keep, loose_and_fixed
+from tests.libraries import casa
+
+
+@pytest.fixture
+def library(tmp_path: Path) -> Path:
+    return keep(tmp_path / "lib", loose_and_fixed())
+
+
+def test_every_asset_has_a_model_that_is_made_once(library: Path) -> None:
+    page = library / "report.html"
+    names = {folder.name for folder in Library(library).accepted()}
+    told = list(write_models(library, page, jobs=1))
+    assert told == [(done, len(names)) for done in range(len(names) + 1)]
+    models = folder_of(page)
+    assert {path.name for path in models.iterdir()} == {viewer_name(), *(f"{name}.glb.js" for name in names)}
+    before = {path.name: path.stat().st_mtime_ns for path in models.iterdir()}
+    assert list(write_models(library, page, jobs=1)) == [(len(names), len(names))]
+    assert {path.name: path.stat().st_mtime_ns for path in models.iterdir()} == before
+
+
+def test_the_model_of_an_asset_that_is_gone_goes(library: Path) -> None:
+    page = library / "report.html"
+    list(write_models(library, page, jobs=1))
+    gone = next(Library(library).accepted())
+    shutil.rmtree(gone)
+    list(write_models(library, page, jobs=1))
+    assert not (folder_of(page) / f"{gone.name}.glb.js").exists()
+
+
+def test_the_page_is_told_where_they_are(library: Path) -> None:
+    page = library / "report.html"
+
+    def data() -> dict[str, object]:
+        (text,) = html.fromstring(page.read_text(encoding="utf-8")).xpath("//script[@id='data']/text()")
+        found: dict[str, object] = json.loads(text)
+        return found
+
+    write(library, page)
+    assert data()["models"] is None
+    assert "popUpModel" not in page.read_text(encoding="utf-8")
+    write(library, page, models=models_of(page))
+    viewer = f"./report_models/{viewer_name()}"
+    assert data()["models"] == {"folder": "./report_models", "suffix": ".glb.js", "viewer": viewer}
+    assert "popUpModel" in page.read_text(encoding="utf-8")
+
+
+def test_the_command_makes_them_on_request(library: Path) -> None:
+    assert casa("report", "--library", library).returncode == 0
+    assert not folder_of(library / "report.html").exists()
+    assert casa("report", "--library", library, "--3d").returncode == 0
+    assert len(list(folder_of(library / "report.html").glob("*.glb.js"))) == len(loose_and_fixed())
