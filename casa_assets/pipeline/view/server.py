@@ -22,12 +22,14 @@ from urllib.parse import unquote, urlsplit
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces, resolve
+from casa_assets.pipeline.kitchens.scene_files import SHARED
 from casa_assets.pipeline.library.entry_files import file_inside
 from casa_assets.pipeline.view import machines
 from casa_assets.pipeline.view.model import REPORT, Model, to_json, with_style
 from casa_assets.pipeline.view.page import page
 from casa_assets.pipeline.view.subject import Kitchen, Subject
 from casa_assets.pipeline.view.workshop import Workshop
+from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
 
 HOST = "127.0.0.1"
 SSH_PORT = "22"
@@ -148,8 +150,11 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(HTTPStatus.OK, JSON, to_json(found.facts))
 
     def _report(self, rest: str) -> None:
-        """A file of the report, which stands right in the folder of the scene or asset."""
+        """A file of the report, which stands right in the folder of the scene or asset; the viewer that it names."""
         model_id, _, name = rest.rpartition("/")
+        if rest == f"{SHARED}/{viewer_name()}":
+            self._send(HTTPStatus.OK, KINDS[".js"], viewer_script())
+            return
         found = self._ready(model_id)
         if found is None:
             return

@@ -17,6 +17,7 @@ from casa_assets.pipeline.view import server as view_server
 from casa_assets.pipeline.view.model import Model, Tell, build_command, make
 from casa_assets.pipeline.view.server import ViewServer, tunnel_line
 from casa_assets.pipeline.view.subject import Kitchen, Subject, find
+from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
 from tests.view_requests import ask, serving
 
 PATIENCE_S = 60.0
@@ -169,6 +170,8 @@ def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
     for path in ("notes.txt", "../secret.html", "..%2Fsecret.html", "link.html", "nothing.html", ""):
         assert ask(kitchen, f"report/galley__coastal/{path}")[0] == 404
     assert ask(kitchen, "report/galley__rustic/report.html")[0] == 404
+    assert ask(kitchen, f"report/assets/{viewer_name()}") == (200, viewer_script())  # as report.html names it
+    assert ask(kitchen, "report/assets/viewer_0.js")[0] == 404
     assert ask(kitchen, "etc/passwd")[0] == 404
 
 
