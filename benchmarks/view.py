@@ -4,14 +4,16 @@
     ./dev bench view u_small__rustic apple/3         others
 
 Each is looked at twice, so that in the second turn all that it is made of comes out of the cache. `address`: seconds
-from the command to the line with the address; `picture`: to the second frame in which the model is drawn, by a browser
-that was started before and draws with the processor alone (SwiftShader): a graphics card is faster. `GLB`: megabytes of
-the model. Needs the environment of `./dev consumers` with Chromium.
+from the command to the line with the address; `model`: from there until the server has the model; `picture`: from the
+command to the second frame in which the model is drawn, by a browser that was started before and draws with the
+processor alone (SwiftShader): a graphics card is faster. `GLB`: megabytes of the model. Needs the environment of
+`./dev consumers` with Chromium.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import signal
 import subprocess
@@ -36,6 +38,7 @@ class Turn(NamedTuple):
     subject: str
     name: str
     address_s: float
+    model_s: float
     picture_s: float
     glb_mb: float
 
@@ -48,17 +51,17 @@ def main() -> None:
     browser = Browser()
     try:
         browser.open("about:blank")
-        print("| | turn | address, s | picture, s | GLB, MB |\n|---|---|---|---|---|")
+        print("| | turn | address, s | model, s | picture, s | GLB, MB |\n|---|---|---|---|---|---|")
         for subject in subjects:
             for name in TURNS:
                 turn = look(subject, name, browser)
-                numbers = f"{turn.address_s:.1f} | {turn.picture_s:.1f} | {turn.glb_mb:.1f}"
+                numbers = f"{turn.address_s:.1f} | {turn.model_s:.1f} | {turn.picture_s:.1f} | {turn.glb_mb:.1f}"
                 print(f"| {turn.subject} | {turn.name} | {numbers} |", flush=True)
     finally:
         browser.close()
 
 
-def look(subject: str, name: str, browser: Browser) -> Turn:
+def look(subject: str, turn: str, browser: Browser) -> Turn:
     """Start the command, wait for its picture, end it."""
     begin = time.monotonic()
     command = [str(Path(sys.executable).with_name("casa-assets")), "view", subject, "--web", "--no-open"]
@@ -73,12 +76,19 @@ def look(subject: str, name: str, browser: Browser) -> Turn:
             shown = page.evaluate("document.body.dataset.shown ?? ''")
             if not shown:
                 raise SystemExit(f"{subject}: {page.texts('#progress')}")
-            where = f"{address}model/{urllib.parse.quote(shown, safe='')}.glb"
-            with urllib.request.urlopen(where) as answer:
-                size = len(answer.read())
+            name = urllib.parse.quote(shown, safe="")
+            model_s = json.loads(fetched(f"{address}progress/{name}"))["seconds"]
+            size = len(fetched(f"{address}model/{name}.glb"))
         finally:
             os.kill(running.pid, signal.SIGINT)
-    return Turn(subject, name, address_s, picture_s, size / 1e6)
+    return Turn(subject, turn, address_s, model_s, picture_s, size / 1e6)
+
+
+def fetched(address: str) -> bytes:
+    """What a server of ours answers."""
+    with urllib.request.urlopen(address) as answer:
+        body: bytes = answer.read()
+    return body
 
 
 if __name__ == "__main__":
