@@ -7,14 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 from casa_assets.preview import tonemap
 
 _PAGE = (255, 255, 255)
 _CELL = (244, 244, 245)
 _INK, _FAINT = (32, 34, 37), (112, 117, 124)
-_GAP_PX, _MARGIN_PX, _HEADER_PX, _CAPTION_PX = 12, 24, 44, 40
+_GAP_PX, _MARGIN_PX, _HEADER_PX, _CAPTION_PX = 8, 12, 34, 40
+_PAPER_NOISE = 3  # by which paper may differ from its corner, of 255
 
 
 @dataclass(frozen=True)
@@ -26,38 +27,41 @@ class SheetCell:
     png: bytes
 
 
-def contact_sheet(shots: Sequence[SheetCell], heading: str, columns: int = 8, cell_px: int = 192) -> bytes:
+def contact_sheet(
+    shots: Sequence[SheetCell], heading: str, columns: int = 8, cell_px: int = 192, height_px: int = 0
+) -> bytes:
     """PNG with all shots in rows, read from the left.
 
     Args:
         shots: in the order in which they are shown.
         heading: one line at the top.
         columns: pictures in a row.
-        cell_px: width and height of a picture.
+        cell_px: width of a picture. height_px: its height; 0: as its width.
     """
-    columns = max(1, min(columns, len(shots)))
+    columns, height_px = max(1, min(columns, len(shots))), height_px or cell_px
     rows = -(-len(shots) // columns)
     # A narrow page would cut the heading.
     width = max(2 * _MARGIN_PX + columns * (cell_px + _GAP_PX) - _GAP_PX, 480)
-    height = 2 * _MARGIN_PX + _HEADER_PX + rows * (cell_px + _CAPTION_PX + _GAP_PX) - _GAP_PX * min(rows, 1)
+    height = 2 * _MARGIN_PX + _HEADER_PX + rows * (height_px + _CAPTION_PX + _GAP_PX) - _GAP_PX * min(rows, 1)
     page = Image.new("RGB", (width, height), _PAGE)
     pen = ImageDraw.Draw(page)
     room_px = width - 2 * _MARGIN_PX
     pen.text((_MARGIN_PX, _MARGIN_PX), _cut(heading, 22, room_px), fill=_INK, font=ImageFont.load_default(22))
     for i, shot in enumerate(shots):
-        x, y = cell_corner(i, columns, cell_px)
-        pen.rectangle((x, y, x + cell_px - 1, y + cell_px - 1), fill=_CELL)
+        x, y = cell_corner(i, columns, cell_px, height_px)
+        pen.rectangle((x, y, x + cell_px - 1, y + height_px - 1), fill=_CELL)
         if shot.png:
-            page.paste(_fitted(shot.png, cell_px), (x, y))
-        pen.text((x, y + cell_px + 4), _cut(shot.title, 13, cell_px), fill=_INK, font=ImageFont.load_default(13))
-        pen.text((x, y + cell_px + 21), _cut(shot.subtitle, 12, cell_px), fill=_FAINT, font=ImageFont.load_default(12))
+            page.paste(_fitted(shot.png, cell_px, height_px), (x, y))
+        y += height_px
+        pen.text((x, y + 3), _cut(shot.title, 14, cell_px), fill=_INK, font=ImageFont.load_default(14))
+        pen.text((x, y + 21), _cut(shot.subtitle, 12, cell_px), fill=_FAINT, font=ImageFont.load_default(12))
     return tonemap.png(np.asarray(page))
 
 
-def cell_corner(number: int, columns: int, cell_px: int) -> tuple[int, int]:
+def cell_corner(number: int, columns: int, cell_px: int, height_px: int = 0) -> tuple[int, int]:
     """Return the pixel (x, y) of the upper left corner of a picture on a sheet, by its number from 0."""
     x = _MARGIN_PX + number % columns * (cell_px + _GAP_PX)
-    y = _MARGIN_PX + _HEADER_PX + number // columns * (cell_px + _CAPTION_PX + _GAP_PX)
+    y = _MARGIN_PX + _HEADER_PX + number // columns * ((height_px or cell_px) + _CAPTION_PX + _GAP_PX)
     return x, y
 
 
@@ -70,11 +74,33 @@ def contact_sheets(
     return tuple(contact_sheet(page, name, columns, cell_px) for page, name in zip(pages, names, strict=True))
 
 
-def _fitted(png: bytes, cell_px: int) -> Image.Image:
-    """The picture made as large as the cell."""
+def trimmed(picture: Image.Image, width_share: float, margin: float = 0.03) -> Image.Image:
+    """Cut plain paper off the sides of a picture as far as what it shows allows; one without paper stays as it is.
+
+    Args:
+        width_share: width over height of the result.
+        margin: of paper that stays on each side, as a share of what is shown.
+    """
+    pixels = np.asarray(picture.convert("RGB")).astype(np.int16)
+    shown = np.abs(pixels - pixels[0, 0]).max(axis=2) > _PAPER_NOISE
+    if not shown.any() or shown[[0, -1, -1], [-1, 0, -1]].any():
+        return picture
+    rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
+    middle = ((columns[0] + columns[-1] + 1) / 2, (rows[0] + rows[-1] + 1) / 2)
+    wide, high = (1 + 2 * margin) * np.ptp(columns), (1 + 2 * margin) * np.ptp(rows)
+    wide, high = max(wide, high * width_share), max(high, wide / width_share)
+    page = Image.fromarray(np.full((round(high), round(wide), 3), pixels[0, 0], dtype=np.uint8))
+    page.paste(picture, (round(wide / 2 - middle[0]), round(high / 2 - middle[1])))
+    return page
+
+
+def _fitted(png: bytes, width_px: int, height_px: int) -> Image.Image:
+    """The picture made as large as the cell; one of another shape loses paper, or is cut, at two sides."""
     with Image.open(io.BytesIO(png)) as opened:
         picture = opened.convert("RGB")
-    return picture.resize((cell_px, cell_px), Image.Resampling.LANCZOS)
+    if picture.width * height_px != picture.height * width_px:
+        picture = trimmed(picture, width_px / height_px)
+    return ImageOps.fit(picture, (width_px, height_px), Image.Resampling.LANCZOS)
 
 
 def _cut(text: str, font_px: int, width_px: int) -> str:

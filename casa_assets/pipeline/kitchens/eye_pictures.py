@@ -15,7 +15,7 @@ from casa_assets.preview.kitchen import PictureSettings
 POSE = "open"
 # Cameras at the height of a robot's eyes begin with this word, see `layouts.compose`.
 EYE = "robot_eye"
-FRAME = PictureSettings(960, 640, passes=12)
+FRAME = PictureSettings(960, 640, passes=4)
 
 
 def eye_picture_of(folder: Path) -> Path | None:

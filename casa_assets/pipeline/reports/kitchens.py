@@ -5,7 +5,6 @@ The table has verdict, joints, design, load time, pace and budgets of each.
 
 from __future__ import annotations
 
-import io
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
 from pydantic import TypeAdapter
 
 from casa_assets.model.issue import Report
@@ -30,8 +28,7 @@ FLOOR_MAP = "floor_map.png"
 CARDS = "kitchens.json"  # in the cache
 ROWS_PER_PART = 500
 MAX_ON_SHEET = 120  # scenes on the contact sheet
-CELL_PX, SHEET_COLUMNS = 360, 4
-PAPER = (244, 244, 245)
+CELL_PX, CELL_HEIGHT_PX, SHEET_COLUMNS = 400, 267, 4
 # Verdict of a scene -> class of the style sheet.
 VERDICT_STYLES = {True: "passed", False: "failed", None: "open"}
 
@@ -289,14 +286,12 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
     found = read_cards(out)
     _write_tables(out, [card.row for card in found])
     shots = [
-        SheetCell(
-            e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _squared(_best_picture(out, e))
-        )
+        SheetCell(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _best_picture(out, e))
         for e in found[:MAX_ON_SHEET]
     ]
     picture, page = out / SHEET, out / PAGE
     count = f"{len(found)}" if len(found) <= MAX_ON_SHEET else f"{MAX_ON_SHEET} of {len(found)}"
-    picture.write_bytes(contact_sheet(shots, f"{heading}: {count}", SHEET_COLUMNS, CELL_PX))
+    picture.write_bytes(contact_sheet(shots, f"{heading}: {count}", SHEET_COLUMNS, CELL_PX, CELL_HEIGHT_PX))
     data = index_parts(found)
     if len(found) <= parts.MAX_INLINE:
         page.write_text(index_page(found, heading, data), encoding="utf-8")
@@ -316,20 +311,6 @@ def best_picture(card: SceneCard) -> str:
 def _best_picture(out: Path, card: SceneCard) -> bytes:
     name = best_picture(card)
     return (out / card.row.id / name).read_bytes() if name else b""
-
-
-def _squared(png: bytes) -> bytes:
-    """The picture with paper above and below, as cells of sheets are square."""
-    if not png:
-        return png
-    with Image.open(io.BytesIO(png)) as opened:
-        picture = opened.convert("RGB")
-    side = max(picture.size)
-    square = Image.new("RGB", (side, side), PAPER)
-    square.paste(picture, ((side - picture.width) // 2, (side - picture.height) // 2))
-    out = io.BytesIO()
-    square.save(out, format="PNG", compress_level=1)
-    return out.getvalue()
 
 
 # Values of a row of the index, in their order.

@@ -115,11 +115,11 @@ class Receiver:
     def image(self, room: Surroundings) -> Singles:
         """(H, W, 3) of the light, 0 where nothing is seen.
 
-        The ceiling and what closes the open sides of the room shine by themselves; they are shown as bright as that.
+        The ceiling and what stands in for missing walls shine by themselves; they are shown as bright as that.
         """
         is_ceiling = (self._normals[2] < -0.9) & (self._places[2] > room.upper[2] - 0.05)
         self._light[is_ceiling] += _ON_CEILING
-        self._light[room.is_on_open_side(self._places)] += _ON_OPEN_SIDE
+        self._light[room.is_on_bare_side(self._places)] += _ON_OPEN_SIDE
         out = np.zeros((self._shape[0] * self._shape[1], 3), dtype=np.float32)
         out[self._at] = self._light
         return out.reshape(*self._shape, 3)

@@ -18,6 +18,7 @@ _DIRECTIONAL = mujoco.mjtLightType.mjLIGHT_DIRECTIONAL
 _OPAQUE = 0.999  # alpha from which on nothing is seen through
 _FAR_DEPTH = 0.99999  # of the depth buffer where nothing is seen
 _SECTION = 0.43  # grey of walls where the picture cuts them, sRGB
+_SECTION_M = 0.1  # how far from the edge of the room a cut may be
 _PLAIN_WALL = (0.87, 0.86, 0.84)  # of the wall that closes an open side for an eye within, sRGB
 _SIDES = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=np.float32)
 
@@ -108,11 +109,12 @@ def close_open_sides(seen: Surfaces, room: Surroundings, eye: Floats) -> None:
     rays = -seen.to_eye.reshape(-1, 3)[out]
     at = np.asarray(eye, dtype=np.float32)
     way, side = room.way_out(np.tile(at[:, None], (1, len(out))), rays.T)
-    walled = np.array([(axis, end) in room.open_sides for axis in (0, 1, 2) for end in (False, True)])[side]
-    out, rays, way, side = out[walled], rays[walled], way[walled], side[walled]
+    places = at + rays * way[:, None]
+    bare = room.is_bare(places.T, side)
+    out, places, side = out[bare], places[bare], side[bare]
     seen.seen.reshape(-1)[out] = True
     for field, values in (
-        (seen.places, at + rays * way[:, None]),
+        (seen.places, places),
         (seen.normals, _SIDES[side]),
         (seen.albedo, _PLAIN_WALL),
         (seen.gloss, (0.0, 0.9, 0.0)),
@@ -121,11 +123,15 @@ def close_open_sides(seen: Surfaces, room: Surroundings, eye: Floats) -> None:
 
 
 def grey_sections(seen: Surfaces, room: Surroundings) -> None:
-    """Make the tops of walls grey, where a picture without ceiling cuts them."""
-    outside = (seen.places[..., :2] < room.lower[:2]) | (seen.places[..., :2] > room.upper[:2])
-    cut = outside.any(axis=2) & (seen.normals[..., 2] > 0.9) & (seen.places[..., 2] > room.upper[2] - 0.1)
-    seen.albedo[cut] = _SECTION
-    seen.gloss[cut] = (0.0, 0.9, 0.0)
+    """Make walls grey where a picture without ceiling cuts them: their tops, and their ends at the open sides."""
+    for axis, end in [(2, True), *sorted(room.open_sides)]:
+        others = [a for a in (0, 1) if a != axis]
+        beyond = (seen.places[..., others] < room.lower[others]) | (seen.places[..., others] > room.upper[others])
+        sign, edge = (1, room.upper[axis]) if end else (-1, room.lower[axis])
+        turned = sign * seen.normals[..., axis] > 0.9
+        cut = beyond.any(axis=2) & turned & (sign * (seen.places[..., axis] - edge) > -_SECTION_M)
+        seen.albedo[cut] = _SECTION
+        seen.gloss[cut] = (0.0, 0.9, 0.0)
 
 
 def plain_scene(scene: Any, paint: Callable[[int], tuple[float, float, float]] | None = None) -> Any:

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints, Mask, Singles
@@ -51,18 +52,33 @@ class Window:
 
 
 @dataclass(frozen=True)
+class Wall:
+    """A wall in a side of the box, which it may leave a part of without one: `axis` and `upper` as of a window.
+
+    Attributes:
+        start, end: along the side, metres.
+    """
+
+    axis: int
+    upper: bool
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
 class Surroundings:
     """A box with windows.
 
     Attributes:
         lower, upper: (3,) corners, metres, world frame.
         open_sides: (axis, upper) of the sides without a wall.
-        windows: in its walls.
+        walls, windows: in its sides.
     """
 
     lower: Singles
     upper: Singles
     open_sides: frozenset[tuple[int, bool]]
+    walls: tuple[Wall, ...]
     windows: tuple[Window, ...]
 
     def way_out(self, places: Singles, directions: Singles) -> tuple[Singles, Ints]:
@@ -107,12 +123,21 @@ class Surroundings:
         """True if a (3,) place is within the box."""
         return bool((place > self.lower).all() and (place < self.upper).all())
 
-    def is_on_open_side(self, places: Singles) -> Mask:
+    def is_bare(self, places: Singles, sides: Ints) -> Mask:
+        """(N,) whether no wall stands at (3, N) places in the sides with the (N,) numbers; not of floor and ceiling."""
+        bare = sides < 4
+        for wall in self.walls:
+            along = places[1 - wall.axis]
+            bare &= (sides != 2 * wall.axis + wall.upper) | (along < wall.start) | (along > wall.end)
+        return bare
+
+    def is_on_bare_side(self, places: Singles) -> Mask:
         """(N,) whether (3, N) places lie where a wall is missing."""
-        ends = (self.lower, self.upper)
         found = np.zeros(places.shape[1], dtype=np.bool_)
-        for axis, end in sorted(self.open_sides):
-            found |= np.abs(places[axis] - ends[end][axis]) < _ON_SIDE_M
+        for axis in (0, 1):
+            for end, edge in enumerate((self.lower[axis], self.upper[axis])):
+                on = np.flatnonzero(np.abs(places[axis] - edge) < _ON_SIDE_M)
+                found[on] |= self.is_bare(places[:, on], np.full(len(on), 2 * axis + end))
         return found
 
     def _faces(self) -> Singles:
@@ -133,32 +158,29 @@ def surroundings_of(model: Any, data: Any, bounds: Bounds) -> Surroundings:
     Args:
         bounds: of all that is seen, which stand in for what is missing.
     """
-    (lower, upper), is_open = (
-        (side.copy() for side in bounds),
-        {(axis, end) for axis in (0, 1) for end in (False, True)},
-    )
+    lower, upper = (corner.copy() for corner in bounds)
     names = {model.body(i).name: i for i in range(1, model.nbody)}
     if _FLOOR in names:
-        for geom in _geoms(model, names[_FLOOR]):
-            floor = geom_bounds(model, data, geom)
-            lower[:2], upper[:2], lower[2] = floor[0][:2], floor[1][:2], floor[1][2]
-            break
+        parts = _boxes(model, data, names[_FLOOR])
+        least, most = np.min([p[0] for p in parts], axis=0), np.max([p[1] for p in parts], axis=0)
+        lower[:2], upper[:2], lower[2] = least[:2], most[:2], most[2]
     if _CEILING in names:
         # Beams hang from it.
         upper[2] = max(geom_bounds(model, data, geom)[0][2] for geom in _geoms(model, names[_CEILING]))
-    for name, body in names.items():
-        if name.startswith(_WALL_PREFIX):
-            # A wall faces the room with its -y, its origin is in the middle of its thickness.
-            outwards = data.xmat[body].reshape(3, 3)[:, 1]
-            axis = int(np.abs(outwards[:2]).argmax())
-            is_open.discard((axis, bool(outwards[axis] > 0)))
+    walls = tuple(
+        wall
+        for name, body in names.items()
+        if name.startswith(_WALL_PREFIX)
+        for wall in _walls(model, data, body, lower, upper)
+    )
+    is_open = {(axis, end) for axis in (0, 1) for end in (False, True)} - {(w.axis, w.upper) for w in walls}
     windows = tuple(
         window
         for geom in range(model.ngeom)
         if model.geom_group[geom] == VISUAL_GROUP and is_clear(model, geom)
         for window in _windows(*geom_bounds(model, data, geom), lower, upper)
     )
-    return Surroundings(lower.astype(np.float32), upper.astype(np.float32), frozenset(is_open), windows)
+    return Surroundings(lower.astype(np.float32), upper.astype(np.float32), frozenset(is_open), walls, windows)
 
 
 def is_clear(model: Any, geom: int) -> bool:
@@ -183,6 +205,24 @@ def geom_bounds(model: Any, data: Any, geom: int) -> Bounds:
 def _geoms(model: Any, body: int) -> range:
     first = int(model.body_geomadr[body])
     return range(first, first + int(model.body_geomnum[body])) if first >= 0 else range(0)
+
+
+def _boxes(model: Any, data: Any, body: int) -> list[Bounds]:
+    """Bounds of the parts of a body; of its boxes where it has some, as the bounds of a mesh may lie askew."""
+    boxes = [g for g in _geoms(model, body) if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_BOX]
+    return [geom_bounds(model, data, geom) for geom in boxes or _geoms(model, body)]
+
+
+def _walls(model: Any, data: Any, body: int, lower: Floats, upper: Floats) -> Iterator[Wall]:
+    """The wall that a body is, if it stands in a side of the box from `lower` to `upper`."""
+    # It faces the room with its -y.
+    outwards = data.xmat[body].reshape(3, 3)[:, 1]
+    axis = int(np.abs(outwards[:2]).argmax())
+    end = bool(outwards[axis] > 0)
+    parts = _boxes(model, data, body)
+    if abs(data.xpos[body][axis] - (lower, upper)[end][axis]) < _IN_WALL_M:
+        other = 1 - axis
+        yield Wall(axis, end, min(p[0][other] for p in parts) - 0.01, max(p[1][other] for p in parts) + 0.01)
 
 
 def _windows(least: Floats, most: Floats, lower: Floats, upper: Floats) -> Iterator[Window]:

@@ -47,4 +47,4 @@ def test_every_file_that_is_named_exists(page: str) -> None:
 
 def test_a_file_that_does_not_exist_is_found() -> None:
     assert missing("see `pipeline/nothing_here.py` and `checks/run.py`") == ["pipeline/nothing_here.py"]
-    assert dead_links("[a](nothing.md#part), ![b](pictures/kit.png), [c](https://a.b)", "docs") == ["nothing.md"]
+    assert dead_links("[a](nothing.md#part), ![b](pictures/kit.jpg), [c](https://a.b)", "docs") == ["nothing.md"]

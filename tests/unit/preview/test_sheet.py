@@ -7,7 +7,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from casa_assets.preview.sheet import SheetCell, contact_sheet, contact_sheets
+from casa_assets.preview.sheet import SheetCell, contact_sheet, contact_sheets, trimmed
 
 
 def shot(color: tuple[int, int, int], title: str = "mug_0123456789") -> SheetCell:
@@ -29,6 +29,22 @@ def test_every_picture_is_there_and_the_bytes_repeat() -> None:
         assert np.count_nonzero((seen == color).all(axis=1)) == 64 * 64
 
 
+def test_a_picture_of_another_shape_fills_its_cell_and_loses_paper() -> None:
+    paper = Image.new("RGB", (120, 90), (244, 244, 244))
+    paper.paste((200, 40, 40), (50, 30, 80, 50))
+    out = io.BytesIO()
+    paper.save(out, "PNG")
+    sheet = opened(contact_sheet([SheetCell("room", "", out.getvalue())], "One", cell_px=150, height_px=100))
+    red = (np.asarray(sheet) == (200, 40, 40)).all(axis=2)
+    assert np.ptp(np.flatnonzero(red.any(axis=0))) > 0.85 * 150
+    assert np.ptp(np.flatnonzero(red.any(axis=1))) > 0.85 * 100
+
+
+def test_a_picture_without_paper_is_not_framed() -> None:
+    page = trimmed(Image.effect_mandelbrot((60, 40), (-2, -1, 1, 1), 20).convert("RGB"), 1.5)
+    assert page.size == (60, 40)
+
+
 def test_a_picture_that_is_missing_leaves_an_empty_frame() -> None:
     assert opened(contact_sheet([SheetCell("none", "", b"")], "One")).width > 0
 
@@ -37,7 +53,7 @@ def test_long_and_strange_captions_are_cut_to_the_cell() -> None:
     plain = opened(contact_sheet([shot((9, 9, 9))], "x", cell_px=64))
     strange = opened(contact_sheet([shot((9, 9, 9), "W" * 5000 + "\n\u202e\x00\U0001f600")], "x", cell_px=64))
     assert strange.size == plain.size
-    right = np.asarray(strange)[:, 24 + 64 + 1 :]
+    right = np.asarray(strange)[:, 12 + 64 + 1 :]
     assert (right[60:] == 255).all()
 
 
