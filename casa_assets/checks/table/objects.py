@@ -25,14 +25,15 @@ ROWS: tuple[Check, ...] = (
           "The contrast ratio of the brand and the first word to what is around them is at least {limit:g}; change one "
           "of the two colours."),
     Check("OBJ005", "Members differ", WARNING, ObjectCollection, kinds.members_differ, "members_apart", "",
-          "Two members of a category differ in shape, sides or colours by more than {limit:g} times what copies of one "
-          "thing differ by; widen what the category draws from."),
-    Check("OBJ006", "Kinds told apart", WARNING, ObjectCollection, kinds.members_are_told_apart, "kind_share", "",
-          "At least {limit:.0%} of all members have their nearest neighbour, by shape, sides and colours, in their own "
-          "category or one that looks the same; change those that OBJ007 names."),
-    Check("OBJ007", "Each kind told apart", WARNING, ObjectCollection, kinds.categories_are_told_apart, "kind_share",
-          "",
-          "The same holds for at least {limit:.0%} of the members of each category; change its form or its colours, or "
-          "those of what it is taken for."),
+          "No two members of a category look like copies: some difference in shape, sides or colours is more than "
+          "{limit:g} times that of two copies of one thing; widen the ranges that the category draws from."),
+    Check("OBJ006", "Categories can be told apart", WARNING, ObjectCollection, kinds.members_are_told_apart,
+          "kind_share", "",
+          "For at least {limit:.0%} of all members the most similar other member, by shape, sides and colours, is of "
+          "their own category or of one that looks the same; change the categories that OBJ007 names."),
+    Check("OBJ007", "Each category can be told apart", WARNING, ObjectCollection,
+          kinds.categories_are_told_apart, "kind_share", "",
+          "In each category the most similar other member is of that category for at least {limit:.0%} of the members; "
+          "change its form or its colours, or those of the category that it is confused with."),
 )
 # fmt: on
