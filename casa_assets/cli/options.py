@@ -68,6 +68,9 @@ Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any 
 Browser = Annotated[
     bool, typer.Option("--browser/--no-browser", "--open/--no-open", help="Open the page in the browser.")
 ]
+Photoreal = Annotated[
+    bool, typer.Option("--photoreal", help="Path-traced stills from the USD, a minute or two each; needs Blender.")
+]
 
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON object per item on standard output, and nothing else there.")

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.core.blender import VARIABLE
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.blender.program import VARIABLE
 from casa_assets.model.ingest.source import Up
 from tests.libraries import ROOT
 from tests.mesh_files import QUARTERS, codes_of, load_path, png

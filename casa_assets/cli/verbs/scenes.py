@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from casa_assets.cli import scene_output
-from casa_assets.cli.options import Force, OldForce
+from casa_assets.cli.options import Force, OldForce, Photoreal
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verbs.pack import pack
 from casa_assets.model.kitchen.surface import Surface
@@ -174,16 +174,21 @@ def preview(
     pose: Annotated[str, typer.Option(help="Keyframe: start, closed or open.")] = "start",
     size: Annotated[int, typer.Option(min=64, max=4096, help="Width in pixels; the height is three quarters.")] = 960,
     passes: Annotated[int, typer.Option(min=1, max=400, help="Drawings that a picture is the mean of.")] = 6,
+    photoreal: Photoreal = False,
     out: Annotated[Path, typer.Option(help="Folder of the scenes.")] = OUT,
 ) -> None:
     """Draw a scene through its cameras, beside its files.
+
+    With --photoreal by a path tracer, in 16:9, through the cameras `eye` and `cutaway` where none is named.
 
     Example:  casa-assets scenes preview l_small__coastal --camera at_stove --pose open
     """
     from casa_assets.errors import OutputError, UnknownId
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.kitchens.scene_folders import all_recipes, draw_cameras
+    from casa_assets.pipeline.reports.stills import draw_scene
     from casa_assets.preview.kitchen import PictureSettings
+    from casa_assets.preview.photoreal.render import StillSettings
 
     folder = out / scene
     if not folder.is_dir():
@@ -192,6 +197,10 @@ def preview(
             raise UnknownId("scene", scene, [*on_disk, *scene_ids])
         raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
     with writing(out):
+        if photoreal:
+            for written in draw_scene(folder, StillSettings(size, size * 9 // 16), pose, camera or ()):
+                typer.echo(str(written.path))
+            return
         for path in draw_cameras(folder, camera or (), PictureSettings(size, size * 3 // 4, passes), pose):
             typer.echo(str(path))
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+from casa_assets.core import blender
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.blender.program import blender_program
@@ -48,15 +48,9 @@ def read_blend(bundle: Bundle, limits: Mapping[str, float], notes: Notes) -> Raw
 
 def _run(program: str, folder: Path, name: str) -> None:
     """Convert `in.blend` of a folder into `out.glb` and `out.json`. Raises Rejected BLENDER_FAILED."""
-    is_blender = Path(program).name.lower().startswith("blender")
-    options = ["--background", "--factory-startup", "--disable-autoexec", "--python-exit-code", "1", "--python"]
-    command = [program, *options, str(_SCRIPT), "--", str(folder)]
-    if not is_blender:
-        command = [program, "-I", str(_SCRIPT), str(folder)]
-    kept = {key: os.environ[key] for key in ("PATH", "LANG", "LD_LIBRARY_PATH") if key in os.environ}
-    places = {"HOME": str(folder), "TMPDIR": str(folder), "BLENDER_USER_RESOURCES": str(folder / "user")}
     # No limit by the clock: a busy machine would change the outcome. The worker pool ends what hangs.
-    done = subprocess.run(command, cwd=folder, env={**kept, **places}, capture_output=True, check=False)
+    command, around = blender.command(program, _SCRIPT, str(folder)), blender.environment(folder)
+    done = subprocess.run(command, cwd=folder, env=around, capture_output=True, check=False)
     if done.returncode:
         words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
         raise _failed(name, printable(words[0], 120) if words else f"it ended with {done.returncode}")

@@ -1,0 +1,291 @@
+"""Light of a room: sky through its windows and its open sides, a low sun, the lamps, and what is seen outside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import bpy
+from mathutils import Matrix, Vector
+from surfaces import is_lamp, plain
+
+OUTSIDE_M = 0.35  # from the inner face of a wall to the light behind its window
+SKY_RADIANCE, PATIO_RADIANCE = 9.0, 2.6
+SUN_IRRADIANCE, SUN_ELEVATION_DEG, SUN_ASIDE_DEG, SUN_SIZE_DEG = 22.0, 33.0, 38.0, 1.2
+LAMP_W, LAMP_RADIUS_M, LAMP_GROUP_M = 14.0, 0.06, 0.45
+# What closes the open sides of a plan: a wall with glazed doors to a garden, in this share of its length.
+THICK_M, LINTEL_M, PATIO_SHARE, PATIO_DOOR_M, PATIO_BAR_M = 0.12, 0.45, 0.72, 1.1, 0.055
+
+
+def add_world(strength: float) -> Any:
+    """A garden at midday, seen by cameras and mirrors alone. Returns the node whose strength may be set later."""
+    world = bpy.context.scene.world = bpy.data.worlds.new("outside")
+    tree = world.node_tree
+    tree.nodes.clear()
+    new, link = tree.nodes.new, tree.links.new
+    view = new("ShaderNodeTexCoord")
+    axes = new("ShaderNodeSeparateXYZ")
+    link(view.outputs["Generated"], axes.inputs[0])
+    sky = _ramp(
+        tree, axes.outputs["Z"], ((0.0, (0.80, 0.88, 0.95)), (0.25, (0.47, 0.66, 0.92)), (1.0, (0.16, 0.34, 0.75)))
+    )
+    clouds = _noise(tree, view.outputs["Generated"], (2.2, 2.2, 7.0), 6.0)
+    cloudy = _ramp(tree, clouds, ((0.5, (0, 0, 0)), (0.72, (0.75, 0.75, 0.75))))
+    sky = _mix(tree, cloudy, sky, (0.98, 0.98, 1.0))
+    # The tops of trees: their height above the horizon is drawn from noise along it.
+    crowns = _noise(tree, view.outputs["Generated"], (9.0, 9.0, 1.5), 5.0)
+    height = _math(tree, "MULTIPLY_ADD", crowns, 0.30, -0.035)
+    is_tree = _math(tree, "MULTIPLY", _math(tree, "SUBTRACT", height, axes.outputs["Z"]), 60.0, clamp=True)
+    leaves = _noise(tree, view.outputs["Generated"], (38.0, 38.0, 38.0), 6.0)
+    green = _ramp(
+        tree, leaves, ((0.32, (0.012, 0.032, 0.010)), (0.52, (0.055, 0.115, 0.030)), (0.72, (0.20, 0.29, 0.085)))
+    )
+    seen = _mix(tree, is_tree, sky, green)
+    grass = _noise(tree, view.outputs["Generated"], (14.0, 14.0, 90.0), 5.0)
+    lawn = _ramp(tree, grass, ((0.3, (0.085, 0.13, 0.045)), (0.7, (0.17, 0.225, 0.085))))
+    # A terrace near by.
+    near = _math(tree, "MULTIPLY", _math(tree, "SUBTRACT", -0.22, axes.outputs["Z"]), 40.0, clamp=True)
+    lawn = _mix(tree, near, lawn, (0.42, 0.39, 0.35))
+    below = _math(tree, "MULTIPLY", _math(tree, "SUBTRACT", -0.01, axes.outputs["Z"]), 80.0, clamp=True)
+    seen = _mix(tree, below, seen, lawn)
+    background, output = new("ShaderNodeBackground"), new("ShaderNodeOutputWorld")
+    background.inputs["Strength"].default_value = strength
+    link(seen, background.inputs["Color"])
+    link(background.outputs[0], output.inputs["Surface"])
+    world.cycles_visibility.diffuse = False
+    world.cycles.sampling_method = "NONE"
+    return background
+
+
+def _noise(tree: Any, vector: Any, scale: tuple[float, float, float], detail: float) -> Any:
+    stretch, noise = tree.nodes.new("ShaderNodeMapping"), tree.nodes.new("ShaderNodeTexNoise")
+    stretch.inputs["Scale"].default_value = scale
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.0, detail
+    tree.links.new(vector, stretch.inputs["Vector"])
+    tree.links.new(stretch.outputs[0], noise.inputs["Vector"])
+    return noise.outputs[0]
+
+
+def _ramp(tree: Any, value: Any, stops: Sequence[tuple[float, tuple[float, float, float]]]) -> Any:
+    ramp = tree.nodes.new("ShaderNodeValToRGB")
+    elements = ramp.color_ramp.elements
+    while len(elements) < len(stops):
+        elements.new(1.0)
+    for element, (at, color) in zip(elements, stops, strict=True):
+        element.position, element.color = at, (*color, 1.0)
+    tree.links.new(value, ramp.inputs[0])
+    return ramp.outputs[0]
+
+
+def _mix(tree: Any, share: Any, below: Any, above: Any) -> Any:
+    mix = tree.nodes.new("ShaderNodeMix")
+    mix.data_type = "RGBA"
+    factor, first, second = mix.inputs[0], mix.inputs[6], mix.inputs[7]
+    tree.links.new(share, factor)
+    tree.links.new(below, first)
+    if isinstance(above, tuple):
+        second.default_value = (*above, 1.0)
+    else:
+        tree.links.new(above, second)
+    return mix.outputs[2]
+
+
+def _math(tree: Any, operation: str, *values: Any, clamp: bool = False) -> Any:
+    node = tree.nodes.new("ShaderNodeMath")
+    node.operation, node.use_clamp = operation, clamp
+    for socket, value in zip(node.inputs, values, strict=False):
+        if isinstance(value, float):
+            socket.default_value = value
+        else:
+            tree.links.new(value, socket)
+    return node.outputs[0]
+
+
+def light_room(room: dict[str, Any]) -> None:
+    """Windows, doors with panes and open sides let in the sky, one of them the sun; lamps are on.
+
+    Args:
+        room: as in scene.json: outline, bounds, walls and openings, metres.
+    """
+    day, lamp = _take_out_lights()
+    walls = {wall["id"]: wall for wall in room["walls"]}
+    for opening in room["openings"]:
+        if opening["kind"] != "passage":
+            start, end = Vector(opening["from"]), Vector(opening["to"])
+            _sky_light(opening["id"], start, end, _inward(walls[opening["wall"]]), SKY_RADIANCE, day)
+    is_open = [wall for wall in room["walls"] if wall["open"]]
+    for wall in is_open:
+        _close(wall, room["bounds"][1][2], day)
+    facing = [walls[o["wall"]] for o in room["openings"] if o["kind"] == "window"] or is_open
+    if facing:
+        _sun(_inward(facing[0]), day, SUN_IRRADIANCE, SUN_SIZE_DEG)
+    light_lamps(lamp, LAMP_W)
+
+
+def light_from_above(inward: Vector) -> None:
+    """An open box on a light table: an even sky, a soft sun from the side, lamps that are on.
+
+    Args:
+        inward: direction in which the camera looks into the room.
+    """
+    day, lamp = _take_out_lights()
+    add_even_world(0.55)
+    _sun(inward, day, 2.4, 14.0)
+    light_lamps(lamp, 3.0)
+    bpy.ops.mesh.primitive_plane_add(size=400.0, location=(0.0, 0.0, -0.11))
+    bpy.context.object.data.materials.append(plain("table", (0.82, 0.82, 0.81), 0.9))
+
+
+def light_studio(points: Sequence[Vector]) -> None:
+    """A table of neutral grey that bends up into the background, and three soft boxes, for things of any size.
+
+    Args:
+        points: of the thing, world frame, metres.
+    """
+    low = Vector(min(p[k] for p in points) for k in range(3))
+    high = Vector(max(p[k] for p in points) for k in range(3))
+    middle, size = (low + high) / 2, max((high - low).length, 0.02)
+    _take_out_lights()
+    add_even_world(0.32)
+    _sweep(middle, low.z, size)
+    for name, way, wide, radiance in (
+        ("key", Vector((0.75, -0.75, 0.95)), 1.5, 3.2),
+        ("fill", Vector((-1.0, -0.55, 0.45)), 1.3, 0.9),
+        ("rim", Vector((-0.35, 1.0, 1.0)), 1.1, 2.2),
+    ):
+        light = bpy.data.lights.new(name, "AREA")
+        light.shape, light.size = "SQUARE", wide * size
+        light.energy = math.pi * (wide * size) ** 2 * radiance
+        thing = bpy.data.objects.new(name, light)
+        bpy.context.collection.objects.link(thing)
+        thing.location = middle + way.normalized() * 2.6 * size
+        thing.rotation_euler = (middle - thing.location).to_track_quat("-Z", "Y").to_euler()
+    light_lamps(Vector((1.0, 0.75, 0.5)), 0.3)
+
+
+def _sweep(middle: Vector, bottom: float, size: float) -> None:
+    """A floor that bends up behind the thing."""
+    wide, back, bend = 40 * size, 3.2 * size, 1.6 * size
+    profile = [(-8 * size, 0.0), (back - bend, 0.0)]
+    profile += [
+        (back - bend + bend * math.sin(a), bend - bend * math.cos(a)) for a in (k * math.pi / 48 for k in range(1, 25))
+    ]
+    profile.append((back, 14 * size))
+    points = [(middle.x + x, middle.y + y, bottom + z) for y, z in profile for x in (-wide, wide)]
+    mesh = bpy.data.meshes.new("studio")
+    mesh.from_pydata(points, [], [(2 * k, 2 * k + 1, 2 * k + 3, 2 * k + 2) for k in range(len(profile) - 1)])
+    mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
+    mesh.materials.append(plain("studio", (0.66, 0.66, 0.655), 0.55))
+    bpy.context.collection.objects.link(bpy.data.objects.new("studio", mesh))
+
+
+def add_even_world(strength: float) -> None:
+    """The same light from all sides."""
+    world = bpy.context.scene.world = bpy.data.worlds.new("even")
+    shader = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
+    shader.inputs["Color"].default_value, shader.inputs["Strength"].default_value = (1.0, 1.0, 1.0, 1.0), strength
+
+
+def _take_out_lights() -> tuple[Vector, Vector]:
+    """Remove the lights of USD, which are made for rooms without a ceiling; colours of its sun and its lamps."""
+    colors = {"SUN": Vector((1.0, 0.97, 0.95)), "POINT": Vector((1.0, 0.75, 0.5))}
+    for thing in [o for o in bpy.data.objects if o.type == "LIGHT"]:
+        color = Vector(thing.data.color)
+        if thing.data.type in colors and color.length > 0 and not thing.name.startswith("fill"):
+            colors[thing.data.type] = color / max(color)
+        bpy.data.objects.remove(thing, do_unlink=True)
+    return colors["SUN"], colors["POINT"]
+
+
+def _inward(wall: dict[str, Any]) -> Vector:
+    """Direction from a wall into the room: walls go clockwise, seen from above."""
+    along = (Vector(wall["to"]) - Vector(wall["from"])).normalized()
+    return Vector((along.y, -along.x, 0.0))
+
+
+def _sky_light(name: str, start: Vector, end: Vector, inward: Vector, radiance: float, color: Sequence[float]) -> None:
+    """A lit rectangle behind an opening whose lower left and upper right corner are given."""
+    flat = Vector((end.x - start.x, end.y - start.y, 0.0))
+    wide, high = flat.length * 1.15, (end.z - start.z) * 1.15
+    light = bpy.data.lights.new(name, "AREA")
+    light.shape, light.size, light.size_y = "RECTANGLE", wide, high
+    light.energy, light.color = math.pi * wide * high * radiance, color[:3]
+    thing = bpy.data.objects.new(name, light)
+    bpy.context.collection.objects.link(thing)
+    # A light shines along its -z; its y points up.
+    back = -inward
+    right = Vector((0, 0, 1)).cross(back).normalized()
+    turn = Matrix((right, Vector((0, 0, 1)), back)).transposed().to_4x4()
+    thing.matrix_world = Matrix.Translation((start + end) / 2 - inward * OUTSIDE_M) @ turn
+    thing.visible_camera = thing.visible_transmission = False
+
+
+def _close(wall: dict[str, Any], height: float, day: Sequence[float]) -> None:
+    """Build a wall where the plan leaves the room open, with a wide opening towards the garden."""
+    start, end = Vector(wall["from"]), Vector(wall["to"])
+    along, length, inward = (end - start).normalized(), (end - start).length, _inward(wall)
+    half = length * (1 - PATIO_SHARE) / 2
+    top = height - LINTEL_M
+    paint = bpy.data.materials.get("closing_wall") or plain("closing_wall", (0.72, 0.70, 0.67), 0.7)
+    for a, b, low, high in (
+        (0, half, 0, height),
+        (length - half, length, 0, height),
+        (half, length - half, top, height),
+    ):
+        _block(f"closing_{wall['id']}", start + along * a, along * (b - a), inward * -THICK_M, low, high, paint)
+    left, right = start + along * half, start + along * (length - half) + Vector((0, 0, top))
+    _sky_light(f"patio_{wall['id']}", left, right, inward, PATIO_RADIANCE, day)
+    frame = bpy.data.materials.get("patio_frame") or plain("patio_frame", (0.03, 0.03, 0.032), 0.45)
+    count = max(2, round((length - 2 * half) / PATIO_DOOR_M))
+    for k in range(count + 1):
+        at = half + (length - 2 * half - PATIO_BAR_M) * k / count
+        _block("patio_bar", start + along * at, along * PATIO_BAR_M, inward * -PATIO_BAR_M, 0, top, frame)
+    for low in (0.0, top - PATIO_BAR_M):
+        across = inward * -PATIO_BAR_M
+        _block("patio_bar", start + along * half, along * (length - 2 * half), across, low, low + PATIO_BAR_M, frame)
+
+
+def _block(name: str, at: Vector, along: Vector, across: Vector, low: float, high: float, material: Any) -> None:
+    corners = [at, at + along, at + along + across, at + across]
+    points = [p + Vector((0, 0, z)) for z in (low, high) for p in corners]
+    faces = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    mesh = bpy.data.meshes.new(name)
+    mesh.from_pydata(points, [], faces)
+    mesh.materials.append(material)
+    bpy.context.collection.objects.link(bpy.data.objects.new(name, mesh))
+
+
+def _sun(inward: Vector, color: Sequence[float], irradiance: float, size_deg: float) -> None:
+    light = bpy.data.lights.new("sun", "SUN")
+    light.energy, light.angle = irradiance, math.radians(size_deg)
+    light.color = (1.0, 0.93 * color[1], 0.84 * color[2])
+    aside = Matrix.Rotation(math.radians(SUN_ASIDE_DEG), 3, "Z") @ inward
+    down = math.radians(SUN_ELEVATION_DEG)
+    along = Vector((aside.x * math.cos(down), aside.y * math.cos(down), -math.sin(down)))
+    thing = bpy.data.objects.new("sun", light)
+    bpy.context.collection.objects.link(thing)
+    thing.rotation_euler = along.to_track_quat("-Z", "Y").to_euler()
+
+
+def light_lamps(color: Sequence[float], power: float) -> None:
+    """A light in the middle of each group of bulbs, which themselves throw no shadow."""
+    glowing = [o for o in bpy.data.objects if o.type == "MESH" and any(is_lamp(s.material) for s in o.material_slots)]
+    groups: list[list[Vector]] = []
+    for thing in glowing:
+        thing.visible_shadow = False
+        middle = sum((thing.matrix_world @ Vector(c) for c in thing.bound_box), Vector()) / 8
+        group = next((g for g in groups if (g[0] - middle).length < LAMP_GROUP_M), None)
+        if group is None:
+            groups.append([middle])
+        else:
+            group.append(middle)
+    for k, group in enumerate(groups):
+        middle = sum(group, Vector()) / len(group)
+        light = bpy.data.lights.new(f"lamp_{k}", "POINT")
+        light.energy, light.color = power, color[:3]
+        light.shadow_soft_size = LAMP_RADIUS_M
+        thing = bpy.data.objects.new(f"lamp_{k}", light)
+        bpy.context.collection.objects.link(thing)
+        thing.location = middle
+        thing.visible_camera = thing.visible_glossy = thing.visible_transmission = False

@@ -1,0 +1,178 @@
+"""Run by Blender's own Python, away from this package: `job.json` of a folder -> one PNG for each of its views.
+
+python main.py FOLDER        blender --background --python main.py -- FOLDER
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import bpy
+import daylight
+import numpy as np
+import surfaces
+from mathutils import Matrix, Quaternion, Vector
+
+LAYER = """#usda 1.0
+(
+    defaultPrim = "World"
+    metersPerUnit = 1
+    upAxis = "Z"
+    subLayers = [@{file}@]
+)
+
+over "{root}" (
+    variants = {{
+{variants}
+    }}
+)
+{{
+}}
+"""
+OUTSIDE_BRIGHTNESS = 1.5  # of the sky that is seen through a window; the brightest that a picture shows is about 4
+# Typical brightness of a picture; white is about 1. A room from above and a thing in the studio stand on white.
+GREY = {"room": 0.30, "cutaway": 0.5, "asset": 0.55}
+FILL = 0.9  # share of the picture that what a camera is fitted to spans
+ADDED = ("studio",)  # names of what is there to stand on
+PROBE_SHARE, PROBE_SAMPLES = 25, 24  # size in percent and samples of the picture that tells the exposure
+
+
+def main() -> None:
+    """Draw the job in the folder that is the last argument."""
+    folder = Path(sys.argv[-1])
+    job = json.loads((folder / "job.json").read_text(encoding="utf-8"))
+    begin = time.perf_counter()
+    read(job, folder)
+    surfaces.refine_all(o for o in bpy.data.objects if o.type == "MESH")
+    set_engine(job)
+    outside = light(job)
+    told: dict[str, Any] = {"read_s": time.perf_counter() - begin, "views": []}
+    for view in job["views"]:
+        begin = time.perf_counter()
+        exposure = draw(view, job, folder, outside)
+        told["views"].append({"name": view["name"], "seconds": time.perf_counter() - begin, "exposure": exposure})
+    (folder / "told.json").write_text(json.dumps(told), encoding="utf-8")
+
+
+def light(job: dict[str, Any]) -> Any:
+    """Light the scene as its kind asks for; the node that gives what is seen outside its strength, or None."""
+    if job["kind"] == "room":
+        outside = daylight.add_world(1.0)
+        daylight.light_room(job["room"])
+        return outside
+    if job["kind"] == "cutaway":
+        looks = Quaternion(job["views"][0]["quaternion"]) @ Vector((0.0, 0.0, -1.0))
+        daylight.light_from_above(looks)
+    else:
+        daylight.light_studio(seen_points())
+    return None
+
+
+def read(job: dict[str, Any], folder: Path) -> None:
+    """Import the USD with its variants chosen in a layer above it."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    layer = folder / "opened.usda"
+    variants = "\n".join(f'        string {name} = "{value}"' for name, value in job["variants"].items())
+    text = LAYER.format(file=job["usd"], root=job["root"], variants=variants)
+    layer.write_text(text, encoding="utf-8")
+    bpy.ops.wm.usd_import(filepath=str(layer), import_guide=False, import_proxy=False)
+    for camera in [o for o in bpy.data.objects if o.type == "CAMERA"]:
+        bpy.data.objects.remove(camera, do_unlink=True)
+
+
+def set_engine(job: dict[str, Any]) -> None:
+    """Cycles on processors, with a fixed seed and number of threads."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    cycles = scene.cycles
+    cycles.device, cycles.seed, cycles.use_animated_seed = "CPU", job["seed"], False
+    cycles.use_denoising, cycles.denoiser = True, "OPENIMAGEDENOISE"
+    cycles.denoising_input_passes, cycles.denoising_prefilter = "RGB_ALBEDO_NORMAL", "FAST"
+    cycles.use_adaptive_sampling, cycles.adaptive_threshold = True, 0.03
+    cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 10, 5, 4
+    cycles.transmission_bounces, cycles.transparent_max_bounces = 8, 16
+    cycles.caustics_reflective = cycles.caustics_refractive = False
+    cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.sample_clamp_direct = 1.0, 4.0, 0.0
+    cycles.use_light_tree = True
+    scene.render.threads_mode, scene.render.threads = "FIXED", job["threads"]
+    scene.render.use_persistent_data = True
+    scene.render.resolution_x, scene.render.resolution_y = job["width_px"], job["height_px"]
+    for stamp in [name for name in dir(scene.render) if name.startswith("use_stamp")]:
+        setattr(scene.render, stamp, False)
+    scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
+
+
+def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) -> float:
+    """Draw one view and return its exposure in stops."""
+    scene = bpy.context.scene
+    data = bpy.data.cameras.new(view["name"])
+    data.sensor_fit, data.angle, data.clip_start = "HORIZONTAL", view["fov_x"], 0.02
+    data.shift_y = view["shift_y"]
+    camera = bpy.data.objects.new(view["name"], data)
+    bpy.context.collection.objects.link(camera)
+    camera.matrix_world = Matrix.Translation(view["position"]) @ Quaternion(view["quaternion"]).to_matrix().to_4x4()
+    scene.camera = camera
+    if view["fit"] is not None:
+        fit(camera, [Vector(point) for point in view["fit"]] or seen_points())
+    scene.cycles.samples, scene.render.resolution_percentage = PROBE_SAMPLES, PROBE_SHARE
+    light = render(folder / "probe.exr")
+    gain = exposure_of(light, GREY[job["kind"]])
+    if outside is not None:
+        outside.inputs["Strength"].default_value = OUTSIDE_BRIGHTNESS / gain
+    scene.cycles.samples, scene.render.resolution_percentage = job["samples"], 100
+    render(folder / "light.exr")
+    scene.view_settings.exposure = float(np.log2(gain))
+    image = bpy.data.images.load(str(folder / "light.exr"), check_existing=False)
+    scene.render.image_settings.file_format, scene.render.image_settings.color_mode = "PNG", "RGB"
+    scene.render.image_settings.color_depth = "8"
+    image.save_render(str(folder / f"{view['name']}.png"), scene=scene)
+    bpy.data.images.remove(image)
+    return float(scene.view_settings.exposure)
+
+
+def fit(camera: Any, points: list[Vector]) -> None:
+    """Move a camera so that the points fill FILL of its picture in one direction."""
+    angle = camera.data.angle
+    camera.data.angle = 2 * math.atan(math.tan(angle / 2) * FILL)
+    bpy.context.view_layer.update()
+    place, _ = camera.camera_fit_coords(bpy.context.evaluated_depsgraph_get(), [c for p in points for c in p])
+    camera.data.angle, camera.location = angle, place
+
+
+def seen_points() -> list[Vector]:
+    """Corners of the bounds of everything that was imported, world frame, metres."""
+    things = [o for o in bpy.context.scene.objects if o.type == "MESH" and o.visible_get() and o.name not in ADDED]
+    return [thing.matrix_world @ vertex.co for thing in things for vertex in thing.data.vertices]
+
+
+def render(path: Path) -> np.ndarray:
+    """Render to an EXR file; (height, width, 3) linear light."""
+    scene = bpy.context.scene
+    scene.render.image_settings.file_format, scene.render.image_settings.color_mode = "OPEN_EXR", "RGB"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.filepath = str(path)
+    bpy.ops.render.render(write_still=True)
+    image = bpy.data.images.load(str(path), check_existing=False)
+    values = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(values)
+    width, height = image.size
+    bpy.data.images.remove(image)
+    return values.reshape(height, width, 4)[..., :3]
+
+
+def exposure_of(light: np.ndarray, grey: float) -> float:
+    """Factor that brings a picture to a middle grey; a dark room stays a little darker than a light one."""
+    luminance = np.clip(light @ np.array([0.2126, 0.7152, 0.0722]), 1e-4, None)
+    typical = float(np.exp(np.mean(np.log(luminance))))
+    return float(np.clip(grey / typical, 0.01, 100.0))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,247 @@
+"""What UsdPreviewSurface cannot say of a finish: glass, the grain of brushed metal, clear coats, lamps that are on.
+
+A material of our USD is named by its finish, and its numbers tell the rest: what is see-through is glass or a liquid,
+what is metallic and not polished is brushed, what gives off light is a lamp, a display or a flame.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import bpy
+
+PANE_M = 0.016  # what is see-through and thinner is a pane, not a vessel
+REFRACTION = {"glass": 1.5, "plastic": 1.49, "liquid": 1.33}
+# Metals with a grain, lacquers and stones with a film over the colour, cloth: by the first word of their finish.
+BRUSHED = ("stainless_brushed", "stainless_black", "nickel", "brass_brushed", "aluminium", "steel_brushed", "gunmetal")
+COATED = {
+    "lacquer": (1.0, 0.03),
+    "enamel": (0.8, 0.06),
+    "paint": (0.35, 0.22),
+    "painted": (0.3, 0.25),
+    "thermofoil": (0.3, 0.25),
+    "ceramic": (0.7, 0.08),
+    "fireclay": (0.8, 0.05),
+    "skin_glaze": (0.7, 0.08),
+    "marble": (0.5, 0.08),
+    "granite": (0.5, 0.08),
+    "quartz": (0.4, 0.12),
+}
+CLOTH = ("linen", "fabric", "rope", "wool", "cotton")
+# What gives off light by itself; of all else the glow is a help for renderers in which glass throws a shadow.
+LAMPS = ("bulb", "glass_opal")
+SIGNS = ("led", "display", "flame", "heating_element_hot")
+LAMP_STRENGTH, SIGN_STRENGTH = 9.0, 2.5
+
+
+def finish_of(name: str) -> str:
+    """Finish that a material is named by: Blender numbers those that have the same name."""
+    return re.sub(r"\.\d{3,}$", "", name)
+
+
+def is_lamp(material: Any) -> bool:
+    """True if a material is that of a bulb or of the glass round it."""
+    return material is not None and finish_of(material.name).startswith(LAMPS)
+
+
+def refine_all(objects: Iterable[Any]) -> None:
+    """Refine the material of each mesh; panes and vessels that share one get a copy each."""
+    panes: dict[Any, Any] = {}
+    done = set()
+    for thing in objects:
+        for slot in thing.material_slots:
+            material = slot.material
+            if material is None or _shader(material) is None:
+                continue
+            if _is_clear(material) and min(thing.dimensions) < PANE_M and not _is_liquid(material):
+                if material not in panes:
+                    panes[material] = material.copy()
+                    _make_pane(panes[material])
+                slot.link = "OBJECT"
+                slot.material = panes[material]
+            elif material not in done:
+                done.add(material)
+    for material in sorted(done, key=lambda m: m.name):
+        refine(material)
+
+
+def refine(material: Any) -> None:
+    """Refine one material of USD."""
+    name, shader = finish_of(material.name), _shader(material)
+    _set_light(material, shader, name)
+    if _is_clear(material):
+        _make_clear(material, shader)
+        return
+    metallic = shader.inputs["Metallic"]
+    if not metallic.is_linked and metallic.default_value >= 0.7:
+        if name.startswith(BRUSHED):
+            _brush(material, shader)
+        elif shader.inputs["Roughness"].default_value > 0.12:
+            _smudge(material, shader, 0.05)
+        return
+    for words, (weight, roughness) in COATED.items():
+        if name.startswith(words):
+            shader.inputs["Coat Weight"].default_value = weight
+            shader.inputs["Coat Roughness"].default_value = roughness
+            break
+    if name.startswith(CLOTH):
+        shader.inputs["Sheen Weight"].default_value = 0.3
+    if not shader.inputs["Roughness"].is_linked:
+        _smudge(material, shader, 0.08)
+
+
+def _shader(material: Any) -> Any:
+    nodes = material.node_tree.nodes if material.node_tree else ()
+    return next((node for node in nodes if node.type == "BSDF_PRINCIPLED"), None)
+
+
+def _alpha(material: Any) -> float:
+    socket = _shader(material).inputs["Alpha"]
+    return 1.0 if socket.is_linked else float(socket.default_value)
+
+
+def _is_clear(material: Any) -> bool:
+    return _alpha(material) < 0.999 and not finish_of(material.name).startswith(("sieve", "flame"))
+
+
+def _is_liquid(material: Any) -> bool:
+    words = ("oil", "vinegar", "water", "soap", "liquid", "drink", "food", "ice")
+    return finish_of(material.name).startswith(words)
+
+
+def _set_light(material: Any, shader: Any, name: str) -> None:
+    strength = shader.inputs["Emission Strength"]
+    if strength.default_value <= 0 and not shader.inputs["Emission Color"].is_linked:
+        return
+    if name.startswith(LAMPS):
+        strength.default_value = LAMP_STRENGTH
+    elif name.startswith(SIGNS):
+        strength.default_value = SIGN_STRENGTH
+    else:
+        strength.default_value = 0.0
+    # The light itself comes from lamps beside it; what is hit by chance would be specks.
+    material.cycles.emission_sampling = "NONE"
+
+
+def _tint(shader: Any, alpha: float) -> tuple[float, float, float, float]:
+    """Share of light that passes: white where hardly anything is kept, the finish's colour where much is."""
+    color = tuple(shader.inputs["Base Color"].default_value)[:3]
+    brightest = max(*color, 1e-3)
+    hue = [min(1.0, c / brightest) for c in color]
+    passed = 1.0 - alpha
+    red, green, blue = (passed + (1 - passed) * (h * brightest) ** 0.5 * 0.9 for h in hue)
+    return red, green, blue, 1.0
+
+
+def _make_pane(material: Any) -> None:
+    """Thin glass: the scene behind, tinted, and a mirror that grows with the angle; light goes straight through."""
+    tree, shader = material.node_tree, _shader(material)
+    alpha, roughness = _alpha(material), float(shader.inputs["Roughness"].default_value)
+    tint = _tint(shader, alpha * 0.6)
+    frosted = roughness > 0.3
+    new = tree.nodes.new
+    if frosted:
+        behind = new("ShaderNodeBsdfRefraction")
+        behind.inputs["Roughness"].default_value, behind.inputs["IOR"].default_value = 0.35, 1.0
+        cloudy, mixed = new("ShaderNodeBsdfTranslucent"), new("ShaderNodeMixShader")
+        cloudy.inputs["Color"].default_value = (0.9, 0.93, 0.93, 1.0)
+        mixed.inputs[0].default_value = 0.5
+        tree.links.new(behind.outputs[0], mixed.inputs[1])
+        tree.links.new(cloudy.outputs[0], mixed.inputs[2])
+        through = mixed.outputs[0]
+    else:
+        behind = new("ShaderNodeBsdfTransparent")
+        through = behind.outputs[0]
+    behind.inputs["Color"].default_value = tint
+    mirror, fresnel, surface = new("ShaderNodeBsdfGlossy"), new("ShaderNodeFresnel"), new("ShaderNodeMixShader")
+    mirror.inputs["Roughness"].default_value = min(roughness, 0.2) * 0.3
+    # On its back, where light would leave the glass, a thin pane mirrors as on its front: no total reflection within.
+    side, index = new("ShaderNodeNewGeometry"), new("ShaderNodeMath")
+    index.operation = "MULTIPLY_ADD"
+    index.inputs[1].default_value, index.inputs[2].default_value = 1 / 1.5 - 1.5, 1.5
+    tree.links.new(side.outputs["Backfacing"], index.inputs[0])
+    tree.links.new(index.outputs[0], fresnel.inputs["IOR"])
+    tree.links.new(fresnel.outputs[0], surface.inputs[0])
+    tree.links.new(through, surface.inputs[1])
+    tree.links.new(mirror.outputs[0], surface.inputs[2])
+    _open_to_light(tree, surface.outputs[0], tint)
+
+
+def _make_clear(material: Any, shader: Any) -> None:
+    """A body of glass, clear plastic or liquid that bends what is behind it, and lets light through."""
+    name, alpha = finish_of(material.name), _alpha(material)
+    kind = "liquid" if _is_liquid(material) else "glass" if "glass" in name or "bottle" in name else "plastic"
+    tint = _tint(shader, alpha)
+    roughness = float(shader.inputs["Roughness"].default_value)
+    shader.inputs["Alpha"].default_value = 1.0
+    shader.inputs["Base Color"].default_value = tint
+    shader.inputs["Roughness"].default_value = 0.4 if roughness > 0.3 else 0.02
+    shader.inputs["IOR"].default_value = REFRACTION[kind]
+    shader.inputs["Transmission Weight"].default_value = 1.0
+    _open_to_light(material.node_tree, shader.outputs[0], tint)
+
+
+def _open_to_light(tree: Any, surface: Any, tint: tuple[float, float, float, float]) -> None:
+    """Connect a surface to the output so that light on its way to a lamp, or thrown back softly, passes it unbent."""
+    new = tree.nodes.new
+    path, either, clear, mixed = (
+        new("ShaderNodeLightPath"),
+        new("ShaderNodeMath"),
+        new("ShaderNodeBsdfTransparent"),
+        new("ShaderNodeMixShader"),
+    )
+    either.operation = "MAXIMUM"
+    clear.inputs["Color"].default_value = tint
+    output = next(node for node in tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.links.new(path.outputs["Is Shadow Ray"], either.inputs[0])
+    tree.links.new(path.outputs["Is Diffuse Ray"], either.inputs[1])
+    tree.links.new(either.outputs[0], mixed.inputs[0])
+    tree.links.new(surface, mixed.inputs[1])
+    tree.links.new(clear.outputs[0], mixed.inputs[2])
+    tree.links.new(mixed.outputs[0], output.inputs["Surface"])
+
+
+def _brush(material: Any, shader: Any) -> None:
+    """Fine level scratches: highlights are drawn out across them."""
+    tree = material.node_tree
+    new = tree.nodes.new
+    place, stretch, noise = new("ShaderNodeTexCoord"), new("ShaderNodeMapping"), new("ShaderNodeTexNoise")
+    stretch.inputs["Scale"].default_value = (6.0, 6.0, 900.0)
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.0, 3.0
+    tree.links.new(place.outputs["Object"], stretch.inputs["Vector"])
+    tree.links.new(stretch.outputs[0], noise.inputs["Vector"])
+    _range(tree, noise, shader, shader.inputs["Roughness"].default_value, 0.08)
+    tangent = new("ShaderNodeTangent")
+    tangent.direction_type, tangent.axis = "RADIAL", "Z"
+    shader.inputs["Anisotropic"].default_value = 0.6
+    tree.links.new(tangent.outputs[0], shader.inputs["Tangent"])
+
+
+def _smudge(material: Any, shader: Any, amount: float) -> None:
+    """Gloss that differs a little from place to place, as of anything that is used."""
+    tree = material.node_tree
+    place, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 14.0, 4.0
+    tree.links.new(place.outputs["Object"], noise.inputs["Vector"])
+    _range(tree, noise, shader, shader.inputs["Roughness"].default_value, amount)
+
+
+def _range(tree: Any, noise: Any, shader: Any, middle: float, reach: float) -> None:
+    """Connect a noise to the roughness, `reach` about `middle`."""
+    ranged = tree.nodes.new("ShaderNodeMapRange")
+    ranged.inputs["To Min"].default_value = max(0.02, middle - reach)
+    ranged.inputs["To Max"].default_value = min(1.0, middle + reach)
+    ranged.inputs["From Min"].default_value, ranged.inputs["From Max"].default_value = 0.3, 0.7
+    tree.links.new(noise.outputs[0], ranged.inputs["Value"])
+    tree.links.new(ranged.outputs[0], shader.inputs["Roughness"])
+
+
+def plain(name: str, color: tuple[float, float, float], roughness: float) -> Any:
+    """A material of one colour (linear RGB)."""
+    material = bpy.data.materials.new(name)
+    shader = _shader(material)
+    shader.inputs["Base Color"].default_value = (*color, 1.0)
+    shader.inputs["Roughness"].default_value = roughness
+    return material

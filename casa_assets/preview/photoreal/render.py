@@ -1,0 +1,145 @@
+"""Path-traced stills of a kitchen's or an asset's USD: Cycles on processors, in a process of its own."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import subprocess
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from casa_assets.core import blender
+from casa_assets.errors import CasaError
+from casa_assets.preview import tonemap
+from casa_assets.preview.photoreal.viewpoint import View, eye_view, named_view
+from casa_assets.preview.tonemap import Pixels
+
+EYE, CUTAWAY = "eye", "cutaway"  # views that every kitchen has beside its own cameras
+CUTAWAY_FOV_X_RAD = math.radians(45.0)
+ASSET_FOV_X_RAD, ASSET_AZIMUTH_DEG, ASSET_ELEVATION_DEG = math.radians(26.0), 32.0, 20.0
+ABOVE = ("overview", "above")  # cameras of a scene that look in from above
+_SCRIPT = Path(__file__).with_name("blender") / "main.py"
+
+
+class NoPathTracer(CasaError):
+    """There is no Blender, or it failed; the message says what to do."""
+
+
+@dataclass(frozen=True)
+class StillSettings:
+    """Size of a still in pixels, and what it costs.
+
+    Attributes:
+        samples: paths of each pixel, at most. threads: of the renderer; the picture does not depend on the machine's
+            number of cores. seed: of the paths.
+    """
+
+    width_px: int = 960
+    height_px: int = 540
+    samples: int = 64
+    threads: int = 2
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Still:
+    """One picture: its name, (height, width, 3) pixels, and the wall seconds that it took."""
+
+    name: str
+    pixels: Pixels
+    seconds: float
+
+    @property
+    def png(self) -> bytes:
+        """Encoded, without a date."""
+        return tonemap.png(self.pixels)
+
+
+def scene_stills(
+    folder: Path, cameras: Sequence[str] = (), settings: StillSettings | None = None, pose: str = "closed"
+) -> Iterator[Still]:
+    """Stills of a kitchen in its folder, through its own cameras, `eye` or `cutaway`; these two where none is named.
+
+    Args:
+        folder: holds scene.usda and scene.json. pose: of the variant set `pose`.
+    Raises:
+        NoPathTracer: see there; also where there is no such camera.
+    """
+    frame = settings or StillSettings()
+    told = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    views = [_view(told, name, frame) for name in cameras or (EYE, CUTAWAY)]
+    # Views from above look into the room without its ceiling, which is a choice that holds for a whole process.
+    for above in (False, True):
+        chosen = [view for view in views if (view.name in (*ABOVE, CUTAWAY)) == above]
+        if chosen:
+            job = {
+                "usd": (folder / "scene.usda").resolve().as_posix(),
+                "root": "World",
+                "variants": {"pose": pose, "ceiling": "hidden" if above else "shown"},
+                "room": told["room"],
+                "kind": "cutaway" if above else "room",
+            }
+            yield from _run(job, chosen, frame)
+
+
+def _view(told: Mapping[str, Any], name: str, frame: StillSettings) -> View:
+    aspect = frame.width_px / frame.height_px
+    if name == EYE:
+        return eye_view(told, name, aspect)
+    view = named_view(told, "overview" if name == CUTAWAY else name, aspect)
+    if view is None:
+        names = [EYE, CUTAWAY, *(c["name"] for c in told["cameras"])]
+        raise NoPathTracer(f"there is no camera {name!r}; there are {', '.join(names)}")
+    if name == CUTAWAY:
+        low, high = told["room"]["bounds"]
+        corners = tuple((x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2]))
+        return View(name, view.position, view.quaternion, CUTAWAY_FOV_X_RAD, fit=corners)
+    return view
+
+
+def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = "") -> Still:
+    """Still of an asset on a studio's floor, seen from the front and a little from its right and above.
+
+    Args:
+        usd: `usd/<id>.usda` of its folder. pose: of the variant set `pose`; empty: as the file says.
+    Raises:
+        NoPathTracer: see there.
+    """
+    turn, tilt = math.radians(ASSET_AZIMUTH_DEG) / 2, math.radians(90 - ASSET_ELEVATION_DEG) / 2
+    c, s, up, down = math.cos(turn), math.sin(turn), math.cos(tilt), math.sin(tilt)
+    view = View(usd.stem, (0.0, 0.0, 0.0), (c * up, c * down, s * down, s * up), ASSET_FOV_X_RAD, fit=())
+    variants = {"pose": pose} if pose else {}
+    job = {"usd": usd.resolve().as_posix(), "root": usd.stem, "variants": variants, "kind": "asset"}
+    (still,) = _run(job, [view], settings or StillSettings())
+    return still
+
+
+def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) -> Iterator[Still]:
+    """Draw views in one process of Blender."""
+    program = blender.find_blender()
+    if not program:
+        raise NoPathTracer(
+            f"stills by a path tracer need Blender, which was not found; install it: {blender.INSTALL}, "
+            f"or name one that you have: export {blender.VARIABLE}=/path/to/blender"
+        )
+    with tempfile.TemporaryDirectory(prefix="casa_photoreal_") as place:
+        folder = Path(place)
+        text = json.dumps({**job, **asdict(frame), "views": [asdict(view) for view in views]})
+        (folder / "job.json").write_text(text, encoding="utf-8")
+        line, around = blender.command(program, _SCRIPT, str(folder)), blender.environment(folder)
+        done = subprocess.run(line, cwd=folder, env=around, capture_output=True, check=False)
+        told = folder / "told.json"
+        if done.returncode or not told.is_file():
+            words = done.stderr.decode("utf-8", "replace").strip().splitlines()[-1:]
+            why = words[0] if words else f"it ended with {done.returncode}"
+            raise NoPathTracer(f"Blender ({program}) failed: {why}")
+        for view in json.loads(told.read_text(encoding="utf-8"))["views"]:
+            pixels = np.asarray(Image.open(io.BytesIO((folder / f"{view['name']}.png").read_bytes())).convert("RGB"))
+            yield Still(view["name"], pixels, float(view["seconds"]))

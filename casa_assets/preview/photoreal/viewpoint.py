@@ -1,0 +1,212 @@
+"""Where a photographer of kitchens would stand: at eye level, where most is seen and no wall fills the view."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+
+EYE_M = 1.38
+FOV_X_RAD = math.radians(76.0)  # a lens of 23 mm on a sensor 36 mm wide
+SHIFT_Y = -0.045  # of the lens, as a share of the width: worktops are seen, uprights stay upright
+PLACES_M, TURNS = 0.2, 144  # steps of the search
+CLEARANCE_M, WALL_CLEARANCE_M, OPEN_CLEARANCE_M = 0.55, 0.25, 0.1
+TALL_M = 1.3  # what is higher hides what stands behind it
+SIZE_THAT_COUNTS = 0.012  # solid angle, steradian, of a fixture that is half as good as a large one
+WEIGHTS = {
+    "range": 3.0,
+    "hob": 2.0,
+    "hood": 2.0,
+    "fridge": 2.5,
+    "oven": 2.0,
+    "sink": 2.0,
+    "window": 3.0,
+    "dishwasher": 1.5,
+    "island": 2.5,
+    "stool": 1.0,
+    "lamp": 1.2,
+    "base": 1.0,
+    "upper": 1.2,
+    "shelf": 1.2,
+}
+SMALL = 0.4  # weight of everything else
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera.
+
+    Attributes:
+        name: of the picture.
+        position, quaternion: world_from_camera, metres and (w, x, y, z); it looks along its -z, its y is up.
+        fov_x: angle that it sees from left to right, radians.
+        shift_y: of the lens upwards, as a share of the picture's width.
+        fit: the camera is moved so that it just sees these points, or, where there are none, whatever is in the scene;
+            None: it stays where it is.
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+    fov_x: float
+    shift_y: float = 0.0
+    fit: tuple[tuple[float, float, float], ...] | None = None
+
+
+@dataclass(frozen=True)
+class _Fixtures:
+    """Axis-aligned boxes (N, 3) of what is to be seen, the direction (N, 2) that each faces, and what each is worth."""
+
+    lower: Floats
+    upper: Floats
+    front: Floats
+    worth: Floats
+
+
+def named_view(scene: Mapping[str, Any], name: str, aspect: float) -> View | None:
+    """A camera of a scene's scene.json, for pictures of `aspect` (width over height); None where it has none such."""
+    for camera in scene["cameras"]:
+        if camera["name"] == name:
+            half = math.tan(math.radians(camera["fov_y_deg"]) / 2) * aspect
+            return View(name, tuple(camera["position"]), tuple(camera["quaternion"]), 2 * math.atan(half))
+    return None
+
+
+def eye_view(scene: Mapping[str, Any], name: str, aspect: float) -> View:
+    """The view at eye level of a scene.json that shows most: level, its uprights upright."""
+    fixtures, outline = _fixtures(scene), np.array(scene["room"]["outline"])
+    walls = [(np.array(w["from"][:2]), np.array(w["to"][:2]), bool(w["open"])) for w in scene["room"]["walls"]]
+    half_y = math.atan(math.tan(FOV_X_RAD / 2) / aspect)
+    best, found = -math.inf, (0.0, 0.0, 0.0)
+    for x, y in _places(outline, walls, fixtures):
+        scores = _scores(np.array([x, y]), fixtures, walls, half_y)
+        turn = int(np.argmax(scores))
+        if scores[turn] > best + 1e-9:
+            best, found = float(scores[turn]), (x, y, 2 * math.pi * turn / TURNS)
+    x, y, yaw = found
+    # Level, from looking along +y: a quarter turn about x, then the yaw about z.
+    c, s, q = math.cos(yaw / 2), math.sin(yaw / 2), math.sqrt(0.5)
+    return View(name, (x, y, EYE_M), (c * q, c * q, s * q, s * q), FOV_X_RAD, SHIFT_Y)
+
+
+def _fixtures(scene: Mapping[str, Any]) -> _Fixtures:
+    rows = []
+    for fixture in scene["fixtures"]:
+        box = fixture["regions"].get("main")
+        if box is None or fixture["role"] in ("floor", "ceiling", "wall", "skirting", "cornice"):
+            continue
+        w, _, _, z = fixture["quaternion"]
+        yaw = 2 * math.atan2(z, w)
+        turned = abs(math.sin(yaw)) > 0.7
+        size = np.array(box["size"])[[1, 0, 2]] / 2 if turned else np.array(box["size"]) / 2
+        middle = np.array(box["position"])
+        worth = WEIGHTS.get(fixture["role"], SMALL)
+        rows.append((middle - size, middle + size, (math.sin(yaw), -math.cos(yaw)), worth))
+    lower, upper, front, worths = zip(*rows, strict=True)
+    return _Fixtures(np.array(lower), np.array(upper), np.array(front), np.array(worths))
+
+
+def _places(
+    outline: Floats, walls: Sequence[tuple[Floats, Floats, bool]], fixtures: _Fixtures
+) -> list[tuple[float, float]]:
+    """Points of the floor where somebody has room to stand."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    on_floor = fixtures.lower[:, 2] < EYE_M
+    boxes = np.concatenate([fixtures.lower[on_floor, :2], fixtures.upper[on_floor, :2]], axis=1)
+    places = []
+    for x in np.arange(low[0] + OPEN_CLEARANCE_M, high[0], PLACES_M):
+        for y in np.arange(low[1] + OPEN_CLEARANCE_M, high[1], PLACES_M):
+            point = np.array([x, y])
+            inside = [
+                _inside(point, a, b) - (OPEN_CLEARANCE_M if is_open else WALL_CLEARANCE_M) for a, b, is_open in walls
+            ]
+            away = np.hypot(
+                np.maximum(np.maximum(boxes[:, 0] - x, x - boxes[:, 2]), 0.0),
+                np.maximum(np.maximum(boxes[:, 1] - y, y - boxes[:, 3]), 0.0),
+            )
+            if min(inside) >= -1e-9 and away.min() > CLEARANCE_M:
+                places.append((round(float(x), 3), round(float(y), 3)))
+    return places or [(float(outline[:, 0].mean()), float(low[1]) + OPEN_CLEARANCE_M)]
+
+
+def _inside(point: Floats, start: Floats, end: Floats) -> float:
+    """Metres on the inner side of a wall's line, where the wall is beside the point; far where it is not."""
+    along = (end - start) / np.linalg.norm(end - start)
+    at = float((point - start) @ along)
+    depth = float((point - start) @ np.array([along[1], -along[0]]))
+    return depth if -0.1 <= at <= np.linalg.norm(end - start) + 0.1 else 99.0
+
+
+def _scores(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]], half_y: float) -> Floats:
+    """(TURNS,) how good the view from a point is in each direction."""
+    lower, upper = fixtures.lower, fixtures.upper
+    middle = (lower + upper) / 2
+    offset = middle[:, :2] - eye
+    distance = np.maximum(np.linalg.norm(offset, axis=1), 0.3)
+    facing = np.clip(-(offset * fixtures.front).sum(axis=1) / distance, 0.15, 1.0)
+    wide = np.maximum(*(upper - lower)[:, :2].T)
+    high = np.maximum((upper - lower)[:, 2], 0.05)
+    size = facing * wide * high / (distance**2 + 0.2)
+    steep = np.abs(np.arctan2(middle[:, 2] - EYE_M, distance))
+    # A unit as large as a quarter of the view is too near to be a part of a room.
+    value = fixtures.worth * size / (size + SIZE_THAT_COUNTS) * (steep < half_y) * np.clip(distance / 1.3, 0.0, 1.0)
+    value *= _seen(eye, middle[:, :2], fixtures)
+    bearing = np.arctan2(-offset[:, 0], offset[:, 1])
+    yaws = 2 * np.pi * np.arange(TURNS) / TURNS
+    angle = np.abs((bearing[None] - yaws[:, None] + np.pi) % (2 * np.pi) - np.pi)
+    within = np.clip((FOV_X_RAD / 2 - angle) / 0.12, 0.0, 1.0)
+    score = (within @ value) * _room_ahead(eye, fixtures, walls)
+    straight = np.abs(np.sin(2 * yaws)) < 1e-6
+    aligned: Floats = score * np.where(straight, 1.06, 1.0)
+    return aligned
+
+
+def _seen(eye: Floats, points: Floats, fixtures: _Fixtures) -> Floats:
+    """(N,) 1 where nothing tall stands between the eye and a fixture."""
+    tall = (fixtures.upper[:, 2] > TALL_M) & (fixtures.lower[:, 2] < EYE_M - 0.3)
+    low, high = fixtures.lower[tall, :2], fixtures.upper[tall, :2]
+    entry, leave = _crossings(eye, points - eye, low, high)
+    # What stands within the same outline (a refrigerator in its housing) is not hidden by it.
+    within = ((points[:, None] > low - 0.02) & (points[:, None] < high + 0.02)).all(axis=2)
+    hides = (entry < leave) & (entry > 0.0) & (entry < 0.97) & ~within
+    seen: Floats = np.where(hides.any(axis=1), 0.0, 1.0)
+    return seen
+
+
+def _crossings(eye: Floats, rays: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Lengths, in units of each ray (R, 2), at which it enters and leaves each rectangle (N, 2): (R, N) both."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second = ((corner - eye)[None] / rays[:, None] for corner in (low, high))
+    first, second = np.nan_to_num(first, nan=-np.inf), np.nan_to_num(second, nan=np.inf)
+    return np.minimum(first, second).max(axis=2), np.maximum(first, second).min(axis=2)
+
+
+def _room_ahead(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
+    """(TURNS,) factor below 1 where near things, or open or bare walls, fill the view."""
+    angles = 2 * np.pi * np.arange(TURNS) / TURNS
+    rays = np.stack([-np.sin(angles), np.cos(angles)], axis=1)
+    reach, is_open = np.full(TURNS, 30.0), np.zeros(TURNS, dtype=bool)
+    for start, end, opened in walls:
+        along, offset = end - start, start - eye
+        cross = rays[:, 0] * along[1] - rays[:, 1] * along[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = (offset[0] * along[1] - offset[1] * along[0]) / cross
+            share = (offset[0] * rays[:, 1] - offset[1] * rays[:, 0]) / cross
+        hit = (np.abs(cross) > 1e-9) & (at > 1e-6) & (share >= -1e-6) & (share <= 1 + 1e-6) & (at < reach)
+        reach, is_open = np.where(hit, at, reach), np.where(hit, opened, is_open)
+    entry, leave = _crossings(eye, rays, fixtures.lower[:, :2], fixtures.upper[:, :2])
+    before_wall = (entry < leave) & (entry > 0.0) & (entry < reach[:, None]) & (fixtures.upper[:, 2] > 0.5)
+    tall = before_wall & (fixtures.upper[:, 2] > TALL_M) & (fixtures.lower[:, 2] < EYE_M)
+    near = np.minimum(reach, np.where(tall, entry, 30.0).min(axis=1)) < 1.1
+    is_open &= ~tall.any(axis=1)
+    bare = ~before_wall.any(axis=1) & ~is_open
+    half = round(FOV_X_RAD / 2 / (2 * np.pi) * TURNS)
+    window = (np.arange(TURNS)[:, None] + np.arange(-half, half + 1)) % TURNS
+    shares = [kind[window].mean(axis=1) for kind in (near, is_open, bare)]
+    factors: Floats = (1 - 0.85 * shares[0]) * (1 - 0.75 * shares[1]) * (1 - 0.5 * shares[2])
+    return factors

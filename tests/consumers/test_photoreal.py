@@ -1,0 +1,70 @@
+"""Path-traced stills by Blender's Cycles: an asset and a kitchen, without a display or faults, the same each time."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from casa_assets.core.blender import VARIABLE
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.scene_folders import build_all
+from casa_assets.preview.photoreal.picture_faults import picture_faults
+from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills
+from tests.libraries import ROOT
+
+pytestmark = pytest.mark.consumers
+PYTHON = ROOT / os.environ.get(VARIABLE, ".venv-blender/bin/python")
+SMALL = StillSettings(width_px=240, height_px=135, samples=16)
+
+
+@pytest.fixture(autouse=True)
+def there(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert PYTHON.exists(), f"{PYTHON} is missing; run ./dev consumers"
+    monkeypatch.setenv(VARIABLE, str(PYTHON))
+
+
+@pytest.fixture(scope="module")
+def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("photoreal")
+    (result,) = build_all([SceneRecipe("one_wall_small", "coastal")], out, 1, drawn=False)
+    assert result.folder, result.message
+    return Path(result.folder)
+
+
+@pytest.fixture(scope="module")
+def stills(kitchen: Path) -> dict[str, Still]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(VARIABLE, str(PYTHON))
+        return {still.name: still for still in scene_stills(kitchen, settings=SMALL)}
+
+
+def test_a_kitchen_is_drawn_from_inside_and_from_above(stills: dict[str, Still]) -> None:
+    assert list(stills) == ["eye", "cutaway"]
+    for still in stills.values():
+        assert still.pixels.shape == (135, 240, 3)
+        assert not picture_faults(still.pixels), still.name
+        assert 60 < still.pixels.mean() < 215
+        assert len(np.unique((still.pixels // 8).reshape(-1, 3), axis=0)) > 300
+
+
+def test_no_light_is_missing_at_the_ceiling(stills: dict[str, Still]) -> None:
+    top = stills["eye"].pixels[:8].mean()
+    assert top > 60
+
+
+def test_the_same_bytes_twice(kitchen: Path) -> None:
+    first, second = (next(scene_stills(kitchen, ["eye"], SMALL)).png for _ in range(2))
+    assert first == second
+    assert Image.open(io.BytesIO(first)).info == {}
+
+
+def test_an_open_appliance_shows_its_inside(kitchen: Path) -> None:
+    (layer,) = (kitchen.parent / "assets" / "usd").glob("microwave_*/microwave_*.usda")
+    shut, open_ = asset_still(layer, SMALL, "closed"), asset_still(layer, SMALL, "open")
+    assert not picture_faults(open_.pixels)
+    assert np.abs(shut.pixels.astype(int) - open_.pixels).max(axis=2).mean() > 5
