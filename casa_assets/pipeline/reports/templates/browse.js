@@ -244,7 +244,7 @@ function browse(page) {
         changed();
         byId("heads").querySelector('[data-key="' + sort.key + '"]').focus();
       }, "data-key": sort.key, "data-way": state.sort === sort.key ? state.way : 0 });
-      button.setAttribute("aria-label", "Sort by " + sort.title + (state.sort === sort.key ? (state.way > 0 ? ", ascending now" : ", descending now") : ""));
+      button.setAttribute("aria-label", head.title + ": sort by " + sort.title + (state.sort === sort.key ? (state.way > 0 ? ", ascending now" : ", descending now") : ""));
       place.append(make("div", { "class": kind }, button));
     });
   }
@@ -350,7 +350,7 @@ function browse(page) {
   }
   document.addEventListener("keydown", function (event) {
     const field = /^(INPUT|SELECT|TEXTAREA)$/.test(document.activeElement.tagName);
-    if (event.ctrlKey || event.metaKey || event.altKey) { return; }
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) { return; }
     if (event.key === "Escape") {
       if (state.id) { close(); }
       else if (field) { if (state.q) { state.q = ""; byId("search").value = ""; changed(); } document.activeElement.blur(); }

@@ -77,7 +77,7 @@ def test_a_changed_template_makes_a_page_anew(name: str) -> None:
 
 def test_every_template_belongs_to_a_page() -> None:
     known = {*PAGES, *page_template.SHARED, *BROWSING, *SCRIPTS}
-    assert {path.name for path in FOLDER.iterdir()} == known
+    assert {path.name for path in FOLDER.iterdir() if path.is_file()} == known
 
 
 def test_a_value_that_is_not_given_is_an_error() -> None:

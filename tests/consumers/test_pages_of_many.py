@@ -1,0 +1,184 @@
+"""Pages of many rows in a real browser: search, filters, order, details, keys, addresses, no request elsewhere."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from casa_assets.pipeline.reports import home, kitchens, parts
+from casa_assets.pipeline.reports.library import models, report
+from tests.browser import Browser, Page
+from tests.built_libraries import keep
+from tests.unit.pipeline.reports.test_kitchen_pages import scene
+from tests.unit.pipeline.reports.test_reject_page import CASES, refused
+from tests.unit.pipeline.test_alike import FIRST, LARGE, OTHER
+
+pytestmark = pytest.mark.consumers
+ROWS = "#list .id"
+READY = "#list .line, #list .tile-card"
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A page about three assets and three rejected inputs, beside an earlier run without the last asset."""
+    root = keep(tmp_path_factory.mktemp("pages") / "library", [FIRST, OTHER])
+    earlier = report.write(root, root.parent / "earlier.html").json
+    keep(root, [LARGE])
+    for code, message in CASES:
+        refused(root, code, message)
+    page = root / "report.html"
+    assert list(models.write_models(root, page, 1))[-1] == (3, 3)
+    return report.write(root, page, earlier, models=models.models_of(page)).page
+
+
+@pytest.fixture(scope="module")
+def rooms(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A page about 600 kitchens, whose rows come in two parts."""
+    out = tmp_path_factory.mktemp("scenes")
+    for i in range(600):
+        scene(out, ("galley", "l_small", "u_large")[i % 3], f"style_{i:03}")
+    scene(out, "galley", "rustic", surfaces={"floor": "oak_ebony"})
+    return kitchens.write(out)[0]
+
+
+def opened(browser: Browser, page: Path, hash_: str = "", width: int = 1280, dark: bool = False) -> Page:
+    shown = browser.open(f"{page.absolute().as_uri()}{hash_}", width=width, dark=dark)
+    shown.wait(READY)
+    return shown
+
+
+def address(page: Page) -> str:
+    return str(page.evaluate("location.hash"))
+
+
+def is_wide_enough(page: Page) -> bool:
+    return bool(page.evaluate("document.documentElement.scrollWidth <= innerWidth"))
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1280, False), (1280, True), (390, False), (390, True)])
+def test_a_report_is_clean_on_any_screen(browser: Browser, library: Path, width: int, dark: bool) -> None:
+    page = opened(browser, library, f"#{FIRST.id}", width, dark)
+    page.wait("#detail")
+    page.assert_clean()
+    assert is_wide_enough(page)
+    page.press("Escape")
+    if width > 900:
+        page.click("#tab-numbers")
+        page.wait(".chart")
+        page.assert_clean()
+    assert is_wide_enough(page)
+
+
+def test_a_report_is_searched_filtered_and_sorted(browser: Browser, library: Path) -> None:
+    page = opened(browser, library)
+    assert len(page.texts(ROWS)) == 6
+    page.fill("#search", "flt005")
+    assert page.texts(ROWS) == ["FLT005.glb"]
+    assert address(page) == "#q=flt005"
+    page.press("Escape", "#search")
+    assert len(page.texts(ROWS)) == 6
+    page.click('#facets button[data-place="verdict=rejected"]')
+    assert len(page.texts(ROWS)) == 3
+    assert address(page) == "#verdict=rejected"
+    page.click("#chips button")
+    page.click('#heads [data-key="size"]')
+    assert address(page) == "#sort=-size"
+    assert page.texts(ROWS)[0] == LARGE.id
+    assert page.errors == []
+
+
+def test_a_report_goes_by_keys(browser: Browser, library: Path) -> None:
+    page = opened(browser, library)
+    page.press("j")
+    page.press("j")
+    second = page.texts(ROWS)[1]
+    page.press("Enter")
+    page.wait("#detail")
+    assert page.texts("#detail-title") == [second]
+    page.press("k")
+    assert page.texts("#detail-title") == page.texts(ROWS)[:1]
+    page.press("Escape")
+    assert page.texts("#detail") == []
+    page.press("/")
+    assert page.evaluate("document.activeElement.id") == "search"
+
+
+@pytest.mark.parametrize("hash_", [f"#{OTHER.id}", f"#q=mug&verdict=accepted&id={OTHER.id}"])
+def test_an_address_brings_a_state_back(browser: Browser, library: Path, hash_: str) -> None:
+    page = opened(browser, library, hash_)
+    page.wait("#detail-body .facts")
+    assert page.texts("#detail-title") == [OTHER.id]
+    assert len(page.texts(ROWS)) == (3 if "q=" in hash_ else 6)
+    page.click("#close")
+    assert OTHER.id not in address(page)
+
+
+def test_a_row_opens_by_a_click_and_in_3d(browser: Browser, library: Path) -> None:
+    page = opened(browser, library)
+    page.click("#list .line >> nth=0")
+    page.wait("#detail .model-popup")
+    page.click("#detail .model-popup")
+    page.wait(".cv[data-state=ready]")
+    page.assert_clean()
+    page.press("Escape")
+    assert page.texts(".model-dialog") == []
+    assert page.texts("#detail-title") != []  # the key closed the model alone
+
+
+def test_what_changed_leads_to_its_row(browser: Browser, library: Path) -> None:
+    page = browser.open(f"{library.absolute().as_uri()}#tab=changes")
+    page.wait("#panel-changes")
+    page.click(f'#panel-changes a[href="#{LARGE.id}"]')
+    page.wait("#detail")
+    assert page.texts("#detail-title") == [LARGE.id]
+
+
+def test_parts_beside_a_page_are_loaded(
+    browser: Browser, library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = shutil.copytree(library.parent, tmp_path / "library")
+    monkeypatch.setattr(parts, "MAX_INLINE", 1)
+    page = opened(browser, report.write(root, root / "report.html").page)
+    assert len(page.texts(ROWS)) == 6
+    page.click("#list .line >> nth=0")
+    page.wait("#detail-body .facts")
+    page.assert_clean()
+    shutil.rmtree(parts.folder_of(root / "report.html"))
+    page = browser.open(root / "report.html")
+    page.wait("text=belongs beside this page")
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1280, False), (390, True)])
+def test_a_kitchen_is_found_among_many(browser: Browser, rooms: Path, width: int, dark: bool) -> None:
+    page = opened(browser, rooms, "", width, dark)
+    page.wait("text=601 of 601")
+    assert len(page.texts(ROWS)) < 100
+    page.fill("#search", "oak ebony")
+    page.wait("text=1 of 601")
+    assert page.texts(ROWS) == ["galley, rustic"]
+    page.click("#list .tile-card >> nth=0")
+    page.wait("#detail .facts")
+    assert address(page) == "#q=oak+ebony&id=galley__rustic"
+    page.assert_clean()
+    assert is_wide_enough(page)
+
+
+def test_filters_of_kitchens_count_what_they_would_leave(browser: Browser, rooms: Path) -> None:
+    page = opened(browser, rooms, "#plan=galley")
+    page.wait("text=201 of 601")
+    assert page.texts('#facets button[data-place="plan=l_small"] .number') == ["200"]
+    assert page.texts('#facets button[data-place="task=open_drawer"] .number') == ["201"]
+    page.click('#facets button[data-place="plan=l_small"]')
+    page.wait("text=401 of 601")
+    assert address(page) == "#plan=galley&plan=l_small"
+
+
+def test_the_page_about_a_folder_is_clean(browser: Browser, library: Path, tmp_path: Path) -> None:
+    shutil.copytree(library.parent, tmp_path / "library")
+    for width in (1280, 390):
+        page = browser.open(home.write(tmp_path), width=width)
+        page.wait("text=was rejected")
+        page.assert_clean()
+        assert is_wide_enough(page)
