@@ -15,9 +15,8 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
-from rich.console import Console
-
 from casa_assets.cli.member_output import print_result, print_summary
+from casa_assets.cli.output import Output
 from casa_assets.pipeline.families.run import FamilyResult, build_all, requests_for
 
 
@@ -29,7 +28,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=0)
     options = parser.parse_args()
-    console = Console()
+    output = Output()
     results: list[FamilyResult] = []
     with tempfile.TemporaryDirectory() as folder:
         for done in build_all(
@@ -37,12 +36,12 @@ def main() -> int:
         ):
             results.append(done)
             if not done.passed:
-                print_result(done, console)
-    print_summary(results, console)
+                print_result(done, output)
+    print_summary(results, output)
     made = [r for r in results if r.report]
-    console.print(f"build and write: median {median(r.build_s + r.write_s for r in made):.3f} s per asset and core")
+    output.line(f"build and write: median {median(r.build_s + r.write_s for r in made):.3f} s per asset and core")
     whole = median(r.build_s + r.write_s + r.draw_s + r.check_s for r in made)
-    console.print(f"with thumbnail and all checks: median {whole:.3f} s")
+    output.line(f"with thumbnail and all checks: median {whole:.3f} s")
     return 0 if all(r.passed for r in results) else 1
 
 

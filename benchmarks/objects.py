@@ -16,17 +16,15 @@ exit code is 1 where a member fails a check.
 from __future__ import annotations
 
 import argparse
-import sys
 import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
 
-from rich.console import Console
-from rich.table import Table
-
 from casa_assets.cli.member_output import print_result
+from casa_assets.cli.output import Output
+from casa_assets.cli.tables import TextTable
 from casa_assets.pipeline.families.run import FamilyResult, build_all, object_requests
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.library.library import Library, read_certificate
@@ -110,7 +108,7 @@ def main() -> int:
     options = parser.parse_args()
     if options.library and options.library.exists():
         parser.error(f"--library: {options.library} exists; what it has would not be built, so name a new folder")
-    console = Console() if sys.stdout.isatty() else Console(width=120)
+    output = Output()
     with tempfile.TemporaryDirectory() as folder:
         requests = object_requests(options.category, options.count, options.seed)
         begin = time.monotonic()
@@ -119,19 +117,20 @@ def main() -> int:
         wall_s = time.monotonic() - begin
         wrong = [r for r in results if not r.passed]
         for result in wrong:
-            print_result(result, console)
+            print_result(result, output)
         costs = [cost_of(r) for r in results if r.passed and not r.is_kept]
         beside = ingested(options.meshes, Path(folder) / "ingested", options.jobs) if options.meshes else ""
     steps = ("build s", "write s", "draw s", "check s", "CPU s")
-    table = Table("category", "passed", *steps, "faces", "shapes", "most", "MB")
+    heads = ("passed", *steps, "faces", "shapes", "most", "MB")
+    table = TextTable(("category", *heads), right=heads)
     for name in sorted({c.category for c in costs}):
-        table.add_row(*row(name, [c for c in costs if c.category == name]))
+        table.add(*row(name, [c for c in costs if c.category == name]))
     if costs:
-        table.add_row(*row("all", costs))
-        console.print(table)
-        console.print(totals(costs, wall_s), highlight=False)
+        table.add(*row("all", costs))
+        table.print(output.console)
+        output.line(totals(costs, wall_s))
     if beside:
-        console.print(beside, highlight=False)
+        output.line(beside)
     return 1 if wrong else 0
 
 

@@ -122,7 +122,7 @@ class Kitchen:
         return SurfaceTextures(model, surface_finishes(self.resolved.style), cache_dir())
 
     def write(self, folder: str | Path, picture: bool = False) -> Path:
-        """Write it as `casa-assets scene new` does, MJCF (full and light), USD and scene.json.
+        """Write it as `casa-assets scenes new` does, MJCF (full and light), USD and scene.json.
 
         Args:
             folder: of scenes, made where it is missing; what scenes share is put into `assets` in it.
@@ -237,7 +237,7 @@ def load_scene(
     package made there is not loaded: it is made again, in `out` where that is given, else in memory.
 
     Args:
-        scene: id such as `l_small__coastal`, or what `casa-assets scene new` printed, such as
+        scene: id such as `l_small__coastal`, or what `casa-assets scenes new` printed, such as
             `galley__rustic__s7__t5c1d2e3f`; or the path of a scene's folder or of one of its XML files, which is loaded
             as it is.
         textures: pictures that differ from the scene's, by surface: wall, floor, counter, cabinet. Not for specs.

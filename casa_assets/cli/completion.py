@@ -49,7 +49,10 @@ def families(incomplete: str) -> list[str]:
 
 def presets(ctx: typer.Context, incomplete: str) -> list[str]:
     """Names of the presets of the families named before; of all where none is."""
-    names = ctx.params.get("names") or _files("families")
+    known = _files("families")
+    # While an option waits for its value, the words before it are not bound to arguments yet.
+    named = [word for word in ctx.params.get("names") or ctx.args if word in known]
+    names = named or known
     return _starting(incomplete, sorted({preset for name in names for preset in _presets(name)}))
 
 

@@ -16,9 +16,12 @@ from rich.console import Console
 from rich.text import Text
 
 from casa_assets import __version__
+from casa_assets.cli.options import OLD_FORCE, OLD_OUT, OLD_WIDTH
 from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
 from casa_assets.cli.text import terminal_safe
+from casa_assets.cli.verb import Verb, verb
 from casa_assets.cli.verbs.articulate import articulate
+from casa_assets.cli.verbs.categories import app as categories
 from casa_assets.cli.verbs.checks import checks
 from casa_assets.cli.verbs.doctor import doctor
 from casa_assets.cli.verbs.export.app import app as export
@@ -44,22 +47,44 @@ ACCESS_ERRNOS = frozenset(
     | {errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG}
 )
 
+MAKE, LOOK, JUDGE, HAND_ON = "Make", "Look", "Judge", "Hand on"
+ABOUT = "Kitchens and assets for simulation: MJCF and USD, each with a picture and a certificate."
+
 app = typer.Typer(
     name="casa-assets",
-    help="Raw 3D meshes into simulation-ready MJCF and USD, each with a picture and a certificate.",
+    help=ABOUT,
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
+    epilog=(
+        "Exit codes of all verbs: 0 all is well, 1 some failed or differ, 2 misuse or a broken machine, 3 a fault of "
+        "the program, 4 a person has to decide something, 130 Ctrl-C."
+    ),
 )
-for verb in (ingest, articulate, fetch, find, view, preview, report, home, review, index, checks, schemas, doctor):
-    app.command()(verb)
-app.add_typer(families)
-app.add_typer(objects)
-app.add_typer(textures)
-app.add_typer(scenes)
-app.add_typer(scene)
-app.add_typer(export)
+app.command(cls=Verb, rich_help_panel=MAKE)(ingest)
+app.command(cls=verb({**OLD_FORCE, "--size": "--size-m", "--clip": "--clip-weights"}), rich_help_panel=MAKE)(articulate)
+app.command(
+    cls=verb({"--into": "--out", "--category": "--lvis"}),
+    rich_help_panel=MAKE,
+)(fetch)
+app.add_typer(scenes, rich_help_panel=MAKE)
+app.add_typer(families, rich_help_panel=MAKE)
+app.add_typer(objects, rich_help_panel=MAKE)
+app.add_typer(textures, rich_help_panel=MAKE)
+app.add_typer(scene, hidden=True)
+app.command(cls=Verb, rich_help_panel=LOOK)(view)
+app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}), rich_help_panel=LOOK)(preview)
+app.command(cls=verb(OLD_OUT), rich_help_panel=LOOK)(report)
+app.command(cls=Verb, rich_help_panel=LOOK)(home)
+app.command(cls=Verb, rich_help_panel=LOOK)(find)
+app.add_typer(categories, rich_help_panel=LOOK)
+app.command(cls=Verb, rich_help_panel=JUDGE)(review)
+app.command(cls=Verb, rich_help_panel=JUDGE)(checks)
+app.command(cls=verb(OLD_OUT), rich_help_panel=JUDGE)(doctor)
+app.add_typer(export, rich_help_panel=HAND_ON)
+app.command(cls=Verb, rich_help_panel=HAND_ON)(index)
+app.command(cls=Verb, rich_help_panel=HAND_ON)(schemas)
 
 
 def _version(requested: bool) -> None:
@@ -74,7 +99,7 @@ def common(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    """Raw 3D meshes into simulation-ready MJCF and USD, each with a picture and a certificate."""
+    """Kitchens and assets for simulation: MJCF and USD, each with a picture and a certificate."""
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,11 +19,18 @@ from casa_assets.errors import OutputError
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Library as LibraryFolder
 
-OUT_HELP = "Where to write; folders are made where they are missing."
+
+def more(help_: str, tail: str) -> str:
+    """The words of help that all verbs share, and what one verb adds."""
+    return f"{help_.removesuffix('.')}; {tail}"
+
+
+OUT_HELP = "Where to write."
 LIBRARY_HELP = "Folder of the library."
 WIDTH_HELP = "Width of each picture in pixels."
 JOBS_HELP = "How many to work on at once; 0: one per core."
 SEED_HELP = "Seed of what is drawn by chance."
+OBJECTS_HELP = "How many loose things."
 COUNT_HELP = "How many of each."
 MOST_HELP = "How many at most."
 ALL_HELP = "All that there are."
@@ -31,9 +38,12 @@ CLIP_HELP = (
     "Weights of CLIP, which looks at the pictures: a file, a folder, or a name such as ViT-B-32/laion2b_s34b_b79k."
 )
 SCENES_HELP = "Ids of kitchens or globs, such as 'l_*__coastal'."
+IN_3D_HELP = "With models that the page shows in 3D."
 REVIEW_HELP = "Write what a person has to decide about too, see review.csv."
 
-Out = Annotated[Path, typer.Option("--out", help=OUT_HELP)]
+Out = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "folders are made where they are missing."))]
+# Of verbs on kitchens, which stand in the folder that is written to.
+ScenesOut = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "the folder in which the kitchens stand."))]
 # Of verbs that read a library, and of verbs that write one: there both names say the same.
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
 LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP)]
@@ -78,22 +88,11 @@ AsJson = Annotated[
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors and what failed alone.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print also what went well, and times.")]
 
-In3d = Annotated[bool, typer.Option("--3d/--no-3d", help="With models that the page shows in 3D, about 0.1 MB each.")]
+In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
 # Names of version 0.1, taken until the next release, each with the name that took its place.
 OLD_OUT: Mapping[str, str] = {"--output": "--out", "-o": "--out"}
 OLD_WIDTH: Mapping[str, str] = {"--size": "--width-px"}
 OLD_FORCE: Mapping[str, str] = {"--anew": "--force"}
-OldForce = Annotated[bool, typer.Option("--anew", hidden=True)]
-OldSizeM = Annotated[float, typer.Option("--size", min=0, hidden=True)]
-
-
-def completed(names: Any, help_: str) -> Any:
-    """A typer.Argument whose values the shell completes.
-
-    Args:
-        names: of `cli/completion.py`. help_: what it is.
-    """
-    return typer.Argument(help=help_, autocompletion=names)
 
 
 def library_at(folder: Path) -> LibraryFolder:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.library.library import Summary
 
 
 class Output:
@@ -49,3 +53,17 @@ class Output:
     def error(self, text: str) -> None:
         """Print a line of plain text on standard error: why there is no result."""
         self.errors.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def measures(summary: Summary | None) -> dict[str, Any]:
+    """Mass in kg and size in metres, x, y and z, of an item of `--json`; null where there is no asset."""
+    if summary is None:
+        return {"mass": None, "size": None}
+    return {"mass": summary.mass, "size": list(summary.extents)}
+
+
+def measures_at(folder: str | Path | None) -> dict[str, Any]:
+    """The same of the asset in a folder of a library; null where none is named."""
+    from casa_assets.pipeline.library.library import read_certificate
+
+    return measures(read_certificate(Path(folder)).summary if folder else None)

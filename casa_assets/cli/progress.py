@@ -36,6 +36,8 @@ def bar(console: Console) -> Progress:
 def working_on(console: Console, word: str, names: Sequence[str]) -> Iterator[Callable[[str], None]]:
     """Show a bar while things are worked on in their order; yields what is called with the name of each that is done.
 
+    Another name is shown and not counted.
+
     Args:
         word: what is done with them, such as `building`. names: of the things, each once.
     """
@@ -44,8 +46,9 @@ def working_on(console: Console, word: str, names: Sequence[str]) -> Iterator[Ca
         task = progress.add_task(_text(word, open_names), total=len(names))
 
         def done(name: str) -> None:
+            is_one = name in open_names
             open_names.pop(name, None)
-            progress.update(task, advance=1, description=_text(word, open_names))
+            progress.update(task, advance=float(is_one), description=_text(word, open_names or {name: None}))
 
         yield done
 

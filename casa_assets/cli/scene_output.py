@@ -3,50 +3,62 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
+from rich.text import Text
 
-from casa_assets.cli.progress import bar
+from casa_assets.cli.output import Output
+from casa_assets.cli.progress import working_on
+from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
+    from casa_assets.pipeline.kitchens.resolve import SceneRecipe
     from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 
-NAME_CHARACTERS = 40  # characters of a name that are kept on one line
+NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room for all of them
 WIDE_TERMINAL = 140  # characters that the whole table takes
-NARROW_COLUMNS = 5  # columns of numbers where there is less room
+# Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of what stands in a kitchen.
+ROOM_LAYER = "room"
 
 
-def print_progress(
-    running: Iterator[SceneResult], count: int, word: str, console: Console, json_: bool
+def follow(
+    running: Iterator[SceneResult], recipes: Sequence[SceneRecipe], word: str, output: Output
 ) -> list[SceneResult]:
     """Print a line for each scene as it is done; returns all of them.
 
     Args:
-        word: what is done with them, for the bar. console: for people. json_: one JSON object per scene on standard
-            output.
+        word: what is done with them, for the bar.
     """
     results: list[SceneResult] = []
-    with bar(console) as progress:
-        task = progress.add_task(word, total=count)
+    with working_on(output.console, word, [recipe.scene_id for recipe in recipes]) as done:
         for result in running:
             results.append(result)
-            progress.update(task, completed=len(results))
-            if json_:
-                typer.echo(json.dumps(_json_row(result), sort_keys=True))
-            else:
-                _print_scene(result, progress.console)
+            done(result.recipe.scene_id)
+            if output.as_json:
+                output.row(json_row(result))
+            _print_scene(result, output)
     return results
 
 
-def write_reports(results: list[SceneResult], out: Path, console: Console) -> None:
+def end(results: Sequence[SceneResult]) -> None:
+    """End with the exit code of a run: raises BatchFault after faults of the program, exit 1 where some failed."""
+    raise_faults(results)
+    if not all(result.passed for result in results):
+        raise typer.Exit(1)
+
+
+def raise_faults(results: Sequence[SceneResult]) -> None:
+    """Raise BatchFault where some were not made or checked by a fault of the program."""
+    if faults := [result.recipe.scene_id for result in results if result.is_fault]:
+        raise BatchFault(faults)
+
+
+def write_reports(results: list[SceneResult], out: Path, output: Output) -> None:
     """Write page, contact sheet and table of the folder; print where they are and how many scenes were made."""
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports import kitchens
@@ -55,20 +67,12 @@ def write_reports(results: list[SceneResult], out: Path, console: Console) -> No
         page, picture = kitchens.write(out)
     made = sum(r.passed for r in results)
     kept = sum(r.kept for r in results)
-    message = f"{made} of {pluralize(len(results), 'scene')} in {out}"
-    console.print(f"{message} ({kept} unchanged)", highlight=False, soft_wrap=True)
+    output.line(f"{made} of {pluralize(len(results), 'scene')} in {out} ({kept} unchanged)")
     for name, path in (("Pictures", picture), ("Page", page), ("Numbers", out / kitchens.SUMMARY_PAGE)):
-        console.print(f"{name + ':':9} {path}", highlight=False, soft_wrap=True)
+        output.line(f"{name + ':':9} {path}")
 
 
-def check_faults(results: list[SceneResult]) -> None:
-    """Raises BatchFault where some were not made or checked by a fault of the program."""
-    faults = [r.recipe.scene_id for r in results if r.is_fault]
-    if faults:
-        raise BatchFault(faults)
-
-
-def print_numbers(results: list[SceneResult], out: Path, console: Console) -> None:
+def print_numbers(results: list[SceneResult], out: Path, output: Output) -> None:
     """Print numbers of the scenes of this run, as far as they are in the folder, and their sum."""
     from casa_assets.pipeline.reports.kitchens import COLUMNS, cells, read_rows, sentence
 
@@ -76,46 +80,41 @@ def print_numbers(results: list[SceneResult], out: Path, console: Console) -> No
     found = [row for row in read_rows(out) if row.id in mine]
     if not found:
         return
-    if not console.is_terminal:
-        console.width = max(console.width, WIDE_TERMINAL)
-    shown = COLUMNS if console.width >= WIDE_TERMINAL else COLUMNS[:NARROW_COLUMNS]
-    table = Table(box=None, padding=(0, 1), header_style="bold")
-    table.add_column("scene", overflow="fold", min_width=min(NAME_CHARACTERS, max(len(row.id) for row in found)))
-    table.add_column("verdict", overflow="fold")
-    for heading, _, _ in shown:
-        table.add_column(heading, justify="right", min_width=max(map(len, heading.split())))
+    is_wide = not output.console.is_terminal or output.console.width >= WIDE_TERMINAL
+    heads = [heading for heading, _, _ in COLUMNS[: None if is_wide else NARROW_COLUMNS]]
+    table = TextTable(("scene", "verdict", *heads), sentences=("verdict",), right=heads)
     for row in found:
-        mark = "[green]passed[/]" if row.passed else f"[red]{escape(row.verdict)}[/]"
-        table.add_row(row.id, mark, *cells(row)[: len(shown)])
-    console.print(table, highlight=False)
-    console.print(sentence(found), highlight=False, soft_wrap=True)
+        verdict = Text(row.verdict, style="green" if row.passed else "red")
+        table.add(row.id, verdict, *cells(row)[: len(heads)])
+    table.print(output.console)
+    output.line(sentence(found))
 
 
-def print_robots(results: list[SceneResult], console: Console) -> None:
+def print_robots(results: list[SceneResult], output: Output) -> None:
     """Print for each scene how many joints each robot reaches and opens."""
     from casa_assets.pipeline.kitchens.robots import read_certificate
 
-    table = Table(box=None, padding=(0, 1), header_style="bold")
-    for heading in ("scene", "robot", "reached", "followed", "of joints", "margin, median", "without a parking place"):
-        table.add_column(heading, overflow="fold")
+    heads = ("reached", "followed", "of joints", "margin", "not parked")
+    table = TextTable(("scene", "robot", *heads), right=heads)
     for result in results:
         found = read_certificate(Path(result.folder)) if result.folder else None
         if found is None:
             continue
         for robot in found.robots:
             numbers = (robot.reached, robot.followed, len(robot.joints), robot.margin, len(found.without_parking))
-            table.add_row(result.recipe.scene_id, robot.robot, *map(str, numbers))
-    console.print(table, highlight=False)
+            table.add(result.recipe.scene_id, robot.robot, *map(str, numbers))
+    table.print(output.console)
+    if table.rows:
+        output.line("margin: the median; not parked: joints of fixtures that have no parking place")
 
 
-def print_states(results: list[SceneResult], console: Console) -> None:
+def print_states(results: list[SceneResult], output: Output) -> None:
     """Print for each scene its start states: how many, the deepest contact, the farthest motion, what was refused."""
     from casa_assets.pipeline.kitchens.scene_files import START_STATES
     from casa_assets.pipeline.kitchens.state_file import read_states
 
-    table = Table(box=None, padding=(0, 1), header_style="bold")
-    for heading in ("scene", "states", "deepest contact, mm", "farthest motion, mm", "kB", "draws given up"):
-        table.add_column(heading, overflow="fold")
+    heads = ("states", "deepest mm", "moved mm", "kB")
+    table = TextTable(("scene", *heads, "draws given up"), sentences=("draws given up",), right=heads)
     for result in results:
         if not result.folder or result.report is None:
             continue
@@ -123,14 +122,20 @@ def print_states(results: list[SceneResult], console: Console) -> None:
         found, size = read_states(folder), (folder / START_STATES).stat().st_size
         numbers = (f"{1000 * found.depth.max():.2f}", f"{1000 * found.motion.max():.2f}", f"{size / 1000:.0f}")
         refused = ", ".join(f"{reason}: {count}" for reason, count in found.refused.items()) or "none"
-        table.add_row(result.recipe.scene_id, str(len(found)), *numbers, refused)
-    console.print(table, highlight=False)
+        table.add(result.recipe.scene_id, str(len(found)), *numbers, refused)
+    table.print(output.console)
+    if table.rows:
+        output.line("deepest: of all contacts; moved: the farthest that a thing goes on moving")
 
 
-def _json_row(result: SceneResult) -> dict[str, object]:
+def json_row(result: SceneResult) -> dict[str, Any]:
+    """What `--json` tells of a scene; its mass is that of all that stands in the room, its size that of the room."""
+    verdict = "failed" if not result.passed else "made" if result.report is None else "passed"
     return {
         "id": result.recipe.scene_id,
         "folder": result.folder,
+        "verdict": verdict,
+        **_measures(result.folder),
         "passed": result.passed,
         "kept": result.kept,
         "message": result.message,
@@ -143,17 +148,34 @@ def _json_row(result: SceneResult) -> dict[str, object]:
     }
 
 
-def _print_scene(result: SceneResult, console: Console) -> None:
+def _measures(folder: str) -> dict[str, Any]:
+    from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
+
+    if not folder or not (Path(folder) / SCENE_JSON).is_file():
+        return {"mass": None, "size": None}
+    facts = json.loads((Path(folder) / SCENE_JSON).read_text(encoding="utf-8"))
+    things = [*facts["fixtures"], *facts.get("objects", [])]
+    low, high = facts["room"]["bounds"]
+    return {
+        "mass": round(sum(thing["mass_kg"] for thing in things if thing.get("layer") != ROOM_LAYER), 3),
+        "size": [round(b - a, 4) for a, b in zip(low, high, strict=True)],
+    }
+
+
+def _print_scene(result: SceneResult, output: Output) -> None:
+    scene, console = result.recipe.scene_id, output.console if result.passed else output.failures
     if result.kept and result.passed:
-        console.print(f"[green]kept[/] [bold]{result.recipe.scene_id}[/]", soft_wrap=True)
+        console.print(f"[green]kept[/] [bold]{scene}[/]", soft_wrap=True)
         return
     mark = "[red]failed[/]" if not result.passed else "[green]made[/]" if result.report is None else "[green]passed[/]"
     seconds = f"build {result.build_s:.1f} s, write {result.write_s:.1f} s, draw {result.draw_s:.1f} s"
     if result.report is not None:
         seconds += f", check {result.check_s:.1f} s"
-    console.print(f"{mark} [bold]{result.recipe.scene_id}[/] ({seconds})", highlight=False, soft_wrap=True)
-    if result.message:
-        console.print(f"  {escape(result.message)}", highlight=False, soft_wrap=True)
-    for issue in result.problems:
-        text = f"  [bold]{issue.code}[/] {escape(issue.pointer)}: {escape(issue.message)}"
-        console.print(text, highlight=False, soft_wrap=True)
+    console.print(f"{mark} [bold]{scene}[/] ({seconds})", highlight=False, soft_wrap=True)
+    lines = [f"  {i.code} {i.pointer}: {i.message}" for i in result.problems]
+    for line in ([f"  {result.message}"] if result.message else []) + lines:
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    for check in result.report.results if output.verbose and result.report else ():
+        number = check.reason if check.number is None else f"{check.number:.4g} {check.unit}".rstrip()
+        limit = "" if check.limit is None else f" (limit {check.limit:.4g})"
+        output.detail(f"  {check.code} {check.status.value}: {number}{limit}")

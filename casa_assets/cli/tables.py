@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from rich import box
 from rich.cells import cell_len
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 GAP = 2  # columns of the terminal between two cells
@@ -49,7 +47,7 @@ class TextTable:
         if not console.is_terminal or _sum(widths) <= console.width:
             self._print_lines(console, widths, len(self.columns))
         elif _sum(self._least(widths)) <= console.width:
-            console.print(self._wrapped(self._least(widths)), highlight=False)
+            self._print_wrapped(console, self._shared(widths, console.width))
         elif _sum(widths[:-1]) <= console.width:
             self._print_lines(console, widths, len(self.columns) - 1)
         else:
@@ -63,27 +61,42 @@ class TextTable:
         return [self._longest_word(i) if name in self.sentences else widths[i] for i, name in self._numbered()]
 
     def _longest_word(self, i: int) -> int:
-        words = [self.columns[i], *(word for row in self.rows for word in row[i].plain.split())]
-        return max(map(cell_len, words))
+        texts = [self.columns[i], *(row[i].plain for row in self.rows)]
+        return max(cell_len(word) for text in texts for word in text.split() or [""])
 
-    def _wrapped(self, least: Sequence[int]) -> Table:
-        table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, padding=(0, GAP - 1, 0, 0))
-        for i, name in self._numbered():
-            right = name in self.right
-            table.add_column(
-                Text(name), min_width=least[i], no_wrap=name not in self.sentences, justify="right" if right else "left"
-            )
-        for row in self.rows:
-            table.add_row(*row)
-        return table
+    def _shared(self, widths: Sequence[int], width: int) -> list[int]:
+        """Widths of the columns where those of sentences share the room that the others leave, the shortest first."""
+        shares = self._least(widths)
+        free = width - _sum(shares)
+        wrapped = sorted((i for i, name in self._numbered() if name in self.sentences), key=lambda i: widths[i])
+        for number, i in enumerate(wrapped):
+            more = min(widths[i] - shares[i], free // (len(wrapped) - number))
+            shares[i] += more
+            free -= more
+        return shares
+
+    def _print_wrapped(self, console: Console, widths: Sequence[int]) -> None:
+        """Print each row on as many lines as its sentences need."""
+        for row in (self._heads(), None, *self.rows):
+            if row is None:
+                self._print_rule(console, _sum(widths))
+                continue
+            cells = [list(cell.wrap(console, width)) for cell, width in zip(row, widths, strict=True)]
+            for number in range(max(map(len, cells))):
+                line = [lines[number] if number < len(lines) else Text() for lines in cells]
+                console.print(self._line(line, widths), soft_wrap=True, highlight=False)
+
+    def _heads(self) -> tuple[Text, ...]:
+        return tuple(Text(name, style="bold") for name in self.columns)
+
+    def _print_rule(self, console: Console, width: int) -> None:
+        console.print(Text(("\u2500" if console.encoding.startswith("utf") else "-") * width), soft_wrap=True)
 
     def _print_lines(self, console: Console, widths: Sequence[int], together: int) -> None:
         """Print each row on one line, and what is behind its first `together` cells on another."""
-        rule = "\u2500" if console.encoding.startswith("utf") else "-"
-        heads = [Text(name, style="bold") for name in self.columns]
-        for row in (heads, None, *self.rows):
+        for row in (self._heads(), None, *self.rows):
             if row is None:
-                console.print(Text(rule * _sum(widths[:together])), soft_wrap=True)
+                self._print_rule(console, _sum(widths[:together]))
                 continue
             console.print(self._line(row[:together], widths), soft_wrap=True, highlight=False)
             for cell in row[together:]:
@@ -92,6 +105,7 @@ class TextTable:
     def _line(self, cells: Sequence[Text], widths: Sequence[int]) -> Text:
         padded = []
         for i, cell in enumerate(cells):
+            cell.rstrip()
             space = " " * (widths[i] - cell_len(cell.plain))
             padded.append(Text.assemble(space, cell) if self.columns[i] in self.right else Text.assemble(cell, space))
         line = Text(" " * GAP).join(padded)

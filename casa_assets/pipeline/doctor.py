@@ -7,14 +7,16 @@ import json
 import os
 import platform
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from casa_assets.model.record import Record
-from casa_assets.pipeline.optional_packages import DISTRIBUTION, extras, install_command, requirements
+from casa_assets.pipeline.optional_packages import extras, install_command, requirements
 
 SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 RENDERERS = ("egl", "osmesa")
@@ -104,9 +106,13 @@ def renderer() -> str | None:
     return next((name for name in RENDERERS if _draws(name)[0]), None)
 
 
-def _fix_packages() -> str:
-    checkout = Path(__file__).parents[2] / "dev"
-    return "./dev setup" if checkout.is_file() else f"{sys.executable} -m pip install --upgrade {DISTRIBUTION}"
+def _fix_packages(names: Iterable[str] = ()) -> str:
+    """The command that installs packages again that this one needs; all of them where none is named."""
+    if (Path(__file__).parents[2] / "dev").is_file():
+        return "./dev setup"
+    wanted = set(names)
+    lines = [line for line in requirements() if not wanted or _name(line) in wanted]
+    return f"{shlex.quote(sys.executable)} -m pip install --force-reinstall {shlex.join(lines)}"
 
 
 def _child(code: str, *arguments: str, **environment: str) -> tuple[bool, str]:
@@ -151,12 +157,12 @@ def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
         message = "not installed" if extra is None else f"not installed, optional: the extra '{extra}' brings it"
-        fix = _fix_packages() if extra is None else install_command(extra)
+        fix = _fix_packages([name]) if extra is None else install_command(extra)
         return Finding(subject=subject, ok=False, needed=needed, message=message, fix=fix)
     if pinned is not None and version != pinned:
         # Another version may well work, so this is said and not held against the machine.
         message = f"{version}, tested with {pinned}"
-        return Finding(subject=subject, ok=False, needed=False, message=message, fix=_fix_packages())
+        return Finding(subject=subject, ok=False, needed=False, message=message, fix=_fix_packages([name]))
     return Finding(subject=subject, ok=True, needed=needed, message=version)
 
 
@@ -202,7 +208,8 @@ def _native() -> Finding:
     bad: dict[str, str] = json.loads(answer)
     if bad:
         message = "; ".join(f"{modules[name]}: {why}" for name, why in bad.items())
-        return Finding(subject=subject, ok=False, message=message, fix=_fix_packages())
+        names = [_name(modules[name]) for name in bad]
+        return Finding(subject=subject, ok=False, message=message, fix=_fix_packages(names))
     return Finding(subject=subject, ok=True, message=f"{len(modules)} load, SimReady validation among them")
 
 
@@ -237,7 +244,7 @@ def _folder(output: Path) -> tuple[Finding, ...]:
         message=f"{output} can be {'written' if output.exists() else 'made'}"
         if writable
         else f"{folder} is not writable",
-        fix="" if writable else f"sudo chown -R $USER {folder}" if folder.is_dir() else "choose another --output",
+        fix="" if writable else f"sudo chown -R $USER {folder}" if folder.is_dir() else "choose another --out",
     )
     free = shutil.disk_usage(folder).free
     enough = free >= FREE_DISK_BYTES

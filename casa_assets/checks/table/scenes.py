@@ -31,7 +31,7 @@ ROWS: tuple[Check, ...] = (
           "Moved through its range, alone and beside each open neighbour, with what lies in it, no part of the kitchen "
           "runs more than {mm:g} mm into anything; lids of objects stay closed; make room, or change the swing."),
     Check("SCN006", "Opens by hand in place", ERROR, SceneSubject, pulling.joints_open_by_hand, "reach_share", "",
-          "Each joint but those of objects (`scene new --objects`) covers {limit:.0%} of its range within 2 s "
+          "Each joint but those of objects (`scenes new --objects`) covers {limit:.0%} of its range within 2 s "
           "under 20 N at its grip, in the whole scene; clear what it meets, or ease its friction."),
     Check("SCN007", "Fixed things overlap", ERROR, SceneSubject, overlap.fixed_things_do_not_overlap,
           "scene_overlap_m", "m",
@@ -49,8 +49,8 @@ ROWS: tuple[Check, ...] = (
           "The model has at most {limit:g} collision shapes; merge some, or leave a thing out."),
     Check("SCN013", "Degrees of freedom", ERROR, SceneSubject, budget.degrees_of_freedom_are_bounded,
           "scene_freedoms", "",
-          "The kitchen has at most {limit:g} degrees of freedom, those of objects (`scene new --objects`) not counted, "
-          "because solver time grows with their number; fix what nobody has to move."),
+          "The kitchen has at most {limit:g} degrees of freedom, those of objects (`scenes new --objects`) not "
+          "counted, because solver time grows with their number; fix what nobody has to move."),
     Check("SCN014", "Hull vertices", ERROR, SceneSubject, budget.hull_vertex_count_is_bounded, "scene_vertices", "",
           "The collision hulls have at most {limit:g} vertices in all, counted per instance; use boxes and cylinders."),
     Check("SCN015", "Texture memory", ERROR, SceneSubject, budget.texture_memory_is_bounded, "scene_pictures_mb", "MB",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from collections import Counter
 from contextlib import closing
@@ -10,13 +9,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
-from casa_assets.cli.options import Force, OldForce, OldSizeM
+from casa_assets.cli.options import (
+    CLIP_HELP,
+    AsJson,
+    Category,
+    Force,
+    Jobs,
+    LibraryOut,
+    Quiet,
+    SizeM,
+    Verbose,
+    more,
+)
+from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.progress import bar
+from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
@@ -44,11 +54,11 @@ def articulate(
     sources: Annotated[
         list[Path], typer.Argument(help="Meshes, each of one thing, or folders of them.", exists=True, readable=True)
     ],
-    out: Annotated[Path, typer.Option(help="Library to write to, made where it is missing.")] = Path("out/articulated"),
-    category: Annotated[str, typer.Option(help="What it is, such as microwave; else its name, then its shape.")] = "",
+    out: LibraryOut = Path("out/articulated"),
+    category: Category = "",
     up: Annotated[str, typer.Option(help="Axis of the file that points up, such as +z; else it is guessed.")] = "",
     front: Annotated[str, typer.Option(help="Axis of the file that the front faces, such as -y.")] = "",
-    size_m: Annotated[float, typer.Option(min=0, help="Longest side in metres; 0: by unit and category.")] = 0.0,
+    size_m: SizeM = 0.0,
     decisions: Annotated[
         Path | None,
         typer.Option(
@@ -60,16 +70,18 @@ def articulate(
     preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
     report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
     review: Annotated[bool, typer.Option("--review", help="Write review.html, a page to correct them on.")] = False,
-    clip: Annotated[
-        Path | None,
-        typer.Option(help="Weights of CLIP (open_clip), which then name what --category does not.", exists=True),
-    ] = None,
-    complete: Annotated[bool, typer.Option(help="Build an interior where a door or drawer opens onto nothing.")] = True,
+    clip_weights: Annotated[
+        str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it names what --category does not."))
+    ] = "",
+    complete: Annotated[
+        bool,
+        typer.Option("--complete/--no-complete", help="Build an interior where a door or drawer opens onto nothing."),
+    ] = True,
     force: Force = False,
-    jobs: Annotated[int, typer.Option(min=0, help="Meshes at once.", show_default="one per core")] = 0,
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
-    size: OldSizeM = 0.0,
-    anew: OldForce = False,
+    jobs: Jobs = 0,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
 
@@ -81,16 +93,21 @@ def articulate(
     """
     from casa_assets.pipeline.articulate.build import ArticulateRequest
 
+    if clip_weights:
+        from casa_assets.pipeline.clip import require_weights
+
+        require_weights(clip_weights)
     given, reviewed = _read_decisions(decisions, sources)
-    common = category, _axis(up, "--up"), _axis(front, "--front"), size_m or size, given
-    flags = preview or review, clip, complete, force or anew
+    common = category, _axis(up, "--up"), _axis(front, "--front"), size_m, given
+    flags = preview or review, Path(clip_weights) if clip_weights else None, complete, force
 
     def request_for(found: Found) -> ArticulateRequest:
         return ArticulateRequest(Path(found.source.place), out, *common, *flags, found)
 
-    options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m or size, "--clip": clip}
+    options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m, "--clip-weights": clip_weights}
     command = _review_command(sources, out, options, complete) if review else ""
-    _articulate(sources, out, request_for, reviewed, jobs, command, report, json_)
+    output = Output(json_, quiet, verbose)
+    _articulate(sources, out, request_for, reviewed, jobs, command, report or verbose, output)
 
 
 articulate.__doc__ = f"{articulate.__doc__}\n{EXAMPLES}"
@@ -104,34 +121,32 @@ def _articulate(
     jobs: int,
     review_command: str,
     report: bool,
-    json_: bool,
+    output: Output,
 ) -> None:
     """Run, print what became of every input, write the review page where its command is given, and exit."""
     from casa_assets.pipeline.articulate import review_page
     from casa_assets.pipeline.articulate.batch import articulate as run
 
-    console = Console(stderr=json_)
     others: Counter[str] = Counter()
 
     def start(show_work: Callable[[Sequence[str]], None]) -> Generator[ArticulateOutcome]:
         return run(sources, out, request_for, jobs, others, show_work, reviewed)
 
-    outcomes = _follow(start, console, json_, report)
-    print_others(+others, console, json_)
+    outcomes = _follow(start, output, report)
+    print_others(+others, output)
     if not outcomes:
-        print_no_mesh_found(sources)
+        print_no_mesh_found(sources, output)
         raise typer.Exit(2)
-    if len(outcomes) > 1 and not json_:
-        _print_summary(outcomes, out, console)
+    if len(outcomes) > 1 and not output.as_json:
+        _print_summary(outcomes, out, output)
     if review_command:
-        console.print(f"{review_page.write(out, outcomes, review_command)}", highlight=False)
+        output.line(str(review_page.write(out, outcomes, review_command)))
     _exit_with(outcomes)
 
 
 def _follow(
     start: Callable[[Callable[[Sequence[str]], None]], Generator[ArticulateOutcome]],
-    console: Console,
-    json_: bool,
+    output: Output,
     report: bool,
 ) -> list[ArticulateOutcome]:
     """Run to the end under a progress bar, print each outcome as it comes, and return them all.
@@ -140,7 +155,7 @@ def _follow(
         start: begins the run; it takes what is called with the names of the meshes at work.
     """
     outcomes: list[ArticulateOutcome] = []
-    with bar(console) as progress:
+    with bar(output.console) as progress:
         task = progress.add_task("looking", total=None)
 
         def show_work(names: Sequence[str]) -> None:
@@ -150,19 +165,23 @@ def _follow(
             for outcome in running:
                 outcomes.append(outcome)
                 progress.update(task, total=outcome.total, completed=sum(o.count for o in outcomes))
-                if json_:
-                    typer.echo(_json_row(outcome))
-                elif not outcome.kept or outcome.total <= MOST_LISTED:
-                    _print_outcome(outcome, progress.console)
+                if output.as_json:
+                    output.row(_json_row(outcome))
+                elif not outcome.kept or outcome.total <= MOST_LISTED or output.verbose:
+                    _print_outcome(outcome, output)
                     if report and outcome.articulation is not None:
-                        _print_parts(outcome, progress.console)
+                        _print_parts(outcome, output)
     return outcomes
 
 
-def _json_row(outcome: ArticulateOutcome) -> str:
-    """Return the line of an outcome for --json."""
-    row = {
+def _json_row(outcome: ArticulateOutcome) -> dict[str, object]:
+    """Return what --json tells of an outcome."""
+    has_asset = outcome.folder is not None and not outcome.code
+    return {
         "status": outcome.decision.value,
+        "verdict": outcome.decision.value,
+        "folder": "" if outcome.folder is None else str(outcome.folder),
+        **(measures_at(outcome.folder) if has_asset else measures(None)),
         "to_decide": outcome.to_decide,
         "kept": outcome.kept,
         "path": str(outcome.mesh),
@@ -180,7 +199,6 @@ def _json_row(outcome: ArticulateOutcome) -> str:
             if i.severity.value == "warning"
         ],
     }
-    return json.dumps(row, sort_keys=True)
 
 
 def _counts(outcomes: Sequence[ArticulateOutcome]) -> tuple[int, int, int]:
@@ -200,17 +218,16 @@ def _progress_text(outcomes: Sequence[ArticulateOutcome], names: Sequence[str]) 
     return f"{counts}; at work on {shown}{more}"
 
 
-def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, console: Console) -> None:
+def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, output: Output) -> None:
     """Print how many were rejected for each reason, and what became of all of them."""
     codes: Counter[str] = Counter()
     for outcome in outcomes:
         codes[outcome.code] += outcome.count * bool(outcome.code)
-    print_codes(+codes, console)
+    print_codes(+codes, output)
     counts = _counts(outcomes)
-    print_outcomes(*counts, sum(outcome.count for outcome in outcomes if outcome.kept), console)
+    print_outcomes(*counts, sum(outcome.count for outcome in outcomes if outcome.kept), output)
     if counts[1]:
-        place = escape(terminal_safe(str(out)))
-        console.print(f"Review: {place}/review.csv; accept or correct there, then run again", highlight=False)
+        output.line(f"Review: {terminal_safe(str(out))}/review.csv; accept or correct there, then run again")
 
 
 def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
@@ -262,8 +279,9 @@ def _axis(word: str, option: str) -> Vec3 | None:
         raise typer.BadParameter(str(error), param_hint=option) from None
 
 
-def _print_outcome(outcome: ArticulateOutcome, console: Console) -> None:
+def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
     """Print one line for the outcome of a mesh, and one for each warning."""
+    console = output.failures if outcome.code or outcome.articulation is None else output.console
     name = escape(terminal_safe(outcome.mesh.name))
     if outcome.articulation is None:
         message = "\n".join(escape(terminal_safe(line)) for line in outcome.message.split("\n"))
@@ -282,37 +300,39 @@ def _print_outcome(outcome: ArticulateOutcome, console: Console) -> None:
         mark = f"[{'green' if outcome.accepted else 'yellow'}]{outcome.decision.value}{kept}[/]"
     else:
         mark = f"[red]{outcome.code}[/] {escape(terminal_safe(outcome.message))};"
-    console.print(f"{mark} {name}: {message}", highlight=False)
+    console.print(f"{mark} {name}: {message}", highlight=False, soft_wrap=True)
     console.print(f"  {escape(terminal_safe(str(outcome.folder)))}", highlight=False, soft_wrap=True)
     if outcome.contract:
-        console.print(f"  holds the contract {outcome.contract}", highlight=False)
+        console.print(f"  holds the contract {outcome.contract}", highlight=False, soft_wrap=True)
     elif outcome.unmet_checks:
-        more = f" (and {len(outcome.unmet_checks) - 2} more: --report)" if len(outcome.unmet_checks) > 2 else ""
-        console.print(f"  {escape(terminal_safe(': '.join(outcome.unmet_checks[:2])))}{more}", highlight=False)
+        rest = f" (and {len(outcome.unmet_checks) - 2} more: --report)" if len(outcome.unmet_checks) > 2 else ""
+        console.print(
+            f"  {escape(terminal_safe(': '.join(outcome.unmet_checks[:2])))}{rest}", highlight=False, soft_wrap=True
+        )
     for issue in outcome.report.issues if outcome.report else ():
         console.print(
             f"  {issue.severity.value} {issue.code} {escape(terminal_safe(issue.pointer + ' ' + issue.message))}",
             highlight=False,
+            soft_wrap=True,
         )
 
 
-def _print_parts(outcome: ArticulateOutcome, console: Console) -> None:
+def _print_parts(outcome: ArticulateOutcome, output: Output) -> None:
     """Print the table of all parts, and what the contract of its kind asks for in vain."""
-    console.print(_table(outcome))
+    _table(outcome).print(output.console)
     for line in outcome.unmet_checks:
-        console.print(f"  {escape(terminal_safe(line))}", highlight=False)
+        output.line(f"  {terminal_safe(line)}")
 
 
-def _table(outcome: ArticulateOutcome) -> Table:
+def _table(outcome: ArticulateOutcome) -> TextTable:
     """Return the table of all parts with confidence and runner-up, for --report."""
     assert outcome.articulation is not None
     frame = outcome.articulation.frame
     title = f"{outcome.category}; size: {outcome.size}; frame: {frame.confidence:.0%} sure ({frame.reason})" + (
         f"; next: {frame.runner_up}" if frame.runner_up else ""
     )
-    table = Table(
-        "part", "on", "joint", "goes", "confidence", "reason", "else", title=escape(title), title_justify="left"
-    )
+    heads = ("part", "on", "joint", "goes", "confidence", "reason", "else")
+    table = TextTable(heads, sentences=("reason", "else"), right=("confidence",), title=terminal_safe(title))
     for part in outcome.articulation.parts:
         joint = part.joint
         how = joint.kind.value + (f" {joint.edge.value}" if joint.edge else "")
@@ -324,13 +344,13 @@ def _table(outcome: ArticulateOutcome) -> Table:
             if way.is_full
             else f"{min(way.free_share, way.pushed_share):.0%} {way.blocked_by}"
         )
-        table.add_row(
+        table.add(
             part.name, part.parent or "body", how, goes, f"{part.confidence:.0%}", part.full_reason, joint.runner_up
         )
     for cavity in outcome.articulation.cavities:
         if cavity.built or cavity.in_doubt:
             mark = "+" if cavity.built else "no"
-            table.add_row(
+            table.add(
                 f"{mark} {cavity.interior.value}",
                 cavity.parts[0],
                 "",

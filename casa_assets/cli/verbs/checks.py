@@ -5,14 +5,20 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-from rich.console import Console
-from rich.table import Table
+
+from casa_assets.cli.options import AsJson
+from casa_assets.cli.output import Output
+from casa_assets.cli.tables import TextTable
 
 
 def checks(
     as_markdown: Annotated[bool, typer.Option("--markdown", help="As docs/reference/checks.md has it.")] = False,
+    json_: AsJson = False,
 ) -> None:
-    """List every check: its code, what it tests, and what to do where it fails."""
+    """List every check: its code, what it tests, and what to do where it fails.
+
+    Example:  casa-assets checks --json
+    """
     from casa_assets import registry
     from casa_assets.checks.table.table import TABLE
     from casa_assets.pipeline.reports.checks_page import checks_markdown
@@ -20,9 +26,14 @@ def checks(
     if as_markdown:
         typer.echo(checks_markdown(), nl=False)
         return
-    limits = registry.load().limits
-    table = Table("code", "title", "severity", "limit", "what is tested, and what to do", show_lines=False)
+    output, limits = Output(json_), registry.load().limits
+    about = "what is tested, and what to do"
+    table = TextTable(("code", "title", "severity", "limit", about), sentences=("title", about))
     for row in TABLE:
-        limit = f"{limits[row.limit]:g} {row.unit}".strip() if row.limit else ""
-        table.add_row(row.code, row.title, row.severity.value, limit, row.describe(limits))
-    Console().print(table)
+        value = limits[row.limit] if row.limit else None
+        facts = {"title": row.title, "severity": row.severity.value, "limit": value, "unit": row.unit}
+        output.row({"id": row.code, **facts, "about": row.describe(limits)})
+        limit = "" if value is None else f"{value:g} {row.unit}".strip()
+        table.add(row.code, row.title, row.severity.value, limit, row.describe(limits))
+    if not json_:
+        table.print(output.console)

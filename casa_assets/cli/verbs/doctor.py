@@ -2,50 +2,71 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
+from casa_assets.cli.options import AsJson, Out, Quiet, Verbose
+from casa_assets.cli.output import Output
+
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from casa_assets.pipeline.doctor import Finding
 
+PACKAGE, RENDERER = "package ", "renderer "
+SUBJECT_WIDTH = 16
 
-def doctor(
-    json_: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
-    output: Annotated[Path, typer.Option("--out", "--output", help="Folder that results would be written to.")] = Path(
-        "out"
-    ),
-) -> None:
-    """Look at this machine: Python, packages, rendering, disk. Exit code 1 where something needed is missing."""
+
+def doctor(out: Out = Path("out"), json_: AsJson = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
+    """Look at this machine: Python, packages, rendering, disk; and say what to do about what is missing.
+
+    Exit 0 when all that is needed is here, 1 when something is missing, 2 on misuse. What is optional and not here, and
+    what there is room for, is told and changes nothing.
+
+    Example:  casa-assets doctor --verbose
+    """
     from casa_assets.pipeline.doctor import findings
 
-    found = findings(output)
+    output = Output(json_, quiet, verbose)
+    found = findings(out)
     missing = [finding for finding in found if finding.needed and not finding.ok]
-    if json_:
-        report = {"ok": not missing, "findings": [finding.model_dump(mode="json") for finding in found]}
-        typer.echo(json.dumps(report, indent=2))
-    else:
-        _print(found, missing)
-    raise typer.Exit(1 if missing else 0)
-
-
-def _print(found: tuple[Finding, ...], missing: list[Finding]) -> None:
-    console = Console()
-    table = Table("", "what", "found", box=None, pad_edge=False)
     for finding in found:
-        mark = ("ok", "green") if finding.ok else ("MISSING", "bold red") if finding.needed else ("note", "yellow")
-        table.add_row(Text(*mark), finding.subject, Text(finding.message))
-    console.print(table)
-    console.print()
-    for fix in dict.fromkeys(finding.fix for finding in found if finding.fix):
-        subjects = ", ".join(finding.subject for finding in found if finding.fix == fix)
-        console.print(Text(f"To fix {subjects}:\n    {fix}"), soft_wrap=True)
+        output.row(finding.model_dump(mode="json"))
+    if not json_:
+        _print(found, output)
     if missing:
-        console.print(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.", style="bold red")
-    else:
-        console.print("Everything that is needed is here.", style="green")
+        output.wrong(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.")
+        raise typer.Exit(1)
+    output.line("Everything that is needed is here.")
+
+
+def _print(found: Sequence[Finding], output: Output) -> None:
+    """Print a line for each thing; what is as it should be among many of a kind is counted, or listed where asked."""
+    here = [finding for finding in found if finding.subject.startswith(PACKAGE) and finding.ok]
+    for finding in found:
+        if output.verbose or not _is_noise(finding, found):
+            _print_line(finding, output)
+        elif here and finding is here[-1]:
+            output.console.print(_line("ok", "green", "packages", f"{len(here)} are here"), highlight=False)
+
+
+def _is_noise(finding: Finding, found: Sequence[Finding]) -> bool:
+    """True for a package that is here, and for single renderers where there is one that draws."""
+    if finding.subject.startswith(PACKAGE):
+        return finding.ok
+    return finding.subject.startswith(RENDERER) and any(f.ok for f in found if f.subject.startswith(RENDERER))
+
+
+def _print_line(finding: Finding, output: Output) -> None:
+    mark = ("ok", "green") if finding.ok else ("MISSING", "bold red") if finding.needed else ("note", "yellow")
+    fix = f"; run: {finding.fix}" if finding.fix and not finding.ok else ""
+    line = _line(*mark, finding.subject.removeprefix(PACKAGE), f"{finding.message}{fix}")
+    console = output.failures if finding.needed and not finding.ok else output.console
+    console.print(line, soft_wrap=True, highlight=False)
+
+
+def _line(mark: str, style: str, subject: str, words: str) -> Text:
+    return Text.assemble((f"{mark:8}", style), f"{subject:{SUBJECT_WIDTH}}  ", words)

@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
-from casa_assets.cli.member_output import check_faults, json_row, print_result, print_summary
-from casa_assets.cli.options import In3d
-from casa_assets.cli.progress import bar
+from casa_assets.cli import completion
+from casa_assets.cli.member_output import end, follow, print_result, print_summary
+from casa_assets.cli.options import (
+    OLD_WIDTH,
+    All,
+    AsJson,
+    In3d,
+    Jobs,
+    LibraryOut,
+    Out,
+    Pictures,
+    Quiet,
+    Samples,
+    Seed,
+    Verbose,
+    WidthPx,
+)
+from casa_assets.cli.output import Output
+from casa_assets.cli.progress import working_on
+from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize
+from casa_assets.cli.verb import Verb, verb
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families.run import FamilyResult
@@ -26,45 +39,48 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
+HELP = "Families."
 
 
-@app.command("list")
-def list_families(
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
-) -> None:
+@app.command("list", cls=Verb)
+def list_families(json_: AsJson = False) -> None:
     """Name every family with its presets.
 
     Example:  casa-assets families list
     """
     from casa_assets.registry.families import family_groups
 
-    groups = family_groups()
-    if json_:
-        rows = {
-            f.name: {"group": g, "title": f.title, "presets": list(f.presets)} for g, fs in groups.items() for f in fs
-        }
-        typer.echo(json.dumps(rows, indent=1))
-        return
-    table = Table("family", "group", "what", "presets")
-    for group, members in groups.items():
+    output = Output(json_)
+    table = TextTable(("family", "group", "what", "presets"), sentences=("what", "presets"))
+    for group, members in family_groups().items():
         for member in members:
-            table.add_row(member.name, group, member.title, ", ".join(member.presets))
-    console = Console()
-    console.print(table)
-    console.print(pluralize(sum(map(len, groups.values())), "family"), highlight=False)
+            presets = list(member.presets)
+            output.row({"id": member.name, "group": group, "title": member.title, "presets": presets})
+            table.add(member.name, group, member.title, ", ".join(presets))
+    if not json_:
+        table.print(output.console)
+        output.line(pluralize(len(table.rows), "family"))
 
 
-@app.command()
+@app.command(cls=verb(OLD_WIDTH))
 def show(
-    names: Annotated[list[str], typer.Argument(help="Families.")],
-    out: Annotated[Path, typer.Option(help="Folder for packages and pictures.")],
-    preset: Annotated[list[str] | None, typer.Option(help="Presets to show; all where none is named.")] = None,
-    samples: Annotated[int, typer.Option(min=0, help="Random members instead of presets.")] = 0,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random members.")] = 0,
-    size: Annotated[int, typer.Option(min=64, max=2048, help="Pixels of a picture.")] = 384,
-    check: Annotated[bool, typer.Option(help="Run every check on each.")] = True,
+    names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
+    out: Out = Path("out/look"),
+    preset: Annotated[
+        list[str] | None,
+        typer.Option(help="Presets; all where none is named.", autocompletion=completion.presets),
+    ] = None,
+    samples: Samples = 0,
+    seed: Seed = 0,
+    width_px: WidthPx = 384,
+    check: Annotated[bool, typer.Option("--check/--no-check", help="Run every check on each.")] = True,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Build members into a folder and draw them closed, open and as they are touched.
+
+    Presets are shown where no --samples are asked for. Exit 0 when all pass, 1 when some do not, 2 on misuse.
 
     Example:  casa-assets families show microwave --preset steel --out /tmp/look
     """
@@ -72,41 +88,44 @@ def show(
     from casa_assets.pipeline.families.showcase import pictures
     from casa_assets.pipeline.ingest.job import writing
 
-    console = Console()
+    output = Output(json_, quiet, verbose)
     requests = requests_for(names, samples, seed, presets=not samples)
     if preset:
         requests = [FamilyRequest(name, preset=p) for name in names for p in preset]
         for request in requests:
             params_of(request)  # raises UnknownId before anything is made
     results: list[FamilyResult] = []
-    with writing(out):
+    with writing(out), working_on(output.console, "building", [request.title for request in requests]) as done:
         for request in requests:
             result = build_one(request, out, checked=check, drawn=False)
             results.append(result)
-            print_result(result, console)
-            if result.folder:
-                for path in pictures(Path(result.folder), out, request.title.replace("/", "_").replace("#", "n"), size):
-                    console.print(f"  {path}", highlight=False, soft_wrap=True)
-    check_faults(results)
-    if not all(r.passed for r in results):
-        raise typer.Exit(1)
+            done(request.title)
+            print_result(result, output, always=True)
+            stem = request.title.replace("/", "_").replace("#", "n")
+            for path in pictures(Path(result.folder), out, stem, width_px) if result.folder else ():
+                output.line(f"  {path}")
+    end(results)
 
 
-@app.command()
+@app.command(cls=Verb)
 def build(
-    names: Annotated[list[str] | None, typer.Argument(help="Families.")] = None,
-    all_: Annotated[bool, typer.Option("--all", help="Every family.")] = False,
-    samples: Annotated[int, typer.Option(min=0, help="Random members of each.")] = 0,
-    presets: Annotated[bool, typer.Option(help="Also every preset.")] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random members.")] = 0,
-    library: Annotated[
-        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
-    ] = Path("out/families"),
-    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
-    pictures: Annotated[bool, typer.Option(help="Draw each at full size; else at the size of a thumbnail.")] = True,
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object per member on standard output.")] = False,
+    names: Annotated[list[str] | None, typer.Argument(help=HELP, autocompletion=completion.families)] = None,
+    all_: All = False,
+    samples: Samples = 0,
+    presets: Annotated[
+        bool, typer.Option("--presets/--no-presets", help="Also every preset; alone where no --samples are asked for.")
+    ] = False,
+    seed: Seed = 0,
+    library: LibraryOut = Path("out/families"),
+    jobs: Jobs = 0,
+    pictures: Pictures = True,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Build members, write them as MJCF and USD, and run every check; exit 0 when all pass, 1 when some do not.
+    """Build members, write them as MJCF and USD, and run every check.
+
+    Without pictures there is one of the size of a thumbnail. Exit 0 when all pass, 1 when some do not, 2 on misuse.
 
     Example:  casa-assets families build --all --samples 20
     """
@@ -114,45 +133,46 @@ def build(
 
     if not names and not all_:
         raise typer.BadParameter("name families, or give --all")
-    console = Console(stderr=json_)
+    output = Output(json_, quiet, verbose)
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
-    results: list[FamilyResult] = []
-    with bar(console) as progress:
-        task = progress.add_task("building", total=len(requests))
-        for result in build_all(requests, library, jobs, pictures):
-            results.append(result)
-            progress.update(task, completed=len(results))
-            if json_:
-                typer.echo(json.dumps(json_row(result), sort_keys=True))
-            elif not result.passed:
-                print_result(result, progress.console)
-    print_summary(results, console)
-    check_faults(results)
-    if not all(r.passed for r in results):
-        raise typer.Exit(1)
+    results = follow(build_all(requests, library, jobs, pictures), requests, output)
+    print_summary(results, output)
+    end(results)
 
 
-@app.command()
+@app.command(cls=verb({"--textures": "--swatches", "--no-textures": "--no-swatches"}))
 def catalogue(
-    names: Annotated[list[str] | None, typer.Argument(help="Families; all where none is named.")] = None,
-    out: Annotated[Path, typer.Option(help="Output folder, made where it is missing.")] = Path("out/catalogue"),
-    jobs: Annotated[int, typer.Option(min=0, help="Processes; 0: one per core.")] = 0,
-    textures: Annotated[bool, typer.Option(help="Also a swatch of every texture.")] = True,
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(help="Families; all where none is named.", autocompletion=completion.families),
+    ] = None,
+    out: Out = Path("out/catalogue"),
+    jobs: Jobs = 0,
+    swatches: Annotated[bool, typer.Option("--swatches/--no-swatches", help="Also a swatch of every texture.")] = True,
     in_3d: In3d = True,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Draw every preset, closed and open, and every texture, on one HTML page.
 
-    Example:  casa-assets families catalogue --out out/catalogue
+    All of it takes many minutes; name families and give --no-swatches for less. Exit 0 when the page is written, 2 on
+    misuse.
+
+    Example:  casa-assets families catalogue microwave toaster --no-swatches --out out/catalogue
     """
+    from casa_assets.pipeline.families.run import requests_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.catalogue import make
 
-    console = Console()
-    done = ""
-    columns = SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()
-    with Progress(*columns, console=console, disable=not console.is_interactive) as progress:
-        task = progress.add_task("drawing", total=None)
-        with writing(out):
-            for done in make(out, jobs, names or [], textures, in_3d):
-                progress.update(task, description=escape(done))
-    console.print(f"Catalogue: {done}", highlight=False, soft_wrap=True)
+    output = Output(json_, quiet, verbose)
+    titles = [request.title for request in requests_for(names or [], 0, 0, presets=True)]
+    also = " and every texture" if swatches else ""
+    output.line(f"drawing {pluralize(len(titles), 'preset')}{also}; this may take many minutes")
+    last = ""
+    with writing(out), working_on(output.console, "drawing", titles) as done:
+        for last in make(out, jobs, names or [], swatches, in_3d):
+            done(last)
+            output.detail(last)
+    output.row({"page": last, "verdict": "made", "count": len(titles)})
+    output.line(f"Catalogue: {last}")

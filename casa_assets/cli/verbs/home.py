@@ -7,18 +7,22 @@ from typing import Annotated
 
 import typer
 
-from casa_assets.cli.options import Jobs, Quiet
+from casa_assets.cli.options import AsJson, Jobs, Pictures, Quiet, Verbose
 from casa_assets.cli.output import Output
 from casa_assets.cli.text import pluralize
 
 
 def home(
     folder: Annotated[Path, typer.Argument(help="Folder of output.", exists=True, file_okay=False)] = Path("out"),
-    pictures: Annotated[bool, typer.Option(help="Draw kitchens, doors open, that have no such picture yet.")] = True,
+    pictures: Pictures = True,
     jobs: Jobs = 0,
+    json_: AsJson = False,
     quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write index.html of a folder: its kitchens, what was articulated, its assets, what was rejected and why.
+
+    With pictures, kitchens that have none with their doors open get one. Exit 0 when it is written, 2 on misuse.
 
     Example:
 
@@ -29,7 +33,7 @@ def home(
     from casa_assets.pipeline.reports import home as page
     from casa_assets.pipeline.reports import kitchens
 
-    output = Output(quiet=quiet)
+    output = Output(json_, quiet, verbose)
     for shelf in page.scene_folders(folder):
         drawn = list(draw_missing(shelf.path, jobs)) if pictures else []
         if drawn:
@@ -37,4 +41,5 @@ def home(
             with writing(shelf.path):
                 kitchens.write(shelf.path)
     path = page.write(folder)
+    output.row({"page": str(path.resolve()), "folder": str(folder), "verdict": "made"})
     output.line(f"Page: {path.resolve()}")

@@ -2,32 +2,47 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections import Counter
-from collections.abc import Iterable
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
 from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
+from casa_assets.cli.options import (
+    CLIP_HELP,
+    AsJson,
+    Category,
+    DryRun,
+    Jobs,
+    LibraryOut,
+    Most,
+    Out,
+    Quiet,
+    Verbose,
+    more,
+)
+from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
 from casa_assets.cli.supervise import StopRequested
+from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.reports.entry import Entry
 
+# Rows of a table that are printed where the user did not ask for more words.
+MAX_ROWS = 40
 EXAMPLES = """
 Examples:
 
@@ -35,7 +50,7 @@ Examples:
 
   casa-assets ingest mug.glb --category mug        one file of a known kind
 
-  casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
+  casa-assets ingest objaverse/ t3d/manifest.jsonl --out lib --jobs 8
 
   casa-assets ingest table_set.glb --split         one asset of each thing in a file
 
@@ -55,11 +70,9 @@ def ingest(
     sources: Annotated[
         list[Path], typer.Argument(help="Files, folders, Objaverse packages, manifests.", exists=True, readable=True)
     ],
-    library: Annotated[
-        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
-    ] = Path("out/library"),
-    category: Annotated[str, typer.Option(help="Category of every input; else the sources and names decide.")] = "",
-    jobs: Annotated[int, typer.Option(min=0, help="Inputs worked on at once.", show_default="one per core")] = 0,
+    library: LibraryOut = Path("out/library"),
+    category: Category = "",
+    jobs: Jobs = 0,
     timeout: Annotated[
         float, typer.Option(min=0, help="Seconds of processor time for one input.", show_default="300")
     ] = 0.0,
@@ -70,9 +83,7 @@ def ingest(
     max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input.", show_default="2500000")] = 0,
     max_texture: Annotated[int, typer.Option(min=0, help="Pixels of a side of a picture.", show_default="16384")] = 0,
     max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture.", show_default="67.2")] = 0.0,
-    clip_weights: Annotated[
-        str, typer.Option(help="Weights of CLIP that look at the pictures: a file, a folder or a name of open_clip's.")
-    ] = "",
+    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "it looks at the pictures."))] = "",
     keep_duplicates: Annotated[
         bool, typer.Option("--keep-duplicates", help="Keep what has form, size and colours of another.")
     ] = False,
@@ -84,16 +95,16 @@ def ingest(
         typer.Option(help="Work again on what was rejected with this code, or is in review for this subject."),
     ] = None,
     only: Annotated[list[str] | None, typer.Option(help="The same, and leave all other inputs out.")] = None,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what would become of each input and why; write nothing.")
-    ] = False,
+    dry_run: DryRun = False,
     watch: Annotated[
         bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")
     ] = False,
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object per input on standard output.")] = False,
     explain: Annotated[
         bool, typer.Option("--explain", help="Print every guess, with its confidence and reason.")
     ] = False,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Turn meshes into simulation-ready assets.
 
@@ -107,36 +118,39 @@ def ingest(
     options = Options(
         library, category, jobs, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
+    output = Output(json_, quiet, verbose)
     if watch:
-        _watch(sources, options, json_)
+        _watch(sources, options, output)
     else:
-        _ingest(sources, options, json_, explain)
+        _ingest(sources, options, output, explain)
 
 
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 
-def _ingest(sources: list[Path], options: Options, json_: bool, explain: bool) -> None:
+def _ingest(sources: list[Path], options: Options, output: Output, explain: bool) -> None:
     """Run once, tell what became of the inputs, and end with the exit code for it."""
     from casa_assets.pipeline.ingest.run import CRASH_CODE
     from casa_assets.pipeline.ingest.run import ingest as run
 
-    console = Console(stderr=json_)
     others: Counter[str] = Counter()
-    with closing(run(sources, options, others=others)) as running:
-        events = _print_events(running, console, json_, options.dry_run)
-    print_others(+others, console, json_)
+
+    def start(show_work: Callable[[str], None] | None) -> Generator[Event]:
+        return run(sources, options, others=others, show_work=show_work)
+
+    events = _print_events(start, output, options.dry_run)
+    print_others(+others, output)
     if not events and options.only:
-        console.print(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}", highlight=False)
+        output.line(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}")
         return
     if not events:
-        print_no_mesh_found(sources)
+        print_no_mesh_found(sources, output)
         raise typer.Exit(2)
-    if options.dry_run and not json_:
-        print_codes(_codes_of(events), console)
-        _print_counts(events, console)
-    elif not json_ or explain:
-        _print_summary(events, options.library, console, explain)
+    if options.dry_run and not output.as_json:
+        print_codes(_codes_of(events), output)
+        _print_counts(events, output)
+    elif not output.as_json or explain:
+        _print_summary(events, options.library, output, explain)
     _end(events, CRASH_CODE)
 
 
@@ -160,23 +174,33 @@ def _codes(words: list[str] | None) -> frozenset[str]:
     return frozenset(words or ())
 
 
-def _watch(sources: list[Path], options: Options, json_: bool) -> None:
+def _watch(sources: list[Path], options: Options, output: Output) -> None:
     """Run whenever files have changed and settled, until a signal asks to stop; told is only what is new."""
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.watch import settled_changes
 
     if options.dry_run or options.redone:
         raise typer.BadParameter("--watch goes with none of --dry-run, --again and --only")
-    console = Console(stderr=json_)
     try:
-        console.print(f"watching {pluralize(len(sources), 'place')}; Ctrl-C ends", highlight=False)
+        output.line(f"watching {pluralize(len(sources), 'place')}; Ctrl-C ends")
         for time_ns in settled_changes(sources, options.library):
-            with closing(run(sources, replace(options, not_after_ns=time_ns))) as running:
-                events = _print_events((event for event in running if event.kind != "kept"), console, json_)
-            if events and not json_:
-                _print_summary(events, options.library, console, explain=False)
+            settled = replace(options, not_after_ns=time_ns)
+            events = _print_events(partial(_new_events, run, sources, settled), output)
+            if events and not output.as_json:
+                _print_summary(events, options.library, output, explain=False)
     except StopRequested:
-        console.print("stopped; the same command goes on from here", highlight=False)
+        output.line("stopped; the same command goes on from here")
+
+
+def _new_events(
+    run: Callable[..., Generator[Event]],
+    sources: list[Path],
+    options: Options,
+    show_work: Callable[[str], None] | None,
+) -> Generator[Event]:
+    """The events of a run that are not about what was there already."""
+    with closing(run(sources, options, show_work=show_work)) as running:
+        yield from (event for event in running if event.kind != "kept")
 
 
 def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) -> dict[str, float]:
@@ -190,56 +214,86 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
     return {name: value for name, value in limits.items() if value}
 
 
-def _print_events(running: Iterable[Event], console: Console, as_json: bool, dry_run: bool = False) -> list[Event]:
-    """Print a line for each input as it is done; returns all of them."""
+def _print_events(
+    start: Callable[[Callable[[str], None] | None], Generator[Event]], output: Output, dry_run: bool = False
+) -> list[Event]:
+    """Run, print a line for each input as it is done, and return all of them.
+
+    Args:
+        start: begins the run; it takes what is called with the path of each input that is begun.
+    """
     events: list[Event] = []
     done = bad = unsure = 0
-    with bar(console) as progress:
+    begun: dict[str, None] = {}
+    with bar(output.console) as progress:
         task = progress.add_task("looking", total=None)
-        for event in running:
-            events.append(event)
-            done += event.count
-            bad += event.count * event.was_rejected
-            unsure += event.is_in_review
-            words = f"[green]{done - bad - unsure} accepted[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
-            progress.update(task, total=event.total, completed=done, description=words)
-            if as_json or event.kind != "kept" or event.total <= MOST_LISTED:
-                _print_event(event, progress.console, as_json, dry_run)
+
+        def show() -> None:
+            counts = f"[green]{done - bad - unsure} ok[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
+            name = f"; {_safe(Path(next(iter(begun))).name)}" if begun else ""
+            progress.update(task, completed=done, description=f"{counts}{name}")
+
+        def show_work(path: str) -> None:
+            begun[path] = None
+            show()
+
+        with closing(start(show_work)) as running:
+            for event in running:
+                events.append(event)
+                begun.pop(event.path, None)
+                done += event.count
+                bad += event.count * event.was_rejected
+                unsure += event.is_in_review
+                progress.update(task, total=event.total)
+                show()
+                if event.kind != "kept" or event.total <= MOST_LISTED or output.verbose or output.as_json:
+                    _print_event(event, output, dry_run)
     return events
 
 
-def _print_event(event: Event, console: Console, as_json: bool, dry_run: bool) -> None:
-    if as_json:
-        row = {
-            "status": event.decision.value,
-            "to_decide": event.to_decide,
-            "kept": event.kind == "kept",
-            "path": event.path,
-            "id": event.asset_id,
-            "code": event.code,
-            "message": event.message,
-            "count": event.count,
-            "dry_run": dry_run,
-            "seconds": {name: round(value, 3) for name, value in event.seconds.items()},
-            "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
-        }
-        typer.echo(json.dumps(row, sort_keys=True))
-    elif event.kind == "rejected":
-        console.print(
+def _print_event(event: Event, output: Output, dry_run: bool) -> None:
+    if output.as_json:
+        output.row(_json_row(event, dry_run))
+    elif event.kind == "rejected" or (output.verbose and event.was_rejected):
+        output.failures.print(
             f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.message)}",
             highlight=False,
             soft_wrap=True,
         )
-    elif dry_run:
+    elif dry_run or output.verbose:
         color = "yellow" if event.is_in_review else "green"
-        console.print(
-            f"[{color}]{event.decision.value}[/] {_safe(event.path)}: {event.asset_id}", highlight=False, soft_wrap=True
+        kept = " (there already)" if event.kind == "kept" else ""
+        seconds = f" in {sum(event.seconds.values()):.1f} s" if event.seconds else ""
+        output.console.print(
+            f"[{color}]{event.decision.value}[/]{kept} {_safe(event.path)}: {event.asset_id}{seconds}",
+            highlight=False,
+            soft_wrap=True,
         )
         for warning in event.warnings if event.is_in_review else ():
-            console.print(f"  {_safe(warning.pointer)}: {_safe(warning.message)}", highlight=False, soft_wrap=True)
+            output.line(f"  {terminal_safe(warning.pointer)}: {terminal_safe(warning.message)}")
 
 
-def _print_summary(events: list[Event], library: Path, console: Console, explain: bool) -> None:
+def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
+    """What `--json` tells of an input."""
+    return {
+        "status": event.decision.value,
+        "verdict": event.decision.value,
+        "folder": "" if event.folder is None else str(event.folder),
+        **measures(event.summary),
+        "to_decide": event.to_decide,
+        "kept": event.kind == "kept",
+        "path": event.path,
+        "id": event.asset_id,
+        "code": event.code,
+        "message": event.message,
+        "count": event.count,
+        "dry_run": dry_run,
+        "seconds": {name: round(value, 3) for name, value in event.seconds.items()},
+        "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
+    }
+
+
+def _print_summary(events: list[Event], library: Path, output: Output, explain: bool) -> None:
     from casa_assets.model.issue import Decision
     from casa_assets.pipeline.library.entry_table import EntryTable
     from casa_assets.pipeline.library.library import Library
@@ -248,21 +302,21 @@ def _print_summary(events: list[Event], library: Path, console: Console, explain
     if len(touched) > MOST_LISTED:
         touched = {e.asset_id for e in events if e.kind != "kept"}
     rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched} if touched else {}
-    if accepted := [e for e in rows.values() if e.decision is Decision.ACCEPTED]:
-        console.print(_accepted_table(accepted))
-    if in_review := [e for e in rows.values() if e.decision is Decision.REVIEW]:
-        console.print(_review_table(in_review))
-    print_codes(_codes_of(events), console)
+    most = len(rows) if output.verbose else MAX_ROWS
+    _accepted_table([e for e in rows.values() if e.decision is Decision.ACCEPTED], most).print(output.console)
+    _review_table([e for e in rows.values() if e.decision is Decision.REVIEW], most).print(output.console)
+    print_codes(_codes_of(events), output)
     if explain:
         for entry in rows.values():
-            _print_guesses(entry, console)
-    _print_library_checks(library, console)
-    unsure = _print_counts(events, console)
-    place = _safe(str(library))
-    lines = [f"Library: {place}/", f"Index:   {place}/index.sqlite"]
-    lines += [f"Review:  {place}/review.csv; accept or correct there, then run again"] if unsure else []
-    lines += [f"Next:    casa-assets report --library {place}"]
-    console.print("\n".join(lines), highlight=False, soft_wrap=True)
+            _print_guesses(entry, output)
+    _print_library_checks(library, output)
+    unsure = _print_counts(events, output)
+    place = terminal_safe(str(library))
+    output.line(f"Library: {place}/")
+    output.line(f"Index:   {place}/index.sqlite")
+    if unsure:
+        output.line(f"Review:  {place}/review.csv; accept or correct there, then run again")
+    output.line(f"Next:    casa-assets report --library {place}")
 
 
 def _codes_of(events: list[Event]) -> Counter[str]:
@@ -273,70 +327,60 @@ def _codes_of(events: list[Event]) -> Counter[str]:
     return +codes
 
 
-def _print_counts(events: list[Event], console: Console) -> int:
+def _print_counts(events: list[Event], output: Output) -> int:
     """How fast the stages were, and how many inputs were accepted, in review and rejected; returns those in review."""
     from casa_assets.model.issue import Decision
     from casa_assets.pipeline.ingest.run import tally
     from casa_assets.pipeline.ingest.stage_times import throughput
 
-    if stages := throughput(event.seconds for event in events):
-        table = Table(title="Throughput of one worker", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-        for name in ("stage", "inputs", "seconds", "inputs per second"):
-            table.add_column(name, no_wrap=True, justify="left" if name == "stage" else "right")
-        for one in stages:
-            table.add_row(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
-        console.print(table)
+    heads = ("stage", "inputs", "seconds", "inputs per second")
+    table = TextTable(heads, right=heads[1:], title="Throughput of one worker")
+    for one in throughput(event.seconds for event in events):
+        table.add(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
+    table.print(output.console)
     counts = tally(events)
     accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
-    print_outcomes(accepted, unsure, rejected, counts["kept"], console)
+    print_outcomes(accepted, unsure, rejected, counts["kept"], output)
     return unsure
 
 
-def _print_library_checks(library: Path, console: Console, max_lines: int = 6) -> None:
+def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
     """Lines about the checks of all assets of the library together."""
     from casa_assets.model.issue import Status
     from casa_assets.pipeline.dedup.library_report import read_library_report
 
     library_report = read_library_report(library)
     issues = library_report.report.issues if library_report else ()
-    for issue in issues[:max_lines]:
+    shown = issues if output.verbose else issues[:max_lines]
+    for issue in shown:
         place = f"{issue.pointer} " if issue.pointer else ""
-        console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False)
+        output.console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False, soft_wrap=True)
     for result in library_report.report.results if library_report else ():
         if result.status is Status.NOT_RUN:
-            console.print(f"[yellow]{result.code}[/] not run: {_safe(result.reason)}", highlight=False)
-    if len(issues) > max_lines:
-        console.print(
-            f"... and {len(issues) - max_lines} more about the library as a whole, see the report", soft_wrap=True
-        )
+            message = f"[yellow]{result.code}[/] not run: {_safe(result.reason)}"
+            output.console.print(message, highlight=False, soft_wrap=True)
+    if len(issues) > len(shown):
+        output.line(f"... and {len(issues) - len(shown)} more about the library as a whole, see the report")
 
 
-def _accepted_table(accepted: list[Entry], max_rows: int = 40) -> Table:
-    table = Table(title="Accepted", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    rows = [_cells(entry) for entry in accepted[:max_rows]]
-    names = "asset", "size (cm)", "mass", "shapes", "checks", "warn"
-    for i, name in enumerate(names):
-        width = max((len(row[i]) for row in rows), default=0)
-        # A column that may shrink is cut before the last one folds.
-        justify: Literal["left", "right"] = "left" if i < 2 else "right"
-        table.add_column(name, no_wrap=True, min_width=max(width, len(name)), justify=justify)
-    table.add_column("source", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    if len(accepted) > max_rows:
-        table.add_row(f"... and {len(accepted) - max_rows} more", "", "", "", "", "", "")
+def _accepted_table(accepted: list[Entry], most: int = MAX_ROWS) -> TextTable:
+    heads = "asset", "size (cm)", "mass", "shapes", "checks", "warn", "source"
+    table = TextTable(heads, right=heads[2:-1], title="Accepted")
+    for entry in accepted[:most]:
+        table.add(*_cells(entry))
+    if len(accepted) > most:
+        table.add(f"... and {len(accepted) - most} more", *[""] * (len(heads) - 1))
     return table
 
 
-def _review_table(in_review: list[Entry], max_rows: int = 40) -> Table:
-    table = Table(title="In review", title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in ("asset", "size (cm)", "mass", "for you to decide", "source"):
-        table.add_column(name, no_wrap=name in ("asset", "mass"), overflow="fold")
-    for entry in in_review[:max_rows]:
+def _review_table(in_review: list[Entry], most: int = MAX_ROWS) -> TextTable:
+    heads = "asset", "size (cm)", "mass", "for you to decide", "source"
+    table = TextTable(heads, right=("mass",), title="In review")
+    for entry in in_review[:most]:
         name, size, mass, *_, source = _cells(entry)
-        table.add_row(name, size, mass, ", ".join(entry.to_decide), source)
-    if len(in_review) > max_rows:
-        table.add_row(f"... and {len(in_review) - max_rows} more", "", "", "", "")
+        table.add(name, size, mass, ", ".join(entry.to_decide), source)
+    if len(in_review) > most:
+        table.add(f"... and {len(in_review) - most} more", *[""] * (len(heads) - 1))
     return table
 
 
@@ -347,20 +391,16 @@ def _cells(entry: Entry) -> tuple[str, ...]:
     mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
     checks = entry.checks
     shapes, warned = str(entry.summary.colliders), str(len(entry.warnings))
-    return entry.id, size, mass, shapes, f"{checks.passed}/{checks.applying}", warned, _safe(entry.source_path)
+    return entry.id, size, mass, shapes, f"{checks.passed}/{checks.applying}", warned, terminal_safe(entry.source_path)
 
 
-def _print_guesses(entry: Entry, console: Console) -> None:
-    console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}")
-    for guess in entry.guesses:
-        console.print(
-            f"  {guess.subject}: {_safe(guess.value)} ({guess.confidence:.0%}): {_safe(guess.reason)}",
-            highlight=False,
-        )
-    for issue in entry.warnings:
-        console.print(f"  [yellow]{issue.code}[/] {_safe(issue.pointer)}: {_safe(issue.message)}", highlight=False)
-    if not entry.accepted:
-        console.print(f"  [red]{entry.code}[/] {_safe(entry.message)}", highlight=False)
+def _print_guesses(entry: Entry, output: Output) -> None:
+    output.console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}", soft_wrap=True)
+    lines = [f"  {g.subject}: {_safe(g.value)} ({g.confidence:.0%}): {_safe(g.reason)}" for g in entry.guesses]
+    lines += [f"  [yellow]{i.code}[/] {_safe(i.pointer)}: {_safe(i.message)}" for i in entry.warnings]
+    lines += [] if entry.accepted else [f"  [red]{entry.code}[/] {_safe(entry.message)}"]
+    for line in lines:
+        output.console.print(line, highlight=False, soft_wrap=True)
 
 
 def _safe(words: str) -> str:
@@ -374,21 +414,28 @@ def _lines(words: str) -> str:
 
 def fetch(
     uids: Annotated[list[str] | None, typer.Argument(help="Objaverse uids.")] = None,
-    category: Annotated[str, typer.Option(help="LVIS category to take objects of, such as Mug.")] = "",
-    most: Annotated[int, typer.Option(min=1, help="How many objects at most.")] = 20,
-    into: Annotated[Path, typer.Option("--out", "--into", help="Folder for the download.")] = Path("out/objaverse"),
+    lvis: Annotated[str, typer.Option(help="LVIS category of Objaverse to take objects of, such as Mug.")] = "",
+    most: Most = 20,
+    out: Out = Path("out/objaverse"),
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Download objects of Objaverse with the `objaverse` package, which needs a network.
 
+    Exit 0 when they are there, 2 on misuse or without a network.
+
     Examples:
 
-      casa-assets fetch --category Mug --most 10
+      casa-assets fetch --lvis Mug --most 10
 
       casa-assets ingest out/objaverse/hf-objaverse-v1
     """
     from casa_assets.ingest.sources.objaverse import download
 
-    if not uids and not category:
-        raise typer.BadParameter("name uids, or a --category")
-    folder = download(uids or [], category, most, into)
-    Console().print(f"Objects: {folder}   Next: casa-assets ingest {folder}", highlight=False, soft_wrap=True)
+    if not uids and not lvis:
+        raise typer.BadParameter("name uids, or an --lvis category")
+    output = Output(json_, quiet, verbose)
+    folder = download(uids or [], lvis, most, out)
+    output.row({"folder": str(folder), "verdict": "made"})
+    output.line(f"Objects: {folder}   Next: casa-assets ingest {folder}")

@@ -2,26 +2,35 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from casa_assets.cli import completion
+from casa_assets.cli.options import OUT_HELP, AsJson, Quiet, ScenesFolder, Verbose, more
+from casa_assets.cli.output import Output
+
 OUT = Path("out/packs")
 
 
 def pack(
-    scene: Annotated[str, typer.Argument(help="Id of a scene, such as l_small__coastal.")],
+    scene: Annotated[
+        str, typer.Argument(help="Id of a scene, such as l_small__coastal.", autocompletion=completion.kitchens)
+    ],
     zip_: Annotated[bool, typer.Option("--zip", help="MJCF, USD, scene.json and all that they name.")] = False,
     usdz: Annotated[bool, typer.Option("--usdz", help="The USD and all that it names, as one USDZ.")] = False,
-    out: Annotated[Path | None, typer.Option(help="File to write; out/packs/<id>.zip or .usdz by default.")] = None,
-    scenes: Annotated[Path, typer.Option(help="Folder of the scenes; what is missing there is built.")] = Path(
-        "out/scenes"
-    ),
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help=more(OUT_HELP, "out/packs/<id>.zip or .usdz where it is not given."))
+    ] = None,
+    scenes_folder: ScenesFolder = Path("out/scenes"),
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write a kitchen as one file that loads by itself on another machine; built first where it is missing.
+
+    Exit 0 when it is written, 2 on misuse.
 
     Example:  casa-assets scenes pack l_small__coastal --zip
     """
@@ -29,11 +38,8 @@ def pack(
 
     if zip_ == usdz:
         raise typer.BadParameter("give one of --zip and --usdz")
-    kind = PackKind.ZIP if zip_ else PackKind.USDZ
-    done = pack_scene(scene, scenes, kind, out or OUT / f"{scene}.{kind}")
-    if json_:
-        row = {"id": done.scene_id, "file": str(done.file), "kind": kind.value, "files": done.files}
-        row |= {"bytes": done.size, "sha256": done.sha256, "built": done.built}
-        typer.echo(json.dumps(row, sort_keys=True))
-        return
-    typer.echo(f"{done.file}: {done.files} files, {done.size / 1e6:.1f} MB")
+    output, kind = Output(json_, quiet, verbose), PackKind.ZIP if zip_ else PackKind.USDZ
+    done = pack_scene(scene, scenes_folder, kind, out or OUT / f"{scene}.{kind}")
+    row = {"id": done.scene_id, "file": str(done.file), "kind": kind.value, "files": done.files, "verdict": "made"}
+    output.row({**row, "bytes": done.size, "sha256": done.sha256, "built": done.built})
+    output.line(f"{done.file}: {done.files} files, {done.size / 1e6:.1f} MB")

@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
-from casa_assets.cli.options import library_at
+from casa_assets.cli.options import CLIP_HELP, IN_3D_HELP, OUT_HELP, AsJson, Library, Quiet, Verbose, library_at, more
+from casa_assets.cli.output import Output
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
 
 if TYPE_CHECKING:
-    from casa_assets.pipeline.library.library import Library
+    from casa_assets.pipeline.library.library import Library as LibraryFolder
 
 
 def report(
-    library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
-    output: Annotated[
-        Path | None, typer.Option("--out", "--output", "-o", help="Default: report.html in the library.")
-    ] = None,
+    library: Library = Path("out/library"),
+    out: Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))] = None,
     baseline: Annotated[
         Path | None,
         typer.Option(help="The report.json or the library of an earlier run: tells what is better, worse, new, gone."),
@@ -30,20 +29,21 @@ def report(
         list[str] | None,
         typer.Option(help="Exit 1 where this holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."),
     ] = None,
-    clip_weights: Annotated[
-        str, typer.Option(help="Weights of CLIP that look at the pictures first, see `casa-assets find --help`.")
-    ] = "",
+    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "it looks at the pictures first."))] = "",
     in_3d: Annotated[
-        bool, typer.Option("--3d/--no-3d", help="Show assets in 3D; writes a model of each, about 0.1 MB, once.")
+        bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each, written once."))
     ] = False,
-    json_: Annotated[bool, typer.Option("--json", help="The content of report.json on standard output.")] = False,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write a page about a library, report.html, with every input in it, and report.json beside it.
 
     Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Of a large library
     the data lies in report_parts beside the page. --fail-on takes a count (entries, accepted, review, rejected, advice,
     not-run, size-outliers, mass-outliers, and with --baseline better, worse, appeared, gone), a share of it
-    (rejected-rate), or the code of a check, alone or followed by >, >=, < or <= and a number. Exit 1 where one holds.
+    (rejected-rate), or the code of a check, alone or followed by >, >=, < or <= and a number. --json prints
+    report.json. Exit 0 when the page is written, 1 where a condition holds, 2 on misuse.
 
     Example:
 
@@ -60,23 +60,24 @@ def report(
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
     place = library_at(library)
     _compare_all(place, clip_weights)
-    target = output or library / "report.html"
+    output, target = Output(json_, quiet, verbose), out or library / "report.html"
     with writing(target.parent):
         if in_3d:
-            _write_models(library, target)
+            _write_models(library, target, output)
         written = write(library, target, baseline, conditions, models_of(target) if in_3d else None)
-    console = Console(stderr=json_, soft_wrap=True, highlight=False)
     if json_:
-        typer.echo(written.json.read_text(encoding="utf-8"), nl=False)
+        output.row(json.loads(written.json.read_text(encoding="utf-8")))
     for outcome in written.outcomes:
-        console.print(f"{'[red]holds[/]' if outcome.holds else '[green]does not hold[/]'}: {escape(str(outcome))}")
-    console.print(f"JSON:   {written.json}")
-    console.print(f"Report: {written.page}")
+        console = output.failures if outcome.holds else output.console
+        mark = "[red]holds[/]" if outcome.holds else "[green]does not hold[/]"
+        console.print(f"{mark}: {escape(str(outcome))}", highlight=False, soft_wrap=True)
+    output.line(f"JSON:   {written.json}")
+    output.line(f"Report: {written.page}")
     if any(outcome.holds for outcome in written.outcomes):
         raise typer.Exit(1)
 
 
-def _compare_all(library: Library, clip_weights: str) -> None:
+def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
     """Run the checks of all assets together, where they never ran, or where CLIP is to look at the pictures first."""
     from casa_assets.pipeline.clip import load_clip
     from casa_assets.pipeline.dedup import library_report
@@ -89,20 +90,25 @@ def _compare_all(library: Library, clip_weights: str) -> None:
             library_report.compare_library(library, EntryTable(library), model)
 
 
-def _write_models(library: Path, target: Path) -> None:
+def _write_models(library: Path, target: Path, output: Output) -> None:
     from casa_assets.pipeline.reports.library.models import write_models
 
-    with bar(Console(stderr=True)) as progress:
+    with bar(output.console) as progress:
         task = progress.add_task("models", total=None)
         for done, total in write_models(library, target):
             progress.update(task, total=total, completed=done)
 
 
 def index(
-    library: Annotated[Path, typer.Option(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
+    library: Library = Path("out/library"),
     parquet: Annotated[Path | None, typer.Option(help="Also write the rows to this Parquet file.")] = None,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Rebuild index.sqlite from the asset.json and reject.json files alone.
+
+    Exit 0 when it is written, 2 on misuse.
 
     Example:
 
@@ -117,9 +123,11 @@ def index(
     place = library_at(library)
     with place.locked(), writing(library):
         count = index_file.rebuild(place, EntryTable(place, force=True).entries)
-    console = Console(soft_wrap=True, highlight=False)
-    console.print(f"{pluralize(count, 'row')} in {library / index_file.NAME}")
+    output, files = Output(json_, quiet, verbose), [library / index_file.NAME]
     if parquet is not None:
         with writing(parquet.parent):
             index_file.export_parquet(place, parquet)
-        console.print(f"{pluralize(count, 'row')} in {parquet}")
+        files.append(parquet)
+    for file in files:
+        output.row({"file": str(file), "rows": count, "verdict": "made"})
+        output.line(f"{pluralize(count, 'row')} in {file}")

@@ -9,20 +9,21 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from casa_assets.cli.options import library_at
+from casa_assets.cli.options import LIBRARY_HELP, Browser, Port, library_at
 from casa_assets.cli.text import pluralize
 
 
 def review(
-    library: Annotated[Path, typer.Argument(help="The library.", exists=True, file_okay=False)] = Path("out/library"),
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port on this machine; 0: any that is free.")] = 0,
-    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page.")] = True,
+    library: Annotated[Path, typer.Argument(help=LIBRARY_HELP, exists=True, file_okay=False)] = Path("out/library"),
+    port: Port = 0,
+    browser: Browser = True,
 ) -> None:
     """Decide about assets in review, in the browser: accept, reject, or correct kind, pose, size and mass.
 
     What is decided goes into review.csv of the library at once, and the next `casa-assets ingest` obeys it. Articulated
     meshes have a page of their own, on which parts are corrected too; `casa-assets articulate` obeys what it writes
     into review.json. Ctrl-C ends the pages. Only this machine can open them.
+    Exit 0 when nothing is left to decide, 2 on misuse, 130 after Ctrl-C.
 
     Example:
 

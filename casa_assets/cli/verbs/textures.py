@@ -7,16 +7,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
-from casa_assets.cli.progress import bar
+from casa_assets.cli import completion
+from casa_assets.cli.options import OLD_OUT, OLD_WIDTH, WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
+from casa_assets.cli.output import Output
+from casa_assets.cli.progress import working_on
+from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize
+from casa_assets.cli.verb import Verb, verb
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
+    from casa_assets.model.issue import Report
     from casa_assets.model.registry.texture_recipe import TextureRecipe
+    from casa_assets.textures.packs.entry import Pack
 
 app = typer.Typer(
     name="textures",
@@ -25,14 +29,15 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 
-Names = Annotated[list[str] | None, typer.Argument(help="Ids of recipes; whole sets where none is given.")]
+Names = Annotated[
+    list[str] | None,
+    typer.Argument(help="Ids of recipes; whole sets where none is given.", autocompletion=completion.textures),
+]
 Sets = Annotated[list[Surface] | None, typer.Option("--set", help="Sets; all where neither id nor set is given.")]
-Out = Annotated[Path, typer.Option("--out", "-o", help="Output folder, made where it is missing.")]
-AsJson = Annotated[bool, typer.Option("--json", help="JSON on standard output.")]
 OUT = Path("out/textures")
 
 
-@app.command("list")
+@app.command("list", cls=Verb)
 def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
     """Name every recipe with its kind, size and substance.
 
@@ -40,59 +45,68 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
     """
     from casa_assets.pipeline.textures.check import select_recipes
 
-    found = select_recipes([], surfaces or [])
-    if json_:
-        typer.echo(json.dumps([{**r.model_dump(mode="json"), "params": json.loads(r.params)} for r in found], indent=1))
-        return
-    table = Table("set", "id", "kind", "size [m]", "substance")
-    for r in found:
-        table.add_row(_group(r), r.id, r.kind, f"{r.tile_m[0]:g} x {r.tile_m[1]:g}", r.substance)
-    console = Console()
-    console.print(table)
-    console.print(pluralize(len(found), "recipe"), highlight=False)
+    output = Output(json_)
+    table = TextTable(("set", "id", "kind", "size [m]", "substance"))
+    for recipe in select_recipes([], surfaces or []):
+        output.row({**recipe.model_dump(mode="json"), "params": json.loads(recipe.params)})
+        size = f"{recipe.tile_m[0]:g} x {recipe.tile_m[1]:g}"
+        table.add(_group(recipe), recipe.id, recipe.kind, size, recipe.substance)
+    if not json_:
+        table.print(output.console)
+        output.line(pluralize(len(table.rows), "recipe"))
 
 
-@app.command()
+@app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}))
 def make(
     names: Names = None,
     surfaces: Sets = None,
     out: Out = OUT,
-    size: Annotated[int, typer.Option(min=64, max=4096, help="Pixels of the longer side.")] = 1024,
+    width_px: Annotated[int, typer.Option(min=64, max=4096, help=more(WIDTH_HELP, "that of the longer side."))] = 1024,
     json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Write colour, metallic-roughness and normal pictures as PNG; finishes made before come from the cache.
+
+    Exit 0 when all were made, 2 on misuse.
 
     Examples:
 
       casa-assets textures make subway_white_running oak_natural_plank
 
-      casa-assets textures make --set wall -o walls
+      casa-assets textures make --set wall --out walls
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import write_finish
 
-    recipes = select_recipes(names or [], surfaces or [])
-    console = Console(stderr=json_)
-    with bar(console) as progress, writing(out):
-        task = progress.add_task("painting", total=len(recipes))
+    recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
+    with working_on(output.console, "painting", [recipe.id for recipe in recipes]) as done, writing(out):
         for recipe in recipes:
-            paths = write_finish(recipe, out / _group(recipe), _cache(out), size)
-            progress.advance(task)
-            if json_:
-                typer.echo(json.dumps({"id": recipe.id, "files": [str(p) for p in paths]}))
-    console.print(f"{pluralize(len(recipes), 'recipe')} under {escape(str(out))}", highlight=False, soft_wrap=True)
+            folder = out / _group(recipe)
+            paths = [str(path) for path in write_finish(recipe, folder, _cache(out), width_px)]
+            done(recipe.id)
+            row = {"id": recipe.id, "folder": str(folder), "files": paths, "size": list(recipe.tile_m)}
+            output.row({**row, "verdict": "made"})
+            for path in paths:
+                output.detail(path)
+    output.line(f"{pluralize(len(recipes), 'recipe')} under {out}")
 
 
-@app.command()
+@app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}))
 def sheet(
     names: Names = None,
     surfaces: Sets = None,
     out: Out = OUT,
     side: Annotated[float, typer.Option(min=0.05, max=4, help="Metres of surface that a swatch shows.")] = 1.0,
-    size: Annotated[int, typer.Option(min=64, max=512, help="Pixels of a swatch.")] = 192,
+    width_px: Annotated[int, typer.Option(min=64, max=512, help=more(WIDTH_HELP, "that of a swatch."))] = 192,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Contact sheets of ten by ten swatches, each a cut of true size, lit from the upper left.
+
+    Exit 0 when the sheets are written, 2 on misuse.
 
     Example:  casa-assets textures sheet --set floor --side 2
     """
@@ -100,76 +114,74 @@ def sheet(
     from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import pages, shots
 
-    console = Console()
-    recipes = select_recipes(names or [], surfaces or [])
+    recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
     groups = (
         {s.value: [r for r in recipes if r.surface is s] for s in Surface} if not names else {"chosen": list(recipes)}
     )
-    with bar(console) as progress, writing(out):
+    with working_on(output.console, "painting", [recipe.id for recipe in recipes]) as done, writing(out):
         out.mkdir(parents=True, exist_ok=True)
-        task = progress.add_task("painting", total=len(recipes))
         for title, rows in groups.items():
             cells = []
-            for cell in shots(rows, _cache(out), side, size):
+            for cell in shots(rows, _cache(out), side, width_px):
                 cells.append(cell)
-                progress.advance(task)
+                done(cell.title)
             if not cells:
                 continue
-            for number, png in enumerate(pages(cells, f"{title}: {len(rows)} textures, {side:g} m a swatch", size), 1):
+            whole = f"{title}: {len(rows)} textures, {side:g} m a swatch"
+            for number, png in enumerate(pages(cells, whole, width_px), 1):
                 path = out / (f"sheet_{title}.png" if number == 1 else f"sheet_{title}_{number}.png")
                 path.write_bytes(png)
-                console.print(str(path), highlight=False, soft_wrap=True)
+                output.row({"id": title, "picture": str(path), "count": len(rows), "verdict": "made"})
+                output.line(str(path))
 
 
-@app.command()
+@app.command(cls=verb(OLD_OUT))
 def check(
     names: Names = None,
     surfaces: Sets = None,
     out: Out = OUT,
-    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 2,
+    jobs: Jobs = 0,
     json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Check seams, brightness, normals, gloss, resolution, repeats, and that no two of a set are alike.
 
-    Exit 0 when all pass, 1 when some do not.
+    Exit 0 when all pass, 1 when some do not, 2 on misuse.
 
     Example:  casa-assets textures check --set wall
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
 
-    recipes = select_recipes(names or [], surfaces or [])
-    console = Console(stderr=json_)
+    recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
     checked: list[CheckedTexture] = []
-    with bar(console) as progress, writing(out):
-        task = progress.add_task("checking", total=len(recipes))
+    with working_on(output.console, "checking", [recipe.id for recipe in recipes]) as done, writing(out):
         for result in check_recipes(recipes, _cache(out), jobs):
             checked.append(result)
-            progress.advance(task)
+            done(result.report.subject)
     reports = [c.report for c in checked] + list(check_sets(checked))
-    if json_:
-        typer.echo(json.dumps([r.model_dump(mode="json") for r in reports], indent=1))
-    table = Table("subject", "code", "what")
+    for report in reports:
+        output.row({"id": report.subject, "verdict": _verdict(report), **report.model_dump(mode="json")})
+        output.detail(f"{_verdict(report)} {report.subject}: {report.tally}")
+    table = TextTable(("subject", "code", "what"), sentences=("what",))
     for report in reports:
         for issue in report.issues:
-            table.add_row(report.subject, issue.code, escape(f"{issue.pointer} {issue.message}".strip()))
-    if table.row_count:
-        console.print(table)
+            table.add(report.subject, issue.code, f"{issue.pointer} {issue.message}".strip())
+    table.print(output.failures)
     bad = sum(not r.passed for r in reports)
     sets = pluralize(len(reports) - len(checked), "set")
-    console.print(f"{pluralize(len(checked), 'texture')} and {sets} checked, {bad} with faults", highlight=False)
+    output.line(f"{pluralize(len(checked), 'texture')} and {sets} checked, {bad} with faults")
     if bad:
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(cls=Verb)
 def ingest(
     folder: Annotated[
         Path, typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True, file_okay=False)
     ],
-    library: Annotated[
-        Path, typer.Option("--out", "--library", help="Output folder, made where it is missing.")
-    ] = Path("out/library"),
+    library: LibraryOut = Path("out/library"),
     pack: Annotated[str | None, typer.Option(help="Name of the pack; else that of the folder.")] = None,
     surface: Annotated[Surface | None, typer.Option(help="What the pictures are for.")] = None,
     tile: Annotated[tuple[float, float] | None, typer.Option(help="Width and height of a picture, metres.")] = None,
@@ -177,10 +189,13 @@ def ingest(
     generator: Annotated[str | None, typer.Option(help="Program or model that made the pictures.")] = None,
     substance: Annotated[str | None, typer.Option(help="Id in registry/substances.yaml.")] = None,
     json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
     """Take in a folder of pictures: repair their borders, derive normals and roughness, refuse what cannot be used.
 
-    What pack.yaml says of a picture goes before the options. Exit 0 when all were taken, 1 when some were left out.
+    What pack.yaml says of a picture goes before the options. Exit 0 when all were taken, 1 when some were left out, 2
+    on misuse.
 
     Example:  casa-assets textures ingest painted_tiles --surface wall --tile 1.2 1.2 --licence CC0-1.0
     """
@@ -200,19 +215,30 @@ def ingest(
         raise typer.BadParameter(first["msg"].removeprefix("Input "), param_hint=option) from None
     with writing(library):
         report = ingest_pack(folder, PackOptions(library=library, pack=pack, flags=description))
-    console = Console(stderr=json_)
-    if json_:
-        typer.echo(json.dumps(report.pack.model_dump(mode="json"), indent=1))
-    table = Table("left out", "code", "why", "what to do")
-    for refused in report.pack.refused:
-        table.add_row(escape(refused.source), refused.code, escape(refused.message), escape(refused.fix))
-    if table.row_count:
-        console.print(table)
-    taken, state = len(report.pack.pictures), "written" if report.changed else "unchanged"
-    message = f"{pluralize(taken, 'picture')} taken, {len(report.pack.refused)} left out"
-    console.print(f"{message}; {escape(str(report.folder))} {state}", highlight=False, soft_wrap=True)
+    output = Output(json_, quiet, verbose)
+    _print_pack(report.pack, report.folder, output)
+    state = "written" if report.changed else "unchanged"
+    taken = f"{pluralize(len(report.pack.pictures), 'picture')} taken, {len(report.pack.refused)} left out"
+    output.line(f"{taken}; {report.folder} {state}")
     if report.pack.refused:
         raise typer.Exit(1)
+
+
+def _print_pack(pack: Pack, folder: Path, output: Output) -> None:
+    """Print what was left out and why; as JSON, or in many words, what was taken too."""
+    for picture in pack.pictures:
+        row = {**picture.model_dump(mode="json"), "folder": str(folder), "size": list(picture.tile_m)}
+        output.row({**row, "verdict": "accepted"})
+        output.detail(f"taken {picture.source}: {picture.id}")
+    table = TextTable(("left out", "code", "why", "what to do"), sentences=("why", "what to do"))
+    for refused in pack.refused:
+        output.row({**refused.model_dump(mode="json"), "verdict": "rejected"})
+        table.add(refused.source, refused.code, refused.message, refused.fix)
+    table.print(output.failures)
+
+
+def _verdict(report: Report) -> str:
+    return "passed" if report.passed else "failed"
 
 
 def _cache(out: Path) -> Path:

@@ -88,6 +88,7 @@ class Event:
         count: inputs that it stands for: the many rows of a manifest that are only counted are told of at once.
         folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
         seconds: that each stage took in this run, by its name, in their order.
+        summary: numbers of an asset, made now or before; None where there is none.
     """
 
     kind: str
@@ -101,6 +102,7 @@ class Event:
     count: int = 1
     folder: Path | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
+    summary: disk.Summary | None = None
 
     @property
     def was_rejected(self) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections import Counter
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from itertools import chain
@@ -164,11 +164,13 @@ def ingest(
     options: Options,
     meshes: Sequence[MeshInput] = (),
     others: Counter[str] | None = None,
+    show_work: Callable[[str], None] | None = None,
 ) -> Generator[Event, None, None]:
     """Bring every mesh under `roots`, and meshes that the caller has in memory, into the library, or record why not.
 
     Yields an Event for each input, as it is done with. Killed at any moment and run again, it does what is missing.
     Where there is no input, nothing is written. `others` counts the files that are no meshes, by what they are.
+    `show_work` is called with the path of each input that is begun to be worked on.
 
     Raises:
         UnknownId: the ordered category does not exist.
@@ -196,7 +198,7 @@ def ingest(
         every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
         table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
         places = [*roots, *(Path(mesh.name) for mesh in meshes)]
-        yield from _ingest(library, table, every, places, options)
+        yield from _ingest(library, table, every, places, options, show_work)
         if not options.dry_run:
             write_reports(library, options.weights, table)
 
@@ -207,12 +209,13 @@ def _ingest(
     inputs: Iterable[Found | Refused],
     roots: Sequence[Path],
     options: Options,
+    show_work: Callable[[str], None] | None,
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each, as it is done with.
 
     Args:
         library: what is written to. table: entries of the library that holds what earlier runs made: in a dry run it
-            is another one. roots: that the inputs were found under.
+            is another one. roots: that the inputs were found under. show_work: see `ingest`.
     """
     known = registry.load()
     before = library if table.root == library.root else disk.Library(table.root)
@@ -235,7 +238,7 @@ def _ingest(
             yield replace(event, total=total)
             run.unreadable.note_refused(one)
         yield from _survey(run, pool, options)
-        results: Iterable[Result] = _results(run, pool)
+        results: Iterable[Result] = _results(run, pool, show_work)
         if not options.keep_duplicates:
             own = frozenset(_job(step).survey.sha256 for step in run.steps)
             results = Deduplicator(library, known.limits["alike_form"], own, table).filter(results)
@@ -356,7 +359,7 @@ def cache_key(limits: Mapping[str, float], category: str = "") -> str:
     return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), limits_in_key(limits), category)
 
 
-def _results(run: _Run, pool: Pool) -> Iterator[Result]:
+def _results(run: _Run, pool: Pool, show_work: Callable[[str], None] | None = None) -> Iterator[Result]:
     """Yield the result of every step: those of earlier runs first, then the others as workers finish."""
     yield from (step for step in run.steps if isinstance(step, Result))
     due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}
@@ -366,7 +369,12 @@ def _results(run: _Run, pool: Pool) -> Iterator[Result]:
     for _, answer in pool.run("casa_assets.pipeline.ingest.worker:check_renderer", [None]):
         _outcome(answer)
     numbers, jobs = list(due), list(due.values())
-    for place, answer in pool.run("casa_assets.pipeline.ingest.worker:work", jobs):
+
+    def started(place: int) -> None:
+        if show_work is not None:
+            show_work(jobs[place].found.source.place)
+
+    for place, answer in pool.run("casa_assets.pipeline.ingest.worker:work", jobs, started):
         outcome = _outcome(answer)
         yield Result(numbers[place], jobs[place], outcome, outcome.staged if outcome.accepted else None)
 
@@ -427,7 +435,19 @@ def _event(run: _Run, result: Result) -> Event:
         outcome.warnings,
         folder=folder if is_there else None,
         seconds={} if result.is_kept else outcome.seconds,
+        summary=_summary(run, result),
     )
+
+
+def _summary(run: _Run, result: Result) -> disk.Summary | None:
+    """Numbers of an asset that is in its place: of a kept one as the table of entries has them."""
+    if not result.outcome.accepted:
+        return None
+    if result.is_kept and result.folder is not None:
+        entry = run.known.get(result.folder)
+        return None if entry is None else entry.summary
+    folder = run.library.folder(result.job.survey.category, result.job.asset_id)
+    return disk.read_certificate(folder).summary
 
 
 def tally(events: Sequence[Event]) -> Counter[str]:

@@ -12,13 +12,13 @@ from casa_assets.errors import OutputError
 
 FILES = ("scene.xml", "scene_light.xml", "scene.usda")
 # What scene.json says of who made it and not of what was made.
-MADE_BY_FIELDS = frozenset({"key", "generator"})
+MADE_BY_FIELDS = frozenset({"key", "picture_key", "generator"})
 
 
 def compare(first: Path, second: Path) -> list[str]:
-    """One line for each difference; none where the files are the same byte for byte, but for the key in scene.json.
+    """One line for each difference; none where the files are the same byte for byte, but for the keys in scene.json.
 
-    The key says which sources and tools made a scene, and nothing of what is in it: two machines with other versions
+    A key says which sources and tools made a scene, and nothing of what is in it: two machines with other versions
     of numpy make the same kitchen under two keys.
 
     Raises:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +20,7 @@ from casa_assets.registry.robots import robot_names
 
 
 def context(**params: Any) -> Any:
-    return SimpleNamespace(params=params)
+    return SimpleNamespace(params=params, args=[])
 
 
 def test_names_are_those_of_the_registry() -> None:
@@ -41,7 +42,6 @@ def test_presets_are_those_of_the_family() -> None:
     for name in family_names():
         assert completion.presets(context(names=[name]), "") == sorted(family(name).presets)
     assert completion.presets(context(names=["microwave"]), "ste") == ["steel"]
-    assert completion.presets(context(names=["no_such"]), "") == []
 
 
 def test_kitchens_are_every_plan_in_every_style_and_what_is_built(tmp_path: Path) -> None:
@@ -59,6 +59,31 @@ def test_assets_are_those_of_the_libraries_in_their_usual_places(tmp_path: Path,
     (folder / "asset.json").write_text("{}", encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert completion.assets("out/library/mug/m") == [f"out/library/mug/{folder.name}{end}" for end in ("", "/")]
+
+
+def complete(*words: str) -> list[str]:
+    """What a shell is offered behind some words, the last of which is begun."""
+    environment = {
+        **os.environ,
+        "_CASA_ASSETS_COMPLETE": "complete_bash",
+        "COMP_WORDS": " ".join(["casa-assets", *words]),
+        "COMP_CWORD": str(len(words)),
+    }
+    code = "import sys; sys.argv = ['casa-assets']; from casa_assets.cli.main import app; app(prog_name='casa-assets')"
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+def test_a_shell_is_offered_names() -> None:
+    assert "l_small__coastal" in complete("scenes", "build", "l_small__c")
+    assert complete("scenes", "new", "gal") == ["galley"]
+    assert complete("scenes", "new", "galley", "--style", "rust") == ["rustic"]
+    assert complete("families", "show", "microwave", "--preset", "ste") == ["steel"]
+    assert "apple" in complete("objects", "build", "app")
+    assert complete("categories", "show", "mug") == ["mug"]
+    assert complete("textures", "make", "brick_red_r") == ["brick_red_running"]
+    assert "mug" in complete("ingest", "x.obj", "--category", "mug")
 
 
 def test_completion_imports_nothing_heavy() -> None:

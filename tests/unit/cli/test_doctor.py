@@ -13,6 +13,10 @@ from casa_assets.pipeline.doctor import Finding
 
 GOOD = Finding(subject="python", ok=True, message="3.11")
 NOTE = Finding(subject="disk", ok=False, needed=False, message="1 GiB free")
+PACKAGES = tuple(Finding(subject=f"package {name}", ok=True, message="1.0") for name in ("numpy", "scipy"))
+EXTRA = Finding(subject="package mink", ok=False, needed=False, message="not installed", fix="pip install mink")
+DRAWS = Finding(subject="renderer egl", ok=True, needed=False, message="llvmpipe")
+UNUSED = Finding(subject="renderer osmesa", ok=False, needed=False, message="its library is not installed")
 BAD = Finding(subject="rendering", ok=False, message="[none] works", fix="sudo apt-get install -y libegl1")
 
 
@@ -37,9 +41,37 @@ def test_something_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "sudo apt-get install -y libegl1" in output
 
 
+def test_a_line_for_each_thing_and_no_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = (GOOD, *PACKAGES, EXTRA, DRAWS, UNUSED, NOTE)
+    code, output = run(monkeypatch, found)
+    assert code == 0
+    lines = output.splitlines()
+    assert [line.split()[:2] for line in lines[:-1]] == [
+        ["ok", "python"],
+        ["ok", "packages"],
+        ["note", "mink"],
+        ["note", "disk"],
+    ]
+    assert lines[2].endswith("run: pip install mink")
+    _, output = run(monkeypatch, found, "--verbose")
+    assert all(word in output for word in ("numpy", "scipy", "renderer osmesa", "llvmpipe"))
+    _, output = run(monkeypatch, (UNUSED, BAD))
+    assert "renderer osmesa" in output
+
+
+def test_quiet_tells_what_is_missing_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run(monkeypatch, (GOOD, NOTE), "--quiet") == (0, "")
+    code, output = run(monkeypatch, (GOOD, NOTE, BAD), "--quiet")
+    assert code == 1
+    assert [line.split()[0] for line in output.splitlines()] == ["MISSING", "Needed"]
+
+
 @pytest.mark.parametrize("found", [(GOOD, NOTE), (GOOD, BAD)])
 def test_json(monkeypatch: pytest.MonkeyPatch, found: tuple[Finding, ...]) -> None:
-    code, output = run(monkeypatch, found, "--json")
-    report = json.loads(output)
-    assert report["ok"] is (code == 0)
-    assert [finding["subject"] for finding in report["findings"]] == [finding.subject for finding in found]
+    monkeypatch.setattr("casa_assets.pipeline.doctor.findings", lambda output: found)
+    app = typer.Typer()
+    app.command()(verb.doctor)
+    result = CliRunner().invoke(app, ["--json"])
+    rows = [json.loads(line) for line in result.stdout.splitlines()]
+    assert [row["subject"] for row in rows] == [finding.subject for finding in found]
+    assert result.exit_code == int(not all(row["ok"] or not row["needed"] for row in rows))

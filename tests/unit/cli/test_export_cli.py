@@ -10,6 +10,9 @@ import pytest
 from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import casa
 
+# What `--json` tells of every item, whatever the verb.
+COMMON = ("verdict", "folder", "mass", "size")
+
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -20,7 +23,9 @@ def test_json_lines(library: Path, tmp_path: Path) -> None:
     done = casa("export", "robocasa", library, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert all(set(row) == {"status", "id", "category", "model", "split", "message"} for row in rows)
+    told = {"status", "id", "category", "model", "split", "message", *COMMON}
+    assert all(set(row) == told for row in rows)
+    assert all(row["mass"] > 0 and len(row["size"]) == 3 for row in rows)
     assert [row["id"] for row in rows if row["status"] == "left_out"] == ["microwave_0123456789"]
     for row in rows:
         assert (row["status"] == "exported") == (row["message"] == "")
@@ -61,7 +66,7 @@ def test_urdf_of_a_library_and_of_one_asset(library: Path, tmp_path: Path) -> No
     done = casa("export", "urdf", library, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert all(set(row) == {"status", "id", "urdf", "message"} for row in rows)
+    assert all(set(row) == {"status", "id", "urdf", "message", *COMMON} for row in rows)
     assert all((tmp_path / "out" / row["urdf"]).is_file() for row in rows)
     done = casa("export", "urdf", library / "mug" / "mug_0123456789", "--out", tmp_path / "out")
     assert done.returncode == 0
@@ -87,7 +92,7 @@ def test_glb_of_a_library_and_of_one_asset(library: Path, tmp_path: Path) -> Non
     done = casa("export", "glb", library, "--out", tmp_path / "out", "--json")
     assert done.returncode == 0
     rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert all(set(row) == {"status", "id", "glb", "message"} for row in rows)
+    assert all(set(row) == {"status", "id", "glb", "message", *COMMON} for row in rows)
     assert all((tmp_path / "out" / row["glb"]).read_bytes().startswith(b"glTF") for row in rows)
     plain = (tmp_path / "out" / "assets" / "mug_0123456789.glb").stat().st_size
     done = casa("export", "glb", library / "mug" / "mug_0123456789", "--out", tmp_path / "out", "--layers")

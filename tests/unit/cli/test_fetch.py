@@ -37,14 +37,14 @@ def package(monkeypatch: pytest.MonkeyPatch) -> Objaverse:
 
 
 def test_first_of_a_category(package: Objaverse, tmp_path: Path) -> None:
-    done = CliRunner().invoke(app, ["fetch", "--category", "mug", "--most", "1", "--into", str(tmp_path)])
+    done = CliRunner().invoke(app, ["fetch", "--lvis", "mug", "--most", "1", "--out", str(tmp_path)])
     assert done.exit_code == 0
     assert package.fetched == ["a" * 32]
     assert f"casa-assets ingest {tmp_path / 'hf-objaverse-v1'}" in done.output
 
 
 def test_named_objects(package: Objaverse, tmp_path: Path) -> None:
-    assert CliRunner().invoke(app, ["fetch", "c" * 32, "--into", str(tmp_path)]).exit_code == 0
+    assert CliRunner().invoke(app, ["fetch", "c" * 32, "--out", str(tmp_path)]).exit_code == 0
     assert package.fetched == ["c" * 32]
 
 

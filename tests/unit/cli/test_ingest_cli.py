@@ -34,7 +34,11 @@ def test_json_lines(boxes: Path) -> None:
         ("twin.obj", "rejected", "RUN006"),
     ]
     keys = {"status", "to_decide", "kept", "path", "id", "code", "message", "warnings", "count", "seconds", "dry_run"}
+    keys |= {"verdict", "folder", "mass", "size"}
     assert all(set(row) == keys for row in rows)
+    for row in rows:
+        assert (row["mass"] is None) == (row["size"] is None) == (row["status"] == "rejected")
+        assert row["folder"] == "" or row["folder"].endswith(row["id"])
     assert all(row["message"] for row in rows if row["status"] == "rejected")
 
 

@@ -14,6 +14,7 @@ from casa_assets.cli.verbs.scenes import app
 from casa_assets.errors import UnknownId
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
+from casa_assets.pipeline.kitchens.diff import FILES
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from tests.packages import tamper
@@ -24,8 +25,8 @@ Checked = tuple[Path, SceneResult]
 
 
 def test_list_names_plans_and_styles() -> None:
-    rows = json.loads(RUNNER.invoke(app, ["list", "--json"]).stdout)
-    assert (len(rows["plans"]), len(rows["styles"])) == (10, 12)
+    rows = [json.loads(line) for line in RUNNER.invoke(app, ["list", "--json"]).stdout.splitlines()]
+    assert [row["kind"] for row in rows] == ["plan"] * 10 + ["style"] * 12
     told = RUNNER.invoke(app, ["list"]).stdout
     assert "10 plans x 12 styles = 120 scenes" in told
 
@@ -70,7 +71,7 @@ def test_preview_draws_the_camera_that_is_named(checked_kitchen: Checked, tmp_pa
     out, _ = checked_kitchen
     shutil.copytree(out / SCENE, tmp_path / SCENE)
     (tmp_path / "assets").symlink_to(out / "assets")
-    options = ["--camera", "at_sink", "--pose", "open", "--size", "64", "--passes", "1", "--out", str(tmp_path)]
+    options = ["--camera", "at_sink", "--pose", "open", "--width-px", "64", "--passes", "1", "--out", str(tmp_path)]
     result = RUNNER.invoke(app, ["preview", SCENE, *options])
     assert result.exit_code == 0, result.output
     path = Path(result.stdout.strip().replace("\n", ""))
@@ -88,7 +89,24 @@ def test_diff_tells_what_differs(checked_kitchen: Checked, tmp_path: Path) -> No
     tamper(second / "scene.json", ('"style": "coastal"', '"style": "postal"'))
     other = RUNNER.invoke(app, ["diff", str(first), str(second), "--json"])
     assert other.exit_code == 1
-    assert 'style: "coastal" and "postal"' in json.loads(other.stdout)
+    row = json.loads(other.stdout)
+    assert row["verdict"] == "different"
+    assert 'style: "coastal" and "postal"' in row["differences"]
+
+
+@pytest.mark.parametrize("field", ["key", "picture_key", "generator"])
+def test_diff_calls_scenes_of_other_tools_the_same(field: str, tmp_path: Path) -> None:
+    folders = [tmp_path / name for name in ("first", "second")]
+    for folder in folders:
+        folder.mkdir()
+        for name in FILES:
+            (folder / name).write_text("the same", encoding="utf-8")
+        facts = {"key": "a", "picture_key": "a", "generator": "casa-assets 0.1.0", "id": SCENE, field: folder.name}
+        (folder / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
+    told = RUNNER.invoke(app, ["diff", *map(str, folders)])
+    assert (told.exit_code, told.stdout) == (0, "the same, made by other versions or tools\n")
+    row = json.loads(RUNNER.invoke(app, ["diff", *map(str, folders), "--json"]).stdout)
+    assert (row["verdict"], row["differences"], row["same_code"]) == ("same", [], False)
 
 
 class TestSample:

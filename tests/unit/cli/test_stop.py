@@ -39,16 +39,16 @@ VERBS = {
     "families build microwave --library {out}": "pipeline.families.run:build_one",
     "families show microwave --preset steel --out {out}": "pipeline.families.run:build_one",
     "families catalogue microwave --no-textures --out {out}": "pipeline.families.run:build_asset",
-    "textures make oak_natural_plank -o {out}": "pipeline.textures.recipes:finish_of",
-    "textures sheet oak_natural_plank -o {out}": "pipeline.textures.recipes:finish_of",
-    "textures check oak_natural_plank -o {out}": "pipeline.textures.recipes:finish_of",
+    "textures make oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
+    "textures sheet oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
+    "textures check oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
     "textures ingest {folder} --library {out}": "pipeline.textures.pack_survey:survey",
     "scenes build l_small__coastal --out {out}": "pipeline.kitchens.scene_folders:build_one",
     "scenes check l_small__coastal --out {out}": "pipeline.kitchens.check:check_one",
     "scenes sample 2 --out {out}": "pipeline.kitchens.check:check_one",
     "scenes preview l_small__coastal --out {folder}": "pipeline.kitchens.scene_folders:draw_cameras",
     "scene new galley --style rustic --out {out}": "pipeline.kitchens.scene_folders:build_one",
-    "preview {folder} -o {out}": "pipeline.reports.pictures:draw",
+    "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
     "report --library {folder}": "pipeline.reports.library.report:write",
     "index --library {folder}": "pipeline.reports.index:rebuild",
     "find mug --words --library {folder}": "pipeline.dedup.search:search_by_words",
@@ -58,8 +58,8 @@ VERBS = {
 ALIKE = frozenset(
     {
         "families show microwave --preset steel --out {out}",
-        "textures sheet oak_natural_plank -o {out}",
-        "textures check oak_natural_plank -o {out}",
+        "textures sheet oak_natural_plank --out {out}",
+        "textures check oak_natural_plank --out {out}",
         "scenes sample 2 --out {out}",
         "scene new galley --style rustic --out {out}",
     }
@@ -122,7 +122,7 @@ def test_every_verb_stops_soon_even_in_a_native_call(verb: str, places: dict[str
 
 def test_ctrl_c_in_a_terminal_reaches_all_of_the_group(places: dict[str, Path]) -> None:
     """The terminal sends the signal to the program and to the process that it works in."""
-    run = start("textures make oak_natural_plank -o {out}", "pipeline.textures.recipes:finish_of", places)
+    run = start("textures make oak_natural_plank --out {out}", "pipeline.textures.recipes:finish_of", places)
     for pid in left_of(places["mark"]):
         os.kill(pid, signal.SIGINT)
     _, message = run.communicate(timeout=SOON_S)
@@ -144,7 +144,7 @@ def test_nothing_is_left_of_a_program_that_is_killed(places: dict[str, Path]) ->
 def test_the_death_of_the_process_that_works_is_told(
     number: int, code: int, message: str, places: dict[str, Path]
 ) -> None:
-    run = start("textures make oak_natural_plank -o {out}", "pipeline.textures.recipes:finish_of", places)
+    run = start("textures make oak_natural_plank --out {out}", "pipeline.textures.recipes:finish_of", places)
     (working,) = set(left_of(places["mark"])) - {run.pid}
     os.kill(working, number)
     _, told = run.communicate(timeout=SOON_S)

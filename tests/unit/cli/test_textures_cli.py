@@ -19,7 +19,7 @@ RUNNER = CliRunner()
 
 def test_list_names_every_recipe_of_a_set() -> None:
     result = RUNNER.invoke(app, ["list", "--set", "wall", "--json"])
-    rows = json.loads(result.stdout)
+    rows = [json.loads(line) for line in result.stdout.splitlines()]
     assert result.exit_code == 0
     assert len(rows) == 100
     assert {r["surface"] for r in rows} == {"wall"}
@@ -27,17 +27,20 @@ def test_list_names_every_recipe_of_a_set() -> None:
 
 
 def test_make_writes_where_it_is_told(tmp_path: Path) -> None:
-    result = RUNNER.invoke(app, ["make", "beadboard_white", "-o", str(tmp_path), "--size", "64", "--json"])
+    result = RUNNER.invoke(app, ["make", "beadboard_white", "--out", str(tmp_path), "--width-px", "64", "--json"])
     assert result.exit_code == 0
-    files = json.loads(result.stdout)["files"]
+    row = json.loads(result.stdout)
+    files = row["files"]
+    assert (row["verdict"], row["folder"]) == ("made", str(tmp_path / "wall"))
     assert len(files) == 3
     assert all(Path(f).is_file() and Path(f).parent == tmp_path / "wall" for f in files)
 
 
 def test_check_passes_a_sound_one(tmp_path: Path) -> None:
-    result = RUNNER.invoke(app, ["check", "beadboard_white", "-o", str(tmp_path), "--json"])
+    result = RUNNER.invoke(app, ["check", "beadboard_white", "--out", str(tmp_path), "--json"])
     assert result.exit_code == 0
-    (report,) = json.loads(result.stdout)
+    report = json.loads(result.stdout)
+    assert report["verdict"] == "passed"
     assert report["subject"] == "beadboard_white"
     assert {r["status"] for r in report["results"]} <= {"passed", "not_applicable"}
     assert any(r["status"] == "passed" for r in report["results"])
@@ -49,13 +52,13 @@ def test_check_exits_with_one_on_faults(tmp_path: Path, monkeypatch: pytest.Monk
     # The verb works in processes of their own, where a changed limit would not be seen; here it works in this one.
     monkeypatch.setattr(check, "check_recipes", lambda wanted, cache, _: (check.check_one(w, cache) for w in wanted))
     monkeypatch.setattr(registry, "load", lambda *_: strict)
-    result = RUNNER.invoke(app, ["check", "beadboard_white", "-o", str(tmp_path)])
+    result = RUNNER.invoke(app, ["check", "beadboard_white", "--out", str(tmp_path)])
     assert result.exit_code == 1
     assert "TEX008" in result.stdout
 
 
 def test_sheet_is_a_picture(tmp_path: Path) -> None:
-    result = RUNNER.invoke(app, ["sheet", "beadboard_white", "-o", str(tmp_path), "--size", "64"])
+    result = RUNNER.invoke(app, ["sheet", "beadboard_white", "--out", str(tmp_path), "--width-px", "64"])
     assert result.exit_code == 0
     assert (tmp_path / "sheet_chosen.png").read_bytes().startswith(b"\x89PNG")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from casa_assets.cli.verb import Verb, verb
 from casa_assets.cli.verbs.export.glb import glb
 from casa_assets.cli.verbs.export.robocasa import robocasa
 from casa_assets.cli.verbs.export.urdf import urdf
@@ -18,5 +19,6 @@ def common() -> None:
     """Libraries and kitchens in the form that another program reads."""
 
 
-for form in (glb, robocasa, urdf):
-    app.command()(form)
+app.command(cls=Verb)(glb)
+app.command(cls=verb({"--objects": "--library"}))(robocasa)
+app.command(cls=Verb)(urdf)

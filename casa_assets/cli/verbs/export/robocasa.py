@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich import box
-from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
 
+from casa_assets.cli.options import (
+    LIBRARY_HELP,
+    AsJson,
+    Jobs,
+    Kitchens,
+    Quiet,
+    Verbose,
+    WithReview,
+    more,
+)
+from casa_assets.cli.output import Output
 from casa_assets.cli.progress import bar
+from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.cli.verbs.export.rows import ExportOut, folders_by_id, measures_in
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
@@ -35,52 +44,53 @@ Examples:
 
   casa-assets export robocasa lib --out ours --json > rows.jsonl  one JSON object per asset
 
-  casa-assets export robocasa --scenes 'l_small__*' --objects lib --out ours    kitchens, and objects to put in them
+  casa-assets export robocasa --scenes 'l_small__*' --library lib --out ours    kitchens, and objects to put in them
 """
 
 
 def robocasa(
+    source: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[LIBRARY]", help=LIBRARY_HELP, exists=True, file_okay=False, readable=True, show_default=False
+        ),
+    ] = None,
+    out: ExportOut = ...,  # type: ignore[assignment]
+    scenes: Kitchens = None,
     library: Annotated[
         Path | None,
-        typer.Argument(help="Library that ingest wrote.", exists=True, file_okay=False, readable=True),
-    ] = None,
-    out: Annotated[Path, typer.Option(help="Folder to write: missing, empty, or an earlier export.")] = ...,  # type: ignore[assignment]
-    scenes: Annotated[
-        list[str] | None, typer.Option(help="Kitchens: ids or globs, such as 'l_small__*'. May be given again.")
-    ] = None,
-    objects: Annotated[
-        Path | None, typer.Option(help="The library, as an option.", exists=True, file_okay=False, readable=True)
+        typer.Option(help=more(LIBRARY_HELP, "the same as LIBRARY."), exists=True, file_okay=False, readable=True),
     ] = None,
     registry: Annotated[str, typer.Option(help="Name of the object registry, and of the folder below objects/.")] = (
         "casa"
     ),
-    jobs: Annotated[int, typer.Option(min=0, help="Processes that build kitchens; 0: one per core.")] = 0,
-    with_review: Annotated[
-        bool, typer.Option("--with-review", help="Write what a person has to decide about, see review.csv, too.")
-    ] = False,
+    jobs: Jobs = 0,
+    with_review: WithReview = False,
     states: States = None,
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset and kitchen on standard output.")] = (
-        False
-    ),
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Write loose objects of a library, and kitchens, as RoboCasa reads them; exit 0, 1 where one was refused, 2, 3.
+    """Write loose objects of a library, and kitchens, as RoboCasa reads them.
 
-    Objects are for v0.2 and v1.0, kitchens for v1.0. One that cannot be built is told, and the others are written;
-    after 2 or 3 OUT is as it was.
+    Objects are for v0.2 and v1.0, kitchens for v1.0. One that cannot be built is told, and the others are written.
+    Exit 0 when all were written, 1 where one was refused, 2 on misuse; after 2, or 3 for a fault of the program, OUT is
+    as it was.
     """
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
     from casa_assets.pipeline.export_robocasa import export
     from casa_assets.pipeline.kitchens.scene_folders import recipes_named
 
-    if library is not None and objects is not None:
-        raise typer.BadParameter("give the library once", param_hint="--objects")
-    if library is None and objects is None and not scenes:
+    if source is not None and library is not None:
+        raise typer.BadParameter("give the library once", param_hint="--library")
+    if source is None and library is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
     recipes = recipes_named(scenes or [], states or SCENES)
     results: list[ExportResult] = []
     kitchens: list[KitchenResult] = []
-    running = export(library or objects, out, registry, recipes, jobs, with_review, states)
-    with bar(Console(stderr=True)) as progress, closing(running):
+    output = Output(json_, quiet, verbose)
+    running = export(source or library, out, registry, recipes, jobs, with_review, states)
+    with bar(output.console) as progress, closing(running):
         task = progress.add_task("reading", total=None)
         for result in running:
             done: list[ExportResult] | list[KitchenResult]
@@ -91,12 +101,11 @@ def robocasa(
                 results.append(result)
                 done = results
             progress.update(task, total=result.total, completed=len(done), description=escape(terminal_safe(result.id)))
-    if json_:
-        _print_json(results, kitchens)
-    else:
-        if results:
-            _print_results(results, out)
-        _print_kitchens(kitchens, out)
+    place = source or library
+    _print_json(results, kitchens, out, folders_by_id(place) if json_ and place else {}, output)
+    if not json_:
+        _print_results(results, out, output)
+        _print_kitchens(kitchens, out, output)
     if any(kitchen.message for kitchen in kitchens):
         raise typer.Exit(1)
 
@@ -104,53 +113,52 @@ def robocasa(
 robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
 
 
-def _print_json(results: list[ExportResult], kitchens: list[KitchenResult]) -> None:
+def _print_json(
+    results: list[ExportResult], kitchens: list[KitchenResult], out: Path, known: dict[str, Path], output: Output
+) -> None:
     """A line for each object, then one for each kitchen."""
     for result in results:
-        row = {name: value for name, value in vars(result).items() if name != "total"}
-        typer.echo(json.dumps({"status": "exported" if result.model else "left_out", **row}, sort_keys=True))
+        row = {name: value for name, value in vars(result).items() if name != "total"} | measures_in(known, result.id)
+        status = "exported" if result.model else "left_out"
+        output.row({"status": status, "verdict": status, "folder": str(out) if result.model else "", **row})
     for kitchen in kitchens:
-        facts: dict[str, object]
         if kitchen.message:
-            facts = {"status": "refused_kitchen", "id": kitchen.id, "message": kitchen.message}
+            refused = {"status": "refused_kitchen", "verdict": "refused", "folder": ""}
+            output.row({**refused, "id": kitchen.id, "message": kitchen.message})
         else:
-            counts = {"number": kitchen.number, "fixtures": kitchen.fixtures}
-            facts = {"status": "exported_kitchen", "id": kitchen.id, **counts}
-        typer.echo(json.dumps(facts, sort_keys=True))
+            written = {"status": "exported_kitchen", "verdict": "exported", "folder": str(out)}
+            output.row({**written, "id": kitchen.id, "number": kitchen.number, "fixtures": kitchen.fixtures})
 
 
-def _print_kitchens(kitchens: list[KitchenResult], out: Path) -> None:
-    console = Console()
+def _print_kitchens(kitchens: list[KitchenResult], out: Path, output: Output) -> None:
     for kitchen in kitchens:
         count = sum(kitchen.fixtures.values())
         if kitchen.message:
-            line = f"[red]refused[/] {kitchen.id}: {escape(terminal_safe(kitchen.message))}"
+            output.wrong(f"refused {kitchen.id}: {terminal_safe(kitchen.message)}")
         else:
-            line = f"kitchen [bold]{kitchen.id}[/] of {count} fixtures, number {kitchen.number}"
-        console.print(line, highlight=False, soft_wrap=True)
+            output.line(f"kitchen {kitchen.id} of {count} fixtures, number {kitchen.number}")
     if written := [kitchen for kitchen in kitchens if not kitchen.message]:
-        place = escape(terminal_safe(str(out)))
-        message = f"{pluralize(len(written), 'kitchen')}; read {place}/README.md for how to open them"
-        console.print(message, highlight=False, soft_wrap=True)
+        place = terminal_safe(str(out))
+        output.line(f"{pluralize(len(written), 'kitchen')}; read {place}/README.md for how to open them")
 
 
-def _print_results(results: list[ExportResult], out: Path, max_rows: int = 40) -> None:
-    console = Console()
+def _print_results(results: list[ExportResult], out: Path, output: Output, max_rows: int = 40) -> None:
+    if not results:
+        return
     written = [result for result in results if result.model]
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in ("category", "train", "test"):
-        table.add_column(name, justify="left" if name == "category" else "right")
+    table = TextTable(("category", "train", "test"), right=("train", "test"))
     counts = Counter((result.category, result.split) for result in written)
     kinds = sorted({result.category for result in written})
-    for kind in kinds[:max_rows]:
-        table.add_row(kind, str(counts[kind, "train"] or ""), str(counts[kind, "test"] or ""))
-    if len(kinds) > max_rows:
-        table.add_row(f"... and {len(kinds) - max_rows} more", "", "")
-    console.print(table)
+    shown = kinds if output.verbose else kinds[:max_rows]
+    for kind in shown:
+        table.add(kind, str(counts[kind, "train"] or ""), str(counts[kind, "test"] or ""))
+    if len(kinds) > len(shown):
+        table.add(f"... and {len(kinds) - len(shown)} more", "", "")
+    table.print(output.console)
     for result in results:
         if not result.model:
-            line = f"[yellow]left out[/] {escape(terminal_safe(result.id))}: {escape(terminal_safe(result.message))}"
-            console.print(line, highlight=False, soft_wrap=True)
-    place = escape(terminal_safe(str(out)))
+            output.line(f"left out {terminal_safe(result.id)}: {terminal_safe(result.message)}")
+        else:
+            output.detail(f"exported {terminal_safe(result.id)}: {result.model}")
     message = f"{pluralize(len(written), 'object')} in {pluralize(len(kinds), 'category')}"
-    console.print(f"{message}; read {place}/README.md for how to add them", highlight=False, soft_wrap=True)
+    output.line(f"{message}; read {terminal_safe(str(out))}/README.md for how to add them")

@@ -1,30 +1,52 @@
-"""What the exports of assets and kitchens have in common: rows on a progress bar, then words or JSON."""
+"""What the exports of assets and kitchens have in common: options, rows on a progress bar, then words or JSON."""
 
 from __future__ import annotations
 
-import json
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from rich.markup import escape
 
+from casa_assets.cli import completion
+from casa_assets.cli.options import OUT_HELP, more
+from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize, terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.export.form import ExportResult, Form
 
+ExportOut = Annotated[
+    Path, typer.Option("--out", help=more(OUT_HELP, "a folder: missing, empty, or an earlier export."))
+]
+Source = Annotated[
+    Path | None,
+    typer.Argument(
+        help="Library, or the folder of one asset in it.",
+        exists=True,
+        file_okay=False,
+        readable=True,
+        autocompletion=completion.assets,
+    ),
+]
+
 
 def export_as(
-    form: Form, word: str, source: Path | None, scenes: list[str], out: Path, jobs: int, with_review: bool, json_: bool
+    form: Form,
+    word: str,
+    source: Path | None,
+    scenes: list[str],
+    out: Path,
+    jobs: int,
+    with_review: bool,
+    output: Output,
 ) -> None:
     """Write a library, an asset or kitchens in a form; exits with 1 where one was refused.
 
     Args:
-        word: name of the form in a sentence. json_: tell it as one JSON object per asset or kitchen.
+        word: name of the form in a sentence.
     """
     from casa_assets.pipeline.export.form import export_assets, export_scenes
 
@@ -35,35 +57,49 @@ def export_as(
     else:
         rows = export_scenes(form, scenes, out, jobs)
     results: list[ExportResult] = []
-    with bar(Console(stderr=True)) as progress, closing(rows) as running:
+    with bar(output.console) as progress, closing(rows) as running:
         task = progress.add_task("reading", total=None)
         for result in running:
             results.append(result)
             progress.update(
                 task, total=result.total, completed=len(results), description=escape(terminal_safe(result.id))
             )
-    if json_:
-        for result in results:
-            row = {"id": result.id, form.name: result.file, "message": result.message}
-            status = "exported" if result.file else "left_out" if result.is_left_out else "refused"
-            typer.echo(json.dumps({"status": status, **row}, sort_keys=True))
-    else:
-        _print_results(results, out, "asset" if source is not None else "kitchen", word)
+    known = folders_by_id(source) if output.as_json and source is not None else {}
+    for result in results:
+        row = {"id": result.id, form.name: result.file, "message": result.message, **measures_in(known, result.id)}
+        status = "exported" if result.file else "left_out" if result.is_left_out else "refused"
+        output.row({"status": status, "verdict": status, "folder": str(out) if result.file else "", **row})
+    if not output.as_json:
+        _print_results(results, out, "asset" if source is not None else "kitchen", word, output)
     if not all(result.file or result.is_left_out for result in results):
         raise typer.Exit(1)
 
 
-def _print_results(results: list[ExportResult], out: Path, what: str, word: str) -> None:
-    console = Console()
+def folders_by_id(source: Path) -> dict[str, Path]:
+    """Folders of the accepted assets of a library, or the folder of one asset, by id."""
+    from casa_assets.pipeline.library.library import CERTIFICATE, Library
+
+    if (source / CERTIFICATE).is_file():
+        return {source.name: source}
+    return {folder.name: folder for folder in Library(source).accepted()}
+
+
+def measures_in(known: dict[str, Path], asset_id: str) -> dict[str, Any]:
+    """Mass and size of an asset; null where it is none of those known."""
+    return measures_at(known[asset_id]) if asset_id in known else measures(None)
+
+
+def _print_results(results: list[ExportResult], out: Path, what: str, word: str, output: Output) -> None:
     for result in results:
-        if not result.file:
-            word = "[yellow]left out[/]" if result.is_left_out else "[red]refused[/]"
-            line = f"{word} {escape(terminal_safe(result.id))}: {escape(terminal_safe(result.message))}"
-            console.print(line, highlight=False, soft_wrap=True)
+        if result.file:
+            output.detail(f"exported {terminal_safe(result.id)}: {result.file}")
+        elif result.is_left_out:
+            output.line(f"left out {terminal_safe(result.id)}: {terminal_safe(result.message)}")
+        else:
+            output.wrong(f"refused {terminal_safe(result.id)}: {terminal_safe(result.message)}")
     written = [result for result in results if result.file]
     if not written:
-        console.print("nothing was written", highlight=False)
+        output.error("nothing was written")
         return
-    place = escape(terminal_safe(str(out)))
-    message = f"{pluralize(len(written), what)} as {word}; read {place}/README.md for how to load them"
-    console.print(message, highlight=False, soft_wrap=True)
+    place = terminal_safe(str(out))
+    output.line(f"{pluralize(len(written), what)} as {word}; read {place}/README.md for how to load them")

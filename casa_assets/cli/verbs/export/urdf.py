@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
-import typer
-
-from casa_assets.cli.verbs.export.rows import export_as
+from casa_assets.cli.options import AsJson, Jobs, Kitchens, Quiet, Verbose, WithReview
+from casa_assets.cli.output import Output
+from casa_assets.cli.verbs.export.rows import ExportOut, Source, export_as
 
 EXAMPLES = """
 Examples:
@@ -23,24 +20,22 @@ Examples:
 
 
 def urdf(
-    out: Annotated[Path, typer.Option(help="Folder to write: missing, empty, or an earlier export.")],
-    source: Annotated[
-        Path | None,
-        typer.Argument(help="Library, or the folder of one asset in it.", exists=True, file_okay=False, readable=True),
-    ] = None,
-    scenes: Annotated[list[str] | None, typer.Option(help="Ids or globs of kitchens, such as 'l_small__*'.")] = None,
-    jobs: Annotated[int, typer.Option(min=0, help="Processes that build kitchens; 0: one per core.")] = 0,
-    with_review: Annotated[
-        bool, typer.Option("--with-review", help="Write what a person has to decide about, see review.csv, too.")
-    ] = False,
-    json_: Annotated[bool, typer.Option("--json", help="One JSON object per asset or kitchen on standard output.")] = (
-        False
-    ),
+    out: ExportOut,
+    source: Source = None,
+    scenes: Kitchens = None,
+    jobs: Jobs = 0,
+    with_review: WithReview = False,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
 ) -> None:
-    """Write assets or kitchens as URDF and compare what is read back; exit 0, 1 where one was refused, 2, 3."""
+    """Write assets or kitchens as URDF and compare what is read back.
+
+    Exit 0 when all were written, 1 where one was refused, 2 on misuse.
+    """
     from casa_assets.pipeline.export.urdf import URDF
 
-    export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, json_)
+    export_as(URDF, "URDF", source, scenes or [], out, jobs, with_review, Output(json_, quiet, verbose))
 
 
 urdf.__doc__ = f"{urdf.__doc__}\n{EXAMPLES}"
