@@ -14,8 +14,9 @@ export { loadModel } from "./load.js";
 // Layers that are hidden until somebody asks for them.
 const HIDDEN_AT_FIRST = new Set(["collider", "region", "ceiling", "outside"]);
 const CLICK_PX = 5;
-const HELP = "Drag to turn, wheel or pinch to zoom, right button or two fingers to move. Click a door to open it. Keys: arrows turn, "
-  + "Shift and arrows move, + and − zoom, 0 shows all.";
+const HELP = "Drag to turn, wheel or pinch to zoom, right button or two fingers to move. Keys: arrows turn, Shift and arrows move, "
+  + "+ and − zoom, 0 shows all.";
+const HELP_JOINTS = "Click a door to open it. ";
 
 function element(tag, className, attributes = {}) {
   const made = document.createElement(tag);
@@ -165,7 +166,7 @@ class Viewer {
     });
     for (const { name, isShown } of this.layers()) this.panel.showLayer(name, isShown);
     const help = element("p", "cv-help");
-    help.textContent = HELP;
+    help.textContent = (this.joints.all.length ? HELP_JOINTS : "") + HELP;
     this.panelBox.append(help);
   }
 
