@@ -43,7 +43,7 @@ class StillSettings:
 
     width_px: int = 960
     height_px: int = 540
-    samples: int = 64
+    samples: int = 40
     threads: int = 2
     seed: int = 1
 
