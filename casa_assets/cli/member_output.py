@@ -33,6 +33,11 @@ def follow(running: Iterable[FamilyResult], requests: Sequence[FamilyRequest], o
     return results
 
 
+def look(results: Sequence[FamilyResult], output: Output) -> None:
+    """Print the command that shows the first member that passed."""
+    output.look(*[result.folder for result in results if result.passed][:1])
+
+
 def end(results: Sequence[FamilyResult]) -> None:
     """End with the exit code of a run: raises BatchFault after faults of the program, exit 1 where some failed."""
     if faults := [result.request.title for result in results if result.is_fault]:

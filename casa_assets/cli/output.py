@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
+
+from casa_assets.cli.text import terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Summary
@@ -49,6 +52,15 @@ class Output:
     def wrong(self, text: str) -> None:
         """Print a line of plain text about what failed."""
         self.failures.print(text, markup=False, highlight=False, soft_wrap=True)
+
+    def look(self, *words: str | Path) -> None:
+        """Print the command that shows what was made, the last line of a verb, on standard error for people alone.
+
+        Args:
+            words: what `casa-assets view` takes; nothing is printed where there are none, or JSON is asked for.
+        """
+        if words and not self.as_json and not self.quiet:
+            self.error(f"Look at it: casa-assets view {shlex.join(terminal_safe(str(word)) for word in words)}")
 
     def error(self, text: str) -> None:
         """Print a line of plain text on standard error: why there is no result."""

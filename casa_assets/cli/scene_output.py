@@ -52,6 +52,11 @@ def end(results: Sequence[SceneResult]) -> None:
         raise typer.Exit(1)
 
 
+def look(results: Sequence[SceneResult], output: Output) -> None:
+    """Print the command that shows the first scene that was made."""
+    output.look(*[result.folder for result in results if result.passed][:1])
+
+
 def raise_faults(results: Sequence[SceneResult]) -> None:
     """Raise BatchFault where some were not made or checked by a fault of the program."""
     if faults := [result.recipe.scene_id for result in results if result.is_fault]:

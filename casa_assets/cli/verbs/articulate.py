@@ -124,6 +124,7 @@ def _articulate(
     output: Output,
 ) -> None:
     """Run, print what became of every input, write the review page where its command is given, and exit."""
+    from casa_assets.model.issue import Decision
     from casa_assets.pipeline.articulate import review_page
     from casa_assets.pipeline.articulate.batch import articulate as run
 
@@ -141,6 +142,7 @@ def _articulate(
         _print_summary(outcomes, out, output)
     if review_command:
         output.line(str(review_page.write(out, outcomes, review_command)))
+    output.look(*[o.folder for o in outcomes if o.folder and o.decision is not Decision.REJECTED][:1])
     _exit_with(outcomes)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.member_output import end, follow, print_result, print_summary
+from casa_assets.cli.member_output import end, follow, look, print_result, print_summary
 from casa_assets.cli.options import (
     OLD_WIDTH,
     All,
@@ -104,6 +104,7 @@ def show(
             stem = request.title.replace("/", "_").replace("#", "n")
             for path in pictures(Path(result.folder), out, stem, width_px) if result.folder else ():
                 output.line(f"  {path}")
+    look(results, output)
     end(results)
 
 
@@ -137,6 +138,7 @@ def build(
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
     results = follow(build_all(requests, library, jobs, pictures), requests, output)
     print_summary(results, output)
+    look(results, output)
     end(results)
 
 

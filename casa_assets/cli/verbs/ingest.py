@@ -151,6 +151,8 @@ def _ingest(sources: list[Path], options: Options, output: Output, explain: bool
         _print_counts(events, output)
     elif not output.as_json or explain:
         _print_summary(events, options.library, output, explain)
+    if not options.dry_run:
+        output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
     _end(events, CRASH_CODE)
 
 

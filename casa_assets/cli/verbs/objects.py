@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.member_output import end, follow, print_summary, print_together
+from casa_assets.cli.member_output import end, follow, look, print_summary, print_together
 from casa_assets.cli.options import (
     ALL_HELP,
     COUNT_HELP,
@@ -94,6 +94,7 @@ def show(
             done(name)
             output.row({"id": name, "verdict": "made", "picture": str(path), "count": count})
             output.line(str(path))
+    output.look(names[0])
 
 
 @app.command(cls=Verb)
@@ -129,6 +130,7 @@ def build(
     if whole is not None:
         print_together(whole.report, {row.code: row.title for row in ROWS}, output)
     output.line(f"Next:    casa-assets report --library {library}")
+    look(results, output)
     end(results)
 
 

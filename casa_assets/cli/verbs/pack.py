@@ -11,7 +11,7 @@ from casa_assets.cli import completion
 from casa_assets.cli.options import OUT_HELP, AsJson, Quiet, ScenesFolder, Verbose, more
 from casa_assets.cli.output import Output
 
-OUT = Path("out/packs")
+OUT, SCENES = Path("out/packs"), Path("out/scenes")
 
 
 def pack(
@@ -23,7 +23,7 @@ def pack(
     out: Annotated[
         Path | None, typer.Option(help=more(OUT_HELP, "out/packs/<id>.zip or .usdz where it is not given."))
     ] = None,
-    scenes_folder: ScenesFolder = Path("out/scenes"),
+    scenes_folder: ScenesFolder = SCENES,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -43,3 +43,5 @@ def pack(
     row = {"id": done.scene_id, "file": str(done.file), "kind": kind.value, "files": done.files, "verdict": "made"}
     output.row({**row, "bytes": done.size, "sha256": done.sha256, "built": done.built})
     output.line(f"{done.file}: {done.files} files, {done.size / 1e6:.1f} MB")
+    elsewhere = () if scenes_folder == SCENES else ("--scenes-folder", scenes_folder)
+    output.look(done.scene_id, *elsewhere)

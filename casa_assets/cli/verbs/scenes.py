@@ -122,6 +122,7 @@ def _build(recipes: list[SceneRecipe], out: Path, jobs: int, pictures: bool, for
     done = build_all(recipes, out, jobs, pictures, force)
     results = scene_output.follow(done, recipes, "building", output)
     scene_output.write_reports(results, out, output)
+    scene_output.look(results, output)
     scene_output.end(results)
 
 
@@ -153,6 +154,7 @@ def check(
     if not json_:
         scene_output.print_numbers(results, out, output)
     scene_output.write_reports(results, out, output)
+    scene_output.look(results, output)
     scene_output.end(results)
 
 
@@ -188,6 +190,7 @@ def sample(
     passed = sum(r.passed for r in results)
     rate = f"{passed} of {pluralize(len(results), 'draw')} passed ({passed / len(results):.0%})"
     output.line(f"{rate}; why the others did not: {path}")
+    scene_output.look(results, output)
     scene_output.raise_faults(results)
     if not passed:
         raise typer.Exit(1)
@@ -277,6 +280,7 @@ def robots(
     results = scene_output.follow(done, recipes, "reaching", output)
     if not json_:
         scene_output.print_robots(results, output)
+    scene_output.look(results, output)
     scene_output.end(results)
 
 
@@ -312,6 +316,7 @@ def states(
     results = scene_output.follow(done, recipes, "drawing", output)
     if not json_:
         scene_output.print_states(results, output)
+    scene_output.look(results, output)
     scene_output.end(results)
 
 

@@ -24,7 +24,7 @@ from casa_assets.cli.output import Output
 from casa_assets.cli.progress import bar
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
-from casa_assets.cli.verbs.export.rows import ExportOut, folders_by_id, measures_in
+from casa_assets.cli.verbs.export.rows import ExportOut, folders_by_id, look, measures_in
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
@@ -106,6 +106,8 @@ def robocasa(
     if not json_:
         _print_results(results, out, output)
         _print_kitchens(kitchens, out, output)
+        written = [result.id for result in results if result.model]
+        look(written or [kitchen.id for kitchen in kitchens if not kitchen.message], place if written else None, output)
     if any(kitchen.message for kitchen in kitchens):
         raise typer.Exit(1)
 

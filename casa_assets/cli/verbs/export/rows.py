@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -71,8 +72,27 @@ def export_as(
         output.row({"status": status, "verdict": status, "folder": str(out) if result.file else "", **row})
     if not output.as_json:
         _print_results(results, out, "asset" if source is not None else "kitchen", word, output)
+        look([result.id for result in results if result.file], source, output)
     if not all(result.file or result.is_left_out for result in results):
         raise typer.Exit(1)
+
+
+def look(ids: Sequence[str], source: Path | None, output: Output) -> None:
+    """Print the command that shows the first of what was exported.
+
+    Args:
+        ids: of assets, or of kitchens where there is no source. source: library, or the folder of one asset.
+    """
+    from casa_assets.pipeline.library.library import CERTIFICATE
+
+    if not ids:
+        return
+    if source is None:
+        output.look(ids[0])
+    elif (source / CERTIFICATE).is_file():
+        output.look(source)
+    else:
+        output.look(ids[0], "--library", source)
 
 
 def folders_by_id(source: Path) -> dict[str, Path]:

@@ -1,0 +1,82 @@
+"""The last line of each command that makes something: how to look at it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from casa_assets.cli.output import Output
+from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, find
+from tests.libraries import casa
+
+LINE = "Look at it: casa-assets view "
+Checked = tuple[Path, SceneResult]
+
+
+def named(run: subprocess.CompletedProcess[str]) -> list[str]:
+    """What the last line on standard error says that can be viewed; standard output says nothing of it."""
+    assert LINE not in run.stdout
+    last = run.stderr.splitlines()[-1]
+    assert last.startswith(LINE), run.stderr
+    return shlex.split(last.removeprefix(LINE))
+
+
+def test_words_are_quoted_and_json_and_quiet_say_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    Output().look(Path("out/my library/mug"), "--library", "a'b")
+    assert capsys.readouterr() == ("", f"{LINE}'out/my library/mug' --library 'a'\"'\"'b'\n")
+    Output().look()
+    Output(as_json=True).look("mug")
+    Output(quiet=True).look("mug")
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (("ingest", "boxes/in", "--library", "lib", "--jobs", "1"), None),
+        (("families", "build", "knife_block", "--samples", "1", "--library", "lib", "--jobs", "1"), 0),
+        (("families", "show", "switch", "--preset", "rocker", "--out", "lib", "--no-check"), 0),
+        (("objects", "build", "apple", "--count", "1", "--library", "lib", "--jobs", "1"), 0),
+    ],
+    ids=lambda value: value[0] + value[1] if isinstance(value, tuple) else "",
+)
+def test_assets(arguments: Sequence[str], code: int | None, boxes: Path, tmp_path: Path) -> None:
+    words = [str(boxes / "in") if word == "boxes/in" else str(tmp_path / "lib") if word == "lib" else word for word in arguments]
+    run = casa(*words)
+    assert code is None or run.returncode == code, run.stderr
+    (folder,) = named(run)
+    assert isinstance(find(folder, tmp_path, ()), AssetFolder)
+    again = casa(*words, "--json")
+    assert LINE not in again.stdout + again.stderr
+    assert all(json.loads(line) for line in again.stdout.splitlines())
+
+
+def test_a_sheet_of_objects(tmp_path: Path) -> None:
+    (name,) = named(casa("objects", "show", "apple", "--count", "1", "--out", tmp_path))
+    assert isinstance(find(name, tmp_path, ()), Member)
+
+
+def test_kitchens(checked_kitchen: Checked, tmp_path: Path) -> None:
+    out, done = checked_kitchen
+    (folder,) = named(casa("scenes", "build", done.recipe.scene_id, "--out", out, "--jobs", "1", "--no-pictures"))
+    found = find(folder, tmp_path, ())
+    assert isinstance(found, Kitchen)
+    assert found.recipe == done.recipe
+
+
+def test_an_export_names_where_it_came_from(boxes: Path, tmp_path: Path) -> None:
+    library = boxes / "library"
+    run = casa("export", "urdf", library, "--out", tmp_path / "urdf")
+    assert run.returncode == 0, run.stderr
+    asset_id, option, place = named(run)
+    assert (option, place) == ("--library", str(library))
+    assert isinstance(find(asset_id, tmp_path, (Path(place),)), AssetFolder)
+    folder = next(Library(library).accepted())
+    assert named(casa("export", "urdf", folder, "--out", tmp_path / "one")) == [str(folder)]
