@@ -48,7 +48,10 @@ def test_words_are_quoted_and_json_and_quiet_say_nothing(capsys: pytest.CaptureF
     ids=lambda value: value[0] + value[1] if isinstance(value, tuple) else "",
 )
 def test_assets(arguments: Sequence[str], code: int | None, boxes: Path, tmp_path: Path) -> None:
-    words = [str(boxes / "in") if word == "boxes/in" else str(tmp_path / "lib") if word == "lib" else word for word in arguments]
+    words = [
+        str(boxes / "in") if word == "boxes/in" else str(tmp_path / "lib") if word == "lib" else word
+        for word in arguments
+    ]
     run = casa(*words)
     assert code is None or run.returncode == code, run.stderr
     (folder,) = named(run)
