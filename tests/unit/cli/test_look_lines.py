@@ -10,14 +10,15 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.cli import scene_output
 from casa_assets.cli.output import Output
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.view.subject import AssetFolder, Kitchen, Member, find
 from tests.libraries import casa
 
 LINE = "Look at it: casa-assets view "
-Checked = tuple[Path, SceneResult]
 
 
 def named(run: subprocess.CompletedProcess[str]) -> list[str]:
@@ -66,12 +67,18 @@ def test_a_sheet_of_objects(tmp_path: Path) -> None:
     assert isinstance(find(name, tmp_path, ()), Member)
 
 
-def test_kitchens(checked_kitchen: Checked, tmp_path: Path) -> None:
-    out, done = checked_kitchen
-    (folder,) = named(casa("scenes", "build", done.recipe.scene_id, "--out", out, "--jobs", "1", "--no-pictures"))
-    found = find(folder, tmp_path, ())
-    assert isinstance(found, Kitchen)
-    assert found.recipe == done.recipe
+def test_of_kitchens_the_first_that_was_made(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    recipe = SceneRecipe("galley", "rustic")
+    folder = tmp_path / recipe.scene_id
+    folder.mkdir()
+    (folder / "scene.json").write_text("{}", encoding="utf-8")
+    failed, made = SceneResult(SceneRecipe("galley", "coastal"), message="no room"), SceneResult(recipe, str(folder))
+    scene_output.look([failed, made], Output())
+    out, err = capsys.readouterr()
+    assert (out, err) == ("", f"{LINE}{folder}\n")
+    assert find(str(folder), tmp_path, ()) == Kitchen(recipe, tmp_path, is_named_by_path=True)
+    scene_output.look([failed], Output())
+    assert capsys.readouterr() == ("", "")
 
 
 def test_an_export_names_where_it_came_from(boxes: Path, tmp_path: Path) -> None:
