@@ -3,29 +3,48 @@
 from __future__ import annotations
 
 import os
+import shlex
 import shutil
 from pathlib import Path
 
 # Names the program `blender`, or a Python that has the module bpy.
 VARIABLE = "CASA_BLENDER"
 # Blender as a module conflicts with this package's numpy and is there for one version of Python: it lives by itself.
-_PLACE = "~/.local/share/casa-assets/blender"
-INSTALL = f"python3.11 -m venv {_PLACE} && {_PLACE}/bin/pip install bpy==5.0.1"
+_MODULE = "bpy==5.0.1"
 _CHECKOUT = Path(__file__).parents[2] / ".venv-blender" / "bin" / "python"
 
 
 def find_blender() -> str:
     """Path of a Blender, or of a Python with bpy; empty where there is none.
 
-    As CASA_BLENDER says, of the checkout (`.venv-blender`), of the user (see INSTALL), or `blender` on the PATH.
+    As CASA_BLENDER says, and no other where it says something; else of the checkout (`.venv-blender`), of the user
+    (see `how_to_install`), or `blender` on the PATH.
     """
     named = os.environ.get(VARIABLE, "")
-    home = os.environ.get("XDG_DATA_HOME", "") or str(Path.home() / ".local" / "share")
-    users = str(Path(home) / "casa-assets" / "blender" / "bin" / "python")
-    for path in (named, str(_CHECKOUT), users, shutil.which("blender") or ""):
+    if named:
+        return named if os.access(named, os.X_OK) else ""
+    users = str(_users_place() / "bin" / "python")
+    for path in (str(_CHECKOUT), users, shutil.which("blender") or ""):
         if path and os.access(path, os.X_OK):
             return path
     return ""
+
+
+def how_to_install() -> str:
+    """What a user does where `find_blender` finds none: a clause that follows "Blender, "."""
+    named = os.environ.get(VARIABLE, "")
+    if named:
+        return f"{VARIABLE} names {named!r}, which is no program: correct it, or unset it"
+    place = shlex.quote(str(_users_place()))
+    return (
+        f"which was not found; install it: python3.11 -m venv {place} && {place}/bin/pip install {_MODULE}, "
+        f"or name one that you have: export {VARIABLE}=/path/to/blender"
+    )
+
+
+def _users_place() -> Path:
+    home = os.environ.get("XDG_DATA_HOME", "") or str(Path.home() / ".local" / "share")
+    return Path(home) / "casa-assets" / "blender"
 
 
 def command(program: str, script: Path, *arguments: str) -> list[str]:

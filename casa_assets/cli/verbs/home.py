@@ -9,7 +9,9 @@ import typer
 
 from casa_assets.cli.options import AsJson, Jobs, Pictures, Quiet, Verbose
 from casa_assets.cli.output import Output
+from casa_assets.cli.progress import working_on
 from casa_assets.cli.text import pluralize
+from casa_assets.errors import BatchFault
 
 
 def home(
@@ -22,24 +24,34 @@ def home(
 ) -> None:
     """Write index.html of a folder: its kitchens, what was articulated, its assets, what was rejected and why.
 
-    With pictures, kitchens that have none with their doors open get one. Exit 0 when it is written, 2 on misuse.
+    With pictures, kitchens that have none with their doors open get one. Exit 0 when it is written, 2 on misuse, 3
+    where a fault of the program kept a picture from being drawn; the page has the others.
 
     Example:
 
       casa-assets home out
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.kitchens.eye_pictures import draw_missing
+    from casa_assets.pipeline.kitchens import eye_pictures
     from casa_assets.pipeline.reports import home as page
     from casa_assets.pipeline.reports import kitchens
 
-    output = Output(json_, quiet, verbose)
+    output, faults = Output(json_, quiet, verbose), list[BatchFault]()
     for shelf in page.scene_folders(folder):
-        drawn = list(draw_missing(shelf.path, jobs)) if pictures else []
-        if drawn:
-            output.line(f"{pluralize(len(drawn), 'picture')} of kitchens with their doors open in {shelf.path}")
-            with writing(shelf.path):
-                kitchens.write(shelf.path)
+        wanted = eye_pictures.missing(shelf.path) if pictures else []
+        if not wanted:
+            continue
+        try:
+            with working_on(output.console, "drawing", [path.parent.name for path in wanted]) as done:
+                for path in eye_pictures.draw(shelf.path, wanted, jobs):
+                    done(path.parent.name)
+        except BatchFault as fault:
+            faults.append(fault)
+        output.line(f"Kitchens with their doors open: {pluralize(len(wanted), 'picture')} in {shelf.path}")
+        with writing(shelf.path):
+            kitchens.write(shelf.path)
     path = page.write(folder)
     output.row({"page": str(path.resolve()), "folder": str(folder), "verdict": "made"})
     output.line(f"Page: {path.resolve()}")
+    if faults:
+        raise faults[0]

@@ -55,6 +55,8 @@ def report(
     from casa_assets.pipeline.reports.library.models import models_of
     from casa_assets.pipeline.reports.library.report import write
 
+    if out is not None and out.suffix.lower() != ".html":
+        raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")
     conditions = [parse(text, codes()) for text in fail_on or ()]
     if baseline is None and any(condition.needs_baseline for condition in conditions):
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")

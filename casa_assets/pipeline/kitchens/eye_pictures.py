@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
+from casa_assets.errors import BatchFault
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES, draw_cameras, warm
 from casa_assets.pipeline.workers.batch import run_batch
+from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.kitchen import PictureSettings
 
 POSE = "open"
@@ -25,20 +27,30 @@ def eye_picture_of(folder: Path) -> Path | None:
     return folder / f"{names[0]}_{POSE}.png" if names else None
 
 
-def draw_missing(out: Path, jobs: int = 0) -> Iterator[Path]:
-    """Draw the picture of each scene in a folder that has none, several at once; yields each path as it is done.
+def missing(out: Path) -> list[Path]:
+    """The pictures that the scenes in a folder should have and have not."""
+    wanted = [eye_picture_of(path.parent) for path in sorted(out.glob(f"*/{SCENE_JSON}"))]
+    return [path for path in wanted if path is not None and not path.exists()]
+
+
+def draw(out: Path, pictures: Sequence[Path], jobs: int = 0) -> Iterator[Path]:
+    """Draw pictures of scenes in a folder, several at once; yields each path as it is done.
 
     Args:
-        jobs: processes; 0 for one per core.
+        out: folder of the scenes. pictures: of `missing`. jobs: processes; 0 for one per core.
     Raises:
         CasaError: nothing can be drawn, see run_batch.
+        BatchFault: some could not be drawn by a fault of the program; the others are there.
     """
-    wanted = [eye_picture_of(path.parent) for path in sorted(out.glob(f"*/{SCENE_JSON}"))]
-    missing = [path for path in wanted if path is not None and not path.exists()]
-    draw = partial(_draw, frame=FRAME)
-    for number, _ in run_batch(draw, missing, out, jobs, f"{__name__}:{warm.__name__}", WORKER_BYTES):
-        if missing[number].exists():
-            yield missing[number]
+    faults: dict[str, str] = {}
+    work = partial(_draw, frame=FRAME)
+    for number, answer in run_batch(work, pictures, out, jobs, f"{__name__}:{warm.__name__}", WORKER_BYTES):
+        if isinstance(answer, WorkerFailure):
+            faults[pictures[number].parent.name] = answer.text
+        else:
+            yield pictures[number]
+    if faults:
+        raise BatchFault(faults, "\n".join(faults.values()))
 
 
 def _draw(path: Path, frame: PictureSettings) -> None:

@@ -160,7 +160,7 @@ def build_command(recipe: SceneRecipe) -> str:
     """The command that writes the scene of a recipe to the disk."""
     if not recipe.surfaces and recipe.seed is None and not recipe.closed:
         return f"casa-assets scenes build {recipe.scene_id}"
-    words = [f"casa-assets scene new {recipe.plan} --style {recipe.style}"]
+    words = [f"casa-assets scenes new {recipe.plan} --style {recipe.style}"]
     if recipe.seed is not None:
         words.append(f"--seed {recipe.seed}")
     if recipe.surfaces and recipe.surfaces == draw_surfaces(recipe.seed or 0):

@@ -125,10 +125,7 @@ def _run(job: Mapping[str, Any], views: Sequence[View], frame: StillSettings) ->
     """Draw views in one process of Blender."""
     program = blender.find_blender()
     if not program:
-        raise NoPathTracer(
-            f"stills by a path tracer need Blender, which was not found; install it: {blender.INSTALL}, "
-            f"or name one that you have: export {blender.VARIABLE}=/path/to/blender"
-        )
+        raise NoPathTracer(f"stills by a path tracer need Blender, {blender.how_to_install()}")
     with tempfile.TemporaryDirectory(prefix="casa_photoreal_") as place:
         folder = Path(place)
         text = json.dumps({**job, **asdict(frame), "views": [asdict(view) for view in views]})

@@ -45,6 +45,7 @@ def test_a_name_like_no_other_is_told_what_there_is() -> None:
         (["textures", "list", "--set", "wal"], "'wall'"),
         (["families", "show", "microwave", "--preset", "stel", "--out", NO_PLACE], "did you mean steel?"),
         (["report", "--library", "{empty}"], "is no library"),
+        (["report", "--library", "{empty}", "--out", "report.json"], "name a file that ends in .html"),
         (["find", "mug", "--words", "--library", "{empty}"], "is no library"),
         (["index", "--library", "{empty}"], "is no library"),
         (["preview", "{file}"], "is no MJCF"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,10 @@ from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
 from casa_assets.core import blender
-from casa_assets.errors import CasaError
+from casa_assets.errors import CasaError, UnknownId
+from casa_assets.pipeline.reports import stills
 from casa_assets.preview.photoreal.picture_faults import picture_faults
-from casa_assets.preview.photoreal.render import NoPathTracer, scene_stills
+from casa_assets.preview.photoreal.render import NoPathTracer, StillSettings, scene_stills
 from casa_assets.preview.photoreal.viewpoint import EYE_M, eye_view
 
 WIDE = 16 / 9
@@ -116,6 +118,8 @@ class TestWithoutBlender:
         folder.mkdir()
         (folder / "scene.usda").write_text("#usda 1.0\n", encoding="utf-8")
         (folder / "scene.json").write_text(json.dumps(room(RANGE, FRIDGE)), encoding="utf-8")
+        keys = "<keyframe><key name='start'/><key name='open'/></keyframe>"
+        (folder / "scene.xml").write_text(f"<mujoco>{keys}</mujoco>", encoding="utf-8")
         return folder
 
     def test_says_what_to_install(self, nowhere: Path, kitchen: Path) -> None:
@@ -130,7 +134,18 @@ class TestWithoutBlender:
         python = nowhere / "share" / "casa-assets" / "blender" / "bin" / "python"
         python.parent.mkdir(parents=True)
         python.touch(mode=0o755)
+        assert str(python.parent.parent) in blender.how_to_install()
         assert blender.find_blender() == str(python)
+
+    def test_no_other_is_taken_where_one_is_named(self, nowhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv(blender.VARIABLE, str(nowhere / "gone"))
+        monkeypatch.setattr(blender, "_CHECKOUT", Path(sys.executable))
+        assert blender.find_blender() == ""
+        assert "gone', which is no program" in blender.how_to_install()
+
+    def test_an_unknown_pose_is_named(self, kitchen: Path, tmp_path: Path) -> None:
+        with pytest.raises(UnknownId, match=r"scene.xml 'opne'; did you mean open\?"):
+            list(stills.draw([kitchen], tmp_path / "out", StillSettings(), "opne"))
 
     def test_an_unknown_camera_is_named(self, kitchen: Path) -> None:
         with pytest.raises(NoPathTracer, match="no camera 'nowhere'; there are eye, cutaway, overview"):

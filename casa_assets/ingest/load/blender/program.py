@@ -15,6 +15,6 @@ def blender_program(name: str) -> str:
     """
     program = blender.find_blender()
     if not program:
-        said = f"{name}: a Blender file, which Blender reads; install it: {blender.INSTALL}"
+        said = f"{name}: a Blender file is read by Blender, {blender.how_to_install()}"
         raise Rejected(codes.NEEDS_BLENDER, said)
     return program

@@ -59,7 +59,7 @@ function details(row, place) {
   });
   place.append(terms);
   place.append(make("p", { "class": "small", text: "In 3D, from the folder of this page:" }), make("code", { "class": "command", text: "casa-assets view " + row.id }));
-  if (!isChecked) { place.append(make("p", { "class": "small", text: "Every check, with a page of its own:" }), make("code", { "class": "command", text: "casa-assets scenes check " + row.id })); }
+  if (!isChecked) { place.append(make("p", { "class": "small", text: "Every check, with a page of its own:" }), make("code", { "class": "command", text: "casa-assets scenes check " + row.id + " --out ." })); }
 }
 
 casa.browse({

@@ -25,7 +25,7 @@ LAYER = """#usda 1.0
     defaultPrim = "World"
     metersPerUnit = 1
     upAxis = "Z"
-    subLayers = [@{file}@]
+    subLayers = [@@@{file}@@@]
 )
 
 over "{root}" (
@@ -147,7 +147,7 @@ def fit(camera: Any, points: list[Vector]) -> None:
 
 
 def seen_points() -> list[Vector]:
-    """Corners of the bounds of everything that was imported, world frame, metres."""
+    """Vertices of everything that was imported, world frame, metres."""
     things = [o for o in bpy.context.scene.objects if o.type == "MESH" and o.visible_get() and o.name not in ADDED]
     return [thing.matrix_world @ vertex.co for thing in things for vertex in thing.data.vertices]
 

@@ -6,7 +6,10 @@ import json
 from pathlib import Path
 
 from lxml import html
+from typer.testing import CliRunner
 
+from casa_assets.cli.main import app
+from casa_assets.errors import BatchFault
 from casa_assets.pipeline.reports import home
 from casa_assets.pipeline.reports.library.report import write as write_report
 from tests.built_libraries import keep
@@ -41,6 +44,18 @@ def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> N
     assert "was rejected: FLT005" in text
     assert "Give each object a file of its own." in text
     assert "casa-assets scenes check galley__rustic" in text
+
+
+def test_a_picture_that_cannot_be_drawn_is_told(tmp_path: Path) -> None:
+    folder = scene(tmp_path / "scenes", "galley", "rustic")
+    facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    facts["cameras"] = [{"name": "robot_eye_1"}]
+    (folder / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
+    (folder / "scene.xml").write_text("<mujoco>", encoding="utf-8")
+    done = CliRunner().invoke(app, ["home", str(tmp_path), "--jobs", "1"])
+    assert isinstance(done.exception, BatchFault)
+    assert done.exception.items == ("galley__rustic",)
+    assert (tmp_path / "index.html").is_file()
 
 
 def test_what_was_articulated_is_told_with_its_joints(tmp_path: Path) -> None:

@@ -198,11 +198,11 @@ def test_the_tunnel_is_told_over_ssh_alone(monkeypatch: pytest.MonkeyPatch) -> N
         (SceneRecipe("galley", "rustic", objects=40), "casa-assets scenes build galley__rustic__o40"),
         (
             SceneRecipe("galley", "rustic", 7, closed=True),
-            "casa-assets scene new galley --style rustic --seed 7 --closed",
+            "casa-assets scenes new galley --style rustic --seed 7 --closed",
         ),
         (
             SceneRecipe("galley", "rustic", None, ((Surface.WALL, "oak"),), objects=9, objects_seed=2),
-            "casa-assets scene new galley --style rustic --textures wall=oak --objects 9 --objects-seed 2",
+            "casa-assets scenes new galley --style rustic --textures wall=oak --objects 9 --objects-seed 2",
         ),
     ],
 )
@@ -212,4 +212,4 @@ def test_the_command_that_writes_a_kitchen(recipe: SceneRecipe, command: str) ->
 
 def test_random_textures_of_the_seed_are_told_as_such() -> None:
     recipe = SceneRecipe("galley", "rustic", 7, draw_surfaces(7))
-    assert build_command(recipe) == "casa-assets scene new galley --style rustic --seed 7 --textures random"
+    assert build_command(recipe) == "casa-assets scenes new galley --style rustic --seed 7 --textures random"
