@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import glfw
 import mujoco
 import mujoco.viewer
 
@@ -31,6 +32,7 @@ def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFr
     Raises:
         CannotDraw: it has no such keyframe. CasaError: no window can be opened.
     """
+    require_screen()
     data = mujoco.MjData(model)
     start = reset_to(model, data, pose, name)
     running, wanted = [True], [False]
@@ -41,11 +43,7 @@ def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFr
         elif code == BACKSPACE_KEY:
             wanted[0] = True
 
-    try:
-        handle = mujoco.viewer.launch_passive(model, data, key_callback=on_key, show_left_ui=False)
-    except RuntimeError as error:
-        raise CasaError(f"MuJoCo's viewer cannot open a window: {error}; --web shows a page instead") from error
-    with handle:
+    with mujoco.viewer.launch_passive(model, data, key_callback=on_key, show_left_ui=False) as handle:
         with handle.lock():
             handle.opt.geomgroup[:] = shown_groups(model)
             mujoco.mjv_defaultFreeCamera(model, handle.cam)
@@ -61,6 +59,17 @@ def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFr
                     each_frame(model, data)
             handle.sync()
             time.sleep(max(0.0, FRAME_S - (time.perf_counter() - begin)))
+
+
+def require_screen() -> None:
+    """Raise CasaError where no window can be opened. MuJoCo's viewer would end the whole process there."""
+    said: list[str] = []
+    glfw.set_error_callback(lambda _, text: said.append(text.decode("utf-8", "replace")))
+    is_there = glfw.init()
+    glfw.terminate()
+    if not is_there:
+        why = "; ".join(said) or "GLFW finds no screen"
+        raise CasaError(f"MuJoCo's viewer cannot open a window ({why}); --web shows a page instead")
 
 
 def reset_to(model: Any, data: Any, pose: str, name: str) -> Callable[[], None]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import ipaddress
 import json
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from http import HTTPStatus
@@ -44,8 +45,8 @@ class ViewServer(ThreadingHTTPServer):
     """A server for one subject, and for what the page swaps it for.
 
     Attributes:
-        address: what to open in a browser. workshop: makes the models. first: id of the subject. pose: in which it is
-            shown first; empty: as it begins.
+        address: what to open in a browser. workshop: makes the models. pose: in which the subject is shown first;
+            empty: as it begins.
     """
 
     daemon_threads = True
@@ -53,9 +54,18 @@ class ViewServer(ThreadingHTTPServer):
     def __init__(self, subject: Subject, workshop: Workshop, pose: str = "", port: int = 0) -> None:
         """Bind a port; 0: any that is free. Raises OSError where it is taken."""
         super().__init__((HOST, port), _Handler)
-        self.workshop, self.pose = workshop, pose
+        self.workshop, self.pose, self._subject = workshop, pose, subject
         self.address = f"http://{HOST}:{self.server_port}/"
-        self.first = workshop.order(subject)
+        self.order_first()
+
+    def order_first(self) -> str:
+        """Have the subject's model made, again where it was forgotten after many swaps; returns its id."""
+        return self.workshop.order(self._subject)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Tell of a fault of the program; a browser that went away before its answer was there is none."""
+        if not isinstance(sys.exception(), ConnectionError):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -77,7 +87,7 @@ class _Handler(BaseHTTPRequestHandler):
             "report": self._report,
         }
         if (what, rest) == ("", ""):
-            text = page(self.server.first, self.server.pose)
+            text = page(self.server.order_first(), self.server.pose)
             self._send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
         elif (what, rest) == ("favicon.ico", ""):
             self._send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
@@ -93,7 +103,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True  # what was sent is not read
             self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
             return
-        if not length.isdigit() or int(length) > MAX_BODY_BYTES:
+        if not (length.isascii() and length.isdigit()) or int(length) > MAX_BODY_BYTES:
             self.close_connection = True
             self._refuse(HTTPStatus.BAD_REQUEST, f"say how long it is, at most {MAX_BODY_BYTES} bytes")
             return
@@ -111,10 +121,10 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _is_for_us(self) -> bool:
         """True if the browser asked this machine by its address or as `localhost`, on whatever port a tunnel has."""
-        host = urlsplit(f"//{self.headers.get('Host', '')}").hostname or ""
-        if host == "localhost":
-            return True
         try:
+            host = urlsplit(f"//{self.headers.get('Host', '')}").hostname or ""
+            if host == "localhost":
+                return True
             return ipaddress.ip_address(host).is_loopback
         except ValueError:
             return False
@@ -128,7 +138,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _progress(self, model_id: str) -> None:
         found = self.server.workshop.progress(model_id)
         if found is None:
-            self._refuse(HTTPStatus.NOT_FOUND, f"nobody asked for {model_id}")
+            self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} is not kept; load the page again")
         else:
             self._send_json(asdict(found))
 

@@ -71,8 +71,7 @@ class Workshop:
 
     def progress(self, model_id: str) -> Progress | None:
         """How far a model is; None where nobody ordered it, or it was forgotten."""
-        with self._lock:
-            job = self._jobs.get(model_id)
+        job = self._find(model_id)
         if job is None:
             return None
         if job.progress.is_ready or job.progress.error:
@@ -81,15 +80,21 @@ class Workshop:
 
     def model(self, model_id: str) -> Model | None:
         """A model that is ready, or None."""
-        with self._lock:
-            job = self._jobs.get(model_id)
+        job = self._find(model_id)
         return None if job is None else job.model
 
     def subject(self, model_id: str) -> Subject | None:
         """What a model was ordered for, or None."""
+        job = self._find(model_id)
+        return None if job is None else job.subject
+
+    def _find(self, model_id: str) -> _Job | None:
+        """The job of a model, which counts as asked for just now; None where there is none, or it was forgotten."""
         with self._lock:
             job = self._jobs.get(model_id)
-        return None if job is None else job.subject
+            if job is not None:
+                self._jobs.move_to_end(model_id)
+            return job
 
     def _work(self, job: _Job) -> None:
         def tell(doing: str, done: int, of: int) -> None:

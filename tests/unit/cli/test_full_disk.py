@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow
 VERBS = [
     "families build microwave --library {out}",
     "families show microwave --preset steel --no-check --out {out}",
-    "families catalogue vase --no-textures --out {out}",
+    "families catalogue vase --no-swatches --out {out}",
     "textures make oak_natural_plank --out {out}",
     "textures sheet oak_natural_plank --out {out}",
     "textures check oak_natural_plank oak_ebony --out {out}",

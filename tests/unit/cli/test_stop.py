@@ -38,7 +38,7 @@ VERBS = {
     "articulate {mesh} --out {out}": "pipeline.articulate.run:articulate_one",
     "families build microwave --library {out}": "pipeline.families.run:build_one",
     "families show microwave --preset steel --out {out}": "pipeline.families.run:build_one",
-    "families catalogue microwave --no-textures --out {out}": "pipeline.families.run:build_asset",
+    "families catalogue microwave --no-swatches --out {out}": "pipeline.families.run:build_asset",
     "textures make oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
     "textures sheet oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
     "textures check oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",

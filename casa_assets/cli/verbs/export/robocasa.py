@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Generator
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -77,7 +78,6 @@ def robocasa(
     Exit 0 when all were written, 1 where one was refused, 2 on misuse; after 2, or 3 for a fault of the program, OUT is
     as it was.
     """
-    from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
     from casa_assets.pipeline.export_robocasa import export
     from casa_assets.pipeline.kitchens.scene_folders import recipes_named
 
@@ -86,21 +86,8 @@ def robocasa(
     if source is None and library is None and not scenes:
         raise typer.BadParameter("give a library, --scenes, or both")
     recipes = recipes_named(scenes or [], states or SCENES)
-    results: list[ExportResult] = []
-    kitchens: list[KitchenResult] = []
     output = Output(json_, quiet, verbose)
-    running = export(source or library, out, registry, recipes, jobs, with_review, states)
-    with bar(output.console) as progress, closing(running):
-        task = progress.add_task("reading", total=None)
-        for result in running:
-            done: list[ExportResult] | list[KitchenResult]
-            if isinstance(result, KitchenResult):
-                kitchens.append(result)
-                done = kitchens
-            else:
-                results.append(result)
-                done = results
-            progress.update(task, total=result.total, completed=len(done), description=escape(terminal_safe(result.id)))
+    results, kitchens = _watch(export(source or library, out, registry, recipes, jobs, with_review, states), output)
     place = source or library
     _print_json(results, kitchens, out, folders_by_id(place) if json_ and place else {}, output)
     if not json_:
@@ -113,6 +100,28 @@ def robocasa(
 
 
 robocasa.__doc__ = f"{robocasa.__doc__}\n{EXAMPLES}"
+
+
+def _watch(
+    running: Generator[ExportResult | KitchenResult, None, None], output: Output
+) -> tuple[list[ExportResult], list[KitchenResult]]:
+    """Let an export run to its end under a bar; its objects and its kitchens."""
+    from casa_assets.pipeline.export.robocasa_kitchens import KitchenResult
+
+    results: list[ExportResult] = []
+    kitchens: list[KitchenResult] = []
+    with bar(output.console) as progress, closing(running):
+        task = progress.add_task("reading", total=None)
+        for result in running:
+            done: list[ExportResult] | list[KitchenResult]
+            if isinstance(result, KitchenResult):
+                kitchens.append(result)
+                done = kitchens
+            else:
+                results.append(result)
+                done = results
+            progress.update(task, total=result.total, completed=len(done), description=escape(terminal_safe(result.id)))
+    return results, kitchens
 
 
 def _print_json(

@@ -9,12 +9,14 @@ from pathlib import Path
 
 from casa_assets.errors import BatchFault
 from casa_assets.export.gltf import EVERYTHING, asset_glb
+from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.page_template import relative_link
 from casa_assets.pipeline.viewer.model_files import SUFFIX, put_model, put_viewer, viewer_name
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 
+MADE_BY = "made_by.txt"
 WORKER_BYTES = 1_000_000_000  # of memory, that reading an asset and writing its model may take
 
 
@@ -45,8 +47,8 @@ def folder_of(target: Path) -> Path:
 def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int, int]]:
     """Write the models that are missing; yields (how many there are, of how many) as they are done.
 
-    The id of an asset is a digest of what it is, so a model that is there is not made again. Those of assets that are
-    gone are removed.
+    A model is made again where its asset was written after it, by a correction for instance, and all are where the
+    code that makes them has changed. Those of assets that are gone are removed.
 
     Args:
         root: of the library. target: the page. jobs: processes; 0: one per core.
@@ -54,12 +56,13 @@ def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int,
         BatchFault: some could not be made; the others are there.
     """
     folder = folder_of(target)
+    _empty_unless_made_by(key_of(asset_glb, put_viewer), folder)
     put_viewer(folder)
     folders = {path.name: path for path in disk.Library(root).accepted()}
     for old in folder.glob(f"*{SUFFIX}"):
         if old.name.removesuffix(SUFFIX) not in folders:
             old.unlink()
-    missing = [path for name, path in folders.items() if not (folder / f"{name}{SUFFIX}").is_file()]
+    missing = [path for name, path in folders.items() if not _is_newer(folder / f"{name}{SUFFIX}", path)]
     done = len(folders) - len(missing)
     yield done, len(folders)
     faults: dict[str, str] = {}
@@ -71,6 +74,22 @@ def write_models(root: Path, target: Path, jobs: int = 0) -> Iterator[tuple[int,
         yield done, len(folders)
     if faults:
         raise BatchFault(faults, "\n".join(faults.values()))
+
+
+def _empty_unless_made_by(key: str, folder: Path) -> None:
+    """Remove models and viewers that other code has made; the folder keeps the key of the code that fills it."""
+    mark = folder / MADE_BY
+    if mark.is_file() and mark.read_text(encoding="utf-8") == key:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob("*.js"):
+        old.unlink()
+    mark.write_text(key, encoding="utf-8")
+
+
+def _is_newer(model: Path, asset: Path) -> bool:
+    """True if there is a model, and the asset in a folder was not written after it."""
+    return model.is_file() and model.stat().st_mtime_ns > (asset / disk.CERTIFICATE).stat().st_mtime_ns
 
 
 def _write_model(path: Path, folder: Path) -> str:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.core import blender
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load import load
-from casa_assets.ingest.load.blender import program
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.model.ingest.source import RawModel, Up
 from tests import format_files as made
@@ -163,9 +163,10 @@ def test_every_file_is_counted(tmp_path: Path) -> None:
 
 def test_a_blend_without_blender_says_how_to_install_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.blend").write_bytes(b"BLENDER-v300RENDH")
-    monkeypatch.delenv(program.VARIABLE, raising=False)
+    monkeypatch.delenv(blender.VARIABLE, raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr(program, "_CHECKOUT", tmp_path / "none")
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    monkeypatch.setattr(blender, "_CHECKOUT", tmp_path / "none")
     (one,) = discover([tmp_path])
     assert isinstance(one, Found)
     with pytest.raises(Rejected, match="pip install bpy") as error:

@@ -10,7 +10,7 @@ import pytest
 from lxml import html
 
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.reports.library.models import folder_of, models_of, write_models
+from casa_assets.pipeline.reports.library.models import MADE_BY, folder_of, models_of, write_models
 from casa_assets.pipeline.reports.library.report import write
 from casa_assets.pipeline.viewer.model_files import viewer_name
 from tests.built_libraries import keep, loose_and_fixed
@@ -28,10 +28,35 @@ def test_every_asset_has_a_model_that_is_made_once(library: Path) -> None:
     told = list(write_models(library, page, jobs=1))
     assert told == [(done, len(names)) for done in range(len(names) + 1)]
     models = folder_of(page)
-    assert {path.name for path in models.iterdir()} == {viewer_name(), *(f"{name}.glb.js" for name in names)}
+    assert {path.name for path in models.iterdir()} == {MADE_BY, viewer_name(), *(f"{name}.glb.js" for name in names)}
     before = {path.name: path.stat().st_mtime_ns for path in models.iterdir()}
     assert list(write_models(library, page, jobs=1)) == [(len(names), len(names))]
     assert {path.name: path.stat().st_mtime_ns for path in models.iterdir()} == before
+
+
+def test_the_model_of_an_asset_that_was_written_again_is_made_again(library: Path) -> None:
+    page = library / "report.html"
+    list(write_models(library, page, jobs=1))
+    corrected = next(Library(library).accepted())
+    model = folder_of(page) / f"{corrected.name}.glb.js"
+    before = model.read_bytes()
+    model.write_bytes(b"as it was")
+    (corrected / "asset.json").touch()
+    list(write_models(library, page, jobs=1))
+    assert model.read_bytes() == before
+
+
+def test_models_of_other_code_are_made_again(library: Path) -> None:
+    page = library / "report.html"
+    list(write_models(library, page, jobs=1))
+    models = folder_of(page)
+    before = {path.name: path.read_bytes() for path in models.iterdir()}
+    (models / MADE_BY).write_text("another version", encoding="utf-8")
+    (models / "viewer_0.js").write_text("of another version", encoding="utf-8")
+    for path in models.glob("*.glb.js"):
+        path.write_bytes(b"of another version")
+    list(write_models(library, page, jobs=1))
+    assert {path.name: path.read_bytes() for path in models.iterdir()} == before
 
 
 def test_the_model_of_an_asset_that_is_gone_goes(library: Path) -> None:

@@ -17,6 +17,7 @@ from casa_assets.pipeline.view import server as view_server
 from casa_assets.pipeline.view.model import Model, Tell, build_command, make
 from casa_assets.pipeline.view.server import ViewServer, tunnel_line
 from casa_assets.pipeline.view.subject import Kitchen, Subject, find
+from casa_assets.pipeline.view.workshop import KEPT
 from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
 from tests.view_requests import ask, serving
 
@@ -97,7 +98,7 @@ def test_steps_state_machines(microwave: ViewServer) -> None:
     assert ask(microwave, "step/microwave%2Fsteel", ["no step"])[0] == 400
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "192.168.0.7", "", "127.0.0.1.evil.example"])
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:80", "192.168.0.7", "", "127.0.0.1.evil.example", "["])
 def test_answers_no_other_name(kitchen: ViewServer, host: str) -> None:
     assert ask(kitchen, "", Host=host)[0] == 403
     assert ask(kitchen, "model/galley__coastal.glb", Host=host)[0] == 403
@@ -141,6 +142,16 @@ def test_surfaces_are_swapped_and_put_back(kitchen: ViewServer) -> None:
     assert of_json(ask(kitchen, "order", {"of": "galley__coastal", "random": 5}))["id"] == drawn
 
 
+def test_the_page_is_loaded_again_after_many_swaps(kitchen: ViewServer) -> None:
+    last = "galley__coastal"
+    for seed in range(KEPT + 1):
+        last = of_json(ask(kitchen, "order", {"of": last, "random": seed}))["id"]
+        assert wait_for(kitchen, last)["is_ready"]
+    assert ask(kitchen, "model/galley__coastal.glb")[0] == 404
+    assert ask(kitchen, "")[0] == 200
+    assert wait_for(kitchen, "galley__coastal")["is_ready"]
+
+
 @pytest.mark.parametrize(
     "order",
     [
@@ -179,6 +190,7 @@ def test_long_and_unmeasured_words_are_not_read(kitchen: ViewServer, monkeypatch
     monkeypatch.setattr(view_server, "MAX_BODY_BYTES", 20)
     assert ask(kitchen, "order", {"of": "galley__coastal", "style": "rustic"})[0] == 400
     assert ask(kitchen, "order", {"of": "x"}, Content_Length="many")[0] == 400
+    assert ask(kitchen, "order", {"of": "x"}, Content_Length="\xb2")[0] == 400
 
 
 def test_the_tunnel_is_told_over_ssh_alone(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,8 @@
   const POLL_MS = 250, TICK_MS = 500, STEP_MS = 40;
   const PARKED = { opened: "#2f9e57", reached: "#d9a300", missed: "#d64545", untried: "#4c7fd1" };
   let viewer = null, facts = null, shown = "", machines = new Map();
+  // The kitchen that was ordered last, and how many were: what comes of an earlier order is not shown any more.
+  let ordered = start.first, orders = 0, asking = Promise.resolve(), showing = Promise.resolve();
 
   // Asking the server -------------------------------------------------------------------------------------------------
   async function ask(path, body) {
@@ -34,9 +36,9 @@
     return made;
   }
 
-  // Waits until a model is made, telling how far it is; throws what went wrong.
-  async function untilMade(id) {
-    for (;;) {
+  // Waits until a model is made, telling how far it is; throws what went wrong. Ends early where another was ordered.
+  async function untilMade(id, turn) {
+    while (turn === orders) {
       const found = await (await ask(`progress/${encodeURIComponent(id)}`)).json();
       if (found.error) throw new Error(found.error);
       if (found.is_ready) return;
@@ -45,23 +47,32 @@
     }
   }
 
-  // Shows a model; `pose` and `viewpoint` say how it is seen first.
+  // Shows a model; `pose` and `viewpoint` say how it is seen first. True where it is shown, and no other was ordered.
   async function load(id, pose, viewpoint) {
+    const turn = orders;
     try {
-      await untilMade(id);
+      await untilMade(id, turn);
+      if (turn !== orders) return false;
       say(`${id}: loading`);
       const name = encodeURIComponent(id);
       const [said, glb] = await Promise.all([ask(`facts/${name}`), ask(`model/${name}.glb`)]);
       const [nextFacts, bytes] = [await said.json(), await glb.arrayBuffer()];
-      await show(id, nextFacts, bytes, pose, viewpoint);
+      showing = showing.catch(() => {}).then(() => (turn === orders ? show(id, nextFacts, bytes, pose, viewpoint) : null));
+      await showing;
+      if (turn !== orders) return false;
       say("");
       requestAnimationFrame(() => requestAnimationFrame(() => {
         document.body.dataset.shown = id;
         document.body.dataset.shownMs = String(Math.round(performance.now()));
       }));
+      return true;
     } catch (error) {
+      if (turn !== orders) return false;
       fail(error);
       document.body.dataset.failed = id;
+      ordered = shown || ordered;
+      if (facts) fillSwap();
+      return false;
     }
   }
 
@@ -266,14 +277,23 @@
 
   // Another kitchen of the same plan takes the place of this one, seen from the same place with the same doors open.
   async function order(change) {
+    const turn = ++orders;
     try {
-      const { id } = await (await ask("order", { of: shown, ...change })).json();
+      // One after another: each changes what the one before it has ordered.
+      asking = asking.catch(() => {}).then(async () => {
+        ordered = (await (await ask("order", { of: ordered, ...change })).json()).id;
+        return ordered;
+      });
+      const id = await asking;
+      if (turn !== orders) return;
       const stood = viewer.jointFacts();
-      await load(id, "", viewer.viewpoint());
+      if (!await load(id, "", viewer.viewpoint())) return;
       const known = new Set(viewer.jointFacts().map(({ name }) => name));
       for (const { name, position } of stood) if (known.has(name)) viewer.setJoint(name, position);
     } catch (error) {
+      if (turn !== orders) return;
       fail(error);
+      fillSwap();
     }
   }
 
