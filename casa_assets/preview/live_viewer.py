@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -64,7 +65,7 @@ def show(model: Any, pose: str = "", name: str = "the model", each_frame: EachFr
 def require_screen() -> None:
     """Raise CasaError where no window can be opened. MuJoCo's viewer would end the whole process there."""
     said: list[str] = []
-    glfw.set_error_callback(lambda _, text: said.append(text.decode("utf-8", "replace")))
+    glfw.set_error_callback(lambda _, text: said.append(os.fsdecode(text)))
     is_there = glfw.init()
     glfw.terminate()
     if not is_there:
