@@ -56,7 +56,7 @@ def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the page's own command exports: two kitchens, and objects of the kinds that tasks draw."""
     root = tmp_path_factory.mktemp("robocasa")
     keep(root / "out" / "library", task_objects())
-    [command] = [line for block in PAGE if block.language == "sh" for line in block.commands]
+    command, *_ = [line for block in PAGE if block.language == "sh" for line in block.commands]
     program, *arguments = shlex.split(command)
     assert program == "casa-assets"
     done = casa(*(root / word if word.startswith("out/") else word for word in arguments))
@@ -87,7 +87,7 @@ def in_readme(exported: Path) -> str:
 
 def in_page(exported: Path) -> str:
     """The Python of docs/howto/use/robocasa.md."""
-    [code] = [block.code for block in PAGE if block.language == "python"]
+    code, *_ = [block.code for block in PAGE if block.language == "python"]
     return code.replace(f'"{OUT}"', repr(str(exported)))
 
 
