@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from http.client import HTTPConnection
 
-from casa_assets.pipeline.review.server import HOST, ReviewServer
+from casa_assets.pipeline.local_server import HOST
+from casa_assets.pipeline.review.server import ReviewServer
 
 
 def ask(server: ReviewServer, path: str, body: object = None, host: str = "") -> tuple[int, bytes]:

@@ -71,7 +71,6 @@ Category = Annotated[
         autocompletion=completion.categories,
     ),
 ]
-ClipWeights = Annotated[str, typer.Option("--clip-weights", help=CLIP_HELP)]
 Kitchens = Annotated[list[str] | None, typer.Option("--scenes", help=SCENES_HELP, autocompletion=completion.kitchens)]
 WithReview = Annotated[bool, typer.Option("--with-review", help=REVIEW_HELP)]
 Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]

@@ -53,8 +53,7 @@ from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.preview import kitchen as room
 
 REPORT, PAGE, FLOOR_MAP = "report.json", "report.html", "floor_map.png"
-# Enough to tell whether a camera shows something: the shares of black and white pixels are within 0.02 of those of full
-# previews. Shadows of the sky double the time and bring the shares no nearer.
+# Enough to tell whether a camera shows something, by its shares of black and white pixels.
 CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
 
 

@@ -10,9 +10,9 @@ import json
 import secrets
 from collections.abc import Sequence
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import ThreadingHTTPServer
 from threading import Lock
-from typing import Any
+from typing import Any, ClassVar
 from urllib.parse import unquote
 
 from casa_assets.articulate.decisions import Decisions
@@ -23,11 +23,11 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_files import PICTURE, file_inside, picture_of
 from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.local_server import HOST, LocalHandler
 from casa_assets.pipeline.reports.entry import Entry, entries
 from casa_assets.pipeline.review.articulated import articulated_page
 from casa_assets.pipeline.review.page import render_page
 
-HOST = "127.0.0.1"
 # What is decided about all parts of one mesh is longer than what is decided about a whole one.
 MAX_BODY_BYTES = 100_000
 # Name of the page of articulated meshes, below the address.
@@ -59,33 +59,32 @@ class ReviewServer(ThreadingHTTPServer):
         self.address = f"http://{HOST}:{self.server_port}/{self.token}/"
 
 
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(LocalHandler):
     """Answers for the page, its pictures, and what is decided."""
 
     server: ReviewServer
-    # What is behind a name of ours that a page elsewhere has made point here, is not served.
-    protocol_version = "HTTP/1.1"
+    headers_of_all: ClassVar[dict[str, str]] = {"Referrer-Policy": "no-referrer"}
 
-    def do_GET(self) -> None:
+    def do_GET(self) -> None:  # noqa: N802  the name of the base class
         """Send a page, the picture of a row by its number, or a picture of an articulated mesh by its place."""
         name = self._name()
         if name == "":
             title = f"Review of {self.server.library.root.resolve().name}"
             page = render_page(self.server.waiting, review.cells(self.server.library), title)
-            self._send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
+            self.send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
         elif name is not None and name.isdigit() and int(name) < len(self.server.waiting):
             folder = self.server.library.root / self.server.waiting[int(name)].path
             try:
                 picture = picture_of(folder)
             except OutputError:
                 picture = b""
-            self._send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
+            self.send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
         elif name == ARTICULATED:
             page = articulated_page(self.server.library, self.server.articulated)
-            self._send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
+            self.send(HTTPStatus.OK, "text/html; charset=utf-8", page.encode())
         else:
             picture = self._picture_of_articulated(unquote(name or ""))
-            self._send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
+            self.send(HTTPStatus.OK if picture else HTTPStatus.NOT_FOUND, "image/png", picture)
 
     def _picture_of_articulated(self, place: str) -> bytes:
         """The strip or the picture of an articulated mesh by its place in the library; empty where it is neither."""
@@ -98,11 +97,11 @@ class _Handler(BaseHTTPRequestHandler):
         except OutputError:
             return b""
 
-    def do_POST(self) -> None:
+    def do_POST(self) -> None:  # noqa: N802  the name of the base class
         """Write what was decided: a JSON object of `sha256` and words by their names, or `decisions` on parts."""
         length, name = self.headers.get("Content-Length", ""), self._name()
         if name not in ("decide", f"decide_{ARTICULATED}") or not length.isdigit() or int(length) > MAX_BODY_BYTES:
-            self._send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
+            self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
             return
         try:
             said: Any = json.loads(self.rfile.read(int(length)))
@@ -110,11 +109,11 @@ class _Handler(BaseHTTPRequestHandler):
                 (self._decide if name == "decide" else self._decide_parts)(said)
                 self.server.written += 1
         except (ValueError, KeyError, TypeError, AttributeError, StopIteration):
-            self._send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
+            self.send(HTTPStatus.BAD_REQUEST, "text/plain", b"this is no decision")
         except CasaError as error:
-            self._send(HTTPStatus.BAD_REQUEST, "text/plain; charset=utf-8", str(error).encode())
+            self.send(HTTPStatus.BAD_REQUEST, "text/plain; charset=utf-8", str(error).encode())
         else:
-            self._send(HTTPStatus.OK, "text/plain", b"")
+            self.send(HTTPStatus.OK, "text/plain", b"")
 
     def _decide(self, said: Any) -> None:
         """Write one row of review.csv. Raises OutputError, or an error of the types of a wrong object."""
@@ -134,19 +133,3 @@ class _Handler(BaseHTTPRequestHandler):
         start = f"/{self.server.token}/"
         is_here = self.headers.get("Host") == f"{HOST}:{self.server.server_port}"
         return self.path.removeprefix(start) if is_here and self.path.startswith(start) else None
-
-    def _send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
-        self.send_response(status)
-        for name, value in (
-            ("Content-Type", kind),
-            ("Content-Length", str(len(body))),
-            ("Cache-Control", "no-store"),
-            ("X-Content-Type-Options", "nosniff"),
-            ("Referrer-Policy", "no-referrer"),
-        ):
-            self.send_header(name, value)
-        self.end_headers()
-        self.wfile.write(body)
-
-    def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
-        """Say nothing: the terminal belongs to the command."""

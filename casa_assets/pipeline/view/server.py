@@ -15,9 +15,9 @@ import sys
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from http.server import ThreadingHTTPServer
 from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, ClassVar
 from urllib.parse import unquote, urlsplit
 
 from casa_assets.errors import CasaError, OutputError
@@ -25,6 +25,7 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces, resolve
 from casa_assets.pipeline.kitchens.scene_files import SHARED
 from casa_assets.pipeline.library.entry_files import file_inside
+from casa_assets.pipeline.local_server import HOST, LocalHandler
 from casa_assets.pipeline.view import machines
 from casa_assets.pipeline.view.model import REPORT, Model, to_json, with_style
 from casa_assets.pipeline.view.page import page
@@ -32,7 +33,6 @@ from casa_assets.pipeline.view.subject import Kitchen, Subject
 from casa_assets.pipeline.view.workshop import Workshop
 from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
 
-HOST = "127.0.0.1"
 SSH_PORT = "22"
 MAX_BODY_BYTES = 100_000
 JSON = "application/json"
@@ -68,13 +68,16 @@ class ViewServer(ThreadingHTTPServer):
             super().handle_error(request, client_address)
 
 
-class _Handler(BaseHTTPRequestHandler):
+class _Handler(LocalHandler):
     """Answers for the page, models, facts, reports, orders of other kitchens, and steps of state machines."""
 
     server: ViewServer
-    protocol_version = "HTTP/1.1"
+    headers_of_all: ClassVar[dict[str, str]] = {
+        "Referrer-Policy": "same-origin",
+        "Cross-Origin-Resource-Policy": "same-origin",
+    }
 
-    def do_GET(self) -> None:
+    def do_GET(self) -> None:  # noqa: N802  the name of the base class
         """The page; `progress/ID`, `model/ID.glb`, `facts/ID`, `report/ID/FILE`."""
         if not self._is_for_us():
             self._refuse(HTTPStatus.FORBIDDEN, "this server answers its own page on this machine alone")
@@ -88,15 +91,15 @@ class _Handler(BaseHTTPRequestHandler):
         }
         if (what, rest) == ("", ""):
             text = page(self.server.order_first(), self.server.pose)
-            self._send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
+            self.send(HTTPStatus.OK, "text/html; charset=utf-8", text.encode())
         elif (what, rest) == ("favicon.ico", ""):
-            self._send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
+            self.send(HTTPStatus.NO_CONTENT, "image/x-icon", b"")
         elif what in answers and rest:
             answers[what](rest)
         else:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such page")
 
-    def do_POST(self) -> None:
+    def do_POST(self) -> None:  # noqa: N802  the name of the base class
         """`step/ID`: one step of a state machine. `order`: another style, or other surfaces, of the kitchen."""
         length = self.headers.get("Content-Length", "")
         if not self._is_for_us() or not self._is_from_us():
@@ -152,18 +155,18 @@ class _Handler(BaseHTTPRequestHandler):
     def _model(self, name: str) -> None:
         found = self._ready(name.removesuffix(".glb"))
         if found is not None:
-            self._send(HTTPStatus.OK, "model/gltf-binary", found.glb)
+            self.send(HTTPStatus.OK, "model/gltf-binary", found.glb)
 
     def _facts(self, model_id: str) -> None:
         found = self._ready(model_id)
         if found is not None:
-            self._send(HTTPStatus.OK, JSON, to_json(found.facts))
+            self.send(HTTPStatus.OK, JSON, to_json(found.facts))
 
     def _report(self, rest: str) -> None:
         """A file of the report, which stands right in the folder of the scene or asset; the viewer that it names."""
         model_id, _, name = rest.rpartition("/")
         if rest == f"{SHARED}/{viewer_name()}":
-            self._send(HTTPStatus.OK, KINDS[".js"], viewer_script())
+            self.send(HTTPStatus.OK, KINDS[".js"], viewer_script())
             return
         found = self._ready(model_id)
         if found is None:
@@ -177,7 +180,7 @@ class _Handler(BaseHTTPRequestHandler):
         except (OSError, OutputError):
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} has no {name}")
         else:
-            self._send(HTTPStatus.OK, kind, data)
+            self.send(HTTPStatus.OK, kind, data)
 
     def _step(self, model_id: str, data: bytes) -> dict[str, Any]:
         found = self.server.workshop.model(model_id)
@@ -202,27 +205,10 @@ class _Handler(BaseHTTPRequestHandler):
         return self.server.workshop.order(Kitchen(recipe, subject.place))
 
     def _refuse(self, status: HTTPStatus, why: str) -> None:
-        self._send(status, "text/plain; charset=utf-8", why.encode())
+        self.send(status, "text/plain; charset=utf-8", why.encode())
 
     def _send_json(self, value: Any) -> None:
-        self._send(HTTPStatus.OK, JSON, to_json(value))
-
-    def _send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
-        self.send_response(status)
-        for name, value in (
-            ("Content-Type", kind),
-            ("Content-Length", str(len(body))),
-            ("Cache-Control", "no-store"),
-            ("X-Content-Type-Options", "nosniff"),
-            ("Referrer-Policy", "same-origin"),
-            ("Cross-Origin-Resource-Policy", "same-origin"),
-        ):
-            self.send_header(name, value)
-        self.end_headers()
-        self.wfile.write(body)
-
-    def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
-        """Say nothing: the terminal belongs to the command."""
+        self.send(HTTPStatus.OK, JSON, to_json(value))
 
 
 def _swapped(recipe: SceneRecipe, style: str, surfaces: dict[str, str], seed: Any) -> SceneRecipe:

@@ -23,8 +23,6 @@ KEY = np.array([-0.42, -0.72, 0.55]) / np.linalg.norm([-0.42, -0.72, 0.55])
 KEY_COLOR = np.array([1.18, 1.15, 1.10], dtype=np.float32)
 _KEY_SOFTNESS = 0.09  # half the width of its soft box, rad
 _TILT = 0.2  # by which each pixel turns a direction, so that shadows have no steps, rad
-# Of directions: their sine above the horizon goes from -1 to 1; most look up, where the light is.
-_LOWEST = -0.9
 _NEAR_M, _FAR_M = 0.03, 1.4  # what hides a place at this distance is black; from the other on it gives most light
 _SECOND_HAND = np.array([0.36, 0.345, 0.325], dtype=np.float32)  # light of what stands between, far away
 _FIRST_HAND = np.array([0.02, 0.019, 0.018], dtype=np.float32)

@@ -22,7 +22,7 @@ ADVICE_NUMBER = 4
 PART_SIZES = {"rows": 2000, "details": 40, "pictures": 40}
 # What to do where a reason says nothing about it.
 DEFAULT_ADVICE = "Look at the picture and the numbers, and fix the mesh."
-# Values of a row, in their order; what the words mean stands in docs/report.md.
+# Values of a row, in their order; what the words mean stands in docs/reference/report.md.
 FIELDS = (
     "id",
     "verdict",

@@ -17,7 +17,7 @@ from casa_assets.pipeline.reports.library.conditions import Outcome
 from casa_assets.pipeline.reports.library.priors import PriorFit, Quantity, outlying
 from casa_assets.pipeline.reports.library.rows import Words
 
-# Of the form of report.json, see docs/report.md; raised where a reader of an older one would go wrong.
+# Of the form of report.json, see docs/reference/report.md; raised where a reader of an older one would go wrong.
 SCHEMA_VERSION = 1
 # Entries that a stage took longest for, which are named.
 SLOWEST = 5

@@ -38,7 +38,16 @@ PAGES = {
     "articulate_review.html": review_page,
     "review.html": page,
 }
-LISTED = ("browse.html", "browse.css", "browse.js", "library.css", "library.js", "kitchens.css", "kitchens.js")
+LISTED = (
+    "browse.html",
+    "browse_scripts.html",
+    "browse.css",
+    "browse.js",
+    "library.css",
+    "library.js",
+    "kitchens.css",
+    "kitchens.js",
+)
 BROWSING = (*LISTED, "home.css")
 SCRIPTS = ("objects.js", "review.js", "articulate_decisions.js", "articulate_review.js")
 APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))

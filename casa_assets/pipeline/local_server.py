@@ -1,0 +1,37 @@
+"""What the servers of our pages have in common: they answer this machine alone, and say nothing on the terminal."""
+
+from __future__ import annotations
+
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler
+from typing import ClassVar
+
+HOST = "127.0.0.1"
+
+
+class LocalHandler(BaseHTTPRequestHandler):
+    """Answers that no browser keeps.
+
+    Attributes:
+        headers_of_all: name -> value of headers that each answer of a server has besides.
+    """
+
+    protocol_version = "HTTP/1.1"
+    headers_of_all: ClassVar[dict[str, str]]
+
+    def send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
+        """Send an answer whole; `kind`: its media type."""
+        self.send_response(status)
+        for name, value in {
+            "Content-Type": kind,
+            "Content-Length": str(len(body)),
+            "Cache-Control": "no-store",
+            "X-Content-Type-Options": "nosniff",
+            **self.headers_of_all,
+        }.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002  the name of the base class
+        """Say nothing: the terminal belongs to the command."""
