@@ -17,6 +17,7 @@ from PIL import Image
 from casa_assets.export.gltf import EVERYTHING, asset_glb, scene_glb
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.kitchens.check import check_one
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.reports import object_catalogue, page_template
 from casa_assets.pipeline.reports.library.models import models_of, write_models
@@ -180,12 +181,15 @@ def test_what_cannot_be_loaded_is_told(browser: Browser, oven_page: Path, tmp_pa
     assert "cannot be read" in page.texts("[role=alert]")[0]
 
 
-def test_a_whole_kitchen(browser: Browser, tmp_path: Path) -> None:
-    _, scene = build_scene(SceneRecipe("one_wall_small", "coastal"), cache_dir())
-    glb = scene_glb(scene, EVERYTHING)
-    assert len(glb) < 10_000_000
-    page = opened(browser, page_of(tmp_path, scene.id, glb))
-    assert {"overview"} <= set(page.evaluate("shown.cameras()"))
+def test_the_page_of_a_kitchen(browser: Browser, tmp_path: Path) -> None:
+    """As `scenes check` leaves it: the model comes in place of the picture, is turned, and a door opens."""
+    done = check_one(SceneRecipe("one_wall_small", "coastal"), tmp_path)
+    assert done.passed, done.message
+    page = browser.open(Path(done.folder) / "report.html")
+    page.assert_clean()
+    assert page.evaluate(OPEN)
+    page.wait(READY)
+    assert page.evaluate("shown.cameras().includes('overview')")
     page.fill(".cv-search", "fridge door")
     rows = page.texts(".cv-joint label")
     assert rows
@@ -195,6 +199,11 @@ def test_a_whole_kitchen(browser: Browser, tmp_path: Path) -> None:
     moved = [joint for joint in joints(page).values() if abs(joint["position"] - joint["closed"]) > 0.1]
     assert len(moved) == 1
     page.assert_clean()
+
+
+def test_a_whole_kitchen_is_bounded_in_size() -> None:
+    _, scene = build_scene(SceneRecipe("one_wall_small", "coastal"), cache_dir())
+    assert len(scene_glb(scene, EVERYTHING)) < 10_000_000
 
 
 def test_a_member_of_a_catalogue_in_a_dialog(browser: Browser, tmp_path: Path) -> None:
