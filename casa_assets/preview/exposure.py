@@ -114,6 +114,7 @@ class CameraFrustum:
         near, far: planes between which something is seen, metres.
         half_width, half_height: of the picture on the near plane, metres.
         jitter: side of the square that the picture is moved within between drawings, metres on the near plane.
+        rise: how far the middle of the picture lies above the axis, metres on the near plane: a shifted lens.
     """
 
     position: Floats
@@ -124,11 +125,12 @@ class CameraFrustum:
     half_width: float
     half_height: float
     jitter: float
+    rise: float = 0.0
 
     def aim(self, scene: Any, i: int) -> None:
         """Put both eyes of an MjvScene there, moved by a part of a pixel for drawing `i`."""
         right = ((0.5 + i / PLASTIC) % 1.0 - 0.5) * self.jitter
-        up = ((0.5 + i / PLASTIC**2) % 1.0 - 0.5) * self.jitter
+        up = ((0.5 + i / PLASTIC**2) % 1.0 - 0.5) * self.jitter + self.rise
         for eye in scene.camera:
             eye.pos, eye.forward, eye.up = self.position, self.forward, self.up
             eye.orthographic = 0

@@ -20,6 +20,7 @@ from PIL import Image
 from casa_assets.core.typing import Floats, Singles
 from casa_assets.preview import renderer, tonemap
 from casa_assets.preview.exposure import GOLDEN, Bounds, CameraFrustum, one_group, set_quality
+from casa_assets.preview.photoreal.viewpoint import View
 from casa_assets.preview.room.lighting import Receiver, beams, smoothed
 from casa_assets.preview.room.shading import shade
 from casa_assets.preview.room.shadow_maps import ShadowMap, draw_shadow_map
@@ -108,29 +109,60 @@ def scene_from_model(model: Any, name: str, pose: str = "start", frame: PictureS
     return LoadedScene(model, data)
 
 
+@dataclass(frozen=True)
+class _Eye:
+    """A camera.
+
+    Attributes:
+        position: (3,) metres. turn: (3, 3) world_from_camera.
+        half_height, rise: of the picture and of its middle over the axis, at one metre, metres.
+    """
+
+    name: str
+    position: Floats
+    turn: Floats
+    half_height: float
+    rise: float = 0.0
+
+
+def _eye(made: LoadedScene, camera: str | View, frame: PictureSettings) -> _Eye:
+    """A camera of the scene, or one that stands elsewhere."""
+    if isinstance(camera, View):
+        half_width = math.tan(camera.fov_x / 2)
+        half_height = half_width * frame.height_px / frame.width_px
+        turn = np.empty(9)
+        mujoco.mju_quat2Mat(turn, np.array(camera.quaternion))
+        rise = 2.0 * half_width * camera.shift_y
+        return _Eye(camera.name, np.array(camera.position), turn.reshape(3, 3), half_height, rise)
+    number = mujoco.mj_name2id(made.model, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+    if number < 0:
+        raise CannotDraw(f"there is no camera {camera!r}; there are {', '.join(made.cameras)}")
+    half_height = math.tan(math.radians(float(made.model.cam_fovy[number])) / 2)
+    return _Eye(camera, made.data.cam_xpos[number], made.data.cam_xmat[number].reshape(3, 3), half_height)
+
+
 def render_cameras(
-    made: LoadedScene, cameras: Sequence[str], frame: PictureSettings = _STANDARD
+    made: LoadedScene, cameras: Sequence[str | View], frame: PictureSettings = _STANDARD
 ) -> Iterator[tuple[str, Pixels]]:
     """Render each camera: its name and (height, width, 3) uint8 pixels.
 
     An eye in the room sees the ceiling, and a plain wall where the room is open; from outside the ceiling is left out.
 
+    Args:
+        cameras: names of those of the scene, or views of one's own.
     Raises:
         CannotDraw: there is no such camera. NoRenderer: there is no OpenGL.
     """
     model, data = made.model, made.data
-    numbers = {name: mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_CAMERA, name) for name in cameras}
-    for name, number in numbers.items():
-        if number < 0:
-            raise CannotDraw(f"there is no camera {name!r}; there are {', '.join(made.cameras)}")
-    if not numbers:
+    eyes = [_eye(made, camera, frame) for camera in dict.fromkeys(cameras)]
+    if not eyes:
         return
     room = surroundings_of(model, data, _bounds(model, data))
     # The driver is handed meshes and pictures once for all cameras.
     with renderer.canvas(model, data, one_group(VISUAL_GROUP), frame.width_px, frame.height_px) as canvas:
         light = _Light(canvas, model, data, room, frame)
-        for name, number in numbers.items():
-            yield name, tonemap.to_uint8(_render(canvas, model, data, number, light))
+        for eye in eyes:
+            yield eye.name, tonemap.to_uint8(_render(canvas, model, data, eye, light))
 
 
 class _Light:
@@ -164,9 +196,9 @@ class _Light:
         return smoothed(receiver.image(self.room), seen)
 
 
-def _render(canvas: renderer.Canvas, model: Any, data: Any, camera: int, light: _Light) -> Floats:
+def _render(canvas: renderer.Canvas, model: Any, data: Any, camera: _Eye, light: _Light) -> Floats:
     """(H, W, 3) sRGB, 0..1, of one camera."""
-    frame, room, eye = light.frame, light.room, data.cam_xpos[camera]
+    frame, room, eye = light.frame, light.room, camera.position
     is_inside = room.contains(eye)
     solid = one_group(VISUAL_GROUP)
     solid.geomgroup[_CEILING_GROUP] = int(is_inside)
@@ -177,7 +209,7 @@ def _render(canvas: renderer.Canvas, model: Any, data: Any, camera: int, light: 
             if groups[geom] == VISUAL_GROUP and is_clear(model, geom):
                 groups[geom] = _CLEAR_GROUP
         drawer = SurfaceDrawer(canvas, model, solid, every)
-    lens = _lens(data, model, camera, frame, float(np.linalg.norm(room.upper - room.lower)) / 2)
+    lens = _lens(camera, frame, float(np.linalg.norm(room.upper - room.lower)) / 2)
     total: Floats = np.zeros(())
     for number in range(frame.passes):
         seen = drawer.draw(lens, number, frame.width_px, frame.height_px)
@@ -234,20 +266,20 @@ def _bounds(model: Any, data: Any) -> Bounds:
     return np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
 
 
-def _lens(data: Any, model: Any, camera: int, frame: PictureSettings, radius: float) -> CameraFrustum:
-    """CameraFrustum of a camera of the scene."""
+def _lens(camera: _Eye, frame: PictureSettings, radius: float) -> CameraFrustum:
+    """CameraFrustum of a camera."""
     near = 0.02
-    half = near * math.tan(math.radians(float(model.cam_fovy[camera])) / 2)
-    turn = data.cam_xmat[camera].reshape(3, 3)
+    half = near * camera.half_height
     return CameraFrustum(
-        position=data.cam_xpos[camera],
-        forward=-turn[:, 2],
-        up=turn[:, 1],
+        position=camera.position,
+        forward=-camera.turn[:, 2],
+        up=camera.turn[:, 1],
         near=near,
         far=20.0 * radius,
         half_width=half * frame.width_px / frame.height_px,
         half_height=half,
         jitter=1.3 * 2.0 * half / frame.height_px,
+        rise=near * camera.rise,
     )
 
 

@@ -21,8 +21,11 @@ def gradient(size_px: Size, cells: Size, rng: np.random.Generator) -> Map:
     u, v = _fade(fx), _fade(fy)
 
     def corner(down: int, right: int) -> Map:
-        at = np.ix_((row + down) % rows, (column + right) % columns)
-        return np.asarray(slope_x[at] * (fx - right) + slope_y[at] * (fy - down), dtype=np.float32)
+        # What all pixels in a row of cells have in common is computed once, and whole rows are copied.
+        across, cell = (column + right) % columns, (row + down) % rows
+        along = (slope_x.take(across, axis=1) * (fx - right)).take(cell, axis=0)
+        along += slope_y.take(across, axis=1).take(cell, axis=0) * (fy - down)
+        return along
 
     upper = corner(0, 0) * (1 - u) + corner(0, 1) * u
     lower = corner(1, 0) * (1 - u) + corner(1, 1) * u

@@ -12,7 +12,7 @@ from PIL import Image
 
 from casa_assets.core.blender import VARIABLE
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import build_all
+from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
 from casa_assets.preview.photoreal.picture_faults import picture_faults
 from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills
 from tests.libraries import ROOT
@@ -31,7 +31,7 @@ def there(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("photoreal")
-    (result,) = build_all([SceneRecipe("one_wall_small", "coastal")], out, 1, drawn=False)
+    (result,) = build_all([SceneRecipe("one_wall_small", "coastal")], out, 1, BuildOptions(drawn=False))
     assert result.folder, result.message
     return Path(result.folder)
 

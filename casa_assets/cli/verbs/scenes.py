@@ -39,6 +39,7 @@ from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+    from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
 
 app = typer.Typer(
     name="scenes",
@@ -101,6 +102,9 @@ def build(
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
     pictures: Pictures = True,
+    at_eye_level: Annotated[
+        bool, typer.Option("--eye-level", help="Draw each that is built at eye level, too, with its doors open.")
+    ] = False,
     force: Force = False,
     json_: AsJson = False,
     quiet: Quiet = False,
@@ -112,14 +116,16 @@ def build(
 
     Example:  casa-assets scenes build 'galley__*' l_small__coastal
     """
-    output = Output(json_, quiet, verbose)
-    _build(_recipes(scenes, all_, out), out, jobs, pictures, force, output)
+    from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
+
+    options, output = BuildOptions(pictures, at_eye_level, force), Output(json_, quiet, verbose)
+    _build(_recipes(scenes, all_, out), out, jobs, options, output)
 
 
-def _build(recipes: list[SceneRecipe], out: Path, jobs: int, pictures: bool, force: bool, output: Output) -> None:
+def _build(recipes: list[SceneRecipe], out: Path, jobs: int, options: BuildOptions, output: Output) -> None:
     from casa_assets.pipeline.kitchens.scene_folders import build_all
 
-    done = build_all(recipes, out, jobs, pictures, force)
+    done = build_all(recipes, out, jobs, options)
     results = scene_output.follow(done, recipes, "building", output)
     scene_output.write_reports(results, out, output)
     scene_output.look(results, output)
@@ -381,12 +387,13 @@ def new(
     Example:  casa-assets scenes new galley --style rustic --seed 7 --textures random --objects 40
     """
     from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces
+    from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
     from casa_assets.registry.kitchens import load_plan, load_style
 
     load_plan(plan), load_style(style)
     surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
     recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed)
-    _build([recipe], out, 1, True, False, Output(json_, quiet, verbose))
+    _build([recipe], out, 1, BuildOptions(), Output(json_, quiet, verbose))
 
 
 scene_app.command("new", cls=verb(old_path="scene new", path="scenes new"))(new)

@@ -119,6 +119,7 @@ def _put(
     rng: np.random.Generator,
 ) -> tuple[int, Spot, Box] | None:
     """Index of the first prop that fits in a free place, its spot and its bounds."""
+    lower, upper = np.reshape([*occupied], (-1, 2, 3)).transpose(1, 0, 2)
     for index, (_, asset) in enumerate(props):
         low, high = asset.bounds
         reach = np.hypot(*np.maximum(np.abs(low[:2]), np.abs(high[:2])))
@@ -138,7 +139,7 @@ def _put(
                 break
             spot = _spot(surface, x, y, turn)
             box = _bounds(asset, pose_at_spot(asset, spot))
-            if not any(_too_close(box, other) for other in occupied):
+            if not _is_too_close(box, lower, upper):
                 return index, spot, box
     return None
 
@@ -168,7 +169,7 @@ def _bounds(asset: Asset, pose: Pose) -> Box:
     return np.array([points.min(axis=0), points.max(axis=0)])
 
 
-def _too_close(a: Box, b: Box) -> bool:
-    """True if two boxes are closer than the gap; one may stand on the other."""
+def _is_too_close(box: Box, lower: npt.NDArray[np.float64], upper: npt.NDArray[np.float64]) -> bool:
+    """True if a box is closer than the gap to one of some with (N, 3) corners; one may stand on the other."""
     apart = np.array([MIN_GAP_M, MIN_GAP_M, -0.002])
-    return bool((a[0] < b[1] + apart).all() and (b[0] < a[1] + apart).all())
+    return bool(((box[0] < upper + apart) & (lower < box[1] + apart)).all(axis=1).any())

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from enum import StrEnum
+from functools import cached_property
 from typing import Annotated, Self
 
 import numpy as np
@@ -179,12 +180,14 @@ class Asset(Record):
         """Total mass, kg."""
         return sum(k.inertial.mass for k in self.links)
 
-    @property
+    @cached_property
     def bounds(self) -> npt.NDArray[np.float64]:
-        """(2, 3) lower and upper corner of all visuals, asset frame, joints at zero, metres."""
+        """(2, 3) lower and upper corner of all visuals, asset frame, joints at zero, metres; read-only."""
         points = [self.asset_from_link(k.name).apply(v.mesh.vertices) for k in self.links for v in k.visuals]
         stacked = np.concatenate(points)
-        return np.array([stacked.min(axis=0), stacked.max(axis=0)])
+        corners = np.array([stacked.min(axis=0), stacked.max(axis=0)])
+        corners.setflags(write=False)
+        return corners
 
 
 def _check_distinct(kind: str, names: list[str]) -> None:

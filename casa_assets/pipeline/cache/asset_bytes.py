@@ -20,6 +20,7 @@ ARRAY, PICTURE = "$array", "$picture"
 ARRAY_TYPES = ("float64", "int32", "uint8")
 TREE = "tree"
 DIGEST_BYTES = 32
+LEAVES = frozenset((str, int, float, bool))
 # Errors that a file which `pack` did not write may raise, even where its digest is right.
 READ_ERRORS = (
     ValueError,
@@ -48,6 +49,8 @@ def pack(tree: Tree, key: str) -> tuple[bytes, dict[str, bytes]]:
     starts, pictures = dict.fromkeys(ARRAY_TYPES, 0), {}
 
     def plain(value: Any) -> Any:
+        if value is None or type(value) in LEAVES:  # nearly all that there is
+            return value
         if isinstance(value, np.ndarray):
             kind = value.dtype.name
             place = [kind, starts[kind], list(value.shape)]

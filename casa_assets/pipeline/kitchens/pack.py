@@ -24,7 +24,7 @@ from casa_assets.export.usd.scene import isaac_lab
 from casa_assets.export.usd.scene import kitchen as usd
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED, START_STATES
-from casa_assets.pipeline.kitchens.scene_folders import build_all, is_current
+from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all, is_current
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.reports import attribution
 
@@ -82,7 +82,7 @@ def pack_scene(scene_id: str, scenes: Path, kind: PackKind, out: Path) -> Pack:
     recipe = recipe_of(scene_id, (scenes,))
     built = not is_current(recipe, scenes)
     if built:
-        (made,) = build_all([recipe], scenes, jobs=1, drawn=False)
+        (made,) = build_all([recipe], scenes, 1, BuildOptions(drawn=False))
         if made.is_fault:
             raise BatchFault([scene_id], made.message)
         if not made.folder:

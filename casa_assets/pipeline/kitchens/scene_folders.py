@@ -39,15 +39,17 @@ from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVER
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of, split_objects
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.textures.recipes import recipes
+from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import tonemap
+from casa_assets.preview.photoreal.viewpoint import EYE, eye_view
 from casa_assets.registry.habits import load_habits
 from casa_assets.registry.kitchens import plan_names, style_names
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4)
+EYE_FRAME, OPEN = room.PictureSettings(960, 640, passes=4), "open"  # of the picture at eye level, with doors open
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Checks a scene in its folder and returns the report.
 Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]
@@ -93,12 +95,14 @@ class BuildOptions:
     """Options of building scenes.
 
     Attributes:
-        drawn: with a picture. force: even where nothing has changed since they were made.
+        drawn: with a picture. at_eye_level: with one at eye level, doors open, where the scene is made anew.
+        force: even where nothing has changed since they were made.
         judge: checks a scene in its folder, writes the report there and returns it; None: scenes are not checked.
         strict: a scene that does not pass is not kept.
     """
 
     drawn: bool = True
+    at_eye_level: bool = False
     force: bool = False
     judge: Judge | None = None
     strict: bool = False
@@ -110,7 +114,7 @@ def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = 
     Args:
         out: folder of the scenes. drawn: with a picture. force: even where nothing has changed since it was made.
     """
-    return build_with_options(recipe, out, BuildOptions(drawn, force))
+    return build_with_options(recipe, out, BuildOptions(drawn, force=force))
 
 
 def build_with_options(recipe: SceneRecipe, out: Path, options: BuildOptions) -> SceneResult:
@@ -142,7 +146,7 @@ def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
     usd_checks.load_rules()
-    preset_params(), load_habits(), recipes()
+    preset_params(), load_habits(), every_recipe()
     key_of(write_scene, describe, lighten), key_of(draw_cameras)
 
 
@@ -230,6 +234,8 @@ def publish_scene(
         written = time.perf_counter()
         if options.drawn:
             draw_cameras(folder, (OVERVIEW,))
+        if options.at_eye_level:
+            draw_cameras(folder, (EYE,), EYE_FRAME, OPEN)
         drawn = time.perf_counter()
         report = options.judge(recipe, kitchen, scene, folder) if options.judge else None
         placed = report is None or report.passed or not options.strict
@@ -303,13 +309,18 @@ def draw_cameras(
     """Pictures of a scene, one for each camera, as `<camera>.png` (`<camera>_<pose>.png` in another pose) beside it.
 
     Args:
-        cameras: names; all of the scene where none is given.
+        cameras: names, or `eye` for the view at eye level that shows most; all of the scene where none is given.
     Raises:
         CannotDraw, NoRenderer.
     """
     made = room.open_scene(folder / mjcf.FILE, pose, frame)
+    facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8")) if EYE in cameras else {}
+    seen = [
+        eye_view(facts, name, frame.width_px / frame.height_px) if name == EYE else name
+        for name in cameras or made.cameras
+    ]
     out = []
-    for name, pixels in room.render_cameras(made, cameras or made.cameras, frame):
+    for name, pixels in room.render_cameras(made, seen, frame):
         path = folder / (f"{name}.png" if pose == "start" else f"{name}_{pose}.png")
         path.write_bytes(tonemap.png(pixels))
         out.append(path)
@@ -317,7 +328,7 @@ def draw_cameras(
 
 
 def build_all(
-    recipes: Sequence[SceneRecipe], out: Path, jobs: int = 0, drawn: bool = True, force: bool = False
+    recipes: Sequence[SceneRecipe], out: Path, jobs: int = 0, options: BuildOptions | None = None
 ) -> Iterator[SceneResult]:
     """Scenes in the order in which they are done, worked on by several processes.
 
@@ -326,7 +337,7 @@ def build_all(
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    return run_recipes(partial(build_one, out=out, drawn=drawn, force=force), recipes, out, jobs)
+    return run_recipes(partial(build_with_options, out=out, options=options or BuildOptions()), recipes, out, jobs)
 
 
 def run_recipes(

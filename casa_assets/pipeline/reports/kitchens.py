@@ -24,7 +24,7 @@ from casa_assets.preview.sheet import SheetCell, contact_sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 SUMMARY, SUMMARY_PAGE = "summary.json", "summary.html"
-FLOOR_MAP = "floor_map.png"
+FLOOR_MAP, AT_EYE_LEVEL = "floor_map.png", "eye_open.png"
 CARDS = "kitchens.json"  # in the cache
 ROWS_PER_PART = 500
 MAX_ON_SHEET = 120  # scenes on the contact sheet
@@ -304,8 +304,8 @@ def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
 
 def best_picture(card: SceneCard) -> str:
     """Name of the picture that tells most: at the height of eyes with doors open, else the first; empty for none."""
-    at_eyes = (name for name in card.pictures if name.startswith("robot_eye") and name.endswith("_open.png"))
-    return next(at_eyes, card.pictures[0] if card.pictures else "")
+    first = card.pictures[0] if card.pictures else ""
+    return AT_EYE_LEVEL if AT_EYE_LEVEL in card.pictures else first
 
 
 def _best_picture(out: Path, card: SceneCard) -> bytes:

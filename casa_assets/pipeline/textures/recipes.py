@@ -93,9 +93,10 @@ def _recipe(document: Document, name: str, stated: Any, surface: Surface | None)
     return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
 
 
+@lru_cache(maxsize=1)
 def every_recipe() -> Mapping[str, TextureRecipe]:
     """The recipes of all surfaces and of all objects, by id."""
-    return {n: r for group in (*recipes().values(), skins()) for n, r in group.items()}
+    return MappingProxyType({n: r for group in (*recipes().values(), skins()) for n, r in group.items()})
 
 
 def find_recipe(name: str) -> TextureRecipe:

@@ -18,10 +18,10 @@ from PIL import Image
 from casa_assets.core import blender
 from casa_assets.errors import CasaError
 from casa_assets.preview import tonemap
-from casa_assets.preview.photoreal.viewpoint import View, eye_view, named_view
+from casa_assets.preview.photoreal.viewpoint import EYE, View, eye_view, named_view
 from casa_assets.preview.tonemap import Pixels
 
-EYE, CUTAWAY = "eye", "cutaway"  # views that every kitchen has beside its own cameras
+CUTAWAY = "cutaway"  # a view that every kitchen has beside its own cameras, as it has EYE
 CUTAWAY_FOV_X_RAD = math.radians(45.0)
 ASSET_FOV_X_RAD, ASSET_AZIMUTH_DEG, ASSET_ELEVATION_DEG = math.radians(26.0), 32.0, 20.0
 ABOVE = ("overview", "above")  # cameras of a scene that look in from above

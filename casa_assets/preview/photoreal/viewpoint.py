@@ -11,6 +11,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 
+EYE = "eye"  # the view that `eye_view` finds
 EYE_M = 1.38
 FOV_X_RAD = math.radians(76.0)  # a lens of 23 mm on a sensor 36 mm wide
 SHIFT_Y = -0.045  # of the lens, as a share of the width: worktops are seen, uprights stay upright

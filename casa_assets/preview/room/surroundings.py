@@ -98,9 +98,7 @@ class Surroundings:
             blur: how softly one side of the box goes over into the next, as a share of the way to it.
         """
         ways, faces = self._ways(places, directions)
-        order = np.argsort(ways, axis=0)
-        nearest, next_ = np.take_along_axis(ways, order[:2], axis=0)
-        face, beside = np.take_along_axis(faces, order[:2], axis=0)
+        nearest, next_, face, beside = _two_nearest(ways, faces)
         share = np.float32(0.5) * np.clip(1 - (next_ - nearest) / (np.float32(blur) * nearest + _LEAST), 0.0, 1.0)
         colors = self._faces()
         light = colors[face]
@@ -144,6 +142,17 @@ class Surroundings:
         """(6, 3) colours of the sides: lower and upper along x, y and z."""
         sides = [OPEN_SIDE if (axis, bool(end)) in self.open_sides else WALL for axis in (0, 1) for end in (0, 1)]
         return np.array([*sides, FLOOR, CEILING], dtype=np.float32)
+
+
+def _two_nearest(ways: Singles, faces: Ints) -> tuple[Singles, Singles, Ints, Ints]:
+    """Least and second least of each column of (3, N) ways, and their faces; of equals the earlier row first."""
+    swap = ways[1] < ways[0]
+    near, far = np.minimum(ways[0], ways[1]), np.maximum(ways[0], ways[1])
+    near_face, far_face = np.where(swap, faces[1::-1], faces[:2])
+    is_first, is_second = ways[2] < near, ways[2] < far
+    second = np.where(is_first, near, np.minimum(far, ways[2]))
+    second_face = np.where(is_first, near_face, np.where(is_second, faces[2], far_face))
+    return np.minimum(near, ways[2]), second, np.where(is_first, faces[2], near_face), second_face
 
 
 def _inside(off: Singles, half: float) -> Singles:

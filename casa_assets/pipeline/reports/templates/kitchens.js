@@ -10,7 +10,7 @@ const whole = function (number) { return number === null ? "–" : String(Math.r
 
 function shot(row, name) { return row.folder + "/" + encodeURIComponent(name); }
 // Doors that stand open tell most of a kitchen, seen at the height of eyes.
-function best(row) { return row.pictures.find(function (name) { return /^robot_eye.*open/.test(name); }) || row.pictures[0]; }
+function best(row) { return row.pictures.find(function (name) { return name === "eye_open.png"; }) || row.pictures[0]; }
 function picture(row) {
   const name = best(row);
   return name ? make("img", { src: shot(row, name), alt: "", loading: "lazy", decoding: "async" }) : make("span", { "class": "none", text: "no picture" });

@@ -33,12 +33,12 @@ def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> N
     write_report(root, root / "report.html")
     galley = scene(tmp_path / "scenes", "galley", "rustic")
     (galley / "overview.png").write_bytes(b"png")
-    (galley / "robot_eye_1_open.png").write_bytes(b"png")
+    (galley / "eye_open.png").write_bytes(b"png")
     scene(tmp_path / "scenes", "l_small", "rustic")
     tree = page(tmp_path)
     links = set(tree.xpath("//main//a/@href"))
     assert {"./scenes/index.html#galley__rustic", f"./library/report.html#{FIRST.id}"} <= links
-    assert "./scenes/galley__rustic/robot_eye_1_open.png" in tree.xpath("//img/@src")
+    assert "./scenes/galley__rustic/eye_open.png" in tree.xpath("//img/@src")
     text = " ".join(tree.xpath("//main")[0].text_content().split())
     assert "2 accepted, 1 rejected" in text
     assert "was rejected: FLT005" in text
@@ -48,9 +48,6 @@ def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> N
 
 def test_a_picture_that_cannot_be_drawn_is_told(tmp_path: Path) -> None:
     folder = scene(tmp_path / "scenes", "galley", "rustic")
-    facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
-    facts["cameras"] = [{"name": "robot_eye_1"}]
-    (folder / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
     (folder / "scene.xml").write_text("<mujoco>", encoding="utf-8")
     done = CliRunner().invoke(app, ["home", str(tmp_path), "--jobs", "1"])
     assert isinstance(done.exception, BatchFault)
