@@ -125,7 +125,7 @@ def modules_holding(value: object, within: str) -> tuple[ModuleType, ...]:
         for name, module in sorted(sys.modules.items())
         if name.startswith(f"{within}.")
         and not hasattr(module, "__path__")
-        and any(held is value for held in vars(module).values())
+        and id(value) in map(id, vars(module).values())
     ]
     if not found:
         raise LookupError(f"no module below {within} holds {value!r} under a name of its own")
