@@ -47,8 +47,8 @@ ACCESS_ERRNOS = frozenset(
     | {errno.ENOTDIR, errno.EISDIR, errno.ENAMETOOLONG}
 )
 
-MAKE, LOOK, JUDGE, HAND_ON = "Make", "Look", "Judge", "Hand on"
-ABOUT = "Kitchens and assets for simulation: MJCF and USD, each with a picture and a certificate."
+MAKE, LOOK, JUDGE, HAND_ON = "Make", "Look", "Check and decide", "Export"
+ABOUT = "Simulation-ready kitchens and assets as MJCF and USD, each with a picture and the results of its checks."
 
 app = typer.Typer(
     name="casa-assets",
@@ -58,8 +58,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=(
-        "Exit codes of all verbs: 0 all is well, 1 some failed or differ, 2 misuse or a broken machine, 3 a fault of "
-        "the program, 4 a person has to decide something, 130 Ctrl-C."
+        "Exit codes of all commands: 0 all is well; 1 some inputs failed, two things differ, a condition holds or "
+        "nothing was found; 2 wrong use or a broken machine; 3 a fault of the program; 4 a person has to decide; "
+        "130 Ctrl-C; 143 stopped by a signal."
     ),
 )
 app.command(cls=Verb, rich_help_panel=MAKE)(ingest)
@@ -99,7 +100,7 @@ def common(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    """Kitchens and assets for simulation: MJCF and USD, each with a picture and a certificate."""
+    """Simulation-ready kitchens and assets as MJCF and USD, each with a picture and the results of its checks."""
 
 
 def main() -> None:

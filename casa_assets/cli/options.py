@@ -28,18 +28,16 @@ def more(help_: str, tail: str) -> str:
 OUT_HELP = "Where to write."
 LIBRARY_HELP = "Folder of the library."
 WIDTH_HELP = "Width of each picture in pixels."
-JOBS_HELP = "How many to work on at once; 0: one per core."
-SEED_HELP = "Seed of what is drawn by chance."
-OBJECTS_HELP = "How many loose things."
-COUNT_HELP = "How many of each."
-MOST_HELP = "How many at most."
-ALL_HELP = "All that there are."
-CLIP_HELP = (
-    "Weights of CLIP, which looks at the pictures: a file, a folder, or a name such as ViT-B-32/laion2b_s34b_b79k."
-)
+JOBS_HELP = "Number of parallel workers; 0: one per core."
+SEED_HELP = "Random seed."
+OBJECTS_HELP = "Number of loose objects."
+COUNT_HELP = "Number of each."
+MOST_HELP = "Largest number."
+ALL_HELP = "All of them."
+CLIP_HELP = "Weights of CLIP: a file, a folder, or a name such as ViT-B-32/laion2b_s34b_b79k."
 SCENES_HELP = "Ids of kitchens or globs, such as 'l_*__coastal'."
-IN_3D_HELP = "With models that the page shows in 3D."
-REVIEW_HELP = "Write what a person has to decide about too, see review.csv."
+IN_3D_HELP = "Write models that the page shows in 3D."
+REVIEW_HELP = "Include assets that are in review."
 
 Out = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "folders are made where they are missing."))]
 # Of verbs on kitchens, which stand in the folder that is written to.
@@ -48,7 +46,7 @@ ScenesOut = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "the folde
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
 LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP)]
 ScenesFolder = Annotated[
-    Path, typer.Option("--scenes-folder", help="Folder of kitchens; what is asked for and missing there is built.")
+    Path, typer.Option("--scenes-folder", help="Folder of kitchens; a kitchen that is not there is built.")
 ]
 
 WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
@@ -57,12 +55,17 @@ Jobs = Annotated[int, typer.Option("--jobs", help=JOBS_HELP, min=0)]
 Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
 Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
 All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
-Samples = Annotated[int, typer.Option("--samples", help="Random members of each.", min=0)]
-Force = Annotated[bool, typer.Option("--force", help="Also those that nothing has changed for.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would become of each input and why; write nothing.")]
+Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
+Force = Annotated[bool, typer.Option("--force", help="Make anew also what has not changed.")]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Print what would become of each input and why; write nothing.")
+]
 Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
-Camera = Annotated[list[str] | None, typer.Option("--camera", help="Names of cameras; all where none is given.")]
-Pose = Annotated[str, typer.Option("--pose", help="Keyframe: start, closed, open or on, as far as it is there.")]
+Camera = Annotated[
+    list[str] | None,
+    typer.Option("--camera", help="Names of cameras; by default all, with --photoreal eye and cutaway."),
+]
+Pose = Annotated[str, typer.Option("--pose", help="Named pose: start, closed, open or on, if the model has it.")]
 Category = Annotated[
     str,
     typer.Option(
@@ -84,11 +87,11 @@ Photoreal = Annotated[
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print one JSON object per item on standard output, and nothing else there.")
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors and what failed alone.")]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print also what went well, and times.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors and failures.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print also successes and times.")]
 
 In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
-# Names of version 0.1, taken until the next release, each with the name that took its place.
+# Names of the first development version, taken until the first release, each with the name that took its place.
 OLD_OUT: Mapping[str, str] = {"--output": "--out", "-o": "--out"}
 OLD_WIDTH: Mapping[str, str] = {"--size": "--width-px"}
 OLD_FORCE: Mapping[str, str] = {"--anew": "--force"}

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import typer
 from typer.core import TyperCommand
 
-UNTIL = "the old name goes with the next release"
+UNTIL = "the old name goes away with the first release"
 
 
 class Verb(TyperCommand):

@@ -113,7 +113,12 @@ def test_a_verb_takes_old_names_by_its_class(path: str) -> None:
 def test_verbs_stand_in_groups() -> None:
     root = typer.main.get_command(app)
     shown = {name: one.rich_help_panel for name, one in root.commands.items() if not one.hidden}  # type: ignore[attr-defined]
-    assert {panel for panel in shown.values() if isinstance(panel, str)} == {"Make", "Look", "Judge", "Hand on"}
+    assert {panel for panel in shown.values() if isinstance(panel, str)} == {
+        "Make",
+        "Look",
+        "Check and decide",
+        "Export",
+    }
     assert [name for name, panel in shown.items() if not isinstance(panel, str)] == []
 
 

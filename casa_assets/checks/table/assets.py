@@ -27,10 +27,12 @@ ROWS: tuple[Check, ...] = (
           "The collision shapes of each link are at least {mm:g} mm thick, so that nothing passes through in one "
           "step; thicken the sheet or correct the scale."),
     Check("AST003", "Density, upper bound", ERROR, Asset, plausibility.density_is_not_too_high, "density_high", "",
-          "Mass over the volume of a link's collision shapes is at most {limit:g} times that of water; correct the "
+          "Mass over the volume of a link's collision shapes is at most {limit:g} times the density of water; correct "
+          "the "
           "mass, or fill gaps between the shapes."),
     Check("AST004", "Density, lower bound", WARNING, Asset, plausibility.density_is_not_too_low, "density_low", "",
-          "Mass over the volume of a link's collision shapes is at least {limit:g} times that of water; correct the "
+          "Mass over the volume of a link's collision shapes is at least {limit:g} times the density of water; "
+          "correct the "
           "mass, unless the thing really is hollow."),
     Check("AST005", "Number of colliders", ERROR, Asset, plausibility.collider_count_is_bounded, "hull_count", "",
           "No link has more than {limit:g} collision shapes, because contact cost grows with their number; merge some "
@@ -42,8 +44,8 @@ ROWS: tuple[Check, ...] = (
           "Every collision hull is closed and no vertex lies more than {limit:g} m outside one of its faces; replace "
           "it by the convex hull of its vertices."),
     Check("AST008", "Mass inside colliders", ERROR, Asset, plausibility.mass_lies_inside_colliders, "rounding_m", "m",
-          "The centre of mass, and the spread of mass along each axis, stay within the box of a link's collision "
-          "shapes to {limit:g} m; measure mass and inertia again."),
+          "The centre of mass lies in the bounding box of a link's collision shapes, and the inertia is that of a mass "
+          "which fits into this box, to {limit:g} m; measure mass and inertia again."),
     Check("AST009", "Collider bounds", ERROR, Asset, plausibility.colliders_match_visual_bounds,
           "collider_bounds_m", "m",
           "Per link, the boxes around what is seen and what collides differ by at most {mm:g} mm, or 2 % of its "
@@ -64,8 +66,8 @@ ROWS: tuple[Check, ...] = (
           "The longest side is within a factor {limit:g} of the range that is usual for the category; correct the "
           "scale or the category."),
     Check("AST015", "Closed at zero", ERROR, Asset, plausibility.joints_are_closed_at_zero, None, "",
-          "The range of every joint holds zero, and begins or ends there where the asset names states of the joint; "
-          "shift the range so that zero is closed."),
+          "The range of every joint contains zero; of a joint with named states (closed, open) zero is an end of the "
+          "range; shift the range so that zero is closed."),
     Check("AST016", "Collider coverage", ERROR, Asset, collider_coverage.visible_surface_is_covered,
           "collider_bare", "",
           "At most {limit:.0%} of a link's visible surface lies away from every collision shape; add shapes, or close "
@@ -74,9 +76,9 @@ ROWS: tuple[Check, ...] = (
           "The radius of gyration of a link is at most {limit:g} of half the diagonal of its shapes, and at least 15 "
           "% of that, with the centre of mass inside them; compute the inertia from the shapes."),
     Check("AST018", "Open rooms", WARNING, Asset, open_room.open_rooms_stay_open, "room_closed", "",
-          "Collision shapes fill or close off at most {limit:.0%} of each open room of a mesh (the inside of a vessel, "
-          "a compartment: what a ball gets into from above or beside); fit the shapes again. What ingest cannot keep "
-          "open is in review."),
+          "Collision shapes fill or close off at most {limit:.0%} of each open room of a mesh (the inside of a vessel "
+          "or a compartment, into which a ball fits from above or from a side); fit the shapes again. Where ingest "
+          "cannot keep a room open, the asset is in review."),
     Check("VIS001", "Degenerate triangles", ERROR, Asset, visual.triangles_have_area, None, "",
           "No visible triangle has zero area, since it has no normal; remove such triangles."),
     Check("VIS002", "Normals face outwards", ERROR, Asset, visual.normals_face_outwards, "flipped_normals", "",

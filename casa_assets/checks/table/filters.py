@@ -28,13 +28,13 @@ ROWS: tuple[Check, ...] = (
           "The mesh has at most {limit:g} large connected part, since a rigid body is one thing; split the file by "
           "object, or join the parts."),
     Check("FLT006", "Ground plane", ERROR, Package, surface.no_ground_plane, "ground_width", "",
-          "The lowest layer is at most {limit:g} times wider than all above it, unless the category is; export the "
-          "mesh without the ground it stands on."),
+          "The lowest layer is at most {limit:g} times wider than all above it, unless that is usual for the "
+          "category; export the mesh without the ground it stands on."),
     Check("FLT007", "Known category", WARNING, Package, kind.category_is_known, None, "",
-          "The category is known, so that a size, a pose and a mass can be expected; name the category."),
+          "The category is known, so that its usual size, pose and mass can be used; state it with --category."),
     Check("FLT008", "Usual proportions", WARNING, Package, kind.proportions_fit_category, "odd_shape", "",
-          "At its best scale, every side is within a factor {limit:g} of the range of the category; look whether it "
-          "is that thing."),
+          "At its best scale, every side is within a factor {limit:g} of the range of the category; correct the "
+          "category if it is another thing."),
     Check("FLT009", "Open vessel", WARNING, Package, kind.vessel_is_open, "vessel_room", "",
           "As it stands, a vessel holds water in at least {limit:.0%} of its convex hull; correct its pose, or open "
           "the lid."),

@@ -25,11 +25,11 @@ ROWS: tuple[Check, ...] = (
           "The areas that the doors of two appliances sweep overlap by at most {mm:g} mm seen from above (NKBA 2); "
           "move one of the appliances."),
     Check("NKB004", "Work aisle", ERROR, DesignSubject, aisles.work_aisles_are_wide_enough, "work_aisle_m", "m",
-          "Fronts that face each other are at least {limit:g} m apart, unless the plan is declared compact (NKBA 6); "
+          "Fronts that face each other are at least {limit:g} m apart, unless the plan says `compact: true` (NKBA 6); "
           "move the rows apart."),
     Check("NKB005", "Work aisle, compact", ERROR, DesignSubject, aisles.compact_work_aisles_are_wide_enough,
           "compact_aisle_m", "m",
-          "In a plan that is declared compact, fronts that face each other are at least {limit:g} m apart; move the "
+          "In a plan that says `compact: true`, fronts that face each other are at least {limit:g} m apart; move the "
           "rows apart."),
     Check("NKB006", "Walkway width", ERROR, DesignSubject, aisles.walkways_are_wide_enough, "walkway_m", "m",
           "Ways between things, and along walls, are at least {limit:g} m wide (NKBA 7); move or narrow what stands "
@@ -46,7 +46,7 @@ ROWS: tuple[Check, ...] = (
           "them, or add a hood."),
     Check("NKB010", "No window over cooktops", ERROR, DesignSubject, appliances.no_openable_window_over_cooktops,
           "window_m", "m",
-          "The length of openable window over a cooktop is at most {limit:g} m (NKBA 20); move the cooktop, or fix "
+          "No window that opens is over a cooktop (at most {limit:g} m of it, NKBA 20); move the cooktop, or fix "
           "the sash."),
     Check("NKB011", "Distance from corners", ERROR, DesignSubject, appliances.appliances_keep_off_corners,
           "corner_m", "m",
@@ -56,25 +56,25 @@ ROWS: tuple[Check, ...] = (
           "At least {limit:g} of 100 advisory design rules that apply are followed (NKBA, LSU, trade sizes); see the "
           "section Design for those that are not."),
     Check("NAV001", "Reachable fixtures", ERROR, DesignSubject, reach.fixtures_are_reachable, "unreached", "",
-          "The number of fixtures that a base of 0.30 m radius cannot reach from an entry is at most {limit:g}; leave "
-          "floor free before them, and a way to it."),
+          "A base of 0.30 m radius reaches every fixture from an entry (at most {limit:g} are not reached); leave "
+          "free floor before them, and a way to it."),
     Check("NAV002", "Reachable when open", ERROR, DesignSubject, reach.opened_fixtures_are_reachable, "unreached", "",
-          "The number of fixtures whose open door or drawer leaves a base of 0.30 m radius no place to stand is at "
-          "most {limit:g}; leave floor free beside the open part."),
+          "A base of 0.30 m radius has a place to stand at every fixture with its door or drawer open (at most "
+          "{limit:g} without); leave free floor beside the open part."),
     Check("NAV003", "Entries lead in", ERROR, DesignSubject, reach.entries_lead_in, "unreached", "",
-          "The number of doors and passages through which a base of 0.30 m radius cannot enter the kitchen is at most "
-          "{limit:g}; clear what stands before them."),
+          "A base of 0.30 m radius can enter the kitchen through every door and passage (at most {limit:g} are "
+          "blocked); clear what stands before them."),
     Check("TSK001", "Tasks supported", ERROR, DesignSubject, reach.tasks_are_supported, "tasks_lacking", "",
-          "The number of RoboCasa's 25 atomic tasks that lack a fixture, joint or site within reach is at most "
-          "{limit:g}; add what the task lacks."),
+          "Each of the 25 atomic tasks of RoboCasa v0.2 has its fixtures, joints and sites within reach (at most "
+          "{limit:g} lack one); add what the task lacks."),
     Check("TSK002", "Room for task objects", ERROR, DesignSubject, reach.task_objects_find_room, "task_rate", "",
           "At least {limit:.0%} of 200 drawn objects find a free place within reach, for each task; clear the "
           "surface, or make it larger."),
     Check("ROB001", "Joints a robot reaches", ERROR, SceneRobots, joints_are_reached, "robot_reach", "",
-          "At least {limit:.0%} of the joints with a handle, knob, key or lever are reached by PandaOmron from the "
+          "At least {limit:.0%} of the joints with a handle, knob, button or lever are reached by PandaOmron from the "
           "parking place, free of contact; free the grip, or the floor before it."),
     Check("STA001", "Start states fit", ERROR, StatesSubject, verdict.states_fit_their_scene, None, "",
-          "The start states name the joints of scene.xml in its order, and were made for its very bytes; draw them "
+          "The start states have the joints of scene.xml in its order, and were made for exactly this file; draw them "
           "again with scenes states."),
     Check("STA002", "Start states apart", ERROR, StatesSubject, verdict.states_have_no_deep_contact,
           "state_contact_m", "m",
@@ -85,8 +85,8 @@ ROWS: tuple[Check, ...] = (
           "again."),
     Check("STA004", "Robot parked in room", ERROR, StatesSubject, verdict.states_leave_room_for_the_robot,
           "states_blocked", "",
-          "The number of start states in which something stands in the boxes around a robot whose arm is at rest is at "
-          "most {limit:g}; draw them again."),
+          "In every start state the boxes around a robot in its home pose are empty (at most {limit:g} states are not "
+          "so); draw them again."),
     Check("STA005", "Start states differ", ERROR, StatesSubject, verdict.states_differ, "state_difference", "",
           "In any two start states a joint, a thing or the base differs by {limit:g} m or rad at least; draw one of "
           "them again."),

@@ -13,11 +13,11 @@ ERROR, WARNING = Severity.ERROR, Severity.WARNING
 # fmt: off
 ROWS: tuple[Check, ...] = (
     Check("LIB001", "No duplicate shapes", WARNING, LibraryView, duplicates.shapes_are_unique, "alike_form", "",
-          "No two assets have the same shape: two do where 95 % of either surface lies within {limit:g} radii of the "
-          "other; keep one of the two, or both if that is meant."),
+          "No two assets have the same shape, which means that 95 % of each surface lies within {limit:g} radii of "
+          "the other; keep one of the two, or both if you want both."),
     Check("LIB002", "No duplicate looks", WARNING, LibraryView, duplicates.looks_are_unique, "alike_look", "",
           "No two assets look alike to CLIP: the cosine of their pictures is below {limit:g}; keep one of them, or "
-          "both if that is meant."),
+          "both if you want both."),
     Check("LIB003", "Looks like its category", WARNING, LibraryView, duplicates.looks_match_categories, "look_rank", "",
           "CLIP ranks an asset's category among its first {limit:g} names for the picture; correct the category, or "
           "leave the asset out."),

@@ -24,8 +24,9 @@ ROWS: tuple[Check, ...] = (
     Check("KIN003", "Starting force", ERROR, Package, hand_force.starting_force_is_moderate, "hand_force_n", "N",
           "The force at the grip that starts each closed joint is between {hand_force_least_n:g} N and {limit:g} N "
           "(ADA 309.4); adjust its friction or spring.", ("hand_force_least_n",)),
-    Check("KIN004", "Keys spring back", ERROR, Package, hand_force.keys_spring_back, "spring_back_share", "",
-          "A sprung key that was pressed and let go is back to {limit:.0%} of its stroke within 2 s; stiffen the "
+    Check("KIN004", "Buttons spring back", ERROR, Package, hand_force.keys_spring_back, "spring_back_share", "",
+          "A button with a spring that was pressed and let go is back to {limit:.0%} of its stroke within 2 s; "
+          "stiffen the "
           "spring, or lower friction."),
     Check("KIN005", "Clearance of moving parts", ERROR, Package, clearance.moving_parts_keep_clear, "clearance_m", "m",
           "No part goes deeper than {mm:g} mm into another over the whole range of a joint, alone and beside each "
@@ -42,7 +43,7 @@ ROWS: tuple[Check, ...] = (
     Check("KIN009", "Travel of found joints", WARNING, Package, joint_travel.joints_reach_full_range,
           "travel_share", "",
           "The share of joints of an articulated mesh that go through their whole range under 20 N without collision "
-          "is at least {limit:.0%}; shorten ranges, or clear what the parts meet."),
+          "is at least {limit:.0%}; shorten the ranges, or clear what the parts meet."),
     Check("KIN010", "Joints rest in range", ERROR, Package, hand_force.joints_rest_in_range, "range_excess",
           "rad or m",
           "Left alone for 2 s, closed, no joint stands more than {limit:g} rad or m outside its range; stiffen its "
@@ -54,25 +55,25 @@ ROWS: tuple[Check, ...] = (
           "A ball of 6 cm (smaller in narrow regions) laid into each interior region comes to rest within {mm:g} mm "
           "of its floor and sides; clear the region, or correct its box."),
     Check("CON001", "Contract: links and joints", ERROR, Package, contract.links_and_joints_meet_contract, None, "",
-          "The links and joints that the runtime looks up by name exist, with the kind, axis, sign, range and depth "
+          "The links and joints that RoboCasa looks up by name exist, with the kind, axis, sign, range and depth "
           "that it expects; rename or correct them."),
     Check("CON002", "Contract: sites", ERROR, Package, contract.sites_meet_contract, None, "",
-          "The sites that the runtime looks up by name, such as a flame or a stream of water, exist on the links "
+          "The sites that RoboCasa looks up by name, such as a flame or a stream of water, exist on the links "
           "where it looks; add or move them."),
     Check("CON003", "Contract: colliders", ERROR, Package, contract.colliders_and_visuals_meet_contract, None, "",
-          "The colliders and visuals that the runtime looks up by name exist with the labels it expects, and none has "
-          "a name that it would mistake; rename them."),
+          "The colliders and visuals that RoboCasa looks up by name exist with the labels it expects, and no other "
+          "has a name that RoboCasa would take for one of them; rename them."),
     Check("CON004", "Contract: regions", ERROR, Package, contract.regions_meet_contract, "main_gap_m", "m",
-          "The regions that the runtime looks up exist, `main` encloses what is seen to {mm:g} mm, and interiors lie "
+          "The regions that RoboCasa looks up exist, `main` encloses what is seen to {mm:g} mm, and interiors lie "
           "within it; correct the boxes of the regions."),
     Check("CON005", "Contract: XML paths", ERROR, Package, contract.xml_paths_meet_contract, None, "",
-          "Everything that the runtime finds by literal paths in model.xml is at those paths; move the elements to "
+          "Everything that RoboCasa finds by literal paths in model.xml is at those paths; move the elements to "
           "where it looks."),
     Check("CON006", "Contract: thresholds", ERROR, Package, contract.thresholds_meet_contract, None, "",
-          "The runtime's thresholds lie within the ranges of their joints, and named poses stand as the contract "
+          "RoboCasa's thresholds lie within the ranges of their joints, and named poses stand as the contract "
           "says; widen the range, or correct the pose."),
     Check("CON008", "Contract: places", ERROR, Package, contract.places_meet_contract, None, "",
-          "Regions and sites are where the runtime takes them to be by the numbers written in model.xml, and those in "
+          "Regions and sites are where RoboCasa takes them to be by the numbers written in model.xml, and those in "
           "which it puts things are high enough, stay where they are and have a floor; move the frame or the box."),
     Check("BEH001", "Reachable values", ERROR, Asset, behavior.values_are_reachable, None, "",
           "Every value of every variable of the behaviour can be brought about by moving joints and touching "

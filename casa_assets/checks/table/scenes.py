@@ -20,16 +20,17 @@ ROWS: tuple[Check, ...] = (
     Check("SCN001", "Scene loads", ERROR, SceneSubject, rest.scene_loads_without_warnings, None, "",
           "MuJoCo reads scene.xml and simulates 5 s of it without an error or a warning; correct what it names."),
     Check("SCN002", "No contact at the start", ERROR, SceneSubject, rest.no_penetration_at_start, "scene_start_m", "m",
-          "As the scene begins, no two things overlap by more than {mm:g} mm; move one of them, or shrink its shape."),
+          "In the start pose, no two things overlap by more than {mm:g} mm; move one of them, or shrink its shape."),
     Check("SCN003", "Settles apart", ERROR, SceneSubject, rest.no_penetration_after_settling, "scene_settled_m", "m",
-          "After 1 s no two things overlap by more than {mm:g} mm; see what weight or spring presses them together."),
+          "After 1 s no two things overlap by more than {mm:g} mm; look for the weight or spring that presses them "
+          "together."),
     Check("SCN004", "Joints stay put", ERROR, SceneSubject, rest.joints_stay_put, "drift_share", "",
-          "Left alone for 5 s, no joint drifts by more than {limit:.0%} of its range; see what touches it, or its "
-          "friction and spring."),
+          "Left alone for 5 s, no joint drifts by more than {limit:.0%} of its range; look for what touches it, and "
+          "at its friction and spring."),
     Check("SCN005", "Doors and drawers open", ERROR, SceneSubject, opening.joints_open_without_collision,
           "scene_clash_m", "m",
           "Moved through its range, alone and beside each open neighbour, with what lies in it, no part of the kitchen "
-          "runs more than {mm:g} mm into anything; lids of objects stay closed; make room, or change the swing."),
+          "runs more than {mm:g} mm into anything, with the lids of objects closed; make room, or change the swing."),
     Check("SCN006", "Opens by hand in place", ERROR, SceneSubject, pulling.joints_open_by_hand, "reach_share", "",
           "Each joint but those of objects (`scenes new --objects`) covers {limit:.0%} of its range within 2 s "
           "under 20 N at its grip, in the whole scene; clear what it meets, or ease its friction."),
@@ -37,8 +38,8 @@ ROWS: tuple[Check, ...] = (
           "scene_overlap_m", "m",
           "No two fixed things overlap by more than {mm:g} mm; move one of them, or make it smaller."),
     Check("SCN008", "Floating things", ERROR, SceneSubject, support.fixed_things_are_supported, "scene_floating", "",
-          "The number of fixed things that rest on nothing (floor, wall, ceiling, or a thing that these hold) is at "
-          "most {limit:g}; set them on what carries them."),
+          "Every fixed thing rests on the floor, a wall, the ceiling, or a thing that these hold (at most {limit:g} "
+          "do not); set it on what carries it."),
     Check("SCN009", "Inside the room", ERROR, SceneSubject, inside.things_are_inside_room, "scene_outside_m", "m",
           "Nothing reaches more than {mm:g} mm beyond floor, walls and ceiling; move it in."),
     Check("SCN010", "Number of bodies", ERROR, SceneSubject, budget.body_count_is_bounded, "scene_bodies", "",
@@ -60,8 +61,8 @@ ROWS: tuple[Check, ...] = (
           "At most {limit:g} pairs of shapes touch while nothing moves, because each costs time in every step; set "
           "things down on fewer feet."),
     Check("SCN017", "MJCF equals USD", ERROR, SceneFiles, parity.formats_agree, "scene_disagreements", "",
-          "The number of facts (bodies, poses, joints, masses, shapes, labels) that differ between scene.xml and "
-          "scene.usda, or scene_nested.usda, is at most {limit:g}; a difference is a fault of a writer."),
+          "Bodies, poses, joints, masses, shapes and labels are the same in scene.xml, scene.usda and "
+          "scene_nested.usda (at most {limit:g} differ); please report a difference, it is a fault of the program."),
     Check("SCN018", "USD scene loads", ERROR, SceneFiles, usd_layer.usd_scene_loads_without_warnings, None, "",
           "scene.usda and scene_nested.usda compose without complaint, have a default prim, and MuJoCo imports them "
           "without a warning; correct what the reader names."),

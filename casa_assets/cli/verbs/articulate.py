@@ -62,16 +62,22 @@ def articulate(
     decisions: Annotated[
         Path | None,
         typer.Option(
-            help="The decisions.yaml of an earlier run, changed by hand, or the review.json of its page.",
+            help="decisions.yaml of an earlier run, changed by you, or review.json of its page.",
             exists=True,
             dir_okay=False,
         ),
     ] = None,
-    preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, coloured, apart, open.")] = False,
-    report: Annotated[bool, typer.Option("--report", help="Print every part with confidence and runner-up.")] = False,
-    review: Annotated[bool, typer.Option("--review", help="Write review.html, a page to correct them on.")] = False,
+    preview: Annotated[
+        bool, typer.Option("--preview", help="Write strip.png: closed, coloured by part, taken apart, open.")
+    ] = False,
+    report: Annotated[
+        bool, typer.Option("--report", help="Print every part with its confidence and the next likely choice.")
+    ] = False,
+    review: Annotated[
+        bool, typer.Option("--review", help="Write review.html, a page on which you can correct them.")
+    ] = False,
     clip_weights: Annotated[
-        str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it names what --category does not."))
+        str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
     ] = "",
     complete: Annotated[
         bool,
@@ -83,13 +89,12 @@ def articulate(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find doors, drawers, knobs and buttons of static meshes and write them as MJCF and USD that open.
+    """Find doors, drawers, knobs and buttons in static meshes, and write articulated assets as MJCF and USD.
 
-    What an earlier run made of the same file with the same options is kept, and so is why it made nothing; a run that
-    was stopped goes on where it ended.
-    Every decision stands in decisions.yaml beside the model: change a line and give the file back with --decisions.
-    Exit 0 when all were accepted, 1 when some were rejected (nothing moves: ART001), 4 when none was but a person has
-    to decide something about some (review.csv in the library), 2 on misuse.
+    Results of an earlier run on the same file with the same options are kept, rejections too; a run that was stopped
+    goes on where it ended. Every decision is in decisions.yaml beside the model: change a line, and pass the file with
+    --decisions. Exit 0 when all were accepted, 1 when some were rejected (ART001: nothing moves), 4 when none was
+    rejected but a person has to decide about some (review.csv in the library), 2 on misuse.
     """
     from casa_assets.pipeline.articulate.build import ArticulateRequest
 

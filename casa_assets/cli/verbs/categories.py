@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="categories",
-    help="Kinds of things: usual size and mass, substance, other names, and what builds them: list, show.",
+    help="Categories of things: usual size and mass, substance, other names, what builds them: list, show.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -28,9 +28,9 @@ app = typer.Typer(
 
 @app.command("list", cls=Verb)
 def list_categories(json_: AsJson = False) -> None:
-    """Name every category with its class, usual size and mass, and what builds it.
+    """List every category with its class, usual size and mass, and what builds it.
 
-    Those that `ingest` takes meshes to be, and at the end those of fixtures, which families build.
+    First those that `ingest` assigns to meshes, then those of fixtures, which families build. Exit 0.
 
     Example:  casa-assets categories list
     """

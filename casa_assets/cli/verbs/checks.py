@@ -12,10 +12,14 @@ from casa_assets.cli.tables import TextTable
 
 
 def checks(
-    as_markdown: Annotated[bool, typer.Option("--markdown", help="As docs/reference/checks.md has it.")] = False,
+    as_markdown: Annotated[
+        bool, typer.Option("--markdown", help="Print Markdown, as in docs/reference/checks.md.")
+    ] = False,
     json_: AsJson = False,
 ) -> None:
-    """List every check: its code, what it tests, and what to do where it fails.
+    """List every check: its code, what it tests, and what to do when it fails.
+
+    Exit 0.
 
     Example:  casa-assets checks --json
     """

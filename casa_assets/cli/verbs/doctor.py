@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.text import Text
 
-from casa_assets.cli.options import AsJson, Out, Quiet, Verbose
+from casa_assets.cli.options import OUT_HELP, AsJson, Quiet, Verbose, more
 from casa_assets.cli.output import Output
 
 if TYPE_CHECKING:
@@ -20,11 +20,18 @@ PACKAGE, RENDERER = "package ", "renderer "
 SUBJECT_WIDTH = 16
 
 
-def doctor(out: Out = Path("out"), json_: AsJson = False, quiet: Quiet = False, verbose: Verbose = False) -> None:
-    """Look at this machine: Python, packages, rendering, disk; and say what to do about what is missing.
+def doctor(
+    out: Annotated[
+        Path, typer.Option("--out", help=more(OUT_HELP, "this folder is tested, nothing stays in it."))
+    ] = Path("out"),
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Test this machine (Python, packages, rendering, disk), and print the command that installs what is missing.
 
-    Exit 0 when all that is needed is here, 1 when something is missing, 2 on misuse. What is optional and not here, and
-    what there is room for, is told and changes nothing.
+    Exit 0 when all that is needed is here, 1 when something is missing, 2 on misuse. What is optional and missing is a
+    note, and does not change the exit code.
 
     Example:  casa-assets doctor --verbose
     """

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="families",
-    help="Parametric cabinets, counters, appliances and what stands about: list, show, build.",
+    help="Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -44,7 +44,7 @@ HELP = "Families."
 
 @app.command("list", cls=Verb)
 def list_families(json_: AsJson = False) -> None:
-    """Name every family with its presets.
+    """List every family with its presets. Exit 0.
 
     Example:  casa-assets families list
     """
@@ -78,9 +78,9 @@ def show(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Build members into a folder and draw them closed, open and as they are touched.
+    """Build members into a folder and draw them closed, open and with their collision shapes.
 
-    Presets are shown where no --samples are asked for. Exit 0 when all pass, 1 when some do not, 2 on misuse.
+    Without --samples, presets are shown. Exit 0 when all pass, 1 when some do not, 2 on misuse.
 
     Example:  casa-assets families show microwave --preset steel --out /tmp/look
     """
@@ -114,7 +114,10 @@ def build(
     all_: All = False,
     samples: Samples = 0,
     presets: Annotated[
-        bool, typer.Option("--presets/--no-presets", help="Also every preset; alone where no --samples are asked for.")
+        bool,
+        typer.Option(
+            "--presets/--no-presets", help="Build every preset too; without --samples only presets are built."
+        ),
     ] = False,
     seed: Seed = 0,
     library: LibraryOut = Path("out/families"),
@@ -126,7 +129,7 @@ def build(
 ) -> None:
     """Build members, write them as MJCF and USD, and run every check.
 
-    Without pictures there is one of the size of a thumbnail. Exit 0 when all pass, 1 when some do not, 2 on misuse.
+    With --no-pictures only a thumbnail is drawn. Exit 0 when all pass, 1 when some do not, 2 on misuse.
 
     Example:  casa-assets families build --all --samples 20
     """

@@ -20,10 +20,12 @@ NO_WEIGHTS = (
 
 
 def find(
-    query: Annotated[str, typer.Argument(help='Words for what is looked for, such as "red mug".')],
+    query: Annotated[str, typer.Argument(help='What you look for, such as "red mug".')],
     library: Library = Path("out/library"),
-    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "it looks at the pictures."))] = "",
-    words: Annotated[bool, typer.Option("--words", help="Without pictures: by category, title and colours.")] = False,
+    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "the words are compared with pictures."))] = "",
+    words: Annotated[
+        bool, typer.Option("--words", help="Compare with category, title and colours, without pictures.")
+    ] = False,
     most: Most = 10,
     json_: AsJson = False,
     quiet: Quiet = False,

@@ -22,10 +22,10 @@ def home(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write index.html of a folder: its kitchens, what was articulated, its assets, what was rejected and why.
+    """Write an overview page of a folder, index.html: kitchens, articulated assets, assets, and what was rejected.
 
-    With pictures, kitchens that have none with their doors open get one. Exit 0 when it is written, 2 on misuse, 3
-    where a fault of the program kept a picture from being drawn; the page has the others.
+    Kitchens without a picture with open doors get one, unless --no-pictures is given. Exit 0 when the page is written,
+    2 on misuse, 3 when a picture could not be drawn because of a fault of the program; the page has the others.
 
     Example:
 

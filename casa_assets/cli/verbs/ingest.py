@@ -56,9 +56,9 @@ Examples:
 
   casa-assets ingest ~/meshes --dry-run            verdicts and reasons, nothing is written
 
-  casa-assets ingest ~/meshes --only FLT005        again what was rejected with this code
+  casa-assets ingest ~/meshes --only FLT005        retry what was rejected with this code, nothing else
 
-  casa-assets ingest ~/meshes --again things       again what is in review for this, and what is new
+  casa-assets ingest ~/meshes --again things       retry what is in review for this, and take what is new
 
   casa-assets ingest ~/incoming --watch            work on files as they come, until Ctrl-C
 
@@ -74,27 +74,37 @@ def ingest(
     category: Category = "",
     jobs: Jobs = 0,
     timeout: Annotated[
-        float, typer.Option(min=0, help="Seconds of processor time for one input.", show_default="300")
+        float,
+        typer.Option(min=0, help="Most seconds of processor time for one input; 300 by default.", show_default=False),
     ] = 0.0,
-    memory: Annotated[float, typer.Option(min=0, help="Gigabytes of memory for one input.", show_default="8")] = 0.0,
+    memory: Annotated[
+        float, typer.Option(min=0, help="Most gigabytes of memory for one input; 8 by default.", show_default=False)
+    ] = 0.0,
     max_size: Annotated[
-        float, typer.Option(min=0, help="Megabytes of one input with its files.", show_default="512")
+        float,
+        typer.Option(min=0, help="Most megabytes of one input with its files; 512 by default.", show_default=False),
     ] = 0.0,
-    max_faces: Annotated[int, typer.Option(min=0, help="Faces of one input.", show_default="2500000")] = 0,
-    max_texture: Annotated[int, typer.Option(min=0, help="Pixels of a side of a picture.", show_default="16384")] = 0,
-    max_pixels: Annotated[float, typer.Option(min=0, help="Million pixels of a picture.", show_default="67.2")] = 0.0,
-    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "it looks at the pictures."))] = "",
+    max_faces: Annotated[
+        int, typer.Option(min=0, help="Most faces of one input; 2500000 by default.", show_default=False)
+    ] = 0,
+    max_texture: Annotated[
+        int, typer.Option(min=0, help="Most pixels of a side of a picture; 16384 by default.", show_default=False)
+    ] = 0,
+    max_pixels: Annotated[
+        float, typer.Option(min=0, help="Most million pixels of a picture; 67.2 by default.", show_default=False)
+    ] = 0.0,
+    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "pictures of assets are compared with it."))] = "",
     keep_duplicates: Annotated[
-        bool, typer.Option("--keep-duplicates", help="Keep what has form, size and colours of another.")
+        bool, typer.Option("--keep-duplicates", help="Keep meshes that duplicate one that is already in the library.")
     ] = False,
     split: Annotated[
         bool, typer.Option("--split", help="Make one asset of each thing in a file that holds several.")
     ] = False,
     again: Annotated[
         list[str] | None,
-        typer.Option(help="Work again on what was rejected with this code, or is in review for this subject."),
+        typer.Option(help="Also retry inputs that were rejected with this code, or are in review for this subject."),
     ] = None,
-    only: Annotated[list[str] | None, typer.Option(help="The same, and leave all other inputs out.")] = None,
+    only: Annotated[list[str] | None, typer.Option(help="Retry only such inputs, and leave all others out.")] = None,
     dry_run: DryRun = False,
     watch: Annotated[
         bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")
@@ -108,7 +118,7 @@ def ingest(
 ) -> None:
     """Turn meshes into simulation-ready assets.
 
-    Exit 0 when all were accepted, 1 when some were rejected, 4 when none was but a person has to decide something about
+    Exit 0 when all were accepted, 1 when some were rejected, 4 when none was rejected but a person has to decide about
     some (review.csv in the library), 2 on misuse.
     """
     from casa_assets.pipeline.ingest.run import Options

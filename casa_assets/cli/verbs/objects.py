@@ -22,6 +22,7 @@ from casa_assets.cli.options import (
     Quiet,
     Seed,
     Verbose,
+    more,
 )
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
@@ -31,7 +32,7 @@ from casa_assets.cli.verb import Verb, verb
 
 app = typer.Typer(
     name="objects",
-    help="Food, tableware and packages out of numbers, one kind for each category: list, show, build.",
+    help="Loose objects, generated: food, tableware, packages; list, show, build, catalogue.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -44,7 +45,7 @@ NamesOrAll = Annotated[
 
 @app.command("list", cls=Verb)
 def list_objects(json_: AsJson = False) -> None:
-    """Name every category of which there are objects.
+    """List every category of which objects can be generated. Exit 0.
 
     Example:  casa-assets objects list
     """
@@ -100,7 +101,7 @@ def show(
 @app.command(cls=Verb)
 def build(
     names: Annotated[list[str] | None, typer.Argument(help="Categories.", autocompletion=completion.objects)] = None,
-    all_: Annotated[bool, typer.Option("--all", help=ALL_HELP)] = False,
+    all_: Annotated[bool, typer.Option("--all", help=more(ALL_HELP, "every category."))] = False,
     count: Annotated[int, typer.Option(min=1, max=4000, help=COUNT_HELP)] = 17,
     seed: Seed = 0,
     library: LibraryOut = Path("out/objects"),

@@ -25,7 +25,9 @@ def preview(
     out: Out = Path("out/preview"),
     width_px: WidthPx = 512,
     colliders: Annotated[bool, typer.Option("--colliders", help="Show the collision shapes.")] = False,
-    turntable: Annotated[bool, typer.Option("--turntable", help="Also a turning picture of each.")] = False,
+    turntable: Annotated[
+        bool, typer.Option("--turntable", help="Also write an animated picture of each, turning.")
+    ] = False,
     photoreal: Photoreal = False,
     pose: Pose = "",
     camera: Camera = None,

@@ -23,13 +23,19 @@ def report(
     out: Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))] = None,
     baseline: Annotated[
         Path | None,
-        typer.Option(help="The report.json or the library of an earlier run: tells what is better, worse, new, gone."),
+        typer.Option(
+            help="report.json or library of an earlier run; the page then lists what is better, worse, new or gone."
+        ),
     ] = None,
     fail_on: Annotated[
         list[str] | None,
-        typer.Option(help="Exit 1 where this holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."),
+        typer.Option(
+            help="Exit 1 if this condition holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."
+        ),
     ] = None,
-    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "it looks at the pictures first."))] = "",
+    clip_weights: Annotated[
+        str, typer.Option(help=more(CLIP_HELP, "pictures of assets are compared with it first."))
+    ] = "",
     in_3d: Annotated[
         bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each, written once."))
     ] = False,

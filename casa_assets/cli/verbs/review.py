@@ -18,11 +18,11 @@ def review(
     port: Port = 0,
     browser: Browser = True,
 ) -> None:
-    """Decide about assets in review, in the browser: accept, reject, or correct kind, pose, size and mass.
+    """Open a page on which you decide about assets in review: accept, reject, correct category, pose, size and mass.
 
-    What is decided goes into review.csv of the library at once, and the next `casa-assets ingest` obeys it. Articulated
-    meshes have a page of their own, on which parts are corrected too; `casa-assets articulate` obeys what it writes
-    into review.json. Ctrl-C ends the pages. Only this machine can open them.
+    Each decision is written to review.csv of the library at once; the next `casa-assets ingest` applies it. Articulated
+    meshes have a page of their own, on which parts are corrected too; `casa-assets articulate` applies review.json,
+    which that page writes. Only this machine can open the pages; Ctrl-C ends them.
     Exit 0 when nothing is left to decide, 2 on misuse, 130 after Ctrl-C.
 
     Example:

@@ -1,4 +1,4 @@
-"""casa-assets scenes: new, list, build, check, sample, preview, pack, compare, robots, states."""
+"""casa-assets scenes: new, list, build, check, sample, preview, pack, diff, robots, states."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from casa_assets.cli.options import (
     OLD_FORCE,
     OLD_WIDTH,
     SCENES_HELP,
+    SEED_HELP,
     WIDTH_HELP,
     All,
     AsJson,
@@ -68,7 +69,7 @@ def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecip
 
 @app.command("list", cls=Verb)
 def list_scenes(json_: AsJson = False) -> None:
-    """Name every plan and every style; a scene is called <plan>__<style>.
+    """List every plan and every style; the id of a kitchen is <plan>__<style>. Exit 0.
 
     Example:  casa-assets scenes list
     """
@@ -110,7 +111,7 @@ def build(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Build scenes as MJCF and USD; what an earlier run made and nothing has changed stays.
+    """Build kitchens by their ids, as MJCF and USD; what an earlier run made and has not changed is kept.
 
     Exit 0 when all were built, 1 when one was not, 2 on misuse.
 
@@ -145,10 +146,10 @@ def check(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Run every check on scenes, built first where they are missing: physics, openings, design, ways, tasks, parity.
+    """Run every check on kitchens: physics, doors and drawers, design rules, robot access, tasks, MJCF equals USD.
 
-    Writes report.json and report.html beside each, summary.json and summary.html for all. Exit 0 when all pass, 1 when
-    one does not, 2 on misuse.
+    Kitchens that are missing are built first. Writes report.json and report.html beside each, summary.json and
+    summary.html for all. Exit 0 when all pass, 1 when one does not, 2 on misuse.
 
     Example:  casa-assets scenes check l_small__coastal 'galley__*__o40'
     """
@@ -207,20 +208,22 @@ def preview(
     scene: OneScene,
     camera: Camera = None,
     pose: Pose = "start",
-    width_px: Annotated[int, typer.Option(min=64, max=4096, help=more(WIDTH_HELP, "the height is three quarters."))] = (
+    width_px: Annotated[int, typer.Option(min=64, max=4096, help=more(WIDTH_HELP, "4:3, with --photoreal 16:9."))] = (
         960
     ),
-    passes: Annotated[int, typer.Option(min=1, max=400, help="Drawings that a picture is the mean of.")] = 6,
+    passes: Annotated[
+        int, typer.Option(min=1, max=400, help="Renderings averaged per picture, for soft light; more is slower.")
+    ] = 6,
     photoreal: Photoreal = False,
     out: ScenesOut = OUT,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw a scene through its cameras, beside its files.
+    """Draw a kitchen through its cameras, beside its files.
 
-    With --photoreal by a path tracer, in 16:9, through the cameras `eye` and `cutaway` where none is named. Exit 0 when
-    the pictures are drawn, 2 on misuse.
+    With --photoreal a path tracer draws them. Cameras: overview, above, at_stove, at_sink, at_fridge, robot_eye_1 and
+    further ones, as scene.json lists them. Exit 0 when the pictures are drawn, 2 on misuse.
 
     Example:  casa-assets scenes preview l_small__coastal --camera at_stove --pose open
     """
@@ -270,11 +273,11 @@ def robots(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find which handles, knobs, keys and levers robots reach from their parking places, and what they open.
+    """Find which handles, knobs, buttons and levers robots reach from the parking places, and what they open.
 
     Inverse kinematics with mink; robots come from the installed robosuite. Writes robots.json beside each scene, built
-    first where it is missing, and a line of its report. Exit 0 when all pass, 1 when PandaOmron reaches too little or
-    was not tried on all joints (--robot, --joint), so that nothing is said of the kitchen, 2 on misuse.
+    first where it is missing, and a line of its report. Exit 0 when ROB001 passes for every kitchen, 1 when PandaOmron
+    reaches too little, or was not tried on all joints (--robot, --joint) so that ROB001 was not run, 2 on misuse.
 
     Example:  casa-assets scenes robots l_small__coastal --robot PandaOmron
     """
@@ -294,11 +297,9 @@ def robots(
 def states(
     scenes: Scenes = None,
     all_: All = False,
-    count: Annotated[int, typer.Option(min=1, help=more(COUNT_HELP, "start states of each scene."))] = 100,
-    objects: Annotated[
-        int, typer.Option(min=0, help=more(OBJECTS_HELP, "so many are put somewhere else in each state."))
-    ] = 10,
-    doors: Annotated[int, typer.Option(min=0, help="Doors and drawers that stand open in each.")] = 0,
+    count: Annotated[int, typer.Option(min=1, help=more(COUNT_HELP, "start states per kitchen."))] = 100,
+    objects: Annotated[int, typer.Option(min=0, help=more(OBJECTS_HELP, "so many are moved in each state."))] = 10,
+    doors: Annotated[int, typer.Option(min=0, help="Number of doors and drawers that are open in each state.")] = 0,
     seed: Seed = 0,
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
@@ -307,7 +308,7 @@ def states(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw start states: loose things put somewhere else, the robot parked, all of it at rest; each is simulated.
+    """Draw settled start states: loose objects moved, a robot parked; each state is simulated.
 
     Writes start_states.npz beside each scene, built first where it is missing, and lines of its report. Exit 0 when all
     pass, 1 when one does not, 2 on misuse.
@@ -334,7 +335,7 @@ def diff(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Tell how two scenes differ: files, what stands where, finishes.
+    """Print how two kitchens differ: files, placements, finishes.
 
     Exit 0 when they are the same, 1 when they differ, 2 on misuse.
 
@@ -360,27 +361,29 @@ app.command(cls=verb({"--scenes": "--scenes-folder"}))(pack)
 
 @app.command("new", cls=Verb)
 def new(
-    plan: Annotated[str, typer.Argument(help="Name of a plan.", autocompletion=completion.plans)],
-    style: Annotated[str, typer.Option(help="Name of a style.", autocompletion=completion.styles)],
+    plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],
+    style: Annotated[str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)],
     seed: Annotated[
         int | None,
-        typer.Option(min=0, help="Seed of what is drawn by chance; the lengths are as the plan has them without one."),
+        typer.Option(min=0, help=more(SEED_HELP, "of the lengths of the plan, else they have their defaults.")),
     ] = None,
     textures: Annotated[
         str,
         typer.Option(help="'style', 'random' (drawn by the seed), or ids: 'wall=brick_red_running,floor=oak_ebony'."),
     ] = "style",
-    closed: Annotated[bool, typer.Option("--closed", help="Draw the open walls too.")] = False,
+    closed: Annotated[
+        bool, typer.Option("--closed", help="Build all walls; by default some plans leave sides open.")
+    ] = False,
     objects: Annotated[
         int, typer.Option(min=0, max=MAX_OBJECTS, help=more(OBJECTS_HELP, "they are put where people keep them."))
     ] = 0,
-    objects_seed: Annotated[int, typer.Option(min=0, help="Seed of which things, and where.")] = 0,
+    objects_seed: Annotated[int, typer.Option(min=0, help="Random seed of which objects, and where.")] = 0,
     out: ScenesOut = OUT,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Build one kitchen: a plan in a style, with lengths and textures of its own. Its id names all of it.
+    """Build one kitchen: a plan in a style, with options. Prints its id, by which other commands know it.
 
     Exit 0 when it was built, 1 when it was not, 2 on misuse.
 

@@ -14,6 +14,8 @@ def schemas(
 ) -> None:
     """Print the JSON Schema of scene.json, asset.json, behavior.json or the report.json of a kitchen.
 
+    Exit 0 when it is printed, 2 when there is no schema of this name.
+
     Example: casa-assets schemas scene > scene.schema.json
     """
     from casa_assets.pipeline.schemas import SCHEMAS, schema_text

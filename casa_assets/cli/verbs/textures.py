@@ -33,13 +33,16 @@ Names = Annotated[
     list[str] | None,
     typer.Argument(help="Ids of recipes; whole sets where none is given.", autocompletion=completion.textures),
 ]
-Sets = Annotated[list[Surface] | None, typer.Option("--set", help="Sets; all where neither id nor set is given.")]
+Sets = Annotated[
+    list[Surface] | None,
+    typer.Option("--set", help="Surfaces: wall, floor, counter, cabinet; all if neither an id nor a surface is given."),
+]
 OUT = Path("out/textures")
 
 
 @app.command("list", cls=Verb)
 def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
-    """Name every recipe with its kind, size and substance.
+    """List every recipe with its kind, size and substance. Exit 0.
 
     Example:  casa-assets textures list --set floor
     """
@@ -185,17 +188,17 @@ def ingest(
     pack: Annotated[str | None, typer.Option(help="Name of the pack; else that of the folder.")] = None,
     surface: Annotated[Surface | None, typer.Option(help="What the pictures are for.")] = None,
     tile: Annotated[tuple[float, float] | None, typer.Option(help="Width and height of a picture, metres.")] = None,
-    licence: Annotated[str | None, typer.Option(help="SPDX id, or the words of whoever gives it.")] = None,
+    licence: Annotated[str | None, typer.Option(help="SPDX id, or the text of the licence.")] = None,
     generator: Annotated[str | None, typer.Option(help="Program or model that made the pictures.")] = None,
     substance: Annotated[str | None, typer.Option(help="Id in registry/substances.yaml.")] = None,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Take in a folder of pictures: repair their borders, derive normals and roughness, refuse what cannot be used.
+    """Make a pack of a folder of pictures: repair borders, derive normals and roughness, refuse what cannot be used.
 
-    What pack.yaml says of a picture goes before the options. Exit 0 when all were taken, 1 when some were left out, 2
-    on misuse.
+    pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all were taken, 1 when some were left
+    out, 2 on misuse.
 
     Example:  casa-assets textures ingest painted_tiles --surface wall --tile 1.2 1.2 --licence CC0-1.0
     """

@@ -23,14 +23,16 @@ if TYPE_CHECKING:
 
 SCENES = Path("out/scenes")
 NAMED = (
-    "Folder or XML file of an asset or a scene, id of an asset, id of a kitchen (built where it is missing), a family "
+    "Folder or XML file of an asset or a kitchen, id of an asset, id of a kitchen (built if missing), a family "
     "(microwave/steel) or a category of objects (apple/3)."
 )
 
 
 def view(
     what: Annotated[str, typer.Argument(metavar="ASSET|SCENE", help=NAMED, autocompletion=completion.kitchens)],
-    web: Annotated[bool, typer.Option("--web", help="A page in the browser, also where there is a screen.")] = False,
+    web: Annotated[
+        bool, typer.Option("--web", help="Serve a page for the browser, also if there is a screen.")
+    ] = False,
     pose: Pose = "",
     port: Port = 0,
     browser: Browser = True,

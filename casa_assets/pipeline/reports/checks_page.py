@@ -14,7 +14,8 @@ Printed by `./dev docs` from the tables in `casa_assets/checks/table/`, `registr
 subject has nothing of the kind (no joint, no picture); **not run**, where it could not look (a file does not open, no
 weights were given) or `registry/waivers.yaml` waives it. The last two come with a reason. An asset is kept out of the
 library by an error that failed, and by an error that was not run, unless it is waived. A warning that failed is advice
-and is kept in its `asset.json`.
+and is kept in its `asset.json`. What to do is written for whoever makes the mesh, the family or the plan; where a
+check fails on something that this program generated without a change of yours, please report it.
 
 ## Checks
 
@@ -22,6 +23,22 @@ and is kept in its `asset.json`.
 |---|---|---|---|---|---|
 """
 
+# What a user calls the subjects of checks, by the names of their records.
+SUBJECTS = {
+    "Asset": "asset",
+    "Package": "files of an asset",
+    "ObjectMember": "object",
+    "ObjectCollection": "objects of a library",
+    "LibraryView": "library",
+    "LibrarySizes": "library",
+    "SceneSubject": "kitchen",
+    "SceneFiles": "files of a kitchen",
+    "PreviewImages": "pictures of a kitchen",
+    "MeasuredSpeed": "speed of a kitchen",
+    "DesignSubject": "design of a kitchen",
+    "SceneRobots": "robots in a kitchen",
+    "StatesSubject": "start states",
+}
 TEXTURE_TABLE_HEADER = "| code | title | limit | what is tested, and what to do |"
 
 
@@ -31,7 +48,14 @@ def checks_markdown() -> str:
     lines = [HEAD.rstrip("\n")]
     for row in TABLE:
         limit = f"{records.limits[row.limit]:g} {row.unit}".strip() if row.limit else ""
-        cells = row.code, row.title, row.severity.value, row.subject.__name__, limit, row.describe(records.limits)
+        cells = (
+            row.code,
+            row.title,
+            row.severity.value,
+            SUBJECTS[row.subject.__name__],
+            limit,
+            row.describe(records.limits),
+        )
         lines.append(f"| {' | '.join(cells)} |")
     lines += ["", "## Reasons for rejections and warnings of the stages", "", "| code | name | meaning | what to do |"]
     lines.append("|---|---|---|---|")

@@ -53,14 +53,16 @@ def robocasa(
     source: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[LIBRARY]", help=LIBRARY_HELP, exists=True, file_okay=False, readable=True, show_default=False
+            metavar="LIBRARY", help=LIBRARY_HELP, exists=True, file_okay=False, readable=True, show_default=False
         ),
     ] = None,
     out: ExportOut = ...,  # type: ignore[assignment]
     scenes: Kitchens = None,
     library: Annotated[
         Path | None,
-        typer.Option(help=more(LIBRARY_HELP, "the same as LIBRARY."), exists=True, file_okay=False, readable=True),
+        typer.Option(
+            help=more(LIBRARY_HELP, "another way to name LIBRARY."), exists=True, file_okay=False, readable=True
+        ),
     ] = None,
     registry: Annotated[str, typer.Option(help="Name of the object registry, and of the folder below objects/.")] = (
         "casa"
