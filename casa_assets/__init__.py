@@ -1,4 +1,4 @@
-"""Raw meshes, appliance models and declarative kitchens into simulation-ready MJCF and USD.
+"""Kitchens and kitchen assets for simulation, as MJCF and USD: generated from parameters, or made from meshes.
 
 import casa_assets as casa
 model = casa.kitchen("l_small", "coastal", seed=7).to_mjmodel()
