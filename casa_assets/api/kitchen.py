@@ -52,7 +52,7 @@ class Kitchen:
     """A kitchen, made by `kitchen(...)`; it is composed when something of it is first asked for.
 
     Attributes:
-        id: such as `galley__rustic__s7`; the same id is the same bytes on every machine.
+        id: such as `galley__rustic__s7`; the same id gives the same scene files with one version of the program.
         plan, style: names. seed: that drew the lengths, or None. closed: whether open walls are drawn too.
         surfaces: surface -> texture, where it differs from the style's.
     """

@@ -67,15 +67,9 @@ def articulate(
             dir_okay=False,
         ),
     ] = None,
-    preview: Annotated[
-        bool, typer.Option("--preview", help="Write strip.png: closed, coloured by part, taken apart, open.")
-    ] = False,
-    report: Annotated[
-        bool, typer.Option("--report", help="Print every part with its confidence and the next likely choice.")
-    ] = False,
-    review: Annotated[
-        bool, typer.Option("--review", help="Write review.html, a page on which you can correct them.")
-    ] = False,
+    preview: Annotated[bool, typer.Option("--preview", help="Write strip.png: closed, by part, apart, open.")] = False,
+    report: Annotated[bool, typer.Option("--report", help="Print every part with its confidence.")] = False,
+    review: Annotated[bool, typer.Option("--review", help="Write review.html, to correct parts on.")] = False,
     clip_weights: Annotated[
         str, typer.Option("--clip-weights", help=more(CLIP_HELP, "it tells the category where --category does not."))
     ] = "",

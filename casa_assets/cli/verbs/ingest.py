@@ -66,6 +66,10 @@ Examples:
 """
 
 
+# An option that bounds an input; 0 stands for the default, which its help names.
+_limit = partial(typer.Option, min=0, show_default=False)
+
+
 def ingest(
     sources: Annotated[
         list[Path], typer.Argument(help="Files, folders, Objaverse packages, manifests.", exists=True, readable=True)
@@ -73,27 +77,13 @@ def ingest(
     library: LibraryOut = Path("out/library"),
     category: Category = "",
     jobs: Jobs = 0,
-    timeout: Annotated[
-        float,
-        typer.Option(min=0, help="Most seconds of processor time for one input; 300 by default.", show_default=False),
-    ] = 0.0,
-    memory: Annotated[
-        float, typer.Option(min=0, help="Most gigabytes of memory for one input; 8 by default.", show_default=False)
-    ] = 0.0,
-    max_size: Annotated[
-        float,
-        typer.Option(min=0, help="Most megabytes of one input with its files; 512 by default.", show_default=False),
-    ] = 0.0,
-    max_faces: Annotated[
-        int, typer.Option(min=0, help="Most faces of one input; 2500000 by default.", show_default=False)
-    ] = 0,
-    max_texture: Annotated[
-        int, typer.Option(min=0, help="Most pixels of a side of a picture; 16384 by default.", show_default=False)
-    ] = 0,
-    max_pixels: Annotated[
-        float, typer.Option(min=0, help="Most million pixels of a picture; 67.2 by default.", show_default=False)
-    ] = 0.0,
-    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "pictures of assets are compared with it."))] = "",
+    timeout: Annotated[float, _limit(help="Processor seconds per input; 300 by default.")] = 0.0,
+    memory: Annotated[float, _limit(help="Gigabytes per input; 8 by default.")] = 0.0,
+    max_size: Annotated[float, _limit(help="Megabytes of an input; 512 by default.")] = 0.0,
+    max_faces: Annotated[int, _limit(help="Faces of an input; 2500000 by default.")] = 0,
+    max_texture: Annotated[int, _limit(help="Pixels of a side; 16384 by default.")] = 0,
+    max_pixels: Annotated[float, _limit(help="Million pixels; 67.2 by default.")] = 0.0,
+    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
     keep_duplicates: Annotated[
         bool, typer.Option("--keep-duplicates", help="Keep meshes that duplicate one that is already in the library.")
     ] = False,

@@ -23,19 +23,13 @@ def report(
     out: Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))] = None,
     baseline: Annotated[
         Path | None,
-        typer.Option(
-            help="report.json or library of an earlier run; the page then lists what is better, worse, new or gone."
-        ),
+        typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone."),
     ] = None,
     fail_on: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Exit 1 if this condition holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."
-        ),
+        typer.Option(help="Exit 1 if this holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."),
     ] = None,
-    clip_weights: Annotated[
-        str, typer.Option(help=more(CLIP_HELP, "pictures of assets are compared with it first."))
-    ] = "",
+    clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures first."))] = "",
     in_3d: Annotated[
         bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each, written once."))
     ] = False,

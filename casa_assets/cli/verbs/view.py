@@ -50,7 +50,8 @@ def view(
     """Look at an asset or a kitchen: turn it, open its doors, light its burners, swap its style.
 
     With a screen MuJoCo's own viewer opens. Without one, or with --web, a page is served on this machine alone; over
-    ssh the line to reach it from your own machine is printed. Ctrl-C ends it. Nothing is written but the cache.
+    ssh the line to reach it from your own machine is printed. Ctrl-C ends it. A kitchen that is not on the disk is
+    built in memory; only the cache is written.
     Exit 0 when it is closed, 2 on misuse.
 
     Examples:
