@@ -10,6 +10,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.table.table import explained
+from casa_assets.model.asset.joint import JointKind
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library.entry_files import PICTURE
 from casa_assets.pipeline.library.entry_table import EntryTable
@@ -24,6 +25,7 @@ NAME = "index.html"
 STRIP = "strip.png"  # of what was articulated: closed, coloured, in parts, open
 # Things of one kind that are shown; the others are counted, and the page of their folder has them all.
 MOST_SHOWN, MOST_REJECTED = 24, 6
+LARGE = 2  # kitchens that are shown large, where there are twice as many or more
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,8 @@ def _is_articulated(entries: Sequence[Entry]) -> bool:
 
 
 def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, Any]:
+    # Those with most to open first, as large pictures.
+    drawn = sorted((c for c in cards if c.pictures), key=lambda c: (-c.joints, c.row.id))[:MOST_SHOWN]
     shown = [
         {
             "id": card.row.id,
@@ -94,10 +98,10 @@ def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, An
             "picture": relative_link(f"{shelf.name}/{card.row.id}/{kitchens.best_picture(card)}"),
             "link": f"{relative_link(f'{shelf.name}/{kitchens.PAGE}')}#{card.row.id}",
             "told": f"{card.fixtures} fixtures, {card.joints} joints",
-            "verdict": kitchens.VERDICTS[card.row.passed],
+            "verdict": "" if card.row.passed is None else kitchens.VERDICTS[card.row.passed],
+            "is_large": number < LARGE <= len(cards) // 2,
         }
-        for card in cards[:MOST_SHOWN]
-        if card.pictures
+        for number, card in enumerate(drawn)
     ]
     return {
         "page": relative_link(f"{shelf.name}/{kitchens.PAGE}"),
@@ -119,7 +123,8 @@ def _articulated(shelf: Shelf, entry: Entry) -> dict[str, Any]:
         "source": entry.source_path,
         "picture": relative_link(f"{shelf.name}/{entry.path}/{picture}"),
         "is_strip": picture == STRIP,
-        "joints": [str(joint["name"]).replace("_", " ") for joint in joints],
+        "joints": len(joints),
+        "turning": sum(joint["kind"] == JointKind.HINGE for joint in joints),
         "files": [
             (label, relative_link(f"{shelf.name}/{entry.path}/{file}"))
             for label, file in (("MJCF", "model.xml"), ("USD", f"usd/{entry.id}.usda"), ("decisions", "decisions.yaml"))

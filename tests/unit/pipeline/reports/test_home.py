@@ -46,6 +46,21 @@ def test_what_stands_there_is_shown_with_links_to_its_pages(tmp_path: Path) -> N
     assert "casa-assets scenes check galley__rustic" in text
 
 
+def test_kitchens_with_most_joints_come_first_and_large(tmp_path: Path) -> None:
+    for number, plan in enumerate(("galley", "g_large", "g_small", "l_small")):
+        folder = scene(tmp_path / "scenes", plan, "rustic")
+        facts = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+        facts["fixtures"][0]["joints"] = ["hinge"] * (number + 5)
+        (folder / "scene.json").write_text(json.dumps(facts), encoding="utf-8")
+        (folder / "eye_open.png").write_bytes(b"png")
+    tree = page(tmp_path)
+    shown = [link.rpartition("#")[2] for link in tree.xpath("//a[contains(@class, 'kitchen')]/@href")]
+    assert shown == ["l_small__rustic", "g_small__rustic", "g_large__rustic", "galley__rustic"]
+    large = [link.rpartition("#")[2] for link in tree.xpath("//a[contains(@class, 'large')]/@href")]
+    assert large == shown[:2]
+    assert "not checked yet" in tree.xpath("//section/header")[0].text_content()
+
+
 def test_a_picture_that_cannot_be_drawn_is_told(tmp_path: Path) -> None:
     folder = scene(tmp_path / "scenes", "galley", "rustic")
     (folder / "scene.xml").write_text("<mujoco>", encoding="utf-8")
