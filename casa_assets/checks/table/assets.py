@@ -76,9 +76,8 @@ ROWS: tuple[Check, ...] = (
           "The radius of gyration of a link is at most {limit:g} of half the diagonal of its shapes, and at least 15 "
           "% of that, with the centre of mass inside them; compute the inertia from the shapes."),
     Check("AST018", "Open rooms", WARNING, Asset, open_room.open_rooms_stay_open, "room_closed", "",
-          "Collision shapes fill or close off at most {limit:.0%} of each open room of a mesh (the inside of a vessel "
-          "or a compartment, into which a ball fits from above or from a side); fit the shapes again. Where ingest "
-          "cannot keep a room open, the asset is in review."),
+          "Collision shapes fill or close off at most {limit:.0%} of each open room of a mesh, such as the inside of a "
+          "vessel or a compartment; fit the shapes again, or decide in review.csv, where ingest puts such assets."),
     Check("VIS001", "Degenerate triangles", ERROR, Asset, visual.triangles_have_area, None, "",
           "No visible triangle has zero area, since it has no normal; remove such triangles."),
     Check("VIS002", "Normals face outwards", ERROR, Asset, visual.normals_face_outwards, "flipped_normals", "",
