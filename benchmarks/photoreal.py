@@ -6,7 +6,7 @@
     ./dev bench photoreal --twice              draws each twice and compares the bytes
 
 Needs Blender, see docs/howto/use/photoreal.md. Prints wall and processor seconds, black pixels and fireflies of each,
-and writes JPEGs of at most 120 kB into docs/pictures/photoreal.
+and writes JPEGs of at most 120 kB into docs/pictures/photoreal, and a sheet of nine of them: docs/pictures/photoreal.jpg.
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import build_one
 from casa_assets.preview.photoreal.picture_faults import picture_faults
 from casa_assets.preview.photoreal.render import EYE, Still, StillSettings, scene_stills
-from casa_assets.preview.tonemap import Pixels
 
 ROOT = Path(__file__).parents[1]
 OUT, PICTURES = ROOT / "out" / "bench" / "photoreal", ROOT / "docs" / "pictures" / "photoreal"
 OBJECTS = 40
-MOST_BYTES = 120_000
+MOST_BYTES, MOST_SHEET_BYTES = 120_000, 250_000
+LEFT_OUT = ("scandinavian",)  # of the sheet: three rows of three
+COLUMNS, CELL_PX, GAP_PX = 3, (420, 236), 6
 KITCHENS = (
     ("galley", "modern_2"),
     ("u_large", "traditional_1"),
@@ -63,7 +64,8 @@ def main() -> None:
         row = f"{wall_s:7.0f} {cpu_s:7.0f} {faults.black:6} {faults.fireflies:10} {same:>11}"
         print(f"{folder.name:34} {row}", flush=True)
         PICTURES.mkdir(parents=True, exist_ok=True)
-        (PICTURES / f"{plan}__{style}.jpg").write_bytes(jpeg(still.pixels))
+        (PICTURES / f"{plan}__{style}.jpg").write_bytes(jpeg(Image.fromarray(still.pixels), MOST_BYTES))
+    PICTURES.with_suffix(".jpg").write_bytes(jpeg(sheet(), MOST_SHEET_BYTES))
 
 
 def measured(folder: Path) -> tuple[Still, float, float]:
@@ -75,12 +77,25 @@ def measured(folder: Path) -> tuple[Still, float, float]:
     return still, time.perf_counter() - begin, cpu_s
 
 
-def jpeg(pixels: Pixels) -> bytes:
-    """JPEG of a picture, of the best quality that MOST_BYTES allow."""
+def sheet() -> Image.Image:
+    """As many of the pictures that are there as fill rows."""
+    files = [PICTURES / f"{plan}__{style}.jpg" for plan, style in KITCHENS if style not in LEFT_OUT]
+    there = [path for path in files if path.is_file()]
+    rows = max(1, len(there) // COLUMNS)
+    step = [size + GAP_PX for size in CELL_PX]
+    whole = Image.new("RGB", (COLUMNS * step[0] - GAP_PX, rows * step[1] - GAP_PX), "white")
+    for k, path in enumerate(there[: rows * COLUMNS]):
+        cell = Image.open(path).resize(CELL_PX, Image.Resampling.LANCZOS)
+        whole.paste(cell, (k % COLUMNS * step[0], k // COLUMNS * step[1]))
+    return whole
+
+
+def jpeg(image: Image.Image, most_bytes: int) -> bytes:
+    """JPEG of a picture, of the best quality that `most_bytes` allow."""
     for quality in range(92, 40, -3):
         out = io.BytesIO()
-        Image.fromarray(pixels).save(out, "JPEG", quality=quality, optimize=True)
-        if out.tell() <= MOST_BYTES:
+        image.save(out, "JPEG", quality=quality, optimize=True)
+        if out.tell() <= most_bytes:
             break
     return out.getvalue()
 

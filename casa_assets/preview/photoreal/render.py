@@ -18,7 +18,8 @@ from PIL import Image
 from casa_assets.core import blender
 from casa_assets.errors import CasaError
 from casa_assets.preview import tonemap
-from casa_assets.preview.photoreal.viewpoint import EYE, View, eye_view, named_view
+from casa_assets.preview.photoreal.sunshine import sun_direction
+from casa_assets.preview.photoreal.viewpoint import BEYOND_M, EYE, View, eye_view, named_view
 from casa_assets.preview.tonemap import Pixels
 
 CUTAWAY = "cutaway"  # a view that every kitchen has beside its own cameras, as it has EYE
@@ -43,7 +44,7 @@ class StillSettings:
 
     width_px: int = 960
     height_px: int = 540
-    samples: int = 40
+    samples: int = 26
     threads: int = 2
     seed: int = 1
 
@@ -74,6 +75,7 @@ def scene_stills(
     """
     frame = settings or StillSettings()
     told = json.loads((folder / "scene.json").read_text(encoding="utf-8"))
+    aspect = frame.width_px / frame.height_px
     views = [_view(told, name, frame) for name in cameras or (EYE, CUTAWAY)]
     # Views from above look into the room without its ceiling, which is a choice that holds for a whole process.
     for above in (False, True):
@@ -84,6 +86,8 @@ def scene_stills(
                 "root": "World",
                 "variants": {"pose": pose, "ceiling": "hidden" if above else "shown"},
                 "room": told["room"],
+                "beyond_m": BEYOND_M,
+                "sun": None if above else sun_direction(told, eye_view(told, EYE, aspect), aspect),
                 "kind": "cutaway" if above else "room",
             }
             yield from _run(job, chosen, frame)

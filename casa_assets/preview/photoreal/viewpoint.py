@@ -12,11 +12,13 @@ import numpy as np
 from casa_assets.core.typing import Floats
 
 EYE = "eye"  # the view that `eye_view` finds
-EYE_M = 1.38
-FOV_X_RAD = math.radians(76.0)  # a lens of 23 mm on a sensor 36 mm wide
-SHIFT_Y = -0.045  # of the lens, as a share of the width: worktops are seen, uprights stay upright
+EYE_M = 1.45
+FOV_X_RAD = math.radians(70.0)  # a lens of 26 mm on a sensor 36 mm wide
+SHIFT_Y = -0.055  # of the lens, as a share of the width: worktops are seen, uprights stay upright
 PLACES_M, TURNS = 0.2, 144  # steps of the search
 CLEARANCE_M, WALL_CLEARANCE_M, OPEN_CLEARANCE_M = 0.55, 0.25, 0.1
+BEYOND_M = 2.4  # depth of the room beyond an open side, in which the photographer may stand
+BEYOND_CLEARANCE_M = 0.3  # from its walls
 TALL_M = 1.3  # what is higher hides what stands behind it
 SIZE_THAT_COUNTS = 0.012  # solid angle, steradian, of a fixture that is half as good as a large one
 WEIGHTS = {
@@ -84,8 +86,9 @@ def eye_view(scene: Mapping[str, Any], name: str, aspect: float) -> View:
     walls = [(np.array(w["from"][:2]), np.array(w["to"][:2]), bool(w["open"])) for w in scene["room"]["walls"]]
     half_y = math.atan(math.tan(FOV_X_RAD / 2) / aspect)
     best, found = -math.inf, (0.0, 0.0, 0.0)
+    everything = [*walls, *_walls_beyond(walls)]
     for x, y in _places(outline, walls, fixtures):
-        scores = _scores(np.array([x, y]), fixtures, walls, half_y)
+        scores = _scores(np.array([x, y]), fixtures, everything, half_y)
         turn = int(np.argmax(scores))
         if scores[turn] > best + 1e-9:
             best, found = float(scores[turn]), (x, y, 2 * math.pi * turn / TURNS)
@@ -120,19 +123,50 @@ def _places(
     on_floor = fixtures.lower[:, 2] < EYE_M
     boxes = np.concatenate([fixtures.lower[on_floor, :2], fixtures.upper[on_floor, :2]], axis=1)
     places = []
-    for x in np.arange(low[0] + OPEN_CLEARANCE_M, high[0], PLACES_M):
-        for y in np.arange(low[1] + OPEN_CLEARANCE_M, high[1], PLACES_M):
+    out = BEYOND_M - BEYOND_CLEARANCE_M
+    for x in np.arange(low[0] - out, high[0] + out, PLACES_M):
+        for y in np.arange(low[1] - out, high[1] + out, PLACES_M):
             point = np.array([x, y])
-            inside = [
+            inside = min(
                 _inside(point, a, b) - (OPEN_CLEARANCE_M if is_open else WALL_CLEARANCE_M) for a, b, is_open in walls
-            ]
+            )
             away = np.hypot(
                 np.maximum(np.maximum(boxes[:, 0] - x, x - boxes[:, 2]), 0.0),
                 np.maximum(np.maximum(boxes[:, 1] - y, y - boxes[:, 3]), 0.0),
             )
-            if min(inside) >= -1e-9 and away.min() > CLEARANCE_M:
+            within = (low <= point).all() and (point <= high).all() and inside >= -1e-9
+            if (within or _is_beyond(point, walls)) and away.min() > CLEARANCE_M:
                 places.append((round(float(x), 3), round(float(y), 3)))
     return places or [(float(outline[:, 0].mean()), float(low[1]) + OPEN_CLEARANCE_M)]
+
+
+def _is_beyond(point: Floats, walls: Sequence[tuple[Floats, Floats, bool]]) -> bool:
+    """True in what is built beyond an open side; beyond a corner of two open sides it goes on round the corner."""
+    for k, (start, end, is_open) in enumerate(walls):
+        if not is_open:
+            continue
+        length = float(np.linalg.norm(end - start))
+        along = (end - start) / length
+        at, depth = float((point - start) @ along), -float((point - start) @ np.array([along[1], -along[0]]))
+        before, after = (BEYOND_M if walls[(k + step) % len(walls)][2] else 0.0 for step in (-1, 1))
+        between = BEYOND_CLEARANCE_M - before <= at <= length + after - BEYOND_CLEARANCE_M
+        if between and 0.0 <= depth <= BEYOND_M - BEYOND_CLEARANCE_M:
+            return True
+    return False
+
+
+def _walls_beyond(walls: Sequence[tuple[Floats, Floats, bool]]) -> list[tuple[Floats, Floats, bool]]:
+    """Walls that carry on those beside an open side."""
+    found = []
+    for k, (start, end, is_open) in enumerate(walls):
+        if is_open:
+            along = (end - start) / np.linalg.norm(end - start)
+            out = np.array([-along[1], along[0]]) * BEYOND_M
+            if not walls[k - 1][2]:
+                found.append((start, start + out, False))
+            if not walls[(k + 1) % len(walls)][2]:
+                found.append((end + out, end, False))
+    return found
 
 
 def _inside(point: Floats, start: Floats, end: Floats) -> float:
@@ -156,26 +190,32 @@ def _scores(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floa
     steep = np.abs(np.arctan2(middle[:, 2] - EYE_M, distance))
     # A unit as large as a quarter of the view is too near to be a part of a room.
     value = fixtures.worth * size / (size + SIZE_THAT_COUNTS) * (steep < half_y) * np.clip(distance / 1.3, 0.0, 1.0)
-    value *= _seen(eye, middle[:, :2], fixtures)
+    value *= _seen(eye, middle[:, :2], fixtures, walls)
     bearing = np.arctan2(-offset[:, 0], offset[:, 1])
     yaws = 2 * np.pi * np.arange(TURNS) / TURNS
     angle = np.abs((bearing[None] - yaws[:, None] + np.pi) % (2 * np.pi) - np.pi)
-    within = np.clip((FOV_X_RAD / 2 - angle) / 0.12, 0.0, 1.0)
+    # What the frame cuts off is worth less than its share that is seen.
+    half_wide = np.maximum(np.arctan2(wide / 2, distance), 0.06)
+    within = np.clip((FOV_X_RAD / 2 - angle + half_wide) / (2 * half_wide), 0.0, 1.0) ** 2
     score = (within @ value) * _room_ahead(eye, fixtures, walls)
     straight = np.abs(np.sin(2 * yaws)) < 1e-6
     aligned: Floats = score * np.where(straight, 1.06, 1.0)
     return aligned
 
 
-def _seen(eye: Floats, points: Floats, fixtures: _Fixtures) -> Floats:
-    """(N,) 1 where nothing tall stands between the eye and a fixture."""
+def _seen(eye: Floats, points: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
+    """(N,) 1 where nothing tall and no wall stands between the eye and a fixture."""
     tall = (fixtures.upper[:, 2] > TALL_M) & (fixtures.lower[:, 2] < EYE_M - 0.3)
     low, high = fixtures.lower[tall, :2], fixtures.upper[tall, :2]
     entry, leave = _crossings(eye, points - eye, low, high)
     # What stands within the same outline (a refrigerator in its housing) is not hidden by it.
     within = ((points[:, None] > low - 0.02) & (points[:, None] < high + 0.02)).all(axis=2)
     hides = (entry < leave) & (entry > 0.0) & (entry < 0.97) & ~within
-    seen: Floats = np.where(hides.any(axis=1), 0.0, 1.0)
+    behind = np.zeros(len(points), dtype=bool)
+    for start, end, is_open in walls:
+        if not is_open:
+            behind |= _reach(eye, points - eye, start, end) < 0.97
+    seen: Floats = np.where(hides.any(axis=1) | behind, 0.0, 1.0)
     return seen
 
 
@@ -187,18 +227,29 @@ def _crossings(eye: Floats, rays: Floats, low: Floats, high: Floats) -> tuple[Fl
     return np.minimum(first, second).max(axis=2), np.maximum(first, second).min(axis=2)
 
 
+def _reach(eye: Floats, rays: Floats, start: Floats, end: Floats) -> Floats:
+    """Length, in units of each ray (R, 2), at which it meets the inner side of a wall; infinite where it does not.
+
+    From the inner side alone: who stands beyond an open side looks in through it.
+    """
+    along, offset = end - start, start - eye
+    cross = rays[:, 0] * along[1] - rays[:, 1] * along[0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = (offset[0] * along[1] - offset[1] * along[0]) / cross
+        share = (offset[0] * rays[:, 1] - offset[1] * rays[:, 0]) / cross
+    hit = (cross < -1e-9) & (at > 1e-6) & (share >= -1e-6) & (share <= 1 + 1e-6)
+    length: Floats = np.where(hit, at, np.inf)
+    return length
+
+
 def _room_ahead(eye: Floats, fixtures: _Fixtures, walls: Sequence[tuple[Floats, Floats, bool]]) -> Floats:
     """(TURNS,) factor below 1 where near things, or open or bare walls, fill the view."""
     angles = 2 * np.pi * np.arange(TURNS) / TURNS
     rays = np.stack([-np.sin(angles), np.cos(angles)], axis=1)
     reach, is_open = np.full(TURNS, 30.0), np.zeros(TURNS, dtype=bool)
     for start, end, opened in walls:
-        along, offset = end - start, start - eye
-        cross = rays[:, 0] * along[1] - rays[:, 1] * along[0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            at = (offset[0] * along[1] - offset[1] * along[0]) / cross
-            share = (offset[0] * rays[:, 1] - offset[1] * rays[:, 0]) / cross
-        hit = (np.abs(cross) > 1e-9) & (at > 1e-6) & (share >= -1e-6) & (share <= 1 + 1e-6) & (at < reach)
+        at = _reach(eye, rays, start, end)
+        hit = at < reach
         reach, is_open = np.where(hit, at, reach), np.where(hit, opened, is_open)
     entry, leave = _crossings(eye, rays, fixtures.lower[:, :2], fixtures.upper[:, :2])
     before_wall = (entry < leave) & (entry > 0.0) & (entry < reach[:, None]) & (fixtures.upper[:, 2] > 0.5)

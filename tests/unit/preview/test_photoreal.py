@@ -6,7 +6,7 @@ import json
 import math
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -18,7 +18,8 @@ from casa_assets.errors import CasaError, UnknownId
 from casa_assets.pipeline.reports import stills
 from casa_assets.preview.photoreal.picture_faults import picture_faults
 from casa_assets.preview.photoreal.render import NoPathTracer, StillSettings, scene_stills
-from casa_assets.preview.photoreal.viewpoint import EYE_M, eye_view
+from casa_assets.preview.photoreal.sunshine import sun_direction
+from casa_assets.preview.photoreal.viewpoint import BEYOND_M, EYE_M, View, eye_view
 
 WIDE = 16 / 9
 OVERVIEW = {"name": "overview", "fov_y_deg": 50.0, "position": [2.0, -9.0, 6.0], "quaternion": [0.86, 0.5, 0.0, 0.0]}
@@ -30,12 +31,12 @@ def fixture(role: str, position: tuple[float, float, float], size: tuple[float, 
     return {"role": role, "quaternion": [1.0, 0.0, 0.0, 0.0], "regions": {"main": region}}
 
 
-def room(*fixtures: dict[str, Any]) -> dict[str, Any]:
-    """A scene.json of a room of 4 x 4 m, its front open, its back at y = 0."""
-    corners = [[0.0, 0.0], [4.0, 0.0], [4.0, -4.0], [0.0, -4.0]]
+def room(*fixtures: dict[str, Any], deep: float = 4.0) -> dict[str, Any]:
+    """A scene.json of a room 4 m wide, its front open, its back at y = 0."""
+    corners = [[0.0, 0.0], [4.0, 0.0], [4.0, -deep], [0.0, -deep]]
     ends = zip(corners, [*corners[1:], corners[0]], strict=True)
     walls = [{"id": str(k), "from": [*a, 0.0], "to": [*b, 0.0], "open": k == 2} for k, (a, b) in enumerate(ends)]
-    shell = {"outline": corners, "bounds": [[0, -4, 0], [4, 0, 2.7]], "walls": walls, "openings": []}
+    shell = {"outline": corners, "bounds": [[0, -deep, 0], [4, 0, 2.7]], "walls": walls, "openings": []}
     return {"room": shell, "cameras": [OVERVIEW], "fixtures": list(fixtures)}
 
 
@@ -65,20 +66,54 @@ class TestViewpoint:
     def test_stands_where_there_is_room(self) -> None:
         island = fixture("island", (2.0, -2.2, 0.45), (2.0, 0.9, 0.9))
         x, y, _ = eye_view(room(RANGE, FRIDGE, island), "eye", WIDE).position
-        assert -4.0 < y < 0.0
+        assert -4.0 - BEYOND_M < y < 0.0
         assert 0.0 < x < 4.0
         assert not (0.9 < x < 3.1 and -2.8 < y < -1.6)
 
     def test_does_not_look_at_the_back_of_a_tall_thing(self) -> None:
         screen = fixture("housing", (2.0, -2.0, 1.1), (1.6, 0.3, 2.2))
         view = eye_view(room(RANGE, FRIDGE, screen), "eye", WIDE)
-        eye, target = np.array(view.position[:2]), np.array([2.0, -0.6])
+        eye, target = np.array(view.position[:2]), np.array([2.0, -0.3])
         for share in np.linspace(0.05, 0.95, 50):
             x, y = eye + share * (target - eye)
             assert not (1.2 < x < 2.8 and -2.15 < y < -1.85)
 
+    def test_steps_back_through_an_open_side_of_a_shallow_room(self) -> None:
+        _, y, _ = eye_view(room(RANGE, FRIDGE, deep=1.6), "eye", WIDE).position
+        assert -1.6 - BEYOND_M < y < -1.6
+
     def test_is_the_same_each_time(self) -> None:
         assert eye_view(room(RANGE, FRIDGE), "eye", WIDE) == eye_view(room(RANGE, FRIDGE), "eye", WIDE)
+
+
+class TestSunshine:
+    WINDOW: ClassVar = {"id": "w", "kind": "window", "wall": "0", "from": [1.4, 0.0, 1.0], "to": [2.6, 0.0, 2.0]}
+
+    @pytest.fixture
+    def view(self) -> View:
+        return eye_view(room(RANGE, FRIDGE), "eye", WIDE)
+
+    def test_comes_in_and_down_through_a_window(self, view: View) -> None:
+        scene = room(RANGE, FRIDGE)
+        scene["room"]["openings"] = [self.WINDOW]
+        sun = sun_direction(scene, view, WIDE)
+        assert sun is not None
+        assert np.linalg.norm(sun) == pytest.approx(1.0)
+        assert sun[1] < 0
+        assert sun[2] < 0
+
+    def test_turns_away_from_what_it_would_not_pass(self, view: View) -> None:
+        scene = room(RANGE, fixture("housing", (2.9, -0.8, 1.3), (0.1, 1.6, 2.6)))
+        scene["room"]["openings"] = [self.WINDOW]
+        sun = sun_direction(scene, view, WIDE)
+        assert sun is not None
+        assert sun[0] < 0
+
+    def test_a_room_without_openings_has_none(self, view: View) -> None:
+        scene = room(RANGE, FRIDGE)
+        for wall in scene["room"]["walls"]:
+            wall["open"] = False
+        assert sun_direction(scene, view, WIDE) is None
 
 
 class TestFaults:

@@ -8,14 +8,15 @@ from typing import Any
 
 import bpy
 from mathutils import Matrix, Vector
+from open_sides import close_all, inward
 from surfaces import is_lamp, plain
 
 OUTSIDE_M = 0.35  # from the inner face of a wall to the light behind its window
 SKY_RADIANCE, PATIO_RADIANCE = 9.0, 2.6
-SUN_IRRADIANCE, SUN_ELEVATION_DEG, SUN_ASIDE_DEG, SUN_SIZE_DEG = 22.0, 33.0, 38.0, 1.2
+SUN_IRRADIANCE, SUN_SIZE_DEG = 26.0, 1.0
+VEILED_IRRADIANCE, VEILED_SIZE_DEG = 8.0, 2.0  # behind the curtains of glazed doors, whose light is all over the room
+SUN_ELEVATION_DEG, SUN_ASIDE_DEG = 33.0, 38.0  # of rooms that are seen from above
 LAMP_W, LAMP_RADIUS_M, LAMP_GROUP_M = 14.0, 0.06, 0.45
-# What closes the open sides of a plan: a wall with glazed doors to a garden, in this share of its length.
-THICK_M, LINTEL_M, PATIO_SHARE, PATIO_DOOR_M, PATIO_BAR_M = 0.12, 0.45, 0.72, 1.1, 0.055
 
 
 def add_world(strength: float) -> Any:
@@ -37,7 +38,8 @@ def add_world(strength: float) -> Any:
     crowns = _noise(tree, view.outputs["Generated"], (9.0, 9.0, 1.5), 5.0)
     height = _math(tree, "MULTIPLY_ADD", crowns, 0.30, -0.035)
     is_tree = _math(tree, "MULTIPLY", _math(tree, "SUBTRACT", height, axes.outputs["Z"]), 60.0, clamp=True)
-    leaves = _noise(tree, view.outputs["Generated"], (38.0, 38.0, 38.0), 6.0)
+    # Softer than leaves are: a camera that is focused on the room blurs them.
+    leaves = _noise(tree, view.outputs["Generated"], (24.0, 24.0, 24.0), 2.0)
     green = _ramp(
         tree, leaves, ((0.32, (0.012, 0.032, 0.010)), (0.52, (0.055, 0.115, 0.030)), (0.72, (0.20, 0.29, 0.085)))
     )
@@ -102,36 +104,45 @@ def _math(tree: Any, operation: str, *values: Any, clamp: bool = False) -> Any:
     return node.outputs[0]
 
 
-def light_room(room: dict[str, Any]) -> None:
+def light_room(room: dict[str, Any], beyond_m: float, sun: Sequence[float] | None) -> None:
     """Windows, doors with panes and open sides let in the sky, one of them the sun; lamps are on.
 
     Args:
-        room: as in scene.json: outline, bounds, walls and openings, metres.
+        room: as in scene.json: outline, bounds, walls and openings, metres. beyond_m: depth of what is built beyond
+            its open sides. sun: direction of its light; None: it is not seen.
     """
     day, lamp = _take_out_lights()
     walls = {wall["id"]: wall for wall in room["walls"]}
     for opening in room["openings"]:
         if opening["kind"] != "passage":
             start, end = Vector(opening["from"]), Vector(opening["to"])
-            _sky_light(opening["id"], start, end, _inward(walls[opening["wall"]]), SKY_RADIANCE, day)
-    is_open = [wall for wall in room["walls"] if wall["open"]]
-    for wall in is_open:
-        _close(wall, room["bounds"][1][2], day)
-    facing = [walls[o["wall"]] for o in room["openings"] if o["kind"] == "window"] or is_open
-    if facing:
-        _sun(_inward(facing[0]), day, SUN_IRRADIANCE, SUN_SIZE_DEG)
+            _sky_light(opening["id"], start, end, inward(walls[opening["wall"]]), SKY_RADIANCE, day)
+
+    def let_in(name: str, low: Vector, high: Vector, into: Vector) -> None:
+        _sky_light(name, low, high, into, PATIO_RADIANCE, day)
+
+    close_all(room, beyond_m, let_in)
+    if sun:
+        clear = any(opening["kind"] == "window" for opening in room["openings"])
+        strength = (SUN_IRRADIANCE, SUN_SIZE_DEG) if clear else (VEILED_IRRADIANCE, VEILED_SIZE_DEG)
+        _sun(Vector(sun), day, *strength)
     light_lamps(lamp, LAMP_W)
 
 
-def light_from_above(inward: Vector) -> None:
+def light_from_above(ahead: Vector) -> None:
     """An open box on a light table: an even sky, a soft sun from the side, lamps that are on.
 
     Args:
-        inward: direction in which the camera looks into the room.
+        ahead: direction in which the camera looks into the room.
     """
     day, lamp = _take_out_lights()
     add_even_world(0.55)
-    _sun(inward, day, 2.4, 14.0)
+    aside, down = (
+        Matrix.Rotation(math.radians(SUN_ASIDE_DEG), 3, "Z") @ ahead,
+        math.tan(math.radians(SUN_ELEVATION_DEG)),
+    )
+    flat = Vector((aside.x, aside.y, 0.0)).normalized()
+    _sun(flat - Vector((0.0, 0.0, down)), day, 2.4, 14.0)
     light_lamps(lamp, 3.0)
     bpy.ops.mesh.primitive_plane_add(size=400.0, location=(0.0, 0.0, -0.11))
     bpy.context.object.data.materials.append(plain("table", (0.82, 0.82, 0.81), 0.9))
@@ -198,13 +209,7 @@ def _take_out_lights() -> tuple[Vector, Vector]:
     return colors["SUN"], colors["POINT"]
 
 
-def _inward(wall: dict[str, Any]) -> Vector:
-    """Direction from a wall into the room: walls go clockwise, seen from above."""
-    along = (Vector(wall["to"]) - Vector(wall["from"])).normalized()
-    return Vector((along.y, -along.x, 0.0))
-
-
-def _sky_light(name: str, start: Vector, end: Vector, inward: Vector, radiance: float, color: Sequence[float]) -> None:
+def _sky_light(name: str, start: Vector, end: Vector, into: Vector, radiance: float, color: Sequence[float]) -> None:
     """A lit rectangle behind an opening whose lower left and upper right corner are given."""
     flat = Vector((end.x - start.x, end.y - start.y, 0.0))
     wide, high = flat.length * 1.15, (end.z - start.z) * 1.15
@@ -214,55 +219,17 @@ def _sky_light(name: str, start: Vector, end: Vector, inward: Vector, radiance: 
     thing = bpy.data.objects.new(name, light)
     bpy.context.collection.objects.link(thing)
     # A light shines along its -z; its y points up.
-    back = -inward
+    back = -into
     right = Vector((0, 0, 1)).cross(back).normalized()
     turn = Matrix((right, Vector((0, 0, 1)), back)).transposed().to_4x4()
-    thing.matrix_world = Matrix.Translation((start + end) / 2 - inward * OUTSIDE_M) @ turn
+    thing.matrix_world = Matrix.Translation((start + end) / 2 - into * OUTSIDE_M) @ turn
     thing.visible_camera = thing.visible_transmission = False
 
 
-def _close(wall: dict[str, Any], height: float, day: Sequence[float]) -> None:
-    """Build a wall where the plan leaves the room open, with a wide opening towards the garden."""
-    start, end = Vector(wall["from"]), Vector(wall["to"])
-    along, length, inward = (end - start).normalized(), (end - start).length, _inward(wall)
-    half = length * (1 - PATIO_SHARE) / 2
-    top = height - LINTEL_M
-    paint = bpy.data.materials.get("closing_wall") or plain("closing_wall", (0.72, 0.70, 0.67), 0.7)
-    for a, b, low, high in (
-        (0, half, 0, height),
-        (length - half, length, 0, height),
-        (half, length - half, top, height),
-    ):
-        _block(f"closing_{wall['id']}", start + along * a, along * (b - a), inward * -THICK_M, low, high, paint)
-    left, right = start + along * half, start + along * (length - half) + Vector((0, 0, top))
-    _sky_light(f"patio_{wall['id']}", left, right, inward, PATIO_RADIANCE, day)
-    frame = bpy.data.materials.get("patio_frame") or plain("patio_frame", (0.03, 0.03, 0.032), 0.45)
-    count = max(2, round((length - 2 * half) / PATIO_DOOR_M))
-    for k in range(count + 1):
-        at = half + (length - 2 * half - PATIO_BAR_M) * k / count
-        _block("patio_bar", start + along * at, along * PATIO_BAR_M, inward * -PATIO_BAR_M, 0, top, frame)
-    for low in (0.0, top - PATIO_BAR_M):
-        across = inward * -PATIO_BAR_M
-        _block("patio_bar", start + along * half, along * (length - 2 * half), across, low, low + PATIO_BAR_M, frame)
-
-
-def _block(name: str, at: Vector, along: Vector, across: Vector, low: float, high: float, material: Any) -> None:
-    corners = [at, at + along, at + along + across, at + across]
-    points = [p + Vector((0, 0, z)) for z in (low, high) for p in corners]
-    faces = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
-    mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(points, [], faces)
-    mesh.materials.append(material)
-    bpy.context.collection.objects.link(bpy.data.objects.new(name, mesh))
-
-
-def _sun(inward: Vector, color: Sequence[float], irradiance: float, size_deg: float) -> None:
+def _sun(along: Vector, color: Sequence[float], irradiance: float, size_deg: float) -> None:
     light = bpy.data.lights.new("sun", "SUN")
     light.energy, light.angle = irradiance, math.radians(size_deg)
     light.color = (1.0, 0.93 * color[1], 0.84 * color[2])
-    aside = Matrix.Rotation(math.radians(SUN_ASIDE_DEG), 3, "Z") @ inward
-    down = math.radians(SUN_ELEVATION_DEG)
-    along = Vector((aside.x * math.cos(down), aside.y * math.cos(down), -math.sin(down)))
     thing = bpy.data.objects.new("sun", light)
     bpy.context.collection.objects.link(thing)
     thing.rotation_euler = along.to_track_quat("-Z", "Y").to_euler()

@@ -38,8 +38,18 @@ over "{root}" (
 """
 OUTSIDE_BRIGHTNESS = 1.5  # of the sky that is seen through a window; the brightest that a picture shows is about 4
 # Typical brightness of a picture; white is about 1. A room from above and a thing in the studio stand on white.
-GREY = {"room": 0.30, "cutaway": 0.5, "asset": 0.55}
+GREY = {"room": 0.28, "cutaway": 0.5, "asset": 0.55}
+LIGHT_PART, LIGHT_SHARE, WEIGHT = 1.05, 0.9, 0.6  # brightness, of a room, that a share of its pixels does not exceed
+# Tone curves and their looks: a room keeps its colours; whites on white need a curve that is soft towards white.
+TONE = {
+    "room": ("Khronos PBR Neutral", "None"),
+    "cutaway": ("AgX", "AgX - Medium High Contrast"),
+    "asset": ("AgX", "AgX - Medium High Contrast"),
+}
+VEILING_GLARE = 0.03  # share of the light that a lens scatters over the picture; ISO 9358 measures 0.01 to 0.03
+ADAPTATION, SHADES_NORM = 0.7, 4.0  # share of the light's tint that a camera takes out; norm of shades-of-gray
 FILL = 0.9  # share of the picture that what a camera is fitted to spans
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # of linear Rec. 709
 ADDED = ("studio",)  # names of what is there to stand on
 PROBE_SHARE, PROBE_SAMPLES = 25, 24  # size in percent and samples of the picture that tells the exposure
 
@@ -65,7 +75,7 @@ def light(job: dict[str, Any]) -> Any:
     """Light the scene as its kind asks for; the node that gives what is seen outside its strength, or None."""
     if job["kind"] == "room":
         outside = daylight.add_world(1.0)
-        daylight.light_room(job["room"])
+        daylight.light_room(job["room"], job["beyond_m"], job["sun"])
         return outside
     if job["kind"] == "cutaway":
         looks = Quaternion(job["views"][0]["quaternion"]) @ Vector((0.0, 0.0, -1.0))
@@ -96,7 +106,7 @@ def set_engine(job: dict[str, Any]) -> None:
     cycles.use_denoising, cycles.denoiser = True, "OPENIMAGEDENOISE"
     cycles.denoising_input_passes, cycles.denoising_prefilter = "RGB_ALBEDO_NORMAL", "FAST"
     cycles.use_adaptive_sampling, cycles.adaptive_threshold = True, 0.03
-    cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 10, 5, 4
+    cycles.max_bounces, cycles.diffuse_bounces, cycles.glossy_bounces = 9, 5, 4
     cycles.transmission_bounces, cycles.transparent_max_bounces = 8, 16
     cycles.caustics_reflective = cycles.caustics_refractive = False
     cycles.blur_glossy, cycles.sample_clamp_indirect, cycles.sample_clamp_direct = 1.0, 4.0, 0.0
@@ -106,7 +116,7 @@ def set_engine(job: dict[str, Any]) -> None:
     scene.render.resolution_x, scene.render.resolution_y = job["width_px"], job["height_px"]
     for stamp in [name for name in dir(scene.render) if name.startswith("use_stamp")]:
         setattr(scene.render, stamp, False)
-    scene.view_settings.view_transform, scene.view_settings.look = "AgX", "AgX - Medium High Contrast"
+    scene.view_settings.view_transform, scene.view_settings.look = TONE[job["kind"]]
 
 
 def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) -> float:
@@ -123,18 +133,37 @@ def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) 
         fit(camera, [Vector(point) for point in view["fit"]] or seen_points())
     scene.cycles.samples, scene.render.resolution_percentage = PROBE_SAMPLES, PROBE_SHARE
     light = render(folder / "probe.exr")
-    gain = exposure_of(light, GREY[job["kind"]])
+    gain = exposure_of(light, job["kind"])
+    if job["kind"] == "room":
+        scene.view_settings.use_white_balance = True
+        scene.view_settings.white_balance_whitepoint = tuple(tint_of(light) ** ADAPTATION)
     if outside is not None:
         outside.inputs["Strength"].default_value = OUTSIDE_BRIGHTNESS / gain
     scene.cycles.samples, scene.render.resolution_percentage = job["samples"], 100
     render(folder / "light.exr")
     scene.view_settings.exposure = float(np.log2(gain))
     image = bpy.data.images.load(str(folder / "light.exr"), check_existing=False)
+    if job["kind"] == "room":
+        add_glare(image, most=4.0 / gain)
     scene.render.image_settings.file_format, scene.render.image_settings.color_mode = "PNG", "RGB"
     scene.render.image_settings.color_depth = "8"
     image.save_render(str(folder / f"{view['name']}.png"), scene=scene)
     bpy.data.images.remove(image)
     return float(scene.view_settings.exposure)
+
+
+def add_glare(image: Any, most: float) -> None:
+    """Spread a share of the light over the whole picture, as the glass of every lens does: gaps are dark, not black.
+
+    Args:
+        most: brightness at which a sensor is full.
+    """
+    values = np.empty(len(image.pixels), dtype=np.float32)
+    image.pixels.foreach_get(values)
+    light = values.reshape(-1, 4)[:, :3]
+    light *= 1.0 - VEILING_GLARE
+    light += VEILING_GLARE * np.mean(np.minimum(light, most), axis=0)
+    image.pixels.foreach_set(values)
 
 
 def fit(camera: Any, points: list[Vector]) -> None:
@@ -167,11 +196,21 @@ def render(path: Path) -> np.ndarray:
     return values.reshape(height, width, 4)[..., :3]
 
 
-def exposure_of(light: np.ndarray, grey: float) -> float:
-    """Factor that brings a picture to a middle grey; a dark room stays a little darker than a light one."""
-    luminance = np.clip(light @ np.array([0.2126, 0.7152, 0.0722]), 1e-4, None)
-    typical = float(np.exp(np.mean(np.log(luminance))))
-    return float(np.clip(grey / typical, 0.01, 100.0))
+def exposure_of(light: np.ndarray, kind: str) -> float:
+    """Factor that brings a picture to a middle grey; in a room, in part, that which keeps its light parts light."""
+    luminance = np.clip(light @ LUMINANCE, 1e-4, None)
+    gain = GREY[kind] / float(np.exp(np.mean(np.log(luminance))))
+    if kind == "room":
+        gain = gain ** (1 - WEIGHT) * (LIGHT_PART / float(np.quantile(luminance, LIGHT_SHARE))) ** WEIGHT
+    return float(np.clip(gain, 0.01, 100.0))
+
+
+def tint_of(light: np.ndarray) -> np.ndarray:
+    """Colour (3,) of the light in a picture, of luminance 1, by shades-of-gray (Finlayson and Trezzi, 2004)."""
+    luminance = np.clip(light @ LUMINANCE, 1e-4, None)
+    most = 4.0 * float(np.exp(np.mean(np.log(luminance))))  # lamps and the garden would speak for the room
+    tint: np.ndarray = np.mean(np.clip(light, 0.0, most).reshape(-1, 3) ** SHADES_NORM, axis=0) ** (1 / SHADES_NORM)
+    return np.asarray(tint / float(tint @ LUMINANCE))
 
 
 if __name__ == "__main__":
