@@ -6,7 +6,7 @@
     ./dev bench photoreal --twice              draws each twice and compares the bytes
 
 Needs Blender, see docs/howto/use/photoreal.md. Prints wall and processor seconds, black pixels and fireflies of each,
-and writes JPEGs of at most 120 kB into docs/pictures/photoreal, and a sheet of nine of them: docs/pictures/photoreal.jpg.
+and writes JPEGs of at most 120 kB into docs/pictures/photoreal, and a sheet of nine, docs/pictures/photoreal.jpg.
 """
 
 from __future__ import annotations

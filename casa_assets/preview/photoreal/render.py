@@ -87,7 +87,7 @@ def scene_stills(
                 "variants": {"pose": pose, "ceiling": "hidden" if above else "shown"},
                 "room": told["room"],
                 "beyond_m": BEYOND_M,
-                "sun": None if above else sun_direction(told, eye_view(told, EYE, aspect), aspect),
+                "sun": None if above else sun_direction(told, eye_view(told, EYE, aspect, BEYOND_M), aspect),
                 "kind": "cutaway" if above else "room",
             }
             yield from _run(job, chosen, frame)
@@ -96,7 +96,7 @@ def scene_stills(
 def _view(told: Mapping[str, Any], name: str, frame: StillSettings) -> View:
     aspect = frame.width_px / frame.height_px
     if name == EYE:
-        return eye_view(told, name, aspect)
+        return eye_view(told, name, aspect, BEYOND_M)
     view = named_view(told, "overview" if name == CUTAWAY else name, aspect)
     if view is None:
         names = [EYE, CUTAWAY, *(c["name"] for c in told["cameras"])]

@@ -17,7 +17,7 @@ FOV_X_RAD = math.radians(70.0)  # a lens of 26 mm on a sensor 36 mm wide
 SHIFT_Y = -0.055  # of the lens, as a share of the width: worktops are seen, uprights stay upright
 PLACES_M, TURNS = 0.2, 144  # steps of the search
 CLEARANCE_M, WALL_CLEARANCE_M, OPEN_CLEARANCE_M = 0.55, 0.25, 0.1
-BEYOND_M = 2.4  # depth of the room beyond an open side, in which the photographer may stand
+BEYOND_M = 2.4  # depth of what stills build beyond an open side
 BEYOND_CLEARANCE_M = 0.3  # from its walls
 TALL_M = 1.3  # what is higher hides what stands behind it
 SIZE_THAT_COUNTS = 0.012  # solid angle, steradian, of a fixture that is half as good as a large one
@@ -80,14 +80,18 @@ def named_view(scene: Mapping[str, Any], name: str, aspect: float) -> View | Non
     return None
 
 
-def eye_view(scene: Mapping[str, Any], name: str, aspect: float) -> View:
-    """The view at eye level of a scene.json that shows most: level, its uprights upright."""
+def eye_view(scene: Mapping[str, Any], name: str, aspect: float, beyond_m: float = 0.0) -> View:
+    """The view at eye level of a scene.json that shows most: level, its uprights upright.
+
+    Args:
+        beyond_m: depth of what is built beyond open sides, where the photographer may stand.
+    """
     fixtures, outline = _fixtures(scene), np.array(scene["room"]["outline"])
     walls = [(np.array(w["from"][:2]), np.array(w["to"][:2]), bool(w["open"])) for w in scene["room"]["walls"]]
     half_y = math.atan(math.tan(FOV_X_RAD / 2) / aspect)
     best, found = -math.inf, (0.0, 0.0, 0.0)
-    everything = [*walls, *_walls_beyond(walls)]
-    for x, y in _places(outline, walls, fixtures):
+    everything = [*walls, *_walls_beyond(walls, beyond_m)]
+    for x, y in _places(outline, walls, fixtures, beyond_m):
         scores = _scores(np.array([x, y]), fixtures, everything, half_y)
         turn = int(np.argmax(scores))
         if scores[turn] > best + 1e-9:
@@ -116,16 +120,16 @@ def _fixtures(scene: Mapping[str, Any]) -> _Fixtures:
 
 
 def _places(
-    outline: Floats, walls: Sequence[tuple[Floats, Floats, bool]], fixtures: _Fixtures
+    outline: Floats, walls: Sequence[tuple[Floats, Floats, bool]], fixtures: _Fixtures, beyond_m: float
 ) -> list[tuple[float, float]]:
     """Points of the floor where somebody has room to stand."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     on_floor = fixtures.lower[:, 2] < EYE_M
     boxes = np.concatenate([fixtures.lower[on_floor, :2], fixtures.upper[on_floor, :2]], axis=1)
     places = []
-    out = BEYOND_M - BEYOND_CLEARANCE_M
-    for x in np.arange(low[0] - out, high[0] + out, PLACES_M):
-        for y in np.arange(low[1] - out, high[1] + out, PLACES_M):
+    out = max(0, math.ceil((beyond_m - BEYOND_CLEARANCE_M) / PLACES_M - 1e-9)) * PLACES_M
+    for x in np.arange(low[0] + OPEN_CLEARANCE_M - out, high[0] + out, PLACES_M):
+        for y in np.arange(low[1] + OPEN_CLEARANCE_M - out, high[1] + out, PLACES_M):
             point = np.array([x, y])
             inside = min(
                 _inside(point, a, b) - (OPEN_CLEARANCE_M if is_open else WALL_CLEARANCE_M) for a, b, is_open in walls
@@ -135,12 +139,12 @@ def _places(
                 np.maximum(np.maximum(boxes[:, 1] - y, y - boxes[:, 3]), 0.0),
             )
             within = (low <= point).all() and (point <= high).all() and inside >= -1e-9
-            if (within or _is_beyond(point, walls)) and away.min() > CLEARANCE_M:
+            if (within or _is_beyond(point, walls, beyond_m)) and away.min() > CLEARANCE_M:
                 places.append((round(float(x), 3), round(float(y), 3)))
     return places or [(float(outline[:, 0].mean()), float(low[1]) + OPEN_CLEARANCE_M)]
 
 
-def _is_beyond(point: Floats, walls: Sequence[tuple[Floats, Floats, bool]]) -> bool:
+def _is_beyond(point: Floats, walls: Sequence[tuple[Floats, Floats, bool]], beyond_m: float) -> bool:
     """True in what is built beyond an open side; beyond a corner of two open sides it goes on round the corner."""
     for k, (start, end, is_open) in enumerate(walls):
         if not is_open:
@@ -148,20 +152,20 @@ def _is_beyond(point: Floats, walls: Sequence[tuple[Floats, Floats, bool]]) -> b
         length = float(np.linalg.norm(end - start))
         along = (end - start) / length
         at, depth = float((point - start) @ along), -float((point - start) @ np.array([along[1], -along[0]]))
-        before, after = (BEYOND_M if walls[(k + step) % len(walls)][2] else 0.0 for step in (-1, 1))
+        before, after = (beyond_m if walls[(k + step) % len(walls)][2] else 0.0 for step in (-1, 1))
         between = BEYOND_CLEARANCE_M - before <= at <= length + after - BEYOND_CLEARANCE_M
-        if between and 0.0 <= depth <= BEYOND_M - BEYOND_CLEARANCE_M:
+        if between and 0.0 <= depth <= beyond_m - BEYOND_CLEARANCE_M:
             return True
     return False
 
 
-def _walls_beyond(walls: Sequence[tuple[Floats, Floats, bool]]) -> list[tuple[Floats, Floats, bool]]:
+def _walls_beyond(walls: Sequence[tuple[Floats, Floats, bool]], beyond_m: float) -> list[tuple[Floats, Floats, bool]]:
     """Walls that carry on those beside an open side."""
     found = []
     for k, (start, end, is_open) in enumerate(walls):
         if is_open:
             along = (end - start) / np.linalg.norm(end - start)
-            out = np.array([-along[1], along[0]]) * BEYOND_M
+            out = np.array([-along[1], along[0]]) * beyond_m
             if not walls[k - 1][2]:
                 found.append((start, start + out, False))
             if not walls[(k + 1) % len(walls)][2]:
