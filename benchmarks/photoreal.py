@@ -22,7 +22,8 @@ from PIL import Image
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import build_one
 from casa_assets.preview.photoreal.picture_faults import picture_faults
-from casa_assets.preview.photoreal.render import EYE, Still, StillSettings, scene_stills
+from casa_assets.preview.photoreal.render import Still, StillSettings, scene_stills
+from casa_assets.preview.photoreal.viewpoint import EYE
 
 ROOT = Path(__file__).parents[1]
 OUT, PICTURES = ROOT / "out" / "bench" / "photoreal", ROOT / "docs" / "pictures" / "photoreal"

@@ -8,7 +8,7 @@ import math
 import subprocess
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from casa_assets.preview.tonemap import Pixels
 CUTAWAY = "cutaway"  # a view that every kitchen has beside its own cameras, as it has EYE
 CUTAWAY_FOV_X_RAD = math.radians(45.0)
 ASSET_FOV_X_RAD, ASSET_AZIMUTH_DEG, ASSET_ELEVATION_DEG = math.radians(26.0), 32.0, 20.0
+ASSET_SAMPLES = 4  # times those of a room: the plain floor of a studio shows noise that a room hides
 ABOVE = ("overview", "above")  # cameras of a scene that look in from above
 _SCRIPT = Path(__file__).with_name("blender") / "main.py"
 
@@ -38,8 +39,8 @@ class StillSettings:
     """Size of a still in pixels, and what it costs.
 
     Attributes:
-        samples: paths of each pixel, at most. threads: of the renderer; the picture does not depend on the machine's
-            number of cores. seed: of the paths.
+        samples: paths of each pixel of a room, at most; ASSET_SAMPLES times as many of an asset. threads: of the
+            renderer; the picture does not depend on the machine's number of cores. seed: of the paths.
     """
 
     width_px: int = 960
@@ -121,7 +122,8 @@ def asset_still(usd: Path, settings: StillSettings | None = None, pose: str = ""
     view = View(usd.stem, (0.0, 0.0, 0.0), (c * up, c * down, s * down, s * up), ASSET_FOV_X_RAD, fit=())
     variants = {"pose": pose} if pose else {}
     job = {"usd": usd.resolve().as_posix(), "root": usd.stem, "variants": variants, "kind": "asset"}
-    (still,) = _run(job, [view], settings or StillSettings())
+    frame = settings or StillSettings()
+    (still,) = _run(job, [view], replace(frame, samples=ASSET_SAMPLES * frame.samples))
     return still
 
 
