@@ -63,12 +63,16 @@ class View:
 
 @dataclass(frozen=True)
 class _Fixtures:
-    """Axis-aligned boxes (N, 3) of what is to be seen, the direction (N, 2) that each faces, and what each is worth."""
+    """Axis-aligned boxes (N, 3) of what is to be seen, the direction (N, 2) that each faces, and what each is worth.
+
+    `room_m` (N,) is how far from each one stands: out of the swing of a door.
+    """
 
     lower: Floats
     upper: Floats
     front: Floats
     worth: Floats
+    room_m: Floats
 
 
 def named_view(scene: Mapping[str, Any], name: str, aspect: float) -> View | None:
@@ -114,9 +118,10 @@ def _fixtures(scene: Mapping[str, Any]) -> _Fixtures:
         size = np.array(box["size"])[[1, 0, 2]] / 2 if turned else np.array(box["size"]) / 2
         middle = np.array(box["position"])
         worth = WEIGHTS.get(fixture["role"], SMALL)
-        rows.append((middle - size, middle + size, (math.sin(yaw), -math.cos(yaw)), worth))
-    lower, upper, front, worths = zip(*rows, strict=True)
-    return _Fixtures(np.array(lower), np.array(upper), np.array(front), np.array(worths))
+        room_m = max(box["size"][:2]) if fixture["role"] == "door" else CLEARANCE_M
+        rows.append((middle - size, middle + size, (math.sin(yaw), -math.cos(yaw)), worth, room_m))
+    lower, upper, front, worths, rooms = zip(*rows, strict=True)
+    return _Fixtures(np.array(lower), np.array(upper), np.array(front), np.array(worths), np.array(rooms))
 
 
 def _places(
@@ -139,7 +144,7 @@ def _places(
                 np.maximum(np.maximum(boxes[:, 1] - y, y - boxes[:, 3]), 0.0),
             )
             within = (low <= point).all() and (point <= high).all() and inside >= -1e-9
-            if (within or _is_beyond(point, walls, beyond_m)) and away.min() > CLEARANCE_M:
+            if (within or _is_beyond(point, walls, beyond_m)) and (away > fixtures.room_m[on_floor]).all():
                 places.append((round(float(x), 3), round(float(y), 3)))
     return places or [(float(outline[:, 0].mean()), float(low[1]) + OPEN_CLEARANCE_M)]
 
