@@ -49,7 +49,7 @@ from casa_assets.registry.habits import load_habits
 from casa_assets.registry.kitchens import plan_names, style_names
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4)
-EYE_FRAME, OPEN = room.PictureSettings(960, 640, passes=4), "open"  # of the picture at eye level, with doors open
+EYE_FRAME, OPEN = room.PictureSettings(816, 544, passes=3), "open"  # of the picture at eye level, with doors open
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Checks a scene in its folder and returns the report.
 Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import numpy.typing as npt
 import pytest
 
 from casa_assets.preview import kitchen, tonemap
 from casa_assets.preview.kitchen import PictureSettings
+from casa_assets.preview.photoreal.viewpoint import View
 
 FRAME = PictureSettings(160, 120, passes=4, shadow_px=256)
 # A room of 4 x 4 x 2.5 m without a front wall; its left wall has a window. A box stands on the floor, and a wall unit
@@ -50,6 +53,29 @@ def drawn(folder: Path) -> dict[str, Picture]:
     scene.write_text(ROOM.replace("</worldbody>", "</worldbody><keyframe><key name='start'/></keyframe>"))
     made = kitchen.open_scene(scene, frame=FRAME)
     return {name: pixels.astype(np.float64) for name, pixels in kitchen.render_cameras(made, made.cameras, FRAME)}
+
+
+def view_of(made: kitchen.LoadedScene, camera: str, fov_y_deg: float, shift_y: float = 0.0) -> View:
+    """The view where a camera of the room stands."""
+    turn = np.empty(4)
+    mujoco.mju_mat2Quat(turn, made.data.camera(camera).xmat)
+    half = math.tan(math.radians(fov_y_deg) / 2) * FRAME.width_px / FRAME.height_px
+    x, y, z = (float(c) for c in made.data.camera(camera).xpos)
+    w, i, j, k = (float(c) for c in turn)
+    return View("eye", (x, y, z), (w, i, j, k), 2 * math.atan(half), shift_y)
+
+
+def test_a_view_is_drawn_as_a_camera_that_stands_there(pictures: dict[str, Picture], tmp_path: Path) -> None:
+    drawn(tmp_path)
+    made = kitchen.open_scene(tmp_path / "scene.xml", frame=FRAME)
+    views = [view_of(made, "ahead", 60.0), view_of(made, "ahead", 60.0, shift_y=0.1)]
+    (name, first), (_, second) = kitchen.render_cameras(made, views, FRAME)
+    same, shifted = first.astype(np.float64), second.astype(np.float64)
+    assert name == "eye"
+    assert np.abs(same - pictures["ahead"]).mean() < 0.5
+    # A lens that is shifted upwards shows more above: all that is seen moves down by that share of the width.
+    rows = FRAME.width_px // 10
+    assert np.abs(shifted[rows:] - same[:-rows]).mean() < 2.0 < np.abs(shifted - same).mean()
 
 
 def is_red(picture: Picture) -> npt.NDArray[np.bool_]:
