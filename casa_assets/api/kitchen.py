@@ -6,6 +6,7 @@ import json
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, overload
@@ -197,6 +198,7 @@ def load_scene(
     out: Path | str | None = None,
     as_spec: Literal[False] = False,
     sleep: bool = False,
+    seed: int | None = None,
 ) -> mujoco.MjModel: ...
 
 
@@ -209,6 +211,7 @@ def load_scene(
     *,
     as_spec: Literal[True],
     sleep: bool = False,
+    seed: int | None = None,
 ) -> mujoco.MjSpec: ...
 
 
@@ -220,6 +223,7 @@ def load_scene(
     out: Path | str | None = None,
     as_spec: bool = False,
     sleep: bool = False,
+    seed: int | None = None,
 ) -> mujoco.MjModel | mujoco.MjSpec: ...
 
 
@@ -230,6 +234,7 @@ def load_scene(
     out: Path | str | None = None,
     as_spec: bool = False,
     sleep: bool = False,
+    seed: int | None = None,
 ) -> mujoco.MjModel | mujoco.MjSpec:
     """A kitchen by its id or from its folder, loaded into MuJoCo.
 
@@ -246,6 +251,7 @@ def load_scene(
         out: folder of scenes, written to where the scene is missing.
         as_spec: an MjSpec to add a robot and objects to, instead of a compiled MjModel.
         sleep: let MuJoCo leave out what is at rest until something moves it, which is some times as fast.
+        seed: draws the lengths of the plan, as `kitchen()` and `casa-assets scenes new` do; with an id that has none.
     Returns:
         MjModel or MjSpec. Keyframes: start, closed, open.
     Raises:
@@ -256,7 +262,8 @@ def load_scene(
         raise UnknownId("weight", weight, FILES)
     if textures and as_spec:
         raise CasaError("textures are swapped in a compiled model; give surfaces to kitchen() and take its to_mjspec()")
-    source, covered = _found(scene, weight, None if out is None else Path(out))
+    place = None if out is None else Path(out)
+    source, covered = _found(scene if seed is None else _seeded(scene, seed, place), weight, place)
     if as_spec:
         return spec_of(source, sleep)
     model = model_of(source, sleep)
@@ -305,6 +312,16 @@ def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | 
     if out is not None:
         return made.write(out) / FILES[weight], surface_finishes(made.resolved.style)
     return made._mjcf(weight), surface_finishes(made.resolved.style)
+
+
+def _seeded(scene: str | Path, seed: int, out: Path | None) -> str:
+    """Id of a kitchen with a seed. Raises CasaError for a path, and for an id that has another seed."""
+    if _is_path(scene):
+        raise CasaError(f"{scene}: is a path, and what stands there has its lengths; give an id with a seed")
+    recipe = recipe_of(str(scene), (SCENES_FOLDER if out is None else out,))
+    if recipe.seed not in (None, seed):
+        raise CasaError(f"{scene}: has the seed {recipe.seed}; leave the seed {seed} out, or write s{seed} in the id")
+    return replace(recipe, seed=seed).scene_id
 
 
 def _is_path(scene: str | Path) -> bool:

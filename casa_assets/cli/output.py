@@ -16,6 +16,9 @@ from casa_assets.cli.text import terminal_safe
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Summary
 
+# Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of what stands in a kitchen.
+ROOM_LAYER = "room"
+
 
 class Output:
     """What a verb prints through.
@@ -40,6 +43,23 @@ class Output:
         if self.as_json:
             typer.echo(json.dumps(values, sort_keys=True))
 
+    def made(
+        self,
+        name: str,
+        folder: str | Path,
+        measured: Mapping[str, Any] | None = None,
+        verdict: str = "made",
+        **more: Any,
+    ) -> None:
+        """Print a thing that was made as a line of JSON, if JSON is asked for.
+
+        Args:
+            name: id of the thing, or what a page or picture shows. folder: that it is in.
+            measured: `mass` and `size`, see `measures`; null where there are none.
+            more: what the verb has to say besides.
+        """
+        self.row({"id": name, "folder": str(folder), "verdict": verdict, **(measured or measures(None)), **more})
+
     def line(self, text: str) -> None:
         """Print a line of plain text, such as a path, without markup or wrapping."""
         self.console.print(text, markup=False, highlight=False, soft_wrap=True)
@@ -62,6 +82,15 @@ class Output:
         if words and not self.as_json and not self.quiet:
             self.error(f"Look at it: casa-assets view {shlex.join(terminal_safe(str(word)) for word in words)}")
 
+    def look_at_file(self, path: Path) -> None:
+        """Print where a page or picture opens: the last line of a verb, as `look` prints it.
+
+        Args:
+            path: of the file; it is printed as an address that terminals and browsers open.
+        """
+        if not self.as_json and not self.quiet:
+            self.error(f"Look at it: {path.resolve().as_uri()}")
+
     def error(self, text: str) -> None:
         """Print a line of plain text on standard error: why there is no result."""
         self.errors.print(text, markup=False, highlight=False, soft_wrap=True)
@@ -75,7 +104,24 @@ def measures(summary: Summary | None) -> dict[str, Any]:
 
 
 def measures_at(folder: str | Path | None) -> dict[str, Any]:
-    """The same of the asset in a folder of a library; null where none is named."""
-    from casa_assets.pipeline.library.library import read_certificate
+    """The same of the asset or kitchen in a folder; null where none is named, or no library has taken the asset.
 
-    return measures(read_certificate(Path(folder)).summary if folder else None)
+    The mass of a kitchen is that of all that stands in the room, its size that of the room.
+    """
+    from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
+    from casa_assets.pipeline.library.library import find_summary
+
+    if not folder:
+        return measures(None)
+    path = Path(folder) / SCENE_JSON
+    return _measures_of_scene(path) if path.is_file() else measures(find_summary(Path(folder)))
+
+
+def _measures_of_scene(path: Path) -> dict[str, Any]:
+    facts = json.loads(path.read_text(encoding="utf-8"))
+    things = [*facts["fixtures"], *facts.get("objects", [])]
+    low, high = facts["room"]["bounds"]
+    return {
+        "mass": round(sum(thing["mass_kg"] for thing in things if thing.get("layer") != ROOM_LAYER), 3),
+        "size": [round(b - a, 4) for a, b in zip(low, high, strict=True)],
+    }

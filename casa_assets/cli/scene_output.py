@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from rich.text import Text
 
-from casa_assets.cli.output import Output
+from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.progress import working_on
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
 
 NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room for all of them
 WIDE_TERMINAL = 140  # characters that the whole table takes
-# Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of what stands in a kitchen.
-ROOM_LAYER = "room"
 
 
 def follow(
@@ -134,13 +131,13 @@ def print_states(results: list[SceneResult], output: Output) -> None:
 
 
 def json_row(result: SceneResult) -> dict[str, Any]:
-    """What `--json` tells of a scene; its mass is that of all that stands in the room, its size that of the room."""
+    """What `--json` tells of a scene."""
     verdict = "failed" if not result.passed else "made" if result.report is None else "passed"
     return {
         "id": result.recipe.scene_id,
         "folder": result.folder,
         "verdict": verdict,
-        **_measures(result.folder),
+        **measures_at(result.folder),
         "passed": result.passed,
         "kept": result.kept,
         "message": result.message,
@@ -150,20 +147,6 @@ def json_row(result: SceneResult) -> dict[str, Any]:
         "draw_s": round(result.draw_s, 3),
         "check_s": round(result.check_s, 3),
         **result.counts,
-    }
-
-
-def _measures(folder: str) -> dict[str, Any]:
-    from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
-
-    if not folder or not (Path(folder) / SCENE_JSON).is_file():
-        return {"mass": None, "size": None}
-    facts = json.loads((Path(folder) / SCENE_JSON).read_text(encoding="utf-8"))
-    things = [*facts["fixtures"], *facts.get("objects", [])]
-    low, high = facts["room"]["bounds"]
-    return {
-        "mass": round(sum(thing["mass_kg"] for thing in things if thing.get("layer") != ROOM_LAYER), 3),
-        "size": [round(b - a, 4) for a, b in zip(low, high, strict=True)],
     }
 
 

@@ -1,4 +1,4 @@
-"""JSON Schemas of the files that other programs read, made of the records that the files are written from."""
+"""JSON Schemas of the files that other programs read, made of records; who writes a file holds it against its own."""
 
 from __future__ import annotations
 
@@ -12,15 +12,12 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from casa_assets.checks.design.robot.task_view import Afforded
-from casa_assets.checks.design.rules.grade import Grade
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.asset import Asset
-from casa_assets.model.formats.behavior_json import BehaviorFile
-from casa_assets.model.formats.scene_json import SceneFile
-from casa_assets.model.issue import CheckResult, Issue
-from casa_assets.model.kitchen.floor import ParkingPlace
-from casa_assets.model.record import Record, Sha256
+from casa_assets.model.formats.behavior_schema import BehaviorFile
+from casa_assets.model.formats.scene_schema import SceneFile
+from casa_assets.model.record import Record
+from casa_assets.pipeline.kitchens.scene_page import SceneReport
 from casa_assets.pipeline.library.asset_json import SLOTS
 from casa_assets.pipeline.library.library import Certificate
 
@@ -35,38 +32,6 @@ MESH_FILE = {
     "additionalProperties": False,
 }
 PICTURE_FILE = {"type": "string", "description": "path of the PNG file, relative to the folder"}
-
-
-class SceneReport(Record):
-    """report.json: what the checks of a kitchen said, and what else was measured.
-
-    Attributes:
-        subject: id of the scene.
-        results: one for each check, in the order of codes.
-        issues: every fault.
-        passed: no check of severity error failed, or was not run without a waiver.
-        tally: counts of checks by status; `advice` of the failed ones are warnings.
-        key: digest of all that decides the verdict.
-        grade: findings by the planning guidelines; they are advice.
-        tasks: the 25 atomic tasks of RoboCasa v0.2.
-        parking: places before fixtures, metres and radians.
-        holds: counts of bodies, joints, shapes, and megabytes of pictures.
-        speed: seconds and milliseconds that loading and simulating took.
-        robots: robot -> counts, where `scenes robots` has run.
-    """
-
-    subject: str
-    results: tuple[CheckResult, ...]
-    issues: tuple[Issue, ...]
-    passed: bool
-    tally: dict[str, int]
-    key: Sha256
-    grade: Grade
-    tasks: tuple[Afforded, ...]
-    parking: tuple[ParkingPlace, ...]
-    holds: dict[str, float] | None = None
-    speed: dict[str, float] | None = None
-    robots: dict[str, Any] | None = None
 
 
 class _Described(GenerateJsonSchema):
@@ -130,9 +95,14 @@ SCHEMAS: dict[str, Callable[[], dict[str, Any]]] = {
 TITLES = {"scene_report": "report.json of a scene"}
 
 
+def title_of(name: str) -> str:
+    """The file that a schema describes."""
+    return TITLES.get(name, f"{name}.json")
+
+
 def schema_text(name: str) -> str:
     """JSON Schema (2020-12) of a file, as docs/reference/schemas has it. Raises UnknownId."""
     if name not in SCHEMAS:
         raise UnknownId("schema", name, SCHEMAS)
-    made = {"$schema": DIALECT, **SCHEMAS[name](), "title": TITLES.get(name, f"{name}.json")}
+    made = {"$schema": DIALECT, **SCHEMAS[name](), "title": title_of(name)}
     return json.dumps(made, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

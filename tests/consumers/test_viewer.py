@@ -23,7 +23,8 @@ from casa_assets.pipeline.reports import object_catalogue, page_template
 from casa_assets.pipeline.reports.library.models import models_of, write_models
 from casa_assets.pipeline.reports.library.report import write
 from casa_assets.pipeline.reports.object_catalogue import DrawnCategory
-from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer, viewer_script
+from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model
+from casa_assets.pipeline.viewer.viewer_file import put_viewer, viewer_script
 from tests.articulated_assets import grill
 from tests.assets import EVERY, microwave
 from tests.browser import HOME, Browser, Page

@@ -41,13 +41,17 @@ def doctor(
     found = findings(out)
     missing = [finding for finding in found if finding.needed and not finding.ok]
     for finding in found:
-        output.row(finding.model_dump(mode="json"))
+        output.row({"id": finding.subject, "verdict": _verdict(finding), **finding.model_dump(mode="json")})
     if not json_:
         _print(found, output)
     if missing:
         output.wrong(f"Needed and missing: {', '.join(finding.subject for finding in missing)}.")
         raise typer.Exit(1)
     output.line("Everything that is needed is here.")
+
+
+def _verdict(finding: Finding) -> str:
+    return "passed" if finding.ok else "failed" if finding.needed else "note"
 
 
 def _print(found: Sequence[Finding], output: Output) -> None:

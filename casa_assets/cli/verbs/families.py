@@ -179,5 +179,6 @@ def catalogue(
         for last in make(out, jobs, names or [], swatches, in_3d):
             done(last)
             output.detail(last)
-    output.row({"page": last, "verdict": "made", "count": len(titles)})
+    output.made("families", out, page=last, count=len(titles))
     output.line(f"Catalogue: {last}")
+    output.look_at_file(Path(last))

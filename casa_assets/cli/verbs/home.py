@@ -51,7 +51,8 @@ def home(
         with writing(shelf.path):
             kitchens.write(shelf.path)
     path = page.write(folder)
-    output.row({"page": str(path.resolve()), "folder": str(folder), "verdict": "made"})
+    output.made(folder.resolve().name, folder, page=str(path.resolve()))
     output.line(f"Page: {path.resolve()}")
+    output.look_at_file(path)
     if faults:
         raise faults[0]

@@ -439,5 +439,5 @@ def fetch(
         raise typer.BadParameter("name uids, or an --lvis category")
     output = Output(json_, quiet, verbose)
     folder = download(uids or [], lvis, most, out)
-    output.row({"folder": str(folder), "verdict": "made"})
+    output.made(lvis or "objaverse", folder)
     output.line(f"Objects: {folder}   Next: casa-assets ingest {folder}")

@@ -93,7 +93,7 @@ def show(
         for name in names:
             path = write_sheet(name, out, count, seed, width_px)
             done(name)
-            output.row({"id": name, "verdict": "made", "picture": str(path), "count": count})
+            output.made(name, out, picture=str(path), count=count)
             output.line(str(path))
     output.look(names[0])
 
@@ -164,5 +164,6 @@ def catalogue(
         for last in make(out, count, jobs, names or [], in_3d):
             done(last)
             output.detail(last)
-    output.row({"page": last, "verdict": "made", "count": len(chosen)})
+    output.made("objects", out, page=last, count=len(chosen))
     output.line(f"Catalogue: {last}")
+    output.look_at_file(Path(last))

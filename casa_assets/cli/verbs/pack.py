@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from casa_assets.cli import completion
 from casa_assets.cli.options import OUT_HELP, AsJson, Quiet, ScenesFolder, Verbose, more
-from casa_assets.cli.output import Output
+from casa_assets.cli.output import Output, measures_at
 
 OUT, SCENES = Path("out/packs"), Path("out/scenes")
 
@@ -40,8 +40,15 @@ def pack(
         raise typer.BadParameter("give one of --zip and --usdz")
     output, kind = Output(json_, quiet, verbose), PackKind.ZIP if zip_ else PackKind.USDZ
     done = pack_scene(scene, scenes_folder, kind, out or OUT / f"{scene}.{kind}")
-    row = {"id": done.scene_id, "file": str(done.file), "kind": kind.value, "files": done.files, "verdict": "made"}
-    output.row({**row, "bytes": done.size, "sha256": done.sha256, "built": done.built})
+    facts: dict[str, Any] = {
+        "kind": kind.value,
+        "files": done.files,
+        "bytes": done.size,
+        "sha256": done.sha256,
+        "built": done.built,
+    }
+    measured = measures_at(scenes_folder / done.scene_id)
+    output.made(done.scene_id, done.file.parent, measured, file=str(done.file), **facts)
     output.line(f"{done.file}: {done.files} files, {done.size / 1e6:.1f} MB")
     elsewhere = () if scenes_folder == SCENES else ("--scenes-folder", scenes_folder)
     output.look(done.scene_id, *elsewhere)

@@ -10,7 +10,7 @@ import typer
 
 from casa_assets.cli import completion
 from casa_assets.cli.options import AsJson, Camera, Out, Photoreal, Pose, Quiet, Verbose, WidthPx
-from casa_assets.cli.output import Output
+from casa_assets.cli.output import Output, measures_at
 
 
 def preview(
@@ -39,7 +39,7 @@ def preview(
 
     With --photoreal the USD is drawn by a path tracer, Blender's Cycles, with real glass, metal and daylight; kitchens
     too. It takes a minute or two for each picture, needs no display and no graphics card, and says what to install.
-    --pose and --camera are for such stills. Exit 0 when the pictures are drawn, 2 when there is no asset or on other
+    --camera is for such stills of kitchens. Exit 0 when the pictures are drawn, 2 when there is no asset or on other
     misuse.
 
     Examples:
@@ -53,20 +53,26 @@ def preview(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.pictures import draw
 
-    output, count = Output(json_, quiet, verbose), 0
+    output = Output(json_, quiet, verbose)
     if photoreal:
         if colliders or turntable:
             raise typer.BadParameter("--photoreal draws neither --colliders nor a --turntable")
         _draw_stills(assets, out, width_px, pose, camera or (), output)
         return
+    if camera:
+        raise typer.BadParameter("is for stills of kitchens: give --photoreal too", param_hint="--camera")
+    if pose and turntable:
+        raise typer.BadParameter("a --turntable shows joints at zero", param_hint="--pose")
+    first: Path | None = None
     with writing(out):
-        for picture in draw(assets, out, width_px, colliders, turntable):
-            count += 1
-            output.row({"id": picture.title, "picture": str(picture.path), "verdict": "made"})
+        for picture in draw(assets, out, width_px, colliders, turntable, pose):
+            first = first or picture.asset
+            output.made(picture.title, out, measures_at(picture.asset), picture=str(picture.path))
             output.line(str(picture.path))
-    if not count:
+    if first is None:
         output.error("no asset found; name folders that hold a model.xml")
         raise typer.Exit(2)
+    output.look(first)
 
 
 def _draw_stills(
@@ -76,12 +82,14 @@ def _draw_stills(
     from casa_assets.pipeline.reports import stills
     from casa_assets.preview.photoreal.render import StillSettings
 
-    made = 0
+    first: Path | None = None
     with writing(out):
         for written in stills.draw(targets, out, StillSettings(width_px, width_px * 9 // 16), pose, cameras):
-            made += 1
-            output.row({"picture": str(written.path), "verdict": "made"})
+            first = first or written.subject
+            name = written.subject.resolve().name
+            output.made(name, out, measures_at(written.subject), picture=str(written.path))
             output.line(str(written.path))
-    if not made:
+    if first is None:
         output.error("nothing found; name folders that hold a model.xml or a scene.json")
         raise typer.Exit(2)
+    output.look(first)

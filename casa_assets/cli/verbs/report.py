@@ -43,7 +43,8 @@ def report(
     the data lies in report_parts beside the page. --fail-on takes a count (entries, accepted, review, rejected, advice,
     not-run, size-outliers, mass-outliers, and with --baseline better, worse, appeared, gone), a share of it
     (rejected-rate), or the code of a check, alone or followed by >, >=, < or <= and a number. --json prints
-    report.json. Exit 0 when the page is written, 1 where a condition holds, 2 on misuse.
+    report.json, with a verdict on the conditions. Exit 0 when the page is written, 1 where a condition holds, 2 on
+    misuse.
 
     Example:
 
@@ -67,15 +68,19 @@ def report(
         if in_3d:
             _write_models(library, target, output)
         written = write(library, target, baseline, conditions, models_of(target) if in_3d else None)
+    holds = any(outcome.holds for outcome in written.outcomes)
     if json_:
-        output.row(json.loads(written.json.read_text(encoding="utf-8")))
+        content = json.loads(written.json.read_text(encoding="utf-8"))
+        verdict, name = "failed" if holds else "passed", library.resolve().name
+        output.made(name, target.parent, verdict=verdict, page=str(written.page), **content)
     for outcome in written.outcomes:
         console = output.failures if outcome.holds else output.console
         mark = "[red]holds[/]" if outcome.holds else "[green]does not hold[/]"
         console.print(f"{mark}: {escape(str(outcome))}", highlight=False, soft_wrap=True)
     output.line(f"JSON:   {written.json}")
     output.line(f"Report: {written.page}")
-    if any(outcome.holds for outcome in written.outcomes):
+    output.look_at_file(written.page)
+    if holds:
         raise typer.Exit(1)
 
 
@@ -131,5 +136,5 @@ def index(
             index_file.export_parquet(place, parquet)
         files.append(parquet)
     for file in files:
-        output.row({"file": str(file), "rows": count, "verdict": "made"})
+        output.made(file.stem, file.parent, file=str(file), rows=count)
         output.line(f"{pluralize(count, 'row')} in {file}")

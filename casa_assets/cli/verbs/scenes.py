@@ -31,7 +31,7 @@ from casa_assets.cli.options import (
     Verbose,
     more,
 )
-from casa_assets.cli.output import Output
+from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
@@ -53,6 +53,7 @@ scene_app = typer.Typer(name="scene", help="A kitchen of one's own; now `scenes 
 OUT = Path("out/scenes")
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
+PASSES = 6
 Scenes = Annotated[list[str] | None, typer.Argument(help=NAMED, autocompletion=completion.kitchens)]
 OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", autocompletion=completion.kitchens)]
 SceneFolder = Annotated[Path, typer.Argument(help="Folder of a scene.")]
@@ -212,8 +213,14 @@ def preview(
         960
     ),
     passes: Annotated[
-        int, typer.Option(min=1, max=400, help="Renderings averaged per picture, for soft light; more is slower.")
-    ] = 6,
+        int | None,
+        typer.Option(
+            min=1,
+            max=400,
+            help="Renderings averaged per picture, for soft light; more is slower.",
+            show_default=str(PASSES),
+        ),
+    ] = None,
     photoreal: Photoreal = False,
     out: ScenesOut = OUT,
     json_: AsJson = False,
@@ -234,6 +241,8 @@ def preview(
     from casa_assets.preview.kitchen import PictureSettings
     from casa_assets.preview.photoreal.render import StillSettings
 
+    if photoreal and passes is not None:
+        raise typer.BadParameter("is for pictures without --photoreal", param_hint="--passes")
     output, folder = Output(json_, quiet, verbose), out / scene
     if not folder.is_dir():
         on_disk, scene_ids = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
@@ -245,11 +254,12 @@ def preview(
             stills = draw_scene(folder, StillSettings(width_px, width_px * 9 // 16), pose, camera or ())
             paths = (written.path for written in stills)
         else:
-            settings = PictureSettings(width_px, width_px * 3 // 4, passes)
+            settings = PictureSettings(width_px, width_px * 3 // 4, passes or PASSES)
             paths = (path for path in draw_cameras(folder, camera or (), settings, pose))
         for path in paths:
-            output.row({"id": scene, "folder": str(folder), "verdict": "made", "picture": str(path)})
+            output.made(scene, folder, measures_at(folder), picture=str(path))
             output.line(str(path))
+    output.look(folder)
 
 
 @app.command(cls=Verb)
@@ -347,7 +357,7 @@ def diff(
     found, is_same_code = compare(first, second), made_by_same_code(first, second)
     same = "the same, byte for byte" if is_same_code else "the same, made by other versions or tools"
     verdict = {"verdict": "different" if found else "same", "same_code": is_same_code}
-    output.row({"first": str(first), "second": str(second), "differences": found, **verdict})
+    output.row({"id": first.name, "first": str(first), "second": str(second), "differences": found, **verdict})
     if not json_:
         for line in found:
             output.line(line)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -51,7 +51,8 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
     output = Output(json_)
     table = TextTable(("set", "id", "kind", "size [m]", "substance"))
     for recipe in select_recipes([], surfaces or []):
-        output.row({**recipe.model_dump(mode="json"), "params": json.loads(recipe.params)})
+        row = {**recipe.model_dump(mode="json"), "params": json.loads(recipe.params)}
+        output.row({**row, "size": list(recipe.tile_m)})
         size = f"{recipe.tile_m[0]:g} x {recipe.tile_m[1]:g}"
         table.add(_group(recipe), recipe.id, recipe.kind, size, recipe.substance)
     if not json_:
@@ -84,16 +85,17 @@ def make(
     from casa_assets.pipeline.textures.sheet import write_finish
 
     recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
+    paths: list[str] = []
     with working_on(output.console, "painting", [recipe.id for recipe in recipes]) as done, writing(out):
         for recipe in recipes:
             folder = out / _group(recipe)
             paths = [str(path) for path in write_finish(recipe, folder, _cache(out), width_px)]
             done(recipe.id)
-            row = {"id": recipe.id, "folder": str(folder), "files": paths, "size": list(recipe.tile_m)}
-            output.row({**row, "verdict": "made"})
+            output.made(recipe.id, folder, _size(recipe.tile_m), files=paths)
             for path in paths:
                 output.detail(path)
     output.line(f"{pluralize(len(recipes), 'recipe')} under {out}")
+    output.look_at_file(Path(paths[0]))
 
 
 @app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}))
@@ -118,6 +120,7 @@ def sheet(
     from casa_assets.pipeline.textures.sheet import pages, shots
 
     recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
+    first: Path | None = None
     groups = (
         {s.value: [r for r in recipes if r.surface is s] for s in Surface} if not names else {"chosen": list(recipes)}
     )
@@ -134,8 +137,11 @@ def sheet(
             for number, png in enumerate(pages(cells, whole, width_px), 1):
                 path = out / (f"sheet_{title}.png" if number == 1 else f"sheet_{title}_{number}.png")
                 path.write_bytes(png)
-                output.row({"id": title, "picture": str(path), "count": len(rows), "verdict": "made"})
+                output.made(title, out, picture=str(path), count=len(rows))
                 output.line(str(path))
+                first = first or path
+    if first is not None:
+        output.look_at_file(first)
 
 
 @app.command(cls=verb(OLD_OUT))
@@ -223,6 +229,8 @@ def ingest(
     state = "written" if report.changed else "unchanged"
     taken = f"{pluralize(len(report.pack.pictures), 'picture')} taken, {len(report.pack.refused)} left out"
     output.line(f"{taken}; {report.folder} {state}")
+    if report.pack.pictures:
+        output.look_at_file(report.folder / report.pack.pictures[0].files[0])
     if report.pack.refused:
         raise typer.Exit(1)
 
@@ -230,14 +238,19 @@ def ingest(
 def _print_pack(pack: Pack, folder: Path, output: Output) -> None:
     """Print what was left out and why; as JSON, or in many words, what was taken too."""
     for picture in pack.pictures:
-        row = {**picture.model_dump(mode="json"), "folder": str(folder), "size": list(picture.tile_m)}
-        output.row({**row, "verdict": "accepted"})
+        facts = picture.model_dump(mode="json", exclude={"id"})
+        output.made(picture.id, folder, _size(picture.tile_m), "accepted", **facts)
         output.detail(f"taken {picture.source}: {picture.id}")
     table = TextTable(("left out", "code", "why", "what to do"), sentences=("why", "what to do"))
     for refused in pack.refused:
-        output.row({**refused.model_dump(mode="json"), "verdict": "rejected"})
+        output.made("", "", None, "rejected", **refused.model_dump(mode="json"))
         table.add(refused.source, refused.code, refused.message, refused.fix)
     table.print(output.failures)
+
+
+def _size(tile_m: tuple[float, float]) -> dict[str, Any]:
+    """What `--json` tells of the size of a texture: width and height; it has no mass."""
+    return {"mass": None, "size": list(tile_m)}
 
 
 def _verdict(report: Report) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 from lxml import etree
 
 from casa_assets.export.mjcf import number
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.formats.behavior_schema import BehaviorFile
 
 
 def add_all(root: etree._Element, asset: Asset) -> None:
@@ -62,9 +64,10 @@ def geoms_by_label(asset: Asset) -> dict[str, list[str]]:
 def behavior_file(asset: Asset) -> bytes:
     """The state machine, the named states of joints and the named poses as JSON for people and programs."""
     assert asset.behavior is not None, "the caller checks"
-    data = {
+    data: dict[str, Any] = {
         "behavior": asset.behavior.model_dump(mode="json", exclude_none=True),
         "states": [state.model_dump(mode="json") for state in asset.states],
         "keyframes": [key.model_dump(mode="json") for key in asset.keyframes],
     }
+    BehaviorFile.model_validate(data)
     return (json.dumps(data, indent=1, sort_keys=True) + "\n").encode("ascii")

@@ -1,1 +1,1 @@
-"""Records of JSON files that other programs read: their JSON Schemas are made of these."""
+"""Records of JSON files that other programs read: writers hold their files against them, schemas are made of them."""

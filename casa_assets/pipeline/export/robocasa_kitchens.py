@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.design.subject import DesignSubject
@@ -21,7 +22,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.registry.contract import RobocasaRelease
-from casa_assets.pipeline.export.scenes import export_scenes
+from casa_assets.pipeline.export.scenes import export_scenes, measures_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import is_whole, scene_key
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
@@ -36,7 +37,7 @@ class KitchenResult:
     Attributes:
         id: of the scene. number: by which RoboCasa knows it. fixtures: count by class.
         credits: of its assets. message: why it failed; is_fault: the program is to blame.
-        total: kitchens of the export.
+        total: kitchens of the export. measured: its mass and size, see `measures_of`.
     """
 
     id: str
@@ -46,6 +47,7 @@ class KitchenResult:
     message: str = ""
     is_fault: bool = False
     total: int = 0
+    measured: dict[str, Any] = field(default_factory=dict)
 
 
 def export_kitchens(
@@ -94,7 +96,8 @@ def export_kitchen(recipe: SceneRecipe, root: Path, cache: Path, states: Path | 
     for placed in fixtures:
         counts[placed.type] = counts.get(placed.type, 0) + 1
     number, sorted_counts = description.number_of(scene.id), dict(sorted(counts.items()))
-    return KitchenResult(scene.id, number, sorted_counts, attribution.credits_of(scene))
+    measured = measures_of(kitchen, scene)
+    return KitchenResult(scene.id, number, sorted_counts, attribution.credits_of(scene), measured=measured)
 
 
 def _states_of(recipe: SceneRecipe, folder: Path) -> StartStates:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from casa_assets.errors import BatchFault
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.model.kitchen.scene import Layer, Scene
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
@@ -53,6 +55,17 @@ def export_scenes(
         if isinstance(answer, WorkerFailure):
             answer = failed(recipes[number].scene_id, answer.text, True)
         yield answer
+
+
+def measures_of(kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
+    """Mass in kg of all that stands in a kitchen, without walls and floor, and size of the room in metres."""
+    (x0, y0), (x1, y1) = kitchen.room.bounds()
+    assets = scene.asset_of
+    standing = [assets[place.name] for place in scene.placements if place.layer is not Layer.ROOM]
+    return {
+        "mass": round(sum(round(asset.mass, 4) for asset in standing), 3),
+        "size": [round(x1 - x0, 4), round(y1 - y0, 4), round(kitchen.room.height, 4)],
+    }
 
 
 def export_one(recipe: SceneRecipe, export: Export[R], failed: Failed[R], root: Path, cache: Path) -> R:

@@ -13,6 +13,7 @@ from casa_assets.export.urdf import document
 from casa_assets.export.urdf.scene import kitchen
 from casa_assets.pipeline.export.certified import certified_asset
 from casa_assets.pipeline.export.form import ASSETS, SCENES, ExportResult, Form
+from casa_assets.pipeline.export.scenes import measures_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
@@ -37,10 +38,10 @@ def export_scene(recipe: SceneRecipe, staged: Path, cache: Path) -> ExportResult
     Args:
         staged: folder of the export. cache: keeps built assets.
     """
-    _, scene = build_scene(recipe, cache)
+    request, scene = build_scene(recipe, cache)
     inside = f"{SCENES}/{scene.id}"
     disk.write_files(staged / inside, kitchen.write(scene))
-    facts = {"placements": len(scene.placements), "list": f"{inside}/{kitchen.LIST}"}
+    facts = {"placements": len(scene.placements), "list": f"{inside}/{kitchen.LIST}", **measures_of(request, scene)}
     result = ExportResult(scene.id, f"{inside}/{kitchen.FILE}", facts, attribution.credits_of(scene))
     return _judged(staged, result, scene_differences(staged / inside, scene))
 

@@ -35,6 +35,7 @@ from casa_assets.pipeline.library.asset_package import (
     WRITING,
     certificate,
     check_package,
+    load_times,
     write_package,
 )
 from casa_assets.pipeline.library.derived_files import write_reports
@@ -225,12 +226,13 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     drawn_s = write_package(asset, staged, PREVIEW if drawn else PREVIEW_VIEW)
     (staged / "params.json").write_text(params.to_json() + "\n", encoding="utf-8")
     written = time.perf_counter()
-    report = Report(subject=asset.id)
+    loading = load_times(asset, staged) if checked else {}
+    report, loaded = Report(subject=asset.id), time.perf_counter()
     if checked:
         report = check_package(asset, staged, category_of_family(member_family))
         if request.is_object:
             report = report + check_member(asset, category_of_family(member_family), library.cache)
-    checked_s = time.perf_counter() - written
+    checked_s = time.perf_counter() - loaded
     seconds = {"build": built - begin, "write": written - built - drawn_s, "draw": drawn_s, "check": checked_s}
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())
     target = library.folder(member_family.name, asset.id)
@@ -238,7 +240,7 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
         made_by = _made_by(member_family, params, drawn)
         disk.write_certificate(staged, asset, certificate(asset, report, staged, made_by))
         library.publish(staged, target)
-        keep_times(library, asset.id, seconds)
+        keep_times(library, asset.id, {**seconds, **loading})
     return FamilyResult(
         request,
         asset.id,

@@ -21,7 +21,7 @@ from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_erro
 from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.stages import build_asset, stage_functions
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, write_package
+from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
@@ -115,6 +115,7 @@ def _built(
         )
         with times.of("write"):
             write_package(asset, staged)
+        times.seconds.update(load_times(asset, staged))
         with times.of("check"):
             report = check_package(asset, staged, category, notes)
         first = first or (asset, report)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Iterator, Sequence
 from copy import copy
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,6 @@ from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pixels, PreviewImages
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
-from casa_assets.checks.table.table import explained
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.layouts.compose.floor_facts import facts_of
 from casa_assets.layouts.order.request import KitchenRequest
@@ -35,7 +33,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
-from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON, START_STATES
+from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
     SceneResult,
@@ -45,14 +43,21 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     run_recipes,
     scene_key,
 )
-from casa_assets.pipeline.kitchens.scene_model import find_scene_model, put_scene_model
+from casa_assets.pipeline.kitchens.scene_page import (
+    is_model_current,
+    is_page_current,
+    join_robots,
+    kept_report,
+    put_scene_model,
+    read_report,
+    write_report,
+)
 from casa_assets.pipeline.kitchens.state_file import read_states
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.reports.kitchen_report import page
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.preview import kitchen as room
 
-REPORT, PAGE, FLOOR_MAP = "report.json", "report.html", "floor_map.png"
+FLOOR_MAP = "floor_map.png"
 # Enough to tell whether a camera shows something, by its shares of black and white pixels.
 CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
 
@@ -79,11 +84,9 @@ def check_one(
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
-    report = None if force else _kept_report(folder, verdict_key(recipe))
+    report = None if force else kept_report(folder, verdict_key(recipe))
     if report is not None:
-        done = SceneResult(recipe, done.folder, report=report, kept=True)
-        if in_3d and find_scene_model(folder) is None:
-            done = _shown_in_place(done, out, folder)
+        done = _shown_in_place(SceneResult(recipe, done.folder, report=report, kept=True), out, folder, in_3d)
     else:
         done = _checked_in_place(recipe, out, folder, in_3d)
     if strict and done.report is not None and not done.passed:
@@ -92,13 +95,18 @@ def check_one(
     return done
 
 
-def _shown_in_place(done: SceneResult, out: Path, folder: Path) -> SceneResult:
-    """Add a model to the page of a scene that was checked without one."""
+def _shown_in_place(done: SceneResult, out: Path, folder: Path, in_3d: bool) -> SceneResult:
+    """Make the page of a scene whose verdict is kept, or the model on it, again where other code has made them."""
+    with_model = in_3d and not is_model_current(folder)
+    if not with_model and is_page_current(folder):
+        return done
 
     def make() -> SceneResult:
-        _, scene = build_scene(done.recipe, disk.Library(out).cache)
-        put_scene_model(folder, scene)
-        _write_report(folder, _read_json(folder / REPORT))
+        added = {}
+        if with_model:
+            _, scene = build_scene(done.recipe, disk.Library(out).cache)
+            added = {"model_key": put_scene_model(folder, scene)}
+        write_report(folder, {**read_report(folder), **added})
         return done
 
     return attempt(make, partial(failed_scene, done.recipe), out)
@@ -123,15 +131,17 @@ def check_and_report(
 ) -> Report:
     """Run every check on a scene in its folder, and leave report, page and pictures there; `in_3d`: a model, too."""
     report, measured, design = run_checks_on_scene(kitchen, scene, folder)
-    if in_3d:
-        put_scene_model(folder, scene)
-    _write(folder, report, {"key": verdict_key(recipe), **measured}, floor_picture(design))
+    model = put_scene_model(folder, scene) if in_3d else read_report(folder).get("model_key")
+    floor_picture(design).save(folder / FLOOR_MAP, format="PNG")
+    keys = {"key": verdict_key(recipe), "model_key": model}
+    write_report(folder, {**report.model_dump(mode="json"), **measured, **keys})
+    join_robots(folder)
     return report
 
 
 def verdict_key(recipe: SceneRecipe) -> str:
-    """Key of report.json and the page of a scene: its files, and all that decides what the checks say of them."""
-    return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, put_scene_model, _write))
+    """Key of the verdict on a scene: its files, and all that decides what the checks say of them."""
+    return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, floor_picture))
 
 
 def run_checks_on_scene(
@@ -188,70 +198,6 @@ def _rounded(speed: MeasuredSpeed) -> dict[str, float]:
         "steps_per_s": round(speed.steps_per_s, 1),
         "real_time_factor": round(speed.pace, 2),
     }
-
-
-def _write(folder: Path, report: Report, measured: dict[str, Any], floor_map: Image.Image) -> None:
-    """Write report.json, and report.html with the map of the floor that it shows."""
-    floor_map.save(folder / FLOOR_MAP, format="PNG")
-    _write_report(folder, {**report.model_dump(mode="json"), **measured})
-    join_robots(folder)
-
-
-def join_robots(folder: Path) -> None:
-    """Put the certificate of robots, where there is one of this scene, into report.json and report.html beside it."""
-    facts, robots, data = (_read_json(folder / name) for name in (SCENE_JSON, ROBOTS_JSON, REPORT))
-    if not data or not facts or robots.get("scene_key") != facts.get("key"):
-        return
-    _join(folder, data, robots, {"robots": robots["counts"]})
-
-
-def join_states(folder: Path, report: Report) -> None:
-    """Put what the checks say of the start states of a scene into report.json and report.html, where there are some."""
-    data = _read_json(folder / REPORT)
-    if data:
-        _join(folder, data, report.model_dump(mode="json"), {})
-
-
-def _join(folder: Path, data: dict[str, Any], found: dict[str, Any], added: dict[str, Any]) -> None:
-    """Write the report `data` with results and issues of other checks in place of what it said of these."""
-    codes = {result["code"] for result in found["results"]}
-    results = [r for r in data["results"] if r["code"] not in codes] + found["results"]
-    issues = [i for i in data["issues"] if i["code"] not in codes] + found["issues"]
-    ordered = sorted(results, key=lambda r: str(r["code"]))
-    _write_report(folder, {**data, "results": ordered, "issues": issues, **added})
-
-
-def _write_report(folder: Path, data: dict[str, Any]) -> None:
-    """Write report.json and report.html, with the verdict and the counts of what `data` holds."""
-    report = Report.model_validate({k: data[k] for k in ("subject", "results", "issues")})
-    tallied = asdict(report.tally) | {"applying": report.tally.applying}
-    data = {**data, "passed": report.passed, "tally": tallied}
-    text = json.dumps(data, indent=1, sort_keys=True, ensure_ascii=False)
-    (folder / REPORT).write_text(text + "\n", encoding="utf-8")
-    facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
-    (folder / PAGE).write_text(
-        page(facts, data, explained(registry.load().limits), find_scene_model(folder)), encoding="utf-8"
-    )
-
-
-def _read_json(path: Path) -> dict[str, Any]:
-    """Content of a file; empty where it is not there or cannot be read."""
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return data if isinstance(data, dict) else {}
-
-
-def _kept_report(folder: Path, key: str) -> Report | None:
-    """The verdict of an earlier run with the same key."""
-    try:
-        data = json.loads((folder / REPORT).read_text(encoding="utf-8"))
-        if data.get("key") != key:
-            return None
-        return Report.model_validate({k: data[k] for k in ("subject", "results", "issues")})
-    except (OSError, ValueError, KeyError):
-        return None
 
 
 def check_all(

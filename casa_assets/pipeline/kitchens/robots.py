@@ -22,7 +22,6 @@ from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.robot import RobotCertificate, SceneRobots
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.check import join_robots
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import (
@@ -33,6 +32,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     run_recipes,
     scene_key,
 )
+from casa_assets.pipeline.kitchens.scene_page import join_robots
 from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.registry.robots import load_robot

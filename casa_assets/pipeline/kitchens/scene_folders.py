@@ -29,6 +29,7 @@ from casa_assets.geometry.lightweight import light_scene, lighten
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.files import Files
+from casa_assets.model.formats.scene_schema import SceneFile
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
@@ -291,6 +292,7 @@ def write_scene(
 
 
 def _write_facts(path: Path, facts: dict[str, Any]) -> None:
+    SceneFile.model_validate(facts)
     path.write_text(json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n", encoding="utf-8")
 
 

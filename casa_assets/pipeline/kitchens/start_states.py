@@ -19,7 +19,6 @@ from casa_assets.errors import CasaError
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
-from casa_assets.pipeline.kitchens.check import join_states
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
@@ -30,6 +29,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     run_recipes,
     scene_key,
 )
+from casa_assets.pipeline.kitchens.scene_page import join_states
 from casa_assets.pipeline.kitchens.state_file import read_states, write_states
 from casa_assets.pipeline.workers.batch import attempt
 

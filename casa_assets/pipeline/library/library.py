@@ -340,6 +340,15 @@ def read_certificate(folder: Path) -> Certificate:
     return _record(Certificate, folder / CERTIFICATE, _upgraded(read_section(folder, "certificate"), folder))
 
 
+def find_summary(folder: Path) -> Summary | None:
+    """The numbers of the asset in a folder; None where there is none, or one that no library has taken.
+
+    Raises OutputError where asset.json is damaged.
+    """
+    path = folder / CERTIFICATE
+    return read_certificate(folder).summary if path.is_file() and "certificate" in _json(path) else None
+
+
 def is_whole(folder: Path, certificate: Certificate) -> bool:
     """True if every file that the certificate of an accepted asset names is there; its bytes are not compared."""
     return all((folder / name).is_file() for name in certificate.files)

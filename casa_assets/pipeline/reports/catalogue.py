@@ -22,7 +22,8 @@ from casa_assets.pipeline.reports.object_catalogue import MODELS, PAGE
 from casa_assets.pipeline.reports.page_template import render_template
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.pipeline.textures.sheet import shots
-from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model, put_viewer
+from casa_assets.pipeline.viewer.model_files import ModelFiles, put_model
+from casa_assets.pipeline.viewer.viewer_file import put_viewer
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.camera import View

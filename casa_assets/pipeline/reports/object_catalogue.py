@@ -18,7 +18,8 @@ from casa_assets.model.registry.category import Category, NumberBasis, SizeRange
 from casa_assets.pipeline.families.object_sheets import DrawnMember, draw_members
 from casa_assets.pipeline.families.run import WORKER_BYTES
 from casa_assets.pipeline.reports.page_template import render_template
-from casa_assets.pipeline.viewer.model_files import ModelFiles, put_viewer
+from casa_assets.pipeline.viewer.model_files import ModelFiles
+from casa_assets.pipeline.viewer.viewer_file import put_viewer
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.registry.objects import object_family, object_files, object_names

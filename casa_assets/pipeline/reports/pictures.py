@@ -18,14 +18,20 @@ from casa_assets.preview.still import render
 
 @dataclass(frozen=True)
 class Picture:
-    """A written picture file and what it shows."""
+    """A written picture file, what it shows, and the folder of the asset; None for a sheet of many."""
 
     path: Path
     title: str
+    asset: Path | None = None
 
 
 def draw(
-    targets: Sequence[Path], output: Path, size_px: int, colliders: bool = False, turntable: bool = False
+    targets: Sequence[Path],
+    output: Path,
+    size_px: int,
+    colliders: bool = False,
+    turntable: bool = False,
+    pose: str = "",
 ) -> Iterator[Picture]:
     """Write a picture of each asset, and a contact sheet where there are several.
 
@@ -33,19 +39,20 @@ def draw(
         targets: asset folders, model.xml files, or libraries.
         output: folder for the pictures, made where it is missing.
         size_px: width and height. colliders: show the collision shapes.
-        turntable: also an animated picture of each.
+        turntable: also an animated picture of each. pose: keyframe of the pictures; empty: joints at zero.
     Raises:
         OutputError: a picture cannot be written, or a file is no MJCF. CannotDraw, NoRenderer: see preview.still.
     """
     shots: list[SheetCell] = []
     for model in models(targets):
         name = model.parent.name
-        png = render(model, View(size_px=size_px), collision=colliders)
-        path = _put(output / f"{name}{'_colliders' if colliders else ''}.png", png)
+        png = render(model, View(size_px=size_px), collision=colliders, pose=pose)
+        words = [name, *(["colliders"] if colliders else []), *([pose] if pose else [])]
+        path = _put(output / f"{'_'.join(words)}.png", png)
         shots.append(SheetCell(name, model.parent.parent.name, png))
-        yield Picture(path, name)
+        yield Picture(path, name, model.parent)
         if turntable:
-            yield Picture(_put(output / f"{name}.webp", turning.render(model)), name)
+            yield Picture(_put(output / f"{name}.webp", turning.render(model)), name, model.parent)
     if len(shots) > 1:
         for i, page in enumerate(contact_sheets(shots, f"{len(shots)} assets")):
             yield Picture(_put(output / f"sheet_{i + 1:02d}.png", page), f"sheet {i + 1}")

@@ -19,10 +19,11 @@ from casa_assets.preview.photoreal.render import Still, StillSettings, asset_sti
 
 @dataclass(frozen=True)
 class WrittenStill:
-    """A picture file and the still in it."""
+    """A picture file, the still in it, and the folder of the asset or kitchen."""
 
     path: Path
     still: Still
+    subject: Path
 
 
 def is_scene(folder: Path) -> bool:
@@ -51,7 +52,7 @@ def draw(
         if is_scene(target):
             _check_pose(target / mjcf.FILE, pose)
             for still in scene_stills(target, cameras, settings, pose or "start"):
-                yield _put(output / f"{target.resolve().name}_{still.name}.png", still)
+                yield _put(output / f"{target.resolve().name}_{still.name}.png", still, target)
             continue
         for model in models([target]):
             folder = model.parent
@@ -59,7 +60,8 @@ def draw(
             _check_pose(model, pose)
             if not layer.is_file():
                 raise OutputError(str(layer), "is missing; stills are drawn from the USD of an asset, make it again")
-            yield _put(output / f"{layer.stem}{f'_{pose}' if pose else ''}.png", asset_still(layer, settings, pose))
+            name = f"{layer.stem}_{pose}" if pose else layer.stem
+            yield _put(output / f"{name}.png", asset_still(layer, settings, pose), folder)
 
 
 def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequence[str] = ()) -> Iterator[WrittenStill]:
@@ -71,7 +73,7 @@ def draw_scene(folder: Path, settings: StillSettings, pose: str, cameras: Sequen
     _check_pose(folder / mjcf.FILE, pose)
     for still in scene_stills(folder, cameras, settings, pose):
         name = still.name if pose == "start" else f"{still.name}_{pose}"
-        yield _put(folder / f"photoreal_{name}.png", still)
+        yield _put(folder / f"photoreal_{name}.png", still, folder)
 
 
 def _check_pose(model: Path, pose: str) -> None:
@@ -81,8 +83,8 @@ def _check_pose(model: Path, pose: str) -> None:
         raise UnknownId(f"pose of {model}", pose, names)
 
 
-def _put(path: Path, still: Still) -> WrittenStill:
+def _put(path: Path, still: Still, subject: Path) -> WrittenStill:
     with writing(path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(still.png)
-    return WrittenStill(path, still)
+    return WrittenStill(path, still, subject)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from casa_assets.pipeline.reports.page_template import render_template
-from casa_assets.pipeline.viewer.model_files import viewer_script
+from casa_assets.pipeline.viewer.viewer_file import viewer_script
 
 
 def page(first: str, pose: str = "") -> str:

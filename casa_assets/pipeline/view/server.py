@@ -31,7 +31,7 @@ from casa_assets.pipeline.view.model import REPORT, Model, to_json, with_style
 from casa_assets.pipeline.view.page import page
 from casa_assets.pipeline.view.subject import Kitchen, Subject
 from casa_assets.pipeline.view.workshop import Workshop
-from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
+from casa_assets.pipeline.viewer.viewer_file import viewer_name, viewer_script
 
 SSH_PORT = "22"
 MAX_BODY_BYTES = 100_000

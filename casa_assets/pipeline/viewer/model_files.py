@@ -1,30 +1,16 @@
-"""Files through which a page shows a model in 3D: the viewer, and a script file for each model.
+"""Script files through which a page shows models in 3D, one for each model.
 
 Pages open from a disk, where a browser refuses to fetch. So a model comes as `<name>.glb.js`, which hands over its GLB,
-and is loaded when somebody asks for it, as the viewer is. In a template of `reports/templates/`:
-
-    {% from "model.html" import model_box %}
-    {% block more_policy %}; {{ model_policy }}{% endblock %}
-    ...
-    {{ model_box(model, "Open in 3D", poster) }}
-    ...
-    {% block scripts %}<script>{{ source("model.js") }}</script>{% endblock %}
-
-where `model` is a `ModelFiles`, or None where there is no model: then the macro shows the poster alone. What a page
-adds to itself later (rows that unfold) calls `openModel(element)` of `model.js` with an element as `model_box` makes
-it. A page from a server may hand over bytes by itself: `casaViewer.mount(element, bytes, options)`, see
-`bundle/src/viewer.js`.
+and is loaded when somebody asks for it, as the viewer is (`viewer_file.py`). A model does not depend on the viewer, so
+that a change of the viewer makes no model anew. The template `model.html` says how a page uses them.
 """
 
 from __future__ import annotations
 
 import base64
 import gzip
-import hashlib
 import os
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib.resources import files
 from pathlib import Path
 
 SUFFIX = ".glb.js"
@@ -41,27 +27,6 @@ class ModelFiles:
     name: str
     script: str
     viewer: str
-
-
-@lru_cache(maxsize=1)
-def viewer_script() -> bytes:
-    """The bundle: three.js and our source, one classic script that defines `casaViewer`."""
-    return files("casa_assets.pipeline.viewer").joinpath("bundle", "viewer.js").read_bytes()
-
-
-@lru_cache(maxsize=1)
-def viewer_name() -> str:
-    """File name of the viewer; it holds its digest, so that pages of two versions may lie side by side."""
-    return f"viewer_{hashlib.sha256(viewer_script()).hexdigest()[:12]}.js"
-
-
-def put_viewer(folder: Path) -> str:
-    """Write the viewer into a folder where it is missing; returns its file name."""
-    target = folder / viewer_name()
-    if not target.is_file() or target.stat().st_size != len(viewer_script()):
-        folder.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(viewer_script())
-    return target.name
 
 
 def model_script(name: str, glb: bytes) -> bytes:

@@ -21,7 +21,7 @@ from casa_assets.cli.options import (
     WithReview,
     more,
 )
-from casa_assets.cli.output import Output
+from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
@@ -137,10 +137,18 @@ def _print_json(
     for kitchen in kitchens:
         if kitchen.message:
             refused = {"status": "refused_kitchen", "verdict": "refused", "folder": ""}
-            output.row({**refused, "id": kitchen.id, "message": kitchen.message})
+            output.row({**refused, **measures(None), "id": kitchen.id, "message": kitchen.message})
         else:
             written = {"status": "exported_kitchen", "verdict": "exported", "folder": str(out)}
-            output.row({**written, "id": kitchen.id, "number": kitchen.number, "fixtures": kitchen.fixtures})
+            output.row(
+                {
+                    **written,
+                    **kitchen.measured,
+                    "id": kitchen.id,
+                    "number": kitchen.number,
+                    "fixtures": kitchen.fixtures,
+                }
+            )
 
 
 def _print_kitchens(kitchens: list[KitchenResult], out: Path, output: Output) -> None:

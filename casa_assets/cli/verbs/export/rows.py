@@ -67,7 +67,9 @@ def export_as(
             )
     known = folders_by_id(source) if output.as_json and source is not None else {}
     for result in results:
-        row = {"id": result.id, form.name: result.file, "message": result.message, **measures_in(known, result.id)}
+        measured = {name: result.facts[name] for name in measures(None) if name in result.facts}
+        row = {"id": result.id, form.name: result.file, "message": result.message}
+        row |= measured or measures_in(known, result.id)
         status = "exported" if result.file else "left_out" if result.is_left_out else "refused"
         output.row({"status": status, "verdict": status, "folder": str(out) if result.file else "", **row})
     if not output.as_json:

@@ -12,7 +12,8 @@ from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports.page_template import relative_link
-from casa_assets.pipeline.viewer.model_files import SUFFIX, put_model, put_viewer, viewer_name
+from casa_assets.pipeline.viewer.model_files import SUFFIX, put_model
+from casa_assets.pipeline.viewer.viewer_file import put_viewer, viewer_name
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 

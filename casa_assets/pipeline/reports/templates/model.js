@@ -13,7 +13,7 @@ function loadViewer(address) {
 }
 // Resolves to the viewer, see casaViewer.mount; null where the model cannot be shown, which the element then says.
 async function openModel(box) {
-  const { model, name, viewer, options } = box.dataset;
+  const { model, name, viewer, title } = box.dataset;
   const button = box.querySelector(".model-open");
   if (button) {
     button.disabled = true;
@@ -22,7 +22,7 @@ async function openModel(box) {
   try {
     await loadViewer(viewer);
     const bytes = await casaViewer.loadModel(model, name);
-    const shown = await casaViewer.mount(box, bytes, { title: name, ...JSON.parse(options || "{}") });
+    const shown = await casaViewer.mount(box, bytes, { title: title || name });
     box.classList.add("model-shown");
     shown.canvas.focus({ preventScroll: true });
     return shown;

@@ -27,7 +27,7 @@ import json
 from casa_assets.pipeline.families.run import asset_key
 from casa_assets.pipeline.ingest import run as ingest
 from casa_assets.pipeline.ingest.stages import STAGES, stage_key
-from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens import check, scene_folders, scene_page
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.textures.recipes import finish_key, recipes
 from casa_assets.registry.families import families
@@ -40,6 +40,8 @@ for recipe in (SceneRecipe("l_small", "coastal"), SceneRecipe("one_wall_small", 
     found[f"scene {recipe.scene_id}"] = key = scene_folders.scene_key(recipe)
     found[f"pictures {recipe.scene_id}"] = scene_folders.picture_key(key)
     found[f"verdict {recipe.scene_id}"] = check.verdict_key(recipe)
+found["page of a scene"] = scene_page.page_key()
+found["model of a scene"] = scene_page.model_key()
 found["library ingest"] = ingest.cache_key({})
 print(json.dumps(found))
 """
@@ -122,6 +124,13 @@ class TestOneConstantChanges:
             n for n in copy.before if n.startswith("asset toaster ")
         }
         assert changed.isdisjoint(copy.names("texture") | copy.names("stage") | copy.names("library"))
+
+    def test_in_the_viewer(self, copy: Copy) -> None:
+        """The pages that load it, and neither what the checks of minutes said nor the models that it shows."""
+        changed = copy.changed_by(
+            "casa_assets/pipeline/viewer/bundle/viewer.js", "/* casa-assets viewer with", "/* the viewer with"
+        )
+        assert changed == {"page of a scene"}
 
     def test_in_a_plan(self, copy: Copy) -> None:
         """What is made of that plan alone."""

@@ -19,7 +19,7 @@ from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens import check, sample, scene_folders
+from casa_assets.pipeline.kitchens import check, sample, scene_folders, scene_page
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneResult, build_with_options
 from casa_assets.pipeline.reports import kitchens
@@ -102,7 +102,7 @@ class TestVerdict:
         self, copy: Path, composed: tuple[KitchenRequest, Scene], monkeypatch: pytest.MonkeyPatch
     ) -> None:
         folder = copy / RECIPE.scene_id
-        for name in (check.REPORT, check.PAGE, check.FLOOR_MAP):
+        for name in (scene_page.REPORT, scene_page.PAGE, check.FLOOR_MAP):
             (folder / name).unlink()
         before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
         monkeypatch.setattr(check, "run_scene", lambda subject, *_: Report(subject=subject.scene.id))
@@ -132,6 +132,46 @@ class TestVerdict:
         monkeypatch.setattr(check, "_checked_in_place", look)
         assert not check.check_one(RECIPE, out).kept
         assert looked == [out / RECIPE.scene_id]
+
+    def test_a_page_of_an_earlier_version_is_written_again_around_its_verdict(
+        self, copy: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        folder = copy / RECIPE.scene_id
+        verdict = check.check_one(RECIPE, copy).report
+        monkeypatch.setattr(check, "_checked_in_place", None)
+        monkeypatch.setattr(check, "build_scene", None)  # its model stays, so nothing has to be built
+        tamper(folder / "report.json", (scene_page.page_key(), "0" * 64))
+        (folder / "report.html").write_text("old", encoding="utf-8")
+        again = check.check_one(RECIPE, copy)
+        assert (again.kept, again.report) == (True, verdict)
+        assert "SCN017" in (folder / "report.html").read_text(encoding="utf-8")
+        assert scene_page.is_page_current(folder)
+
+    @pytest.mark.usefixtures("at_hand")
+    def test_a_model_of_an_earlier_version_is_made_again_alone(
+        self, copy: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        folder = copy / RECIPE.scene_id
+        monkeypatch.setattr(check, "_checked_in_place", None)
+        (script,) = folder.glob("*.glb.js")
+        made = script.read_bytes()
+        script.write_text("old", encoding="utf-8")
+        assert check.check_one(RECIPE, copy).kept
+        assert script.read_text(encoding="utf-8") == "old"
+        tamper(folder / "report.json", (scene_page.model_key(), "0" * 64))
+        assert check.check_one(RECIPE, copy).kept
+        assert script.read_bytes() == made
+
+    def test_the_viewer_that_a_page_names_is_there(self, checked_kitchen: Checked, tmp_path: Path) -> None:
+        """Whoever writes the page, after an upgrade too, where the folder of all scenes has the viewer of before."""
+        out, done = checked_kitchen
+        folder = tmp_path / RECIPE.scene_id
+        shutil.copytree(out / RECIPE.scene_id, folder)
+        assert done.report is not None
+        scene_page.join_states(folder, done.report)
+        named = re.findall(r'data-viewer="([^"]+)"', (folder / "report.html").read_text(encoding="utf-8"))
+        assert named
+        assert [name for name in named if not (folder / name).resolve().is_file()] == []
 
     @pytest.mark.usefixtures("at_hand")
     def test_a_broken_scene_fails_with_its_codes(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -244,7 +284,7 @@ class TestDraws:
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
-        monkeypatch.setattr(check, "_kept_report", lambda folder, key: report)
+        monkeypatch.setattr(check, "kept_report", lambda folder, key: report)
         done = check.check_one(RECIPE, copy, strict=True)
         assert (done.passed, done.folder) == (False, "")
         assert not (copy / RECIPE.scene_id).exists()

@@ -18,7 +18,7 @@ from casa_assets.pipeline.view.model import Model, Tell, build_command, make
 from casa_assets.pipeline.view.server import ViewServer, tunnel_line
 from casa_assets.pipeline.view.subject import Kitchen, Subject, find
 from casa_assets.pipeline.view.workshop import KEPT
-from casa_assets.pipeline.viewer.model_files import viewer_name, viewer_script
+from casa_assets.pipeline.viewer.viewer_file import viewer_name, viewer_script
 from tests.view_requests import ask, serving
 
 PATIENCE_S = 60.0

@@ -1,0 +1,139 @@
+"""Rows of --json: one form over all verbs, looked at in what each verb really prints of a small input."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from casa_assets.cli.main import app
+from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens.scene_folders import SceneResult
+from casa_assets.pipeline.library.library import Library
+from casa_assets.preview.kitchen import PictureSettings
+from tests.architecture.test_commands import SERVERS, VERBS
+
+KITCHEN = "one_wall_small__coastal"
+# What a row says at least, by what its verb does.
+NAMED = {"id"}
+JUDGED = {"id", "verdict"}
+MADE = {"id", "verdict", "folder", "mass", "size"}
+# robosuite and Objaverse are not here: the rows of the first come from the function that all verbs on kitchens use.
+ELSEWHERE = {"scenes robots"}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A verb with words after it. has: fields of each row. measured: some thing of it has a mass and a size."""
+
+    words: str
+    has: set[str]
+    measured: bool = False
+
+
+CASES = [
+    Case("ingest {meshes} --library {new} --jobs 1", MADE, measured=True),
+    Case("articulate {meshes} --out {new} --jobs 1", MADE),
+    Case("fetch --lvis Mug --out {new}", MADE),
+    Case("index --library {library}", MADE),
+    Case("report --library {library}", MADE),
+    Case("find box --library {library} --words", MADE, measured=True),
+    Case("home {outputs} --no-pictures", MADE),
+    Case("preview {asset} --out {new} --width-px 64", MADE, measured=True),
+    Case("export glb {library} --out {new}", MADE, measured=True),
+    Case("export urdf {library} --out {new}", MADE, measured=True),
+    Case("export robocasa {library} --out {new}", MADE),
+    Case("families list", NAMED),
+    Case("families show switch --preset rocker --out {new} --no-check --width-px 64", MADE, measured=True),
+    Case("families build switch --library {new} --jobs 1", MADE, measured=True),
+    Case("families catalogue switch --no-swatches --no-3d --jobs 1 --out {new}", MADE),
+    Case("objects list", NAMED),
+    Case("objects show apple --count 1 --width-px 64 --out {new}", MADE),
+    Case("objects build apple --count 1 --jobs 1 --library {new}", MADE, measured=True),
+    Case("objects catalogue apple --count 1 --no-3d --jobs 1 --out {new}", MADE),
+    Case("categories list", NAMED),
+    Case("categories show mug", NAMED),
+    Case("textures list", NAMED),
+    Case("textures make oak_ebony --width-px 64 --out {new}", MADE),
+    Case("textures sheet oak_ebony --width-px 64 --out {new}", MADE),
+    Case("textures check oak_ebony --jobs 1 --out {new}", JUDGED),
+    Case("textures ingest {tiles} --surface wall --tile 1 1 --licence CC0-1.0 --library {new}", MADE),
+    Case("scenes list", NAMED),
+    Case("scenes new one_wall_small --style coastal --out {scenes}", MADE, measured=True),
+    Case("scenes build one_wall_small__coastal --jobs 1 --out {scenes}", MADE, measured=True),
+    Case("scenes check one_wall_small__coastal --jobs 1 --out {scenes}", MADE, measured=True),
+    Case("scenes sample 1 --out {scenes}", MADE, measured=True),
+    Case("scenes states one_wall_small__coastal --count 1 --objects 1 --jobs 1 --out {scenes}", MADE, measured=True),
+    Case("scenes preview one_wall_small__coastal --camera eye --width-px 64 --passes 1 --out {scenes}", MADE, True),
+    Case("scenes diff {scenes}/one_wall_small__coastal {scenes}/one_wall_small__coastal", JUDGED),
+    Case("scenes pack one_wall_small__coastal --zip --scenes-folder {scenes} --out {new}.zip", MADE, measured=True),
+    Case("checks", NAMED),
+    Case("doctor", JUDGED),
+    Case("schemas", NAMED),
+    Case("schemas behavior", NAMED),
+]
+
+
+@pytest.fixture
+def places(boxes: Path, checked_kitchen: tuple[Path, SceneResult], tmp_path: Path) -> dict[str, Path]:
+    """Small inputs by the words that stand for them; each may be written to."""
+    scenes = tmp_path / "outputs" / "scenes"
+    shutil.copytree(checked_kitchen[0], scenes, symlinks=True)
+    library = tmp_path / "outputs" / "library"
+    shutil.copytree(boxes / "library", library)
+    tiles = tmp_path / "tiles"
+    tiles.mkdir()
+    stripes = np.indices((512, 512)).sum(axis=0) % 64 * 2 + 90
+    Image.fromarray(np.repeat(stripes.astype(np.uint8)[..., None], 3, axis=2)).save(tiles / "stripes.png")
+    asset = next(Library(library).accepted())
+    found = {"meshes": boxes / "in", "library": library, "outputs": tmp_path / "outputs", "scenes": scenes}
+    return {**found, "asset": asset, "tiles": tiles, "new": tmp_path / "new"}
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneResult]) -> None:
+    """Nothing asks for a network, draws a kitchen by chance, or draws it large."""
+    smallest = PictureSettings(64, 48, 1)
+    monkeypatch.setattr(check, "CHECK_FRAME", smallest)
+    monkeypatch.setattr(scene_folders.draw_cameras, "__defaults__", ((), smallest, "start"))
+    monkeypatch.setattr("casa_assets.ingest.sources.objaverse.download", lambda uids, lvis, most, out: out)
+    sampled = "casa_assets.pipeline.kitchens.check.check_all"
+    real = check.check_all
+
+    def drawn(recipes: Any, out: Path, *args: Any, **options: Any) -> Iterator[SceneResult]:
+        if options.get("strict"):
+            return iter([checked_kitchen[1]])
+        return real(recipes, out, *args, **options)
+
+    monkeypatch.setattr(sampled, drawn)
+
+
+def test_every_verb_is_tried() -> None:
+    tried = {verb for case in CASES for verb in VERBS if f"{case.words} ".startswith(f"{verb} ")}
+    assert tried == VERBS.keys() - SERVERS - ELSEWHERE
+
+
+@pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize("case", CASES, ids=lambda case: " ".join(case.words.split("{")[0].split("--")[0].split()[:3]))
+def test_rows_have_one_form(case: Case, places: dict[str, Path]) -> None:
+    words = [word.format(**{k: str(v) for k, v in places.items()}) for word in case.words.split()]
+    run = CliRunner().invoke(app, [*words, "--json"])
+    assert run.exit_code in (0, 1, 4), run.output
+    rows = [json.loads(line) for line in run.stdout.splitlines()]
+    assert rows
+    for row in rows:
+        assert case.has <= row.keys(), row
+        if case.has == MADE:
+            assert row["mass"] is None or row["mass"] > 0.0
+            assert row["size"] is None or (len(row["size"]) in (2, 3) and min(row["size"]) > 0.0)
+            assert row["folder"] == "" or Path(row["folder"]).is_dir(), row
+    if case.measured:
+        assert any(row["mass"] and row["size"] for row in rows), rows
