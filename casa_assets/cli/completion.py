@@ -6,6 +6,7 @@ begin a row, and the records behind them are not read; tests hold that they are 
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -18,6 +19,7 @@ _ROW = re.compile(r"([A-Za-z][\w-]*):")
 _PRESET = re.compile(r"  ([A-Za-z][\w-]*):")
 LIBRARY, ARTICULATED, SCENES = Path("out/library"), Path("out/articulated"), Path("out/scenes")
 REJECTED = "rejected"
+MOST_ASSETS = 200  # of so many, the folders of their categories are offered first
 
 
 def plans(incomplete: str) -> list[str]:
@@ -78,10 +80,32 @@ def robots(incomplete: str) -> list[str]:
 
 def assets(incomplete: str) -> list[str]:
     """Folders of the assets in the libraries that are in their usual places, as paths; and files below a path."""
-    places = (LIBRARY, ARTICULATED)
-    found = (path.parent for place in places for path in place.glob("*/*/asset.json"))
-    known = sorted(path.as_posix() for path in found if path.parent.name != REJECTED)
+    known = [name for place in (LIBRARY, ARTICULATED) for name in _assets_of(place, incomplete)]
     return _starting(incomplete, [*known, *_paths(incomplete)])
+
+
+def _assets_of(place: Path, incomplete: str) -> list[str]:
+    """Folders of the assets of a library as far as they begin with what is typed; those of categories where many do.
+
+    Names of folders alone are read, and of no category that what is typed rules out.
+    """
+    found: list[str] = []
+    shelves = [path.as_posix() for path in _folders(place) if path.name != REJECTED and path.name[0] != "."]
+    shelves = [name for name in shelves if f"{name}/".startswith(incomplete) or incomplete.startswith(f"{name}/")]
+    for shelf in shelves:
+        found += [path.as_posix() for path in _folders(Path(shelf)) if path.as_posix().startswith(incomplete)]
+        if len(found) > MOST_ASSETS and len(shelves) > 1:
+            return [f"{name}/" for name in shelves]
+    return found
+
+
+def _folders(place: Path) -> list[Path]:
+    """Folders right below one, by name; none where it is not there."""
+    try:
+        with os.scandir(place) as found:
+            return sorted(Path(one.path) for one in found if one.is_dir())
+    except OSError:
+        return []
 
 
 def things(ctx: typer.Context, incomplete: str) -> list[str]:

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import webbrowser
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler
+from threading import Thread
 from typing import ClassVar
 
 HOST = "127.0.0.1"
+
+
+def open_in_browser(address: str) -> None:
+    """Open a page that is about to be served. A text browser waits for the page, so this does not wait for it."""
+    Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
 class LocalHandler(BaseHTTPRequestHandler):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import webbrowser
 from pathlib import Path
 from typing import Annotated
 
@@ -31,6 +30,7 @@ def review(
     """
     from casa_assets.errors import OutputError
     from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.pipeline.local_server import open_in_browser
     from casa_assets.pipeline.review.server import ARTICULATED, ReviewServer
 
     console = Console(soft_wrap=True, highlight=False)
@@ -53,5 +53,5 @@ def review(
                 return
             console.print("Ctrl-C ends it; then run the same command on the same sources again")
             for page in pages if browser else ():
-                webbrowser.open(page)
+                open_in_browser(page)
             server.serve_forever()

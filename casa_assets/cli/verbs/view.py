@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import signal
-import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -114,6 +113,7 @@ def _show(subject: Subject, pose: str) -> None:
 def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
     """The page, until Ctrl-C."""
     from casa_assets.errors import OutputError
+    from casa_assets.pipeline.local_server import open_in_browser
     from casa_assets.pipeline.view.model import asset_of, make
     from casa_assets.pipeline.view.server import ViewServer
     from casa_assets.pipeline.view.subject import ModelFile, cache_of
@@ -130,7 +130,7 @@ def _serve(subject: Subject, pose: str, port: int, browser: bool) -> None:
     with server:
         _tell_where(subject, server)
         if browser and not os.environ.get("SSH_CONNECTION"):
-            webbrowser.open(server.address)
+            open_in_browser(server.address)
         server.serve_forever()
 
 

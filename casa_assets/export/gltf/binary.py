@@ -34,7 +34,7 @@ class Binary:
     views: list[dict[str, Any]] = field(default_factory=list)
     accessors: list[dict[str, Any]] = field(default_factory=list)
     _view_of: dict[bytes, int] = field(default_factory=dict)
-    _accessor_of: dict[tuple[int, str, bool], int] = field(default_factory=dict)
+    _accessor_of: dict[tuple[int, str, int, int, bool], int] = field(default_factory=dict)
 
     def view(self, content: bytes, target: int | None = None) -> int:
         """Index of the buffer view of some bytes; `target` says what vertex data they are, None for a picture."""
@@ -64,7 +64,7 @@ class Binary:
         return self._accessor(self.view(content, ELEMENT_ARRAY_BUFFER), row, False)
 
     def _accessor(self, view: int, row: dict[str, Any], with_bounds: bool) -> int:
-        key = (view, str(row["type"]), with_bounds)
+        key = (view, str(row["type"]), int(row["componentType"]), int(row["count"]), with_bounds)
         if key not in self._accessor_of:
             self.accessors.append({"bufferView": view, **row})
             self._accessor_of[key] = len(self.accessors) - 1

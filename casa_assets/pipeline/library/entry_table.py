@@ -80,6 +80,7 @@ class EntryTable:
     ) -> None:
         self._library, self._skip_damaged = library, skip_damaged
         self._read_only = read_only
+        self._is_tidy = False  # thumbnails of entries that are gone were removed
         self._path = (library.cache / NAME).absolute()
         # Looked at before the entries: what changes while they are read is told as a change.
         self._shelf_times = library.shelf_times()
@@ -212,7 +213,9 @@ class EntryTable:
                     fresh.append((path, state, found[path]))
             with suppress(sqlite3.OperationalError), database:
                 database.executemany("INSERT OR REPLACE INTO thumbnails VALUES (?, ?, ?)", fresh)
-                database.execute("DELETE FROM thumbnails WHERE folder NOT IN (SELECT folder FROM entries)")
+                if not self._is_tidy:
+                    database.execute("DELETE FROM thumbnails WHERE folder NOT IN (SELECT folder FROM entries)")
+                    self._is_tidy = True
         return found
 
     def _read(self, before: dict[str, _Kept]) -> Iterator[tuple[str, _Kept]]:

@@ -7,6 +7,7 @@ line of an entry counts; deleting the file loses the times and nothing else.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from contextlib import suppress
 
@@ -14,6 +15,7 @@ from casa_assets.pipeline.library import library as disk
 
 NAME = "times.jsonl"
 DIGITS = 4
+MOST_LINES_PER_ENTRY = 3  # on average; with more the file is written anew
 
 
 def keep_times(library: disk.Library, entry_id: str, seconds: Mapping[str, float]) -> None:
@@ -21,11 +23,28 @@ def keep_times(library: disk.Library, entry_id: str, seconds: Mapping[str, float
     if not seconds:
         return
     rounded = {stage: round(value, DIGITS) for stage, value in seconds.items()}
-    line = json.dumps({"id": entry_id, "seconds": rounded}) + "\n"
     with suppress(OSError):
         library.cache.mkdir(parents=True, exist_ok=True)
         with (library.cache / NAME).open("a", encoding="utf-8") as file:
-            file.write(line)
+            file.write(_line(entry_id, rounded))
+
+
+def tidy_times(library: disk.Library) -> None:
+    """Leave one line for each entry where the file has grown by many runs; to be called where the library is locked."""
+    path = library.cache / NAME
+    known = read_times(library)
+    with suppress(OSError, UnicodeDecodeError):
+        with path.open(encoding="utf-8") as file:
+            lines = sum(1 for _ in file)
+        if lines <= MOST_LINES_PER_ENTRY * len(known):
+            return
+        fresh = path.with_name(f".{NAME}.{os.getpid()}")
+        fresh.write_text("".join(_line(name, seconds) for name, seconds in known.items()), encoding="utf-8")
+        fresh.replace(path)
+
+
+def _line(entry_id: str, seconds: Mapping[str, float]) -> str:
+    return json.dumps({"id": entry_id, "seconds": seconds}) + "\n"
 
 
 def read_times(library: disk.Library) -> dict[str, dict[str, float]]:

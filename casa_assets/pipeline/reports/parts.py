@@ -51,26 +51,23 @@ def folder_of(page: Path) -> Path:
     return page.with_name(f"{page.stem}_parts")
 
 
-def write_parts(page: Path, parts: Iterable[Part]) -> int:
+def write_parts(page: Path, parts: Iterable[Part]) -> None:
     """Write the script files of a page, put in place by one rename; those of an earlier page go.
 
-    Returns:
-        Bytes that were written. Raises OSError where they cannot be.
+    Raises:
+        OSError: they cannot be written.
     """
     target = folder_of(page)
     fresh = target.with_name(f".{target.name}.{os.getpid()}") / target.name
     shutil.rmtree(fresh.parent, ignore_errors=True)
-    written = 0
     try:
         fresh.mkdir(parents=True)
         for part in parts:
             text = f"casaPart({json.dumps(part.kind)},{part.number},{_json(part.content)});\n"
             (fresh / f"{part.name}.js").write_text(text, encoding="utf-8")
-            written += len(text)
         exchange(fresh, target)
     finally:
         shutil.rmtree(fresh.parent, ignore_errors=True)
-    return written
 
 
 def remove_parts(page: Path) -> None:

@@ -11,12 +11,14 @@ from __future__ import annotations
 import ipaddress
 import json
 import os
+import re
 import sys
 from collections.abc import Callable
 from dataclasses import asdict, replace
+from html import unescape
 from http import HTTPStatus
 from http.server import ThreadingHTTPServer
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any, ClassVar
 from urllib.parse import unquote, urlsplit
 
@@ -31,7 +33,7 @@ from casa_assets.pipeline.view.model import REPORT, Model, to_json, with_style
 from casa_assets.pipeline.view.page import page
 from casa_assets.pipeline.view.subject import Kitchen, Subject
 from casa_assets.pipeline.view.workshop import Workshop
-from casa_assets.pipeline.viewer.viewer_file import viewer_name, viewer_script
+from casa_assets.pipeline.viewer.viewer_file import viewer_script
 
 SSH_PORT = "22"
 MAX_BODY_BYTES = 100_000
@@ -39,6 +41,8 @@ JSON = "application/json"
 # Files beside a scene or an asset that its report shows; nothing else of the disk is served.
 KINDS = {".html": "text/html; charset=utf-8", ".png": "image/png", ".js": "text/javascript", ".json": JSON}
 MAX_SEED = 2**31
+_VIEWER = re.compile(rf"{SHARED}/viewer_[0-9a-f]{{12}}\.js")
+_LINK = re.compile(r'(?:src|href|data-model)="([^"]+)"')
 
 
 class ViewServer(ThreadingHTTPServer):
@@ -163,16 +167,16 @@ class _Handler(LocalHandler):
             self.send(HTTPStatus.OK, JSON, to_json(found.facts))
 
     def _report(self, rest: str) -> None:
-        """A file of the report, which stands right in the folder of the scene or asset; the viewer that it names."""
+        """The report of a scene or asset, a file beside it that it names, or the viewer, of this version for all."""
         model_id, _, name = rest.rpartition("/")
-        if rest == f"{SHARED}/{viewer_name()}":
+        if _VIEWER.fullmatch(rest):
             self.send(HTTPStatus.OK, KINDS[".js"], viewer_script())
             return
         found = self._ready(model_id)
         if found is None:
             return
         kind = KINDS.get(PurePosixPath(name).suffix)
-        if found.folder is None or kind is None:
+        if found.folder is None or kind is None or not _is_of_report(found.folder, name):
             self._refuse(HTTPStatus.NOT_FOUND, f"{model_id} has no {name or REPORT}")
             return
         try:
@@ -209,6 +213,17 @@ class _Handler(LocalHandler):
 
     def _send_json(self, value: Any) -> None:
         self.send(HTTPStatus.OK, JSON, to_json(value))
+
+
+def _is_of_report(folder: Path, name: str) -> bool:
+    """True for the report in a folder, and for what its page shows, loads or links to."""
+    if name == REPORT:
+        return True
+    try:
+        text = file_inside(folder, REPORT, folder, "report").read_text(encoding="utf-8")
+    except (OSError, OutputError, UnicodeDecodeError):
+        return False
+    return name in {unescape(link).removeprefix("./") for link in _LINK.findall(text)}
 
 
 def _swapped(recipe: SceneRecipe, style: str, surfaces: dict[str, str], seed: Any) -> SceneRecipe:

@@ -14,6 +14,8 @@ from casa_assets.pipeline.view.model import Model, Tell
 from casa_assets.pipeline.view.subject import Subject
 
 KEPT = 8  # models in memory; a kitchen takes some tens of megabytes
+# A page asks four times a second how far its model is; after so long without, it shows another one or is closed.
+ABANDONED_S = 5.0
 
 Maker = Callable[[Subject, Tell], Model]
 
@@ -40,7 +42,7 @@ class _Job:
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
-        self.begin = time.monotonic()
+        self.begin = self.asked = time.monotonic()
         self.progress = Progress()
         self.model: Model | None = None
 
@@ -93,6 +95,7 @@ class Workshop:
         with self._lock:
             job = self._jobs.get(model_id)
             if job is not None:
+                job.asked = time.monotonic()
                 self._jobs.move_to_end(model_id)
             return job
 
@@ -101,6 +104,8 @@ class Workshop:
             job.progress = Progress(doing, done, of)
 
         with self._bench:
+            if self._is_abandoned(job):
+                return
             try:
                 job.model = self._make(job.subject, tell)
             except CasaError as error:
@@ -112,8 +117,17 @@ class Workshop:
                 seconds = time.monotonic() - job.begin
                 job.progress = Progress("ready", seconds=seconds, is_ready=True)
 
+    def _is_abandoned(self, job: _Job) -> bool:
+        """Forget a model that waited for its turn until no page asked for it any more; True where that is so."""
+        with self._lock:
+            if time.monotonic() - job.asked < ABANDONED_S:
+                return False
+            if self._jobs.get(job.subject.id) is job:
+                del self._jobs[job.subject.id]
+            return True
+
     def _forget_old(self) -> None:
-        """Drop the models that were asked for longest ago; what is still being made stays."""
-        ready = [name for name, job in self._jobs.items() if job.model is not None]
-        for name in ready[: max(0, len(ready) - KEPT)]:
+        """Drop models, and what failed, that were asked for longest ago; what is still being made stays."""
+        done = [name for name, job in self._jobs.items() if job.model is not None or job.progress.error]
+        for name in done[: max(0, len(done) - KEPT)]:
             del self._jobs[name]

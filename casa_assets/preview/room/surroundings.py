@@ -23,14 +23,14 @@ WALL = (0.58, 0.565, 0.54)
 OPEN_SIDE = (0.84, 0.85, 0.87)
 FLOOR = (0.40, 0.37, 0.335)
 _WINDOW = np.array([1.9, 2.05, 2.25], dtype=np.float32)  # on top of the wall
-_BLUR = 0.3  # of the edges between the sides of the box, for the same reason
+_BLUR = 0.3  # of the edges between the sides of the box; sharp ones would draw stripes on walls
 _LEAST = np.float32(1e-4)  # of a direction along an axis
 VISUAL_GROUP = 2  # of the geoms that are seen
 _FLOOR, _CEILING, _WALL_PREFIX = "floor", "ceiling", "wall_"  # names of the bodies of a room; walls begin with it
 _ON_SIDE_M = 0.02  # from a side
 _IN_WALL_M = 0.25  # from the inner face of a wall outwards: glass there is a window
 _OPAQUE = 0.999  # alpha from which on nothing is seen through
-WINDOW_BLUR_M = 0.35  # how softly a window begins; sharp ones would draw stripes on walls
+WINDOW_BLUR_M = 0.35  # how softly a window begins, for the same reason
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,17 @@ def test_assets_are_those_of_the_libraries_in_their_usual_places(tmp_path: Path,
     assert completion.assets("out/library/mug/m") == [f"out/library/mug/{folder.name}{end}" for end in ("", "/")]
 
 
+def test_of_many_assets_the_categories_are_offered_first(tmp_path: Path, monkeypatch: Any) -> None:
+    for category in ("bowl", "mug"):
+        for number in range(completion.MOST_ASSETS):
+            (tmp_path / "out" / "library" / category / f"{category}_{number:010x}").mkdir(parents=True)
+    (tmp_path / "out" / "library" / "rejected" / "unknown_0").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+    assert {"out/library/bowl/", "out/library/mug/"} <= set(completion.assets("out/library/"))
+    assert len(completion.assets("out/library/")) < 10
+    assert "out/library/mug/mug_0000000007" in completion.assets("out/library/mug/")
+
+
 def complete(*words: str) -> list[str]:
     """What a shell is offered behind some words, the last of which is begun."""
     environment = {

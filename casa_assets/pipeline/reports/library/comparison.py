@@ -20,6 +20,8 @@ from casa_assets.pipeline.reports.entry import Entry
 # From the worst to the best.
 RANKS = (Decision.REJECTED, Decision.REVIEW, Decision.ACCEPTED)
 REPORT = "report.json"
+# Of the form of report.json, see docs/reference/report.md; raised where a reader of an older one would go wrong.
+SCHEMA_VERSION = 1
 
 
 class Change(StrEnum):
@@ -117,6 +119,13 @@ def read_run(place: Path) -> Run:
 def _run_of_report(path: Path) -> Run:
     try:
         data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        form = data["schema_version"]
+        if form != SCHEMA_VERSION:
+            raise OutputError(
+                str(path),
+                f"is a report of schema version {form}, and this program reads {SCHEMA_VERSION}; give the library of "
+                "that run, or make its report again",
+            )
         standings = [_standing(row) for row in data["entries"]]
         name, root = str(data["library"]), path.parent / str(data["root"])
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -12,13 +12,11 @@ from casa_assets.core.rounding import significant
 from casa_assets.model.issue import Decision
 from casa_assets.pipeline.dedup.library_report import LibraryReport
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.reports.library.comparison import Change, Difference, standing_of
+from casa_assets.pipeline.reports.library.comparison import SCHEMA_VERSION, Change, Difference, standing_of
 from casa_assets.pipeline.reports.library.conditions import Outcome
 from casa_assets.pipeline.reports.library.priors import PriorFit, Quantity, outlying
 from casa_assets.pipeline.reports.library.rows import Words
 
-# Of the form of report.json, see docs/reference/report.md; raised where a reader of an older one would go wrong.
-SCHEMA_VERSION = 1
 # Entries that a stage took longest for, which are named.
 SLOWEST = 5
 

@@ -31,14 +31,14 @@ const KEPT_PARTS = 200;
 const parts = new Map();
 const waiting = new Map();
 function receive(name, content) {
-  parts.set(name, content);
+  if (content !== null) { parts.set(name, content); } // what could not be read is asked for again
   if (parts.size > KEPT_PARTS) { parts.delete(parts.keys().next().value); }
   const calls = waiting.get(name) || [];
   waiting.delete(name);
   calls.forEach(function (call) { call(content); });
 }
 window.casaPart = function (kind, number, content) { receive(kind + "_" + number, content); };
-// Calls `then` with the content of a part, or with null where its file is missing.
+// Calls `then` with the content of a part, or with null where its file is missing or cut off.
 function part(kind, number, then) {
   const name = kind + "_" + number;
   if (parts.has(name)) {
@@ -52,7 +52,8 @@ function part(kind, number, then) {
   const inside = byId("part-" + name);
   if (inside) { receive(name, JSON.parse(inside.textContent)); return; }
   const script = make("script", { src: facts.folder + "/" + name + ".js" });
-  script.addEventListener("load", function () { script.remove(); });
+  // A file that was cut off loads and hands nothing over.
+  script.addEventListener("load", function () { script.remove(); if (waiting.has(name)) { receive(name, null); } });
   script.addEventListener("error", function () { script.remove(); receive(name, null); });
   document.head.append(script);
 }

@@ -6,7 +6,11 @@ function loadViewer(address) {
     const script = document.createElement("script");
     script.src = address;
     script.onload = resolve;
-    script.onerror = () => reject(new Error(`${address} cannot be read`));
+    script.onerror = () => {
+      script.remove();
+      viewerLoads = null; // the next click tries again
+      reject(new Error(`${address} cannot be read`));
+    };
     document.head.append(script);
   });
   return viewerLoads;
@@ -15,6 +19,8 @@ function loadViewer(address) {
 async function openModel(box) {
   const { model, name, viewer, title } = box.dataset;
   const button = box.querySelector(".model-open");
+  const label = button?.textContent;
+  box.querySelector(".failed")?.remove();
   if (button) {
     button.disabled = true;
     button.textContent = "Loading …";
@@ -31,8 +37,11 @@ async function openModel(box) {
     told.className = "failed";
     told.setAttribute("role", "alert");
     told.textContent = `The model cannot be shown: ${error.message}.`;
-    if (button) button.replaceWith(told);
-    else box.append(told);
+    box.append(told);
+    if (button) {
+      button.disabled = false;
+      button.textContent = label;
+    }
     return null;
   }
 }

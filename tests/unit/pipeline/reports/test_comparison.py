@@ -50,6 +50,15 @@ def test_what_is_worse_comes_first() -> None:
     assert [one.change for one in compare(before, now)] == [Change.WORSE, Change.BETTER, Change.APPEARED]
 
 
+def test_a_report_of_another_form_is_refused(tmp_path: Path) -> None:
+    root = keep(tmp_path / "library", [FIRST])
+    path = write(root, root / "report.html").json
+    told = json.loads(path.read_text(encoding="utf-8"))
+    path.write_text(json.dumps({**told, "schema_version": 2}), encoding="utf-8")
+    with pytest.raises(OutputError, match="schema version 2, and this program reads 1"):
+        read_run(path)
+
+
 def test_a_library_and_its_report_are_the_same_run(tmp_path: Path) -> None:
     root = keep(tmp_path / "library", [FIRST, OTHER])
     written = write(root, root / "report.html")

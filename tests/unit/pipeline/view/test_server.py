@@ -64,7 +64,9 @@ def kitchen(tmp_path: Path) -> Iterator[ViewServer]:
     """A kitchen with a report."""
     folder = tmp_path / "galley__coastal"
     folder.mkdir()
-    (folder / "report.html").write_text("<p>report", encoding="utf-8")
+    (folder / "report.html").write_text('<p>report <img src="map.png">', encoding="utf-8")
+    (folder / "map.png").write_bytes(b"a picture that it names")
+    (folder / "scene.json").write_text("{}", encoding="utf-8")
     (folder / "notes.txt").write_text("private", encoding="utf-8")
     (tmp_path / "secret.html").write_text("private", encoding="utf-8")
     (folder / "link.html").symlink_to(tmp_path / "secret.html")
@@ -177,11 +179,15 @@ def test_an_asset_has_no_styles(microwave: ViewServer) -> None:
 
 
 def test_of_the_disk_the_report_alone_is_served(kitchen: ViewServer) -> None:
-    assert ask(kitchen, "report/galley__coastal/report.html") == (200, b"<p>report")
+    assert ask(kitchen, "report/galley__coastal/report.html") == (200, b'<p>report <img src="map.png">')
+    assert ask(kitchen, "report/galley__coastal/map.png") == (200, b"a picture that it names")
+    assert ask(kitchen, "report/galley__coastal/scene.json")[0] == 404
     for path in ("notes.txt", "../secret.html", "..%2Fsecret.html", "link.html", "nothing.html", ""):
         assert ask(kitchen, f"report/galley__coastal/{path}")[0] == 404
     assert ask(kitchen, "report/galley__rustic/report.html")[0] == 404
     assert ask(kitchen, f"report/assets/{viewer_name()}") == (200, viewer_script())  # as report.html names it
+    older = "report/assets/viewer_0123456789ab.js"  # as a report of another version names it
+    assert ask(kitchen, older) == (200, viewer_script())
     assert ask(kitchen, "report/assets/viewer_0.js")[0] == 404
     assert ask(kitchen, "etc/passwd")[0] == 404
 

@@ -24,7 +24,10 @@ export class Stage {
     this.renderer.shadowMap.autoUpdate = false;
     this.scene = new Scene();
     const generator = new PMREMGenerator(this.renderer);
-    this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+    const around = new RoomEnvironment();
+    this.surroundings = generator.fromScene(around, 0.04);
+    around.dispose();
+    this.scene.environment = this.surroundings.texture;
     this.scene.environmentIntensity = isRoom ? 0.5 : 0.62;
     generator.dispose();
     this.camera = new PerspectiveCamera(FOV_DEG, 1, 0.01, 200);
@@ -242,13 +245,16 @@ export class Stage {
     this.isGone = true;
     this.controls.dispose();
     this.scene.traverse((node) => {
+      if (node.isLight) node.dispose();
       node.geometry?.dispose();
       for (const material of [node.material ?? []].flat()) {
         Object.values(material).forEach((value) => value?.isTexture && value.dispose());
         material.dispose();
       }
     });
-    this.scene.environment.dispose();
+    this.surroundings.dispose();
     this.renderer.dispose();
+    // A browser keeps few WebGL contexts, and takes the oldest where there are more: it may be one that is looked at.
+    this.renderer.forceContextLoss();
   }
 }

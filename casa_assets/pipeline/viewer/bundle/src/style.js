@@ -24,7 +24,7 @@ export const STYLE = `
 .cv-words { position: absolute; inset: 0; overflow: hidden; pointer-events: none; }
 .cv-label { position: absolute; left: 0; top: 0; padding: 1px 7px; border-radius: 999px; white-space: nowrap;
   font-size: 12px; background: rgb(20 24 30 / .82); color: #fff; }
-.cv-label-good { background: #14713a; } .cv-label-bad { background: #b3261e; } .cv-label-hint { background: #1457b8; }
+.cv-label-hint { background: #1457b8; }
 .cv-tip { position: absolute; left: 12px; bottom: 12px; max-width: calc(100% - 24px); padding: 3px 10px; border-radius: 8px;
   font-size: 12.5px; background: rgb(20 24 30 / .82); color: #fff; pointer-events: none; }
 .cv-tools { position: absolute; right: 10px; top: 10px; display: flex; gap: 6px; }
@@ -51,9 +51,7 @@ export const STYLE = `
   background: var(--cv-card); color: var(--cv-ink); }
 .cv-chosen { background: var(--cv-hover); }
 .cv-help { color: var(--cv-faint); font-size: 12px; }
-.cv-help kbd { font: inherit; border: 1px solid var(--cv-line); border-radius: 4px; padding: 0 4px; }
 .cv-said { position: absolute; width: 1px; height: 1px; overflow: hidden; clip-path: inset(50%); }
-.cv-fault { padding: 24px; }
 @media (max-width: 760px) { .cv { grid-template-columns: minmax(0, 1fr); grid-template-rows: minmax(260px, 58%) minmax(0, 1fr); }
   .cv.cv-bare { grid-template-rows: minmax(0, 1fr); }
   .cv-panel { border-left: 0; border-top: 1px solid var(--cv-line); } .cv-joint input { min-height: 32px; } .cv-button { min-height: 40px; } }

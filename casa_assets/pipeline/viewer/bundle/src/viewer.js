@@ -190,10 +190,16 @@ class Viewer {
     let hover = null;
     this.canvas.addEventListener("pointermove", (event) => {
       if (event.pointerType !== "mouse" || event.buttons) return;
-      if (!hover) requestAnimationFrame(() => (this.point(this.hit(hover)), (hover = null)));
+      if (!hover) requestAnimationFrame(() => {
+        if (hover) this.point(this.hit(hover));
+        hover = null;
+      });
       hover = event;
     });
-    this.canvas.addEventListener("pointerleave", () => this.point(null));
+    this.canvas.addEventListener("pointerleave", () => {
+      hover = null;
+      this.point(null);
+    });
     this.canvas.addEventListener("keydown", (event) => this.press(event));
     this.canvas.addEventListener("webglcontextrestored", () => this.stage.redraw(true));
   }
@@ -263,9 +269,11 @@ class Viewer {
 
   toggle(name) {
     const joint = this.joints.named(name);
+    // Before it moves: where the user asked for less motion it is at its end at once.
+    const word = joint.isPressed ? "is pressed" : joint.share < 0.5 ? "opens" : "closes";
     this.joints.toggle(joint);
     this.panel?.reveal(joint);
-    this.said.textContent = `${this.partName(joint)} ${joint.share < 0.5 ? "opens" : "closes"}`;
+    this.said.textContent = `${this.partName(joint)} ${word}`;
   }
 
   moved(joint) {
