@@ -48,7 +48,7 @@ def test_registry_and_templates_are_inside(names: list[str]) -> None:
     wanted = {f"casa_assets/registry_data/{name}.yaml" for name in FILES}
     templates = (ROOT / "casa_assets" / "pipeline" / "reports" / "templates").rglob("*")
     wanted |= {path.relative_to(ROOT).as_posix() for path in templates if path.is_file()}
-    assert "casa_assets/pipeline/reports/templates/base.html" in wanted
+    assert "casa_assets/pipeline/reports/templates/frame/base.html" in wanted
     wanted |= {f"casa_assets/pipeline/viewer/bundle/{name}" for name in ("viewer.js", "LICENSES.txt")}
     wanted |= {path.relative_to(ROOT).as_posix() for path in (ROOT / "casa_assets").rglob("*.py")}
     assert sorted(wanted - set(names)) == []

@@ -53,13 +53,13 @@ def render_page(
     """
     ranked = sorted(done, key=lambda d: (_RANKS[d.decision], _least(d), str(d.mesh)))
     return render_template(
-        "articulate_review.html",
+        "articulate/review.html",
         title=title,
         count=len(ranked),
         data={**_data(ranked, library), "served": is_served},
         command=command,
         without_scripts="decisions.yaml beside each model",
-        scripts=("review_common.js", "articulate_decisions.js", "articulate_review.js"),
+        scripts=("review/common.js", "articulate/decisions.js", "articulate/review.js"),
     )
 
 

@@ -37,6 +37,8 @@ from typing import Any
 from casa_assets.registry import data_root
 
 PACKAGE = __name__.partition(".")[0]
+# Name of folders of templates.
+TEMPLATES = "templates"
 # What stands for the version of a package that is not installed.
 ABSENT = "absent"
 # The folder of a wheel that holds registry/.
@@ -362,14 +364,28 @@ def _named_by(module: str) -> _Named:
 
 
 def _data_files(named: Iterable[_Named]) -> tuple[str, ...]:
-    """Files of the package that are no Python, such as style sheets, and that some modules name in text."""
+    """Files of the package that are no Python, such as style sheets, and that some modules name in text.
+
+    What a template names is among them: the page that it extends, and the macros, styles and scripts that it takes in.
+    """
     paths = _package().data
-    return tuple(sorted({path for files in named for name in files.data for path in paths[name]}))
+    waiting = {path for files in named for name in files.data for path in paths[name]}
+    found: set[str] = set()
+    while waiting:
+        path = waiting.pop()
+        found.add(path)
+        if TEMPLATES in Path(path).parts and path.endswith(".html"):
+            words = _TEXT.findall((_root() / path).read_text(encoding="utf-8"))
+            waiting |= {inner for name in words for inner in paths.get(name, ())} - found
+    return tuple(sorted(found))
 
 
 @dataclass(frozen=True)
 class _Package:
-    """Files in the folder of the package: sources by the name of their module, and paths of other files by name."""
+    """Files in the folder of the package: sources by the name of their module, and paths of other files by name.
+
+    Templates are named by their path below the folder of templates, such as `library/page.html`.
+    """
 
     sources: dict[str, Path]
     data: dict[str, list[str]]
@@ -389,7 +405,9 @@ def _package() -> _Package:
                     Path(folder) / name
                 )
             elif suffix != "pyc":
-                data.setdefault(name, []).append((place / name).as_posix())
+                parts = (*place.parts, name)
+                known = "/".join(parts[parts.index(TEMPLATES) + 1 :]) if TEMPLATES in parts else name
+                data.setdefault(known, []).append("/".join(parts))
     return _Package(sources, data)
 
 

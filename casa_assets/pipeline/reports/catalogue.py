@@ -144,7 +144,7 @@ def page(found: Sequence[MemberPictures], swatches: dict[Surface, list[str]], ob
         for name in names
     ]
     return render_template(
-        "catalogue.html",
+        "catalogue/families.html",
         title="Catalogue",
         families=shown,
         member_count=len(found),

@@ -65,7 +65,7 @@ def write(out: Path) -> Path:
     rooms = [(shelf, kitchens.read_cards(shelf.path)) for shelf in scene_folders(out)]
     shelves = [(shelf, EntryTable(Library(shelf.path)).entries) for shelf in libraries(out)]
     text = render_template(
-        "home.html",
+        "home/page.html",
         title="What was made",
         kitchens=[_kitchens(shelf, cards) for shelf, cards in rooms],
         articulated=[
@@ -75,7 +75,7 @@ def write(out: Path) -> Path:
             if entry.accepted and entry.producer == Producer.ARTICULATE
         ],
         libraries=[_library(shelf, entries, words) for shelf, entries in shelves if not _is_articulated(entries)],
-        styles=("home.css",),
+        styles=("home/page.css",),
     )
     target = out / NAME
     with writing(out):

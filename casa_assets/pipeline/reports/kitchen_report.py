@@ -33,7 +33,7 @@ def page(
     joints = sum(len(f["joints"]) for f in facts["fixtures"])
     grade = report["grade"]
     return render_template(
-        "kitchen_report.html",
+        "kitchens/report.html",
         title=facts["id"],
         model=model,
         verdict=_passed_or_failed(bool(report["passed"])),

@@ -180,7 +180,7 @@ def _write_tables(out: Path, found: Sequence[SceneRow]) -> None:
 def summary_page(found: Sequence[SceneRow]) -> str:
     """HTML of the table of numbers."""
     return render_template(
-        "kitchen_summary.html",
+        "kitchens/summary.html",
         title="Kitchens in numbers",
         sentence=sentence(found),
         head=("scene", "verdict", *(heading for heading, _, _ in COLUMNS)),
@@ -388,15 +388,15 @@ def index_page(found: Sequence[SceneCard], heading: str, inside: Sequence[Part] 
         "names": _names(found),
     }
     return render_template(
-        "kitchens.html",
+        "kitchens/index.html",
         title=heading,
         sentence=_short_sentence(totals([card.row for card in found])),
         unchecked=sum(card.row.passed is None for card in found),
         numbers=SUMMARY_PAGE,
         data=data,
         inside=inside,
-        styles=("browse.css", "kitchens.css"),
-        scripts=("browse.js", "kitchens.js"),
+        styles=("browse/browse.css", "kitchens/index.css"),
+        scripts=("browse/browse.js", "kitchens/index.js"),
     )
 
 

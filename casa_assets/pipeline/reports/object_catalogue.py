@@ -90,7 +90,7 @@ def page(found: Sequence[DrawnCategory]) -> str:
     group_of = {name: group for group, names in object_files().items() for name in names}
     known = registry.load().categories
     return render_template(
-        "objects.html",
+        "catalogue/objects.html",
         title="Objects",
         categories=[_shown(row, known[row.name], group_of[row.name]) for row in found],
         picture_px=PICTURE_PX,

@@ -12,8 +12,6 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 FOLDER = "templates"
-# Every page extends the first and shows the others, so the cache key of a page has to contain them.
-SHARED = ("base.html", "base.css", "document.css", "review_base.html", "review_common.js", "model.html", "model.js")
 
 # What a page with models may load: scripts beside it, and the pictures inside a model, which the viewer hands itself.
 MODEL_POLICY = Markup("script-src 'unsafe-inline' 'self' file:; connect-src blob:; worker-src blob:")
@@ -23,8 +21,8 @@ def render_template(name: str, **values: Any) -> str:
     """Text of a template of the folder `templates/`, filled in.
 
     Args:
-        name: of the template, such as `catalogue.html`; it has to stand in the caller's code as text, which makes the
-            template a part of the caller's cache key.
+        name: of the template, such as `library/page.html`; it has to stand in the caller's code as text, which makes
+            the template, and what it takes in, a part of the caller's cache key.
         values: what the template shows; text in it is escaped, only `Markup` goes in as it is.
     Raises:
         jinja2.UndefinedError: a value that the template shows is not given.

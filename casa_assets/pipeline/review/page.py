@@ -26,12 +26,12 @@ def render_page(waiting: Sequence[Entry], decided: Mapping[str, Mapping[str, str
         "ups": [axis.value for axis in UpAxis],
     }
     return render_template(
-        "review.html",
+        "review/page.html",
         title=title,
         count=len(waiting),
         data=data,
         without_scripts="review.csv of the library",
-        scripts=("review_common.js", "review.js"),
+        scripts=("review/common.js", "review/page.js"),
     )
 
 

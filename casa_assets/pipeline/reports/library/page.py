@@ -65,7 +65,7 @@ def render(
         "checks": words.explanations,
     }
     return render_template(
-        "library.html",
+        "library/page.html",
         title=found.library,
         tiles=_tiles(found.entries, shown),
         conditions=[(str(one), one.holds) for one in found.outcomes],
@@ -76,8 +76,8 @@ def render(
         compared=_changes(found.compared, links) if found.compared else None,
         data=data,
         inside=inside,
-        styles=("browse.css", "library.css"),
-        scripts=("browse.js", "library.js", *(("model.js",) if models else ())),
+        styles=("browse/browse.css", "library/page.css"),
+        scripts=("browse/browse.js", "library/page.js", *(("model/model.js",) if models else ())),
     )
 
 
@@ -194,7 +194,7 @@ def render_library_section(report: Report | None, explanations: Mapping[str, str
         return NO_SECTION
     return Markup(  # noqa: S704  the template has escaped every value
         render_template(
-            "library_section.html",
+            "library/section.html",
             seen=f"pictures looked at by CLIP with {weights}" if weights else "nobody looked at the pictures",
             rows=[
                 _library_check(r, [i for i in report.issues if i.code == r.code], explanations) for r in report.results

@@ -9,6 +9,7 @@ import pytest
 from lxml import html
 
 from casa_assets.pipeline.articulate import review_page
+from casa_assets.pipeline.cache import cache_key
 from casa_assets.pipeline.cache.cache_key import reach
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import (
@@ -23,33 +24,24 @@ from casa_assets.pipeline.reports.library import page as library_page
 from casa_assets.pipeline.reports.library import summary
 from casa_assets.pipeline.reports.library.rows import Words
 from casa_assets.pipeline.review import page
+from casa_assets.pipeline.view import page as view_page
 
 FOLDER = Path(page_template.__file__).parent / page_template.FOLDER
 HOSTILE = "<script>alert(1)</script>"
 PAGES = {
-    "library.html": library_page,
-    "library_section.html": library_page,
-    "kitchen_report.html": kitchen_report,
-    "kitchen_summary.html": kitchens,
-    "kitchens.html": kitchens,
-    "catalogue.html": catalogue,
-    "home.html": home,
-    "objects.html": object_catalogue,
-    "articulate_review.html": review_page,
-    "review.html": page,
+    "library/page.html": library_page,
+    "library/section.html": library_page,
+    "kitchens/report.html": kitchen_report,
+    "kitchens/summary.html": kitchens,
+    "kitchens/index.html": kitchens,
+    "catalogue/families.html": catalogue,
+    "home/page.html": home,
+    "catalogue/objects.html": object_catalogue,
+    "articulate/review.html": review_page,
+    "review/page.html": page,
+    "view/page.html": view_page,
 }
-LISTED = (
-    "browse.html",
-    "browse_scripts.html",
-    "browse.css",
-    "browse.js",
-    "library.css",
-    "library.js",
-    "kitchens.css",
-    "kitchens.js",
-)
-BROWSING = (*LISTED, "home.css")
-SCRIPTS = ("objects.js", "review.js", "articulate_decisions.js", "articulate_review.js")
+FRAME = {"frame/base.html", "frame/base.css", "frame/document.css"}
 APPLE = object_catalogue.DrawnCategory("apple", HOSTILE, (0.15, 0.2), (0.07, 0.08), (900, 1000), (1, 1))
 
 
@@ -78,17 +70,28 @@ def test_a_page_is_for_phones_too_names_its_version_and_fetches_nothing(name: st
     assert "prefers-color-scheme: dark" in tree.xpath("//style")[0].text_content()
 
 
+def reached_by(name: str) -> set[str]:
+    """Templates that the module of a page reaches, as its cache key counts them."""
+    package = Path(cache_key.__file__).parents[2]
+    paths = [package / path for path in reach(PAGES[name].__name__).data]
+    return {path.relative_to(FOLDER).as_posix() for path in paths if path.is_relative_to(FOLDER)}
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_a_changed_template_makes_a_page_anew(name: str) -> None:
-    reached = {Path(path).name for path in reach(PAGES[name].__name__).data}
-    assert {name, *page_template.SHARED} <= reached
+    assert {name, *FRAME} <= reached_by(name)
+
+
+def test_what_a_template_takes_in_counts() -> None:
+    assert {"browse/browse.html", "browse/scripts.html", "browse/browse.js"} <= reached_by("kitchens/index.html")
+    assert "browse/browse.html" not in reached_by("catalogue/families.html")
 
 
 def test_every_template_belongs_to_a_page() -> None:
-    known = {*PAGES, *page_template.SHARED, *BROWSING, *SCRIPTS}
-    assert {path.name for path in FOLDER.iterdir() if path.is_file()} == known
+    known = set().union(*map(reached_by, PAGES))
+    assert {path.relative_to(FOLDER).as_posix() for path in FOLDER.rglob("*") if path.is_file()} == known
 
 
 def test_a_value_that_is_not_given_is_an_error() -> None:
     with pytest.raises(jinja2.UndefinedError):
-        page_template.render_template("kitchens.html", title="Kitchens")
+        page_template.render_template("kitchens/index.html", title="Kitchens")
