@@ -28,10 +28,11 @@ from casa_assets.cli.verbs.export.app import app as export
 from casa_assets.cli.verbs.families import app as families
 from casa_assets.cli.verbs.find import find
 from casa_assets.cli.verbs.home import home
+from casa_assets.cli.verbs.index import index
 from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.objects import app as objects
 from casa_assets.cli.verbs.preview import preview
-from casa_assets.cli.verbs.report import index, report
+from casa_assets.cli.verbs.report import report
 from casa_assets.cli.verbs.review import review
 from casa_assets.cli.verbs.scenes import app as scenes
 from casa_assets.cli.verbs.scenes import scene_app as scene

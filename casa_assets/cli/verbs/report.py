@@ -1,4 +1,4 @@
-"""casa-assets report, index: a page about a library, and the table of its entries, made anew from them."""
+"""casa-assets report: a page about a library."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from rich.markup import escape
 from casa_assets.cli.options import CLIP_HELP, IN_3D_HELP, OUT_HELP, AsJson, Library, Quiet, Verbose, library_at, more
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import bar
-from casa_assets.cli.text import pluralize
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Library as LibraryFolder
+    from casa_assets.pipeline.reports.library.report import WrittenReport
 
 
 def report(
@@ -68,11 +68,17 @@ def report(
         if in_3d:
             _write_models(library, target, output)
         written = write(library, target, baseline, conditions, models_of(target) if in_3d else None)
-    holds = any(outcome.holds for outcome in written.outcomes)
-    if json_:
+    _tell(written, library, output)
+    if any(outcome.holds for outcome in written.outcomes):
+        raise typer.Exit(1)
+
+
+def _tell(written: WrittenReport, library: Path, output: Output) -> None:
+    """Print what became of the conditions, and where the report is."""
+    if output.as_json:
         content = json.loads(written.json.read_text(encoding="utf-8"))
-        verdict, name = "failed" if holds else "passed", library.resolve().name
-        output.made(name, target.parent, verdict=verdict, page=str(written.page), **content)
+        verdict = "failed" if any(outcome.holds for outcome in written.outcomes) else "passed"
+        output.made(library.resolve().name, written.page.parent, verdict=verdict, page=str(written.page), **content)
     for outcome in written.outcomes:
         console = output.failures if outcome.holds else output.console
         mark = "[red]holds[/]" if outcome.holds else "[green]does not hold[/]"
@@ -80,8 +86,6 @@ def report(
     output.line(f"JSON:   {written.json}")
     output.line(f"Report: {written.page}")
     output.look_at_file(written.page)
-    if holds:
-        raise typer.Exit(1)
 
 
 def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
@@ -104,37 +108,3 @@ def _write_models(library: Path, target: Path, output: Output) -> None:
         task = progress.add_task("models", total=None)
         for done, total in write_models(library, target):
             progress.update(task, total=total, completed=done)
-
-
-def index(
-    library: Library = Path("out/library"),
-    parquet: Annotated[Path | None, typer.Option(help="Also write the rows to this Parquet file.")] = None,
-    json_: AsJson = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> None:
-    """Rebuild index.sqlite from the asset.json and reject.json files alone.
-
-    Exit 0 when it is written, 2 on misuse.
-
-    Example:
-
-      casa-assets index --library out/library --parquet assets.parquet
-    """
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.library.entry_table import EntryTable
-    from casa_assets.pipeline.reports import index as index_file
-
-    if parquet is not None:
-        index_file.require_parquet()
-    place = library_at(library)
-    with place.locked(), writing(library):
-        count = index_file.rebuild(place, EntryTable(place, force=True).entries)
-    output, files = Output(json_, quiet, verbose), [library / index_file.NAME]
-    if parquet is not None:
-        with writing(parquet.parent):
-            index_file.export_parquet(place, parquet)
-        files.append(parquet)
-    for file in files:
-        output.made(file.stem, file.parent, file=str(file), rows=count)
-        output.line(f"{pluralize(count, 'row')} in {file}")
