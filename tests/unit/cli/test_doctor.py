@@ -9,7 +9,7 @@ import typer
 from typer.testing import CliRunner
 
 from casa_assets.cli.verbs import doctor as verb
-from casa_assets.pipeline.doctor import Finding
+from casa_assets.pipeline.doctor import Finding, _renderers
 
 GOOD = Finding(subject="python", ok=True, message="3.11")
 NOTE = Finding(subject="disk", ok=False, needed=False, message="1 GiB free")
@@ -57,6 +57,14 @@ def test_a_line_for_each_thing_and_no_noise(monkeypatch: pytest.MonkeyPatch) -> 
     assert all(word in output for word in ("numpy", "scipy", "renderer osmesa", "llvmpipe"))
     _, output = run(monkeypatch, (UNUSED, BAD))
     assert "renderer osmesa" in output
+
+
+def test_a_library_that_is_missing_and_not_needed_is_told_in_words() -> None:
+    """PyOpenGL raises an AttributeError there, which says nothing to anybody."""
+    raised = "AttributeError: 'NoneType' object has no attribute 'glGetError'"
+    told = {finding.subject: finding for finding in _renderers((("egl", True, "llvmpipe"), ("osmesa", False, raised)))}
+    assert told["renderer osmesa"].message == "its library is not installed (libosmesa6); not needed, for egl draws"
+    assert told["rendering"].ok
 
 
 def test_quiet_tells_what_is_missing_alone(monkeypatch: pytest.MonkeyPatch) -> None:
