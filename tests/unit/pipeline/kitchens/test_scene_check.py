@@ -91,7 +91,7 @@ class TestVerdict:
         folder = out / RECIPE.scene_id
         text = (folder / "report.html").read_text(encoding="utf-8")
         assert "SCN017" in text
-        assert "Reachable fixtures: The number of fixtures that a base of 0.30 m radius cannot reach" in text
+        assert "Reachable fixtures: A base of 0.30 m radius reaches every fixture from an entry" in text
         assert f"{done.report.tally} passed." in text
         shown = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.DOTALL)
         assert "failed" not in shown, "what is advice in a passed kitchen is shown as advice"
