@@ -37,14 +37,14 @@ READY = ".cv[data-state=ready]"
 # The viewer is what `openModel` resolves to; tests keep it by this name.
 OPEN = "openModel(document.querySelector('.model')).then(shown => { window.shown = shown; return shown !== null; })"
 
-TEMPLATE = """{% extends "base.html" %}
-{% from "model.html" import model_box %}
+TEMPLATE = """{% extends "frame/base.html" %}
+{% from "model/model.html" import model_box %}
 {% block more_policy %}; {{ model_policy }}{% endblock %}
 {% block content %}
 {{ model_box(model, title, "") }}
 {% endblock %}
 {% block scripts %}<script>
-{{ source("model.js") }}
+{{ source("model/model.js") }}
 </script>{% endblock %}
 """
 
