@@ -82,7 +82,15 @@ def test_rejects_and_reviews_are_worked_on_again(made: Made) -> None:
 
 def test_times_of_stages_are_told_once(made: Made) -> None:
     (seconds,) = (event.seconds for event in made.wet if event.path == "milk_carton.obj")
-    assert list(seconds) == ["read", *(stage.name for stage in STAGES), "write", "check", "certify"]
+    assert list(seconds) == [
+        "read",
+        *(stage.name for stage in STAGES),
+        "write",
+        "load MJCF",
+        "load USD",
+        "check",
+        "certify",
+    ]
     assert all(value >= 0 for value in seconds.values())
     assert [event.seconds for event in run(made.folder / "in", made.folder / "library")] == [{}] * 4
 

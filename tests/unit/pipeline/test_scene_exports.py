@@ -12,12 +12,13 @@ import pytest
 
 from casa_assets.errors import BatchFault, CasaError
 from casa_assets.export.robocasa.kitchens.parts import box_region
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.start_states import StartStates
 from casa_assets.model.pose import Pose
 from casa_assets.pipeline import export_robocasa
 from casa_assets.pipeline.export import form, gltf, robocasa_kitchens, scenes, urdf
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from tests.assets import rigid_mug
@@ -27,13 +28,13 @@ GOOD, BAD, LOST = (SceneRecipe(plan, "rustic") for plan in ("l_small", "galley",
 MODULES = {"urdf": urdf, "glb": gltf, "robocasa": robocasa_kitchens}
 
 
-def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[None, Scene]:
+def built(recipe: SceneRecipe, cache: Path, errors: dict[SceneRecipe, Exception]) -> tuple[KitchenRequest, Scene]:
     if recipe in errors:
         raise errors[recipe]
     mug = rigid_mug()
     main = box_region("main", *mug.bounds)
     place = Placement(name="mug", asset=mug.id, pose=Pose())
-    return None, Scene(id=recipe.scene_id, assets=(mug.replace(regions=(main,)),), placements=(place,))
+    return resolve(recipe), Scene(id=recipe.scene_id, assets=(mug.replace(regions=(main,)),), placements=(place,))
 
 
 def in_this_process(work: Any, recipes: list[SceneRecipe], *_: Any) -> Iterator[tuple[int, Any]]:

@@ -12,11 +12,12 @@ import pytest
 from casa_assets.checks.package.urdf import asset_differences
 from casa_assets.checks.scene.formats.urdf import scene_differences
 from casa_assets.errors import OutputError, UnknownId
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.export import scenes, urdf
 from casa_assets.pipeline.export.form import ExportResult, export_assets, export_scenes
 from casa_assets.pipeline.export.urdf import URDF
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
 from casa_assets.pipeline.library import library as disk
 from tests.built_libraries import keep, loose_and_fixed
 from tests.libraries import differences, tree
@@ -95,8 +96,8 @@ def test_an_asset_that_reads_back_otherwise_is_refused(
     assert sum(bool(one.file) for one in done.values()) == len(done) - 1
 
 
-def built(recipe: SceneRecipe, cache: Path) -> tuple[None, Scene]:
-    return None, corner().replace(id=recipe.scene_id)
+def built(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene]:
+    return resolve(recipe), corner().replace(id=recipe.scene_id)
 
 
 def test_a_kitchen_is_written_and_compared(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

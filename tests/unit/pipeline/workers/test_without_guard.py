@@ -22,7 +22,7 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.families.run import FamilyRequest, build_all
 from casa_assets.pipeline.ingest.run import Options, ingest
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from casa_assets.pipeline.kitchens.scene_folders import build_all as build_scenes
+from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all as build_scenes
 from casa_assets.pipeline.textures.check import check_recipes, select_recipes
 
 with Path("started").open("a") as note:
@@ -32,7 +32,7 @@ assert [e.kind for e in ingest([Path("mesh")], Options(Path("library"), jobs=2))
 members = [FamilyRequest("vase"), FamilyRequest("vase", index=1)]
 assert all(b.passed for b in build_all(members, Path("families"), 2, False))
 kitchens = [SceneRecipe("one_wall_small", "coastal"), SceneRecipe("one_wall_small", "scandinavian")]
-assert all(s.passed for s in build_scenes(kitchens, Path("scenes"), 2, drawn=False))
+assert all(s.passed for s in build_scenes(kitchens, Path("scenes"), 2, BuildOptions(drawn=False)))
 assert len(list(check_recipes(recipes, Path("cache"), 2))) == 2
 """
 
