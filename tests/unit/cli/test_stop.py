@@ -47,7 +47,7 @@ VERBS = {
     "scenes check l_small__coastal --out {out}": "pipeline.kitchens.check:check_one",
     "scenes sample 2 --out {out}": "pipeline.kitchens.check:check_one",
     "scenes preview l_small__coastal --out {folder}": "pipeline.kitchens.scene_folders:draw_cameras",
-    "scene new galley --style rustic --out {out}": "pipeline.kitchens.scene_folders:build_with_options",
+    "scenes new galley --style rustic --out {out}": "pipeline.kitchens.scene_folders:build_with_options",
     "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
     "report --library {folder}": "pipeline.reports.library.report:write",
     "index --library {folder}": "pipeline.reports.index:rebuild",
@@ -61,7 +61,7 @@ ALIKE = frozenset(
         "textures sheet oak_natural_plank --out {out}",
         "textures check oak_natural_plank --out {out}",
         "scenes sample 2 --out {out}",
-        "scene new galley --style rustic --out {out}",
+        "scenes new galley --style rustic --out {out}",
     }
 )
 
