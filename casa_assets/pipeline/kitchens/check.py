@@ -17,7 +17,8 @@ from casa_assets import registry
 from casa_assets.checks.design.robot.picture import floor_picture
 from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.run import report_not_run, run
+from casa_assets.checks.package import usd
+from casa_assets.checks.run import load_table, report_not_run, run
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
 from casa_assets.checks.scene.motion.stopwatch import in_a_fresh_process
@@ -32,6 +33,7 @@ from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
@@ -215,4 +217,11 @@ def check_all(
         OutputError: the folder is held by another run or cannot be written.
     """
     work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d)
-    return run_recipes(work, recipes, out, jobs)
+    return run_recipes(work, recipes, out, jobs, f"{__name__}:warm")
+
+
+def warm() -> None:
+    """Load what every worker that checks scenes needs, once for all of them; nothing here may draw."""
+    scene_folders.warm()
+    usd.load_rules()
+    load_table()

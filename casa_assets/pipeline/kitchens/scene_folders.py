@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.checks.package import usd as usd_checks
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import label
 from casa_assets.export.mjcf.scene import kitchen as mjcf
@@ -144,9 +143,8 @@ def failed_scene(recipe: SceneRecipe, message: str, is_fault: bool) -> SceneResu
 
 
 def warm() -> None:
-    """Load what every worker needs, once for all of them; nothing here may draw."""
+    """Load what every worker that builds scenes needs, once for all of them; nothing here may draw."""
     registry.load()
-    usd_checks.load_rules()
     preset_params(), load_habits(), every_recipe()
     key_of(write_scene, describe, lighten), key_of(draw_cameras)
 
@@ -343,10 +341,16 @@ def build_all(
 
 
 def run_recipes(
-    work: Callable[[SceneRecipe], SceneResult], recipes: Sequence[SceneRecipe], out: Path, jobs: int
+    work: Callable[[SceneRecipe], SceneResult],
+    recipes: Sequence[SceneRecipe],
+    out: Path,
+    jobs: int,
+    warm: str = f"{__name__}:warm",
 ) -> Iterator[SceneResult]:
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
+    Args:
+        warm: `module:name` of a function that loads what every worker needs.
     Raises:
         OutputError: the folder is held by another run or cannot be written.
         CasaError: see run_batch.
@@ -354,7 +358,7 @@ def run_recipes(
     place = disk.Library(out)
     with place.locked(), writing(out):
         place.sweep()
-        for number, answer in run_batch(work, recipes, out, jobs, f"{__name__}:warm", WORKER_BYTES):
+        for number, answer in run_batch(work, recipes, out, jobs, warm, WORKER_BYTES):
             if isinstance(answer, WorkerFailure):
                 yield failed_scene(recipes[number], answer.text, True)
             else:

@@ -38,7 +38,7 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
         RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
     """
     folder = (registry.data_root() if root is None else root) / FOLDER
-    substances = registry.load(root).substances
+    substances = _known(root).substances
     found: dict[Surface, Mapping[str, TextureRecipe]] = {}
     taken: dict[str, str] = {}
     for surface in Surface:
@@ -65,8 +65,8 @@ def skins(root: Path | None = None) -> Mapping[str, TextureRecipe]:
         RegistryError: a row names an unknown key, kind or substance, or its id is taken.
     """
     folder = (registry.data_root() if root is None else root) / SKINS
-    substances = registry.load(root).substances
-    taken = {name: rows for rows, names in recipes(root).items() for name in names}
+    substances = _known(root).substances
+    taken = {name: rows for rows, names in (recipes() if root is None else recipes(root)).items() for name in names}
     found: dict[str, TextureRecipe] = {}
     for path in sorted(folder.glob("*.yaml")):
         document = replace(registry.read_document(path), file=f"{SKINS}/{path.name}")
@@ -80,6 +80,11 @@ def skins(root: Path | None = None) -> Mapping[str, TextureRecipe]:
                 substance = repr(found[name].substance)
                 raise document.fault((name, "substance"), "a substance of substances.yaml", substance)
     return MappingProxyType(found)
+
+
+def _known(root: Path | None) -> registry.Registry:
+    """The registry in a folder; that of the package as all others ask for it, so that it is not read a second time."""
+    return registry.load() if root is None else registry.load(root)
 
 
 def _recipe(document: Document, name: str, stated: Any, surface: Surface | None) -> TextureRecipe:
