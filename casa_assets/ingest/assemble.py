@@ -158,7 +158,7 @@ def _moved_inertial(inertial: Inertial, shift: Floats) -> Inertial:
 
 
 def _bounding_region(colliders: tuple[Collider, ...]) -> Region:
-    """The box around all collision shapes, by which the runtime places objects."""
+    """The box around all collision shapes, by which RoboCasa places objects."""
     boxes = np.array([shape_bounds(c.shape, c.pose) for c in colliders])
     lower, upper = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
     cx, cy, cz = (seven_digits(float(v)) for v in (lower + upper) / 2)

@@ -111,7 +111,7 @@ def _thresholds(asset: Asset, behavior: Behavior, contract: Contract) -> Iterato
                 ):
                     there = ", ".join(f"{name} {at:.4g}" for name, at in named.items())
                     message = (
-                        f"{condition.joint} changes {rule.variable} at {end:.4g}; the runtime's thresholds are {there}"
+                        f"{condition.joint} changes {rule.variable} at {end:.4g}; RoboCasa's thresholds are {there}"
                     )
                     yield f"behavior/rules/{i}", message
 

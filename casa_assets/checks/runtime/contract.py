@@ -45,7 +45,7 @@ def links_and_joints_meet_contract(package: Package) -> Measurement:
 
 
 def sites_meet_contract(package: Package) -> Measurement:
-    """CON002: number of sites that are missing or on another link than the runtime expects."""
+    """CON002: number of sites that are missing or on another link than RoboCasa expects."""
     contract = _contract(package)
     return (
         count(names.missing_requirements(package.asset, contract, names.sites)) if contract else _no_contract(package)
@@ -105,7 +105,7 @@ def regions_meet_contract(package: Package, limit: float) -> Measurement:
 
 
 def xml_paths_meet_contract(package: Package) -> Measurement:
-    """CON005: number of elements that are not at the literal paths of model.xml where the runtime looks."""
+    """CON005: number of elements that are not at the literal paths of model.xml where RoboCasa looks."""
     contract = _contract(package)
     if contract is None:
         return _no_contract(package)
@@ -136,7 +136,7 @@ def thresholds_meet_contract(package: Package) -> Measurement:
 
 
 def places_meet_contract(package: Package) -> Measurement:
-    """CON008: number of regions and sites of model.xml that are elsewhere for the runtime than in the model."""
+    """CON008: number of regions and sites of model.xml that are elsewhere for RoboCasa than in the model."""
     contract = _contract(package)
     if contract is None:
         return _no_contract(package)

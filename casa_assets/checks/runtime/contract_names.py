@@ -169,7 +169,7 @@ def _pairs(rules: Iterable[Rule], things: Iterable[T]) -> list[tuple[Rule, T]]:
 def _depth(pointer: str, rule: LinkRule | SiteRule, depth: int) -> list[Problem]:
     if rule.depth is None or rule.depth == depth:
         return []
-    return [(pointer, f"is {depth} links below object, not {rule.depth}: the runtime looks at a fixed depth")]
+    return [(pointer, f"is {depth} links below object, not {rule.depth}: RoboCasa looks at a fixed depth")]
 
 
 def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
@@ -186,7 +186,8 @@ def _joint(asset: Asset, joint: Joint, rule: JointRule) -> Iterator[str]:
     if rule.travel is not None and not rule.travel[0] - ROUNDING <= high - low <= rule.travel[1] + ROUNDING:
         yield f"travels {high - low:.4g}, not {rule.travel[0]:.4g}..{rule.travel[1]:.4g}"
     if rule.depth is not None and depth_of(asset, joint.child) != rule.depth:
-        yield f"moves a link {depth_of(asset, joint.child)} below object, not {rule.depth}: the runtime's path is fixed"
+        depth = depth_of(asset, joint.child)
+        yield f"moves a link {depth} below object, not {rule.depth}: RoboCasa looks at a fixed path"
     if rule.link is not None and not re.fullmatch(rule.link, joint.child):
         yield f"moves link {joint.child!r}, not {rule.link!r}"
 

@@ -32,9 +32,9 @@ def faults(path: Path, asset: Asset, contract: Contract) -> Iterator[Problem]:
         yield "model.xml", "has no worldbody/body/body called object"
         return
     if any(float(n) != 0.0 for n in body.get("pos", "0").split()) or body.get("quat") is not None:
-        yield "model.xml/object", "is moved or turned; the runtime takes places on it as places on the fixture"
+        yield "model.xml/object", "is moved or turned; RoboCasa takes places on it as places on the fixture"
     if root.find("actuator") is not None:
-        yield "model.xml/actuator", "should not be there: the runtime would hand it to the robot's controller"
+        yield "model.xml/actuator", "should not be there: RoboCasa would hand it to the robot's controller"
     for needs in met(asset, contract):
         yield from _joints(root, asset, needs)
         yield from _sites(root, asset, needs)
@@ -68,9 +68,9 @@ def _joints(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator
             where = "./worldbody/body/body" + "/body" * rule.depth + "/joint"
             element = root.find(f"{where}[@name='{joint.name}']")
             if element is None:
-                yield f"model.xml/joint/{joint.name}", f"is not at {where[2:]}, where the runtime looks"
+                yield f"model.xml/joint/{joint.name}", f"is not at {where[2:]}, where RoboCasa looks"
             elif len(element.get("range", "").split()) != 2:
-                yield f"model.xml/joint/{joint.name}", "says no range; the runtime reads it from the element"
+                yield f"model.xml/joint/{joint.name}", "says no range; RoboCasa reads it from the element"
 
 
 def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:
@@ -81,9 +81,9 @@ def _sites(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[
             where = "./worldbody/body/body" + "/body" * rule.depth + "/site"
             element = root.find(f"{where}[@name='{site.name}']")
             if element is None:
-                yield f"model.xml/site/{site.name}", f"is not at {where[2:]}, where the runtime looks"
+                yield f"model.xml/site/{site.name}", f"is not at {where[2:]}, where RoboCasa looks"
             elif element.get("pos") is None or element.get("size") is None:
-                yield f"model.xml/site/{site.name}", "should say pos and size; the runtime reads them from the element"
+                yield f"model.xml/site/{site.name}", "should say pos and size; RoboCasa reads them from the element"
 
 
 def _geoms(root: etree._Element, asset: Asset, needs: Requirements) -> Iterator[Problem]:

@@ -63,7 +63,7 @@ def faults(path: Path, contract: Contract) -> Iterator[Problem]:
     for name in contract.beside:
         site = root.find(f"./worldbody/body/site[@name='{name}']")
         if site is None or site.get("pos") is None:
-            yield f"model.xml/site/{name}", "is not at worldbody/body/site with a pos, where the runtime looks"
+            yield f"model.xml/site/{name}", "is not at worldbody/body/site with a pos, where RoboCasa looks"
     for site_name, pattern in contract.falls_into.items():
         yield from _beside_all(data, regions, site_name, pattern)
 
@@ -91,14 +91,14 @@ def _displaced(data: mujoco.MjData, regions: Mapping[str, ReadRegion]) -> Iterat
     for name, region in regions.items():
         off = float(np.linalg.norm(data.geom(PREFIX + name).xpos - origin - region.middle))
         if off > SLACK_M:
-            message = f"is {off:.4f} m from where the runtime takes it to be; its body's frame should be that of object"
+            message = f"is {off:.4f} m from where RoboCasa takes it to be; its body's frame should be that of object"
             yield f"model.xml/geom/{PREFIX}{name}", message
 
 
 def _missing_places(
     model: mujoco.MjModel, data: mujoco.MjData, regions: Mapping[str, ReadRegion], rule: PlaceRule
 ) -> Iterator[Problem]:
-    """Places that the runtime offers in too small a number, that move, or that have nothing under them."""
+    """Places that RoboCasa offers in too small a number, that move, or that have nothing under them."""
     foot = float(regions[OUTER].lower[2]) if OUTER in regions else 0.0
     top = float(regions[OUTER].upper[2]) if OUTER in regions else 0.0
     stands = rule.stands_m - (top if rule.let_in else foot)
@@ -109,7 +109,7 @@ def _missing_places(
             continue
         pointer, height = f"model.xml/geom/{PREFIX}{name}", stands + float(region.lower[2])
         if rule.fixed and region.body != "object":
-            yield pointer, f"is in the body {region.body!r}, which moves; the runtime takes it for a shelf"
+            yield pointer, f"is in the body {region.body!r}, which moves; RoboCasa takes it for a shelf"
         if rule.heights_m is None or rule.heights_m[0] <= height <= rule.heights_m[1]:
             offered += 1
         if not _holds(model, data, region):

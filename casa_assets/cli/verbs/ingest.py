@@ -100,7 +100,7 @@ def ingest(
         bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")
     ] = False,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print every guess, with its confidence and reason.")
+        bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
     ] = False,
     json_: AsJson = False,
     quiet: Quiet = False,
@@ -113,6 +113,8 @@ def ingest(
     """
     from casa_assets.pipeline.ingest.run import Options
 
+    if explain and dry_run:
+        raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
     codes = _codes(again), _codes(only)
     options = Options(

@@ -68,7 +68,7 @@ def fill(kind: Any, categories: dict[str, Any], groups: dict[str, list[str]], ro
 
 
 def _group(groups: dict[str, list[str]], name: str, types: tuple[str, ...]) -> None:
-    """Put a category that is new to the runtime where its types belong; those it has are in their groups.
+    """Put a category that is new to RoboCasa where its types belong; those it has are in their groups.
 
     What has no type (a shoe, a microwave) is found by its own name alone: `all` is what kitchens are strewn with.
     """

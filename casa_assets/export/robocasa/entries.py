@@ -59,7 +59,7 @@ def category_tables(
 ) -> dict[RobocasaRelease, dict[str, Any]]:
     """For each generation: category -> entry, sorted.
 
-    Registries in which a category has no instance are left out of its entry, since the runtime cannot draw from an
+    Registries in which a category has no instance are left out of its entry, since RoboCasa cannot draw from an
     empty one.
     """
     return {
@@ -81,7 +81,7 @@ def _entry(
             entry[name] = {
                 "model_folders": [f"{registry}/{category.id}"],
                 "exclude": sorted(i.id for i in instances if split not in (None, i.split)),
-                # Our models have their real size. It must be a float: the runtime takes an int for a list.
+                # Our models have their real size. It must be a float: RoboCasa takes an int for a list.
                 "scale": 1.0,
             }
     return entry

@@ -1,9 +1,9 @@
-"""State machine of a fixture as data: joint or contact -> state -> effect. A runtime reads it without our code.
+"""State machine of a fixture as data: joint or contact -> state -> effect.
 
-Once per control step a runtime goes through `rules` in order. The first rule of a variable whose `from_values` hold its
-value and whose conditions all hold, for `after_s` on end, sets the variable to `to`; its other rules wait for the next
-step. All conditions of a step see the values that the step before left. Then every effect whose variable has its value
-acts on its target.
+A simulation reads it without this package. Once per control step it goes through `rules` in order. The first rule of a
+variable whose `from_values` hold its value and whose conditions all hold, for `after_s` on end, sets the variable to
+`to`; its other rules wait for the next step. All conditions of a step see the values that the step before left. Then
+every effect whose variable has its value acts on its target.
 """
 
 from __future__ import annotations

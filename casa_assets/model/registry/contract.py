@@ -295,7 +295,7 @@ class Contract(Requirements):
         forbidden_joints, forbidden_geoms: patterns of names that a runtime would mistake for something else.
         labels: each has to be the label of a visual or collider.
         outside: labels of parts that may stick out of the region `main`: handles, a faucet.
-        places: regions in which the runtime puts things.
+        places: regions in which RoboCasa puts things.
         beside: sites of model.xml that have to be in the body around `object`.
         falls_into: site -> pattern of regions; the site is above one of them.
         by_subclass: the classes of RoboCasa v1.0 build themselves and load no file: it takes a subclass that calls

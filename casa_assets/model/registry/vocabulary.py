@@ -77,7 +77,7 @@ class Vocabulary:
         whole = self._phrase(split_words(hint))
         if whole:
             confidence = IS_THE_ID if hint == whole.id else IS_A_NAME
-            return VocabularyMatch(whole.id, round(confidence * trust, 3), f"{hint!r} is {whole.id}", whole.weak)
+            return VocabularyMatch(whole.id, round(confidence * trust, 3), f"it is called {hint!r}", whole.weak)
         for tokens in self._parts(hint):
             spans = [(i, j) for j in range(1, len(tokens) + 1) for i in range(max(0, j - LONGEST_PHRASE), j)]
             hits = [(not e.weak, j - i, j, e) for i, j in spans if (e := self._phrase(tokens[i:j]))]

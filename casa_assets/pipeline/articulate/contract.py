@@ -1,4 +1,4 @@
-"""Decide whether an articulated mesh meets the runtime contract of its category.
+"""Decide whether an articulated mesh meets the RoboCasa contract of its category.
 
 An asset names a contract only where every check of it passes: names and paths, poses and states as MuJoCo operates
 them, and what a hand has to be able to move. Otherwise the failed checks are reported.
