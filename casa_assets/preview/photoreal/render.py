@@ -45,7 +45,7 @@ class StillSettings:
 
     width_px: int = 960
     height_px: int = 540
-    samples: int = 26
+    samples: int = 23
     threads: int = 2
     seed: int = 1
 

@@ -39,13 +39,14 @@ over "{root}" (
 OUTSIDE_BRIGHTNESS = 1.5  # of the sky that is seen through a window; the brightest that a picture shows is about 4
 # Typical brightness of a picture; white is about 1. A room from above and a thing in the studio stand on white.
 GREY = {"room": 0.28, "cutaway": 0.5, "asset": 0.55}
-LIGHT_PART, LIGHT_SHARE, WEIGHT = 1.05, 0.9, 0.6  # brightness, of a room, that a share of its pixels does not exceed
+LIGHT_PART, LIGHT_SHARE, WEIGHT = 0.95, 0.9, 0.6  # brightness, of a room, that a share of its pixels does not exceed
 # Tone curves and their looks: a room keeps its colours; whites on white need a curve that is soft towards white.
 TONE = {
     "room": ("Khronos PBR Neutral", "None"),
     "cutaway": ("AgX", "AgX - Medium High Contrast"),
     "asset": ("AgX", "AgX - Medium High Contrast"),
 }
+SATURATION = 0.82  # of a room's colours, of those in linear light: a wall of red brick looks painted without it
 VEILING_GLARE = 0.03  # share of the light that a lens scatters over the picture; ISO 9358 measures 0.01 to 0.03
 ADAPTATION, SHADES_NORM = 0.7, 4.0  # share of the light's tint that a camera takes out; norm of shades-of-gray
 FILL = 0.9  # share of the picture that what a camera is fitted to spans
@@ -144,7 +145,7 @@ def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) 
     scene.view_settings.exposure = float(np.log2(gain))
     image = bpy.data.images.load(str(folder / "light.exr"), check_existing=False)
     if job["kind"] == "room":
-        add_glare(image, most=4.0 / gain)
+        develop(image, most=4.0 / gain)
     scene.render.image_settings.file_format, scene.render.image_settings.color_mode = "PNG", "RGB"
     scene.render.image_settings.color_depth = "8"
     image.save_render(str(folder / f"{view['name']}.png"), scene=scene)
@@ -152,8 +153,10 @@ def draw(view: dict[str, Any], job: dict[str, Any], folder: Path, outside: Any) 
     return float(scene.view_settings.exposure)
 
 
-def add_glare(image: Any, most: float) -> None:
-    """Spread a share of the light over the whole picture, as the glass of every lens does: gaps are dark, not black.
+def develop(image: Any, most: float) -> None:
+    """Soften the colours, and spread a share of the light over the whole picture.
+
+    The glass of every lens scatters light like that, so that gaps are dark, not black.
 
     Args:
         most: brightness at which a sensor is full.
@@ -161,6 +164,8 @@ def add_glare(image: Any, most: float) -> None:
     values = np.empty(len(image.pixels), dtype=np.float32)
     image.pixels.foreach_get(values)
     light = values.reshape(-1, 4)[:, :3]
+    light *= SATURATION
+    light += (1.0 - SATURATION) / SATURATION * (light @ LUMINANCE)[:, None]
     light *= 1.0 - VEILING_GLARE
     light += VEILING_GLARE * np.mean(np.minimum(light, most), axis=0)
     image.pixels.foreach_set(values)
