@@ -79,7 +79,7 @@ def refine(material: Any) -> None:
         if name.startswith(BRUSHED):
             _brush(material, shader)
         elif shader.inputs["Roughness"].default_value > 0.12:
-            _smudge(material, shader, 0.05)
+            _smudge(material, shader, 0.06)
         return
     for words, (weight, roughness) in COATED.items():
         if name.startswith(words):
@@ -89,7 +89,7 @@ def refine(material: Any) -> None:
     if name.startswith(CLOTH):
         shader.inputs["Sheen Weight"].default_value = 0.3
     if not shader.inputs["Roughness"].is_linked:
-        _smudge(material, shader, 0.08)
+        _smudge(material, shader, 0.06)
 
 
 def _shader(material: Any) -> Any:
@@ -208,24 +208,25 @@ def _brush(material: Any, shader: Any) -> None:
     tree = material.node_tree
     new = tree.nodes.new
     place, stretch, noise = new("ShaderNodeTexCoord"), new("ShaderNodeMapping"), new("ShaderNodeTexNoise")
-    stretch.inputs["Scale"].default_value = (6.0, 6.0, 900.0)
-    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.0, 3.0
+    stretch.inputs["Scale"].default_value = (1.5, 1.5, 250.0)
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 1.0, 1.0
     tree.links.new(place.outputs["Object"], stretch.inputs["Vector"])
     tree.links.new(stretch.outputs[0], noise.inputs["Vector"])
-    _range(tree, noise, shader, shader.inputs["Roughness"].default_value, 0.08)
+    _range(tree, noise, shader, float(shader.inputs["Roughness"].default_value), 0.05)
     tangent = new("ShaderNodeTangent")
     tangent.direction_type, tangent.axis = "RADIAL", "Z"
     shader.inputs["Anisotropic"].default_value = 0.6
     tree.links.new(tangent.outputs[0], shader.inputs["Tangent"])
 
 
-def _smudge(material: Any, shader: Any, amount: float) -> None:
-    """Gloss that differs a little from place to place, as of anything that is used."""
+def _smudge(material: Any, shader: Any, share: float) -> None:
+    """Gloss that differs from place to place by a share of itself, as of anything that is used."""
     tree = material.node_tree
     place, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")
-    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 14.0, 4.0
+    noise.inputs["Scale"].default_value, noise.inputs["Detail"].default_value = 5.0, 1.0
     tree.links.new(place.outputs["Object"], noise.inputs["Vector"])
-    _range(tree, noise, shader, shader.inputs["Roughness"].default_value, amount)
+    middle = float(shader.inputs["Roughness"].default_value)
+    _range(tree, noise, shader, middle, share * middle)
 
 
 def _range(tree: Any, noise: Any, shader: Any, middle: float, reach: float) -> None:
