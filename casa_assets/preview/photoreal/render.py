@@ -45,7 +45,7 @@ class StillSettings:
 
     width_px: int = 960
     height_px: int = 540
-    samples: int = 23
+    samples: int = 20
     threads: int = 2
     seed: int = 1
 
