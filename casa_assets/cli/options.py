@@ -7,6 +7,7 @@ A name has the same type and the same words of help in every verb; what follows 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from enum import StrEnum
 from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,6 +19,25 @@ from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Library as LibraryFolder
+    from casa_assets.pipeline.workers.engine import Workers
+
+
+class EngineName(StrEnum):
+    """Where jobs run."""
+
+    LOCAL = "local"
+    RAY = "ray"
+
+
+def workers(engine: EngineName, address: str, jobs: int) -> Workers:
+    """Where jobs run, as `pipeline.workers` takes it. Raises typer.BadParameter."""
+    if engine is EngineName.RAY:
+        from casa_assets.pipeline.workers.engine import RayCluster
+
+        return RayCluster(address, jobs)
+    if address:
+        raise typer.BadParameter("is of a Ray cluster; add --engine ray", param_hint="--address")
+    return jobs
 
 
 def more(help_: str, tail: str) -> str:
@@ -52,6 +72,11 @@ ScenesFolder = Annotated[
 WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
 SizeM = Annotated[float, typer.Option("--size-m", help="Longest side in metres; 0: by unit and category.", min=0)]
 Jobs = Annotated[int, typer.Option("--jobs", help=JOBS_HELP, min=0)]
+Engine = Annotated[EngineName, typer.Option("--engine", help="Where jobs run: on this machine, or on a Ray cluster.")]
+Address = Annotated[
+    str,
+    typer.Option("--address", help="Of a running Ray cluster, such as auto or host:6379; else one is started."),
+]
 Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
 Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
 All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]

@@ -14,8 +14,11 @@ from rich.markup import escape
 from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
 from casa_assets.cli.options import (
     CLIP_HELP,
+    Address,
     AsJson,
     Category,
+    Engine,
+    EngineName,
     Force,
     Jobs,
     LibraryOut,
@@ -23,6 +26,7 @@ from casa_assets.cli.options import (
     SizeM,
     Verbose,
     more,
+    workers,
 )
 from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.progress import bar
@@ -38,6 +42,7 @@ if TYPE_CHECKING:
     from casa_assets.model.record import Vec3
     from casa_assets.pipeline.articulate.batch import RequestMaker
     from casa_assets.pipeline.articulate.run import ArticulateOutcome
+    from casa_assets.pipeline.workers.engine import Workers
 
 EXAMPLES = """
 Examples:
@@ -79,6 +84,8 @@ def articulate(
     ] = True,
     force: Force = False,
     jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -106,7 +113,7 @@ def articulate(
     options = {"--category": category, "--up": up, "--front": front, "--size-m": size_m, "--clip-weights": clip_weights}
     command = _review_command(sources, out, options, complete) if review else ""
     output = Output(json_, quiet, verbose)
-    _articulate(sources, out, request_for, reviewed, jobs, command, report or verbose, output)
+    _articulate(sources, out, request_for, reviewed, workers(engine, address, jobs), command, report or verbose, output)
 
 
 articulate.__doc__ = f"{articulate.__doc__}\n{EXAMPLES}"
@@ -117,7 +124,7 @@ def _articulate(
     out: Path,
     request_for: RequestMaker,
     reviewed: Mapping[str, Decisions],
-    jobs: int,
+    jobs: Workers,
     review_command: str,
     report: bool,
     output: Output,

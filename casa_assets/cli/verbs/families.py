@@ -11,8 +11,11 @@ from casa_assets.cli import completion
 from casa_assets.cli.member_output import end, follow, look, print_result, print_summary
 from casa_assets.cli.options import (
     OLD_WIDTH,
+    Address,
     All,
     AsJson,
+    Engine,
+    EngineName,
     In3d,
     Jobs,
     LibraryOut,
@@ -23,6 +26,7 @@ from casa_assets.cli.options import (
     Seed,
     Verbose,
     WidthPx,
+    workers,
 )
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
@@ -122,6 +126,8 @@ def build(
     seed: Seed = 0,
     library: LibraryOut = Path("out/families"),
     jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
     pictures: Pictures = True,
     json_: AsJson = False,
     quiet: Quiet = False,
@@ -139,7 +145,7 @@ def build(
         raise typer.BadParameter("name families, or give --all")
     output = Output(json_, quiet, verbose)
     requests = requests_for([] if all_ else names or [], samples, seed, presets or not samples)
-    results = follow(build_all(requests, library, jobs, pictures), requests, output)
+    results = follow(build_all(requests, library, workers(engine, address, jobs), pictures), requests, output)
     print_summary(results, output)
     look(results, output)
     end(results)

@@ -16,9 +16,12 @@ from rich.markup import escape
 from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
 from casa_assets.cli.options import (
     CLIP_HELP,
+    Address,
     AsJson,
     Category,
     DryRun,
+    Engine,
+    EngineName,
     Jobs,
     LibraryOut,
     Most,
@@ -26,6 +29,7 @@ from casa_assets.cli.options import (
     Quiet,
     Verbose,
     more,
+    workers,
 )
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
@@ -77,6 +81,8 @@ def ingest(
     library: LibraryOut = Path("out/library"),
     category: Category = "",
     jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
     timeout: Annotated[float, _limit(help="Processor seconds per input; 300 by default.")] = 0.0,
     memory: Annotated[float, _limit(help="Gigabytes per input; 8 by default.")] = 0.0,
     max_size: Annotated[float, _limit(help="Megabytes of an input; 512 by default.")] = 0.0,
@@ -115,10 +121,11 @@ def ingest(
 
     if explain and dry_run:
         raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
+    where = workers(engine, address, jobs)
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
     codes = _codes(again), _codes(only)
     options = Options(
-        library, category, jobs, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
+        library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
     output = Output(json_, quiet, verbose)
     if watch:

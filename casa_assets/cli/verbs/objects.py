@@ -14,7 +14,10 @@ from casa_assets.cli.options import (
     COUNT_HELP,
     OLD_WIDTH,
     WIDTH_HELP,
+    Address,
     AsJson,
+    Engine,
+    EngineName,
     In3d,
     Jobs,
     LibraryOut,
@@ -23,6 +26,7 @@ from casa_assets.cli.options import (
     Seed,
     Verbose,
     more,
+    workers,
 )
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
@@ -106,6 +110,8 @@ def build(
     seed: Seed = 0,
     library: LibraryOut = Path("out/objects"),
     jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -125,7 +131,7 @@ def build(
         raise typer.BadParameter("name categories, or give --all")
     output = Output(json_, quiet, verbose)
     requests = object_requests([] if all_ else names or [], count, seed)
-    results = follow(build_all(requests, library, jobs, drawn=False), requests, output)
+    results = follow(build_all(requests, library, workers(engine, address, jobs), drawn=False), requests, output)
     print_summary(results, output)
     whole = read_library_report(library)
     if whole is not None:

@@ -17,9 +17,12 @@ from casa_assets.cli.options import (
     SCENES_HELP,
     SEED_HELP,
     WIDTH_HELP,
+    Address,
     All,
     AsJson,
     Camera,
+    Engine,
+    EngineName,
     Force,
     Jobs,
     Photoreal,
@@ -30,6 +33,7 @@ from casa_assets.cli.options import (
     Seed,
     Verbose,
     more,
+    workers,
 )
 from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.tables import TextTable
@@ -41,6 +45,7 @@ from casa_assets.model.kitchen.surface import Surface
 if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.resolve import SceneRecipe
     from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
+    from casa_assets.pipeline.workers.engine import Workers
 
 app = typer.Typer(
     name="scenes",
@@ -103,6 +108,8 @@ def build(
     all_: All = False,
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
     pictures: Pictures = True,
     at_eye_level: Annotated[
         bool, typer.Option("--eye-level", help="Draw each that is built at eye level, too, with its doors open.")
@@ -121,10 +128,10 @@ def build(
     from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
 
     options, output = BuildOptions(pictures, at_eye_level, force), Output(json_, quiet, verbose)
-    _build(_recipes(scenes, all_, out), out, jobs, options, output)
+    _build(_recipes(scenes, all_, out), out, workers(engine, address, jobs), options, output)
 
 
-def _build(recipes: list[SceneRecipe], out: Path, jobs: int, options: BuildOptions, output: Output) -> None:
+def _build(recipes: list[SceneRecipe], out: Path, jobs: Workers, options: BuildOptions, output: Output) -> None:
     from casa_assets.pipeline.kitchens.scene_folders import build_all
 
     done = build_all(recipes, out, jobs, options)
@@ -140,6 +147,8 @@ def check(
     all_: All = False,
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
     force: Force = False,
     pictures: Pictures = True,
     in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = True,
@@ -157,7 +166,7 @@ def check(
     from casa_assets.pipeline.kitchens.check import check_all
 
     recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
-    done = check_all(recipes, out, jobs, force, drawn=pictures, in_3d=in_3d)
+    done = check_all(recipes, out, workers(engine, address, jobs), force, drawn=pictures, in_3d=in_3d)
     results = scene_output.follow(done, recipes, "checking", output)
     if not json_:
         scene_output.print_numbers(results, out, output)

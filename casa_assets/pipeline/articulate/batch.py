@@ -41,8 +41,8 @@ from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.run_times import tidy_times
+from casa_assets.pipeline.workers.engine import Engine, Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import Pool
 
 # Makes the request for an input.
 RequestMaker = Callable[[Found], ArticulateRequest]
@@ -62,7 +62,7 @@ def articulate(
     roots: Sequence[Path],
     out: Path,
     request_for: RequestMaker,
-    jobs: int = 0,
+    jobs: Workers = 0,
     others: Counter[str] | None = None,
     working: Callable[[Sequence[str]], None] | None = None,
     decisions: Mapping[str, Decisions] = NO_DECISIONS,
@@ -73,7 +73,7 @@ def articulate(
 
     Args:
         roots: files, folders, archives, manifests. out: the library.
-        jobs: children at once; 0: one per core.
+        jobs: processes at once (0: one per core), or a Ray cluster.
         others: counts the files that are no meshes, by what they are.
         working: is called with the names of the meshes that are being worked on whenever another one is begun.
         decisions: by the sha256 of meshes; they are kept in the library, and this and later runs obey them.
@@ -101,7 +101,7 @@ def _run(
     roots: Sequence[Path],
     inputs: Iterable[Found | Refused],
     request_for: RequestMaker,
-    jobs: int,
+    jobs: Workers,
     working: Callable[[Sequence[str]], None],
 ) -> Iterator[ArticulateOutcome]:
     """Yield the outcomes of all inputs: those that have no mesh, those that are known, then the others as they end."""
@@ -121,7 +121,7 @@ def _run(
         )
     due: list[_Job] = []
     bounds = Limits(limits["input_seconds"], int(limits["input_memory_bytes"]))
-    with Pool(jobs, bounds, "casa_assets.pipeline.ingest.survey:warm") as pool:
+    with open_engine(jobs, bounds, "casa_assets.pipeline.ingest.survey:warm", library.private) as pool:
         answers = dict(SurveyTable(library.cache, "", limits).survey(found, pool))
         for step in _known_or_due(library, found, answers, unreadable, request_for):
             if isinstance(step, _Job):
@@ -193,7 +193,7 @@ def _with_review(request: ArticulateRequest, said: Decisions) -> ArticulateReque
 
 
 def _worked_on(
-    due: Sequence[_Job], pool: Pool, working: Callable[[Sequence[str]], None]
+    due: Sequence[_Job], pool: Engine, working: Callable[[Sequence[str]], None]
 ) -> Iterator[ArticulateOutcome]:
     """Yield the outcome of each mesh as a worker is done with it. Raises CasaError where the run has to end."""
     busy: dict[int, str] = {}

@@ -45,6 +45,7 @@ from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.textures.recipes import skins
 from casa_assets.pipeline.workers.batch import attempt, run_batch
+from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.camera import View
 from casa_assets.registry.families import family, family_names
@@ -292,7 +293,7 @@ def summary(results: Sequence[FamilyResult]) -> list[tuple[str, ...]]:
 
 
 def build_all(
-    wanted: Sequence[FamilyRequest], library: Path, jobs: int = 0, drawn: bool = True
+    wanted: Sequence[FamilyRequest], library: Path, jobs: Workers = 0, drawn: bool = True
 ) -> Iterator[FamilyResult]:
     """Members in the order in which they are done, each built in a worker; then the reports of the library are written.
 

@@ -48,8 +48,8 @@ from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.resume import cached_outcome
 from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.workers.engine import Engine, Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import Pool
 
 # What the pool's own verdicts are called in registry/rejections.yaml.
 REJECTED = Decision.REJECTED
@@ -71,7 +71,7 @@ class Options:
 
     Attributes:
         library: output folder. category: id for all inputs, or empty.
-        jobs: children at once; 0 for one per core.
+        jobs: processes at once (0: one per core), or a Ray cluster.
         seconds: processor time for one input, with all that is started for it; 0: what registry/limits.yaml says.
         memory_bytes: memory of one input; 0: the same.
         guards: limits on inputs that this run sets in place of those in registry/limits.yaml, by their names there.
@@ -87,7 +87,7 @@ class Options:
 
     library: Path
     category: str = ""
-    jobs: int = 0
+    jobs: Workers = 0
     seconds: float = 0.0
     memory_bytes: int = 0
     guards: Mapping[str, float] = field(default_factory=dict)
@@ -223,7 +223,7 @@ def _ingest(
     seconds = options.seconds or known.limits["input_seconds"]
     limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
     overrides = review.read_overrides(before)
-    with Pool(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm") as pool:
+    with open_engine(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm", library.private) as pool:
         refused = RefusedRows(before)
         found, early = inputs_with_mesh(inputs, refused)
         if options.split:
@@ -274,7 +274,9 @@ def inputs_with_mesh(
     return found, events
 
 
-def _taken_apart(library: disk.Library, found: Sequence[Found], limits: Mapping[str, float], pool: Pool) -> list[Found]:
+def _taken_apart(
+    library: disk.Library, found: Sequence[Found], limits: Mapping[str, float], pool: Engine
+) -> list[Found]:
     """The inputs with the things of a file in its place; what an earlier run made of the whole file is taken away."""
     out, digests = taken_apart(found, limits, pool)
     for sha256 in digests:
@@ -283,7 +285,7 @@ def _taken_apart(library: disk.Library, found: Sequence[Found], limits: Mapping[
     return out
 
 
-def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, None]:
+def _survey(run: _Run, pool: Engine, options: Options) -> Generator[Event, None, None]:
     """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
     inputs = run.found
     answers = {number: run.heard(answer) for number, answer in _answers(run, pool, options).items()}
@@ -306,7 +308,7 @@ def _survey(run: _Run, pool: Pool, options: Options) -> Generator[Event, None, N
             yield run.refuse(one, answer.code, answer.message)
 
 
-def _answers(run: _Run, pool: Pool, options: Options) -> dict[int, Survey | Rejected | WorkerFailure]:
+def _answers(run: _Run, pool: Engine, options: Options) -> dict[int, Survey | Rejected | WorkerFailure]:
     """The survey of every input by its number; those whose files have not changed are remembered."""
     table = SurveyTable(run.before.cache, options.category, run.limits, options.dry_run)
     answers: dict[int, Survey | Rejected | WorkerFailure] = {}
@@ -359,7 +361,7 @@ def cache_key(limits: Mapping[str, float], category: str = "") -> str:
     return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), limits_in_key(limits), category)
 
 
-def _results(run: _Run, pool: Pool, show_work: Callable[[str], None] | None = None) -> Iterator[Result]:
+def _results(run: _Run, pool: Engine, show_work: Callable[[str], None] | None = None) -> Iterator[Result]:
     """Yield the result of every step: those of earlier runs first, then the others as workers finish."""
     yield from (step for step in run.steps if isinstance(step, Result))
     due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}

@@ -18,8 +18,8 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.ingest.survey import Survey, state_of
+from casa_assets.pipeline.workers.engine import Engine
 from casa_assets.pipeline.workers.limits import WorkerFailure
-from casa_assets.pipeline.workers.pool import Pool
 
 NAME = "surveys.sqlite"
 _SCHEMA = """
@@ -48,7 +48,7 @@ class SurveyTable:
             rows = database.execute("SELECT input, survey FROM surveys WHERE made_by = ?", (self._made_by,))
             self._kept = dict(rows.fetchall())
 
-    def survey(self, inputs: Sequence[Found], pool: Pool) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
+    def survey(self, inputs: Sequence[Found], pool: Engine) -> Iterator[tuple[int, Survey | Rejected | WorkerFailure]]:
         """Yield the number and the survey of every input, those that are known first; what is new is kept at the end.
 
         Args:

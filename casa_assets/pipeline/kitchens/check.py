@@ -57,6 +57,7 @@ from casa_assets.pipeline.kitchens.scene_page import (
 from casa_assets.pipeline.kitchens.state_file import read_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt
+from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.preview import kitchen as room
 
 FLOOR_MAP = "floor_map.png"
@@ -205,7 +206,7 @@ def _rounded(speed: MeasuredSpeed) -> dict[str, float]:
 def check_all(
     recipes: Sequence[SceneRecipe],
     out: Path,
-    jobs: int = 0,
+    jobs: Workers = 0,
     force: bool = False,
     strict: bool = False,
     drawn: bool = True,

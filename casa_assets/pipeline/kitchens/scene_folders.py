@@ -41,6 +41,7 @@ from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
+from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import tonemap
@@ -328,7 +329,7 @@ def draw_cameras(
 
 
 def build_all(
-    recipes: Sequence[SceneRecipe], out: Path, jobs: int = 0, options: BuildOptions | None = None
+    recipes: Sequence[SceneRecipe], out: Path, jobs: Workers = 0, options: BuildOptions | None = None
 ) -> Iterator[SceneResult]:
     """Scenes in the order in which they are done, worked on by several processes.
 
@@ -344,7 +345,7 @@ def run_recipes(
     work: Callable[[SceneRecipe], SceneResult],
     recipes: Sequence[SceneRecipe],
     out: Path,
-    jobs: int,
+    jobs: Workers,
     warm: str = f"{__name__}:warm",
 ) -> Iterator[SceneResult]:
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.

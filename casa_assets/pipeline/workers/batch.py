@@ -15,8 +15,9 @@ from typing import Any, TypeVar
 from casa_assets import registry
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.pipeline.ingest.job import RunAborted, writing
+from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.workers.engine import Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.pipeline.workers.pool import Pool
 from casa_assets.preview.renderer import NoRenderer
 
 J = TypeVar("J")
@@ -29,13 +30,13 @@ ABORTS = (OutputError, NoRenderer, MemoryError)
 
 
 def run_batch(
-    function: Callable[[J], T], jobs: Sequence[J], root: Path, workers: int, warm: str, least_bytes: int
+    function: Callable[[J], T], jobs: Sequence[J], root: Path, workers: Workers, warm: str, least_bytes: int
 ) -> Iterator[tuple[int, T | WorkerFailure]]:
     """Yield (number of the job, what the function makes of it or a failure) as they finish, each in a worker.
 
     Args:
         function: of a module, or a partial of one, that answers with something picklable.
-        jobs: picklable. root: folder that they write to. workers: at once; 0: one per core.
+        jobs: picklable. root: folder that they write to. workers: where they run.
         warm: see Pool. least_bytes: memory that a job needs.
     Raises:
         CasaError: the disk, the renderer or the memory of this machine does not suffice; what was finished is kept.
@@ -43,7 +44,7 @@ def run_batch(
     if not jobs:
         return
     limits = Limits(CPU_S, int(registry.load().limits["input_memory_bytes"]))
-    with Pool(workers, limits, warm, least_bytes) as pool:
+    with open_engine(workers, limits, warm, Library(root).private, least_bytes) as pool:
         for number, answer in pool.run(
             "casa_assets.pipeline.workers.batch:work", [(function, job, root) for job in jobs]
         ):

@@ -1,0 +1,1 @@
+"""Run jobs on a Ray cluster, with the limits and the isolation of the local pool."""

@@ -1,0 +1,119 @@
+"""What runs on a machine of a Ray cluster: one job, in a child process of its own with limits, as on one machine.
+
+A process that Ray starts keeps a pool of one worker from job to job, with what all jobs need loaded once. A job that
+crashes, runs out of memory or hangs ends its child alone, and the answer says so.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import socket
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.workers.limits import Limits
+from casa_assets.pipeline.workers.pool import Pool
+
+# Seconds that a new file may take to be seen through a shared disk; NFS keeps what it knows of a folder for up to 60 s,
+# but looks again where a name is not known.
+SHARED_DISK_S = 10.0
+
+
+@dataclass(frozen=True)
+class Order:
+    """What all jobs of a run share.
+
+    Attributes:
+        function: `module:name` of the function of one argument that does a job. warm: as in Pool, in their order.
+        limits: of each job. least_bytes: memory that a job needs at least.
+        folder: working folder of the run, to which paths in jobs are relative.
+        marker: file that the run has written on the shared disk.
+        version: of the code of the run, see `version_of`.
+    """
+
+    function: str
+    warm: tuple[str, ...]
+    limits: Limits
+    least_bytes: int
+    folder: Path
+    marker: Path
+    version: str
+
+
+@dataclass(frozen=True)
+class Done:
+    """What a job answered, or a WorkerFailure; on which machine, and the seconds of the clock that it took there."""
+
+    answer: Any
+    host: str
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Unfit:
+    """Why this machine cannot do the jobs of a run."""
+
+    message: str
+
+
+@dataclass
+class _Pools:
+    """Pools of this process, by their limits, and how many functions each has been warmed with."""
+
+    found: dict[tuple[Limits, int], Pool] = field(default_factory=dict)
+    warmed: dict[tuple[Limits, int], int] = field(default_factory=dict)
+    checked: set[tuple[str, Path]] = field(default_factory=set)
+
+
+_POOLS = _Pools()
+
+
+def version_of(function: str) -> str:
+    """Digest of the code that a function reaches, of the packages that it uses, and of Python's version."""
+    return digest_of("cluster", key_of(function), platform.python_version())
+
+
+def work(order: Order, job: Any) -> Done | Unfit:
+    """Do one job on this machine. Raises CasaError where no worker can be started."""
+    if (order.version, order.marker) not in _POOLS.checked:
+        message = _unfit(order)
+        if message:
+            return Unfit(f"{socket.gethostname()}: {message}")
+        os.chdir(order.folder)
+        _POOLS.checked.add((order.version, order.marker))
+    pool = _pool(order)
+    begin = time.monotonic()
+    ((_, answer),) = pool.run(order.function, [job])
+    return Done(answer, socket.gethostname(), time.monotonic() - begin)
+
+
+def _unfit(order: Order) -> str:
+    if order.version != version_of(order.function):
+        return (
+            "has another version of casa-assets, of a package that it uses, or of Python than the machine that started "
+            "the run; install the same on all machines (docs/howto/scale/cluster.md)"
+        )
+    give_up = time.monotonic() + SHARED_DISK_S
+    while not order.marker.exists():
+        if time.monotonic() > give_up:
+            return f"does not see {order.marker.parent}; a cluster needs a disk that all machines share"
+        time.sleep(0.2)
+    if not order.folder.is_dir():
+        return f"does not see the working folder {order.folder}; start the run in a folder that all machines share"
+    return ""
+
+
+def _pool(order: Order) -> Pool:
+    key = (order.limits, order.least_bytes)
+    pool = _POOLS.found.get(key)
+    if pool is None:
+        pool = _POOLS.found[key] = Pool(1, order.limits, order.warm[0], order.least_bytes)
+        _POOLS.warmed[key] = 1
+    for warm in order.warm[_POOLS.warmed[key] :]:
+        pool.prepare(warm)
+    _POOLS.warmed[key] = max(_POOLS.warmed[key], len(order.warm))
+    return pool

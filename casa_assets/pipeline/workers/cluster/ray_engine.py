@@ -1,0 +1,208 @@
+"""Run jobs on a Ray cluster: Ray chooses the machine by free processors and memory, each machine isolates its jobs.
+
+Ray's own retries are off. A job is tried again only where its machine or the process that Ray had started for it is
+lost, which is no fault of the job; what the job itself does is answered by `cluster.node`.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import secrets
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import ray
+from ray import exceptions
+
+from casa_assets.errors import CasaError
+from casa_assets.pipeline.workers.cluster import node
+from casa_assets.pipeline.workers.engine import RayCluster
+from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+
+# A job whose process is killed may be what kills it; machines are lost for reasons of their own.
+MAX_CRASHES, MAX_LOST_MACHINES = 2, 5
+# Jobs that wait on the cluster beside those that run, as a part of them and at least: no processor waits for us.
+WAITING_SHARE, LEAST_WAITING = 0.125, 1
+LOOK_S = 2.0  # between two looks at the size of the cluster
+OBJECT_STORE_BYTES = 200_000_000  # of a Ray that we start: jobs and answers are small, and files go over the disk
+LOST_MACHINE = (exceptions.NodeDiedError, exceptions.LocalRayletDiedError, exceptions.ObjectLostError)
+
+
+@dataclass
+class _Queue:
+    """Jobs by number: those to be done, those that run by Ray's reference, and what has happened to them."""
+
+    waiting: deque[int]
+    running: dict[Any, int] = field(default_factory=dict)
+    with_all_memory: set[int] = field(default_factory=set)
+    crashes: Counter[int] = field(default_factory=Counter)
+    lost: Counter[int] = field(default_factory=Counter)
+
+
+class RayEngine:
+    """Jobs of one run on a Ray cluster; a context manager, at whose end no job of the run is left on it.
+
+    A job is started with as much memory as each of a machine's processors has its share of; one for which that is not
+    enough is tried once more with all that it may use, as in the local pool.
+
+    Args:
+        cluster: which, and how many jobs at once.
+        limits: of each job. warm, least_bytes: as in Pool.
+        shared: folder on a disk that all machines share, for files of the run alone.
+    Raises:
+        CasaError: no cluster answers, or a machine of it is unfit (another version, no shared disk); from `run`.
+    """
+
+    def __init__(self, cluster: RayCluster, limits: Limits, warm: str, shared: Path, least_bytes: int) -> None:
+        self._cluster, self._limits, self._least_bytes = cluster, limits, least_bytes
+        self._warm = [warm]
+        self._marker = Path(os.path.abspath(shared)) / f"cluster-{secrets.token_hex(8)}"  # noqa: PTH100
+        self._is_ours = False
+        self._is_connected = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def prepare(self, warm: str) -> None:
+        """Have one more function called before the next job."""
+        self._warm.append(warm)
+
+    def close(self) -> None:
+        """End what runs, and the cluster where it was started here."""
+        with suppress(OSError):
+            self._marker.unlink(missing_ok=True)
+        if self._is_ours:
+            ray.shutdown()
+        self._is_ours = self._is_connected = False
+
+    def run(
+        self, function: str, jobs: Sequence[Any], started: Callable[[int], None] | None = None
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield (number of the job, answer or WorkerFailure) as they finish.
+
+        Args:
+            function: `module:name` of a function of one argument; it answers with something picklable.
+            jobs: picklable. started: is called with the number of each job when it is handed to the cluster.
+        """
+        if not jobs:
+            return
+        self._connect()
+        order = self._order(function)
+        queue = _Queue(deque(range(len(jobs))))
+        try:
+            while queue.waiting or queue.running:
+                share, at_once = self._room()
+                while queue.waiting and len(queue.running) < at_once:
+                    number = queue.waiting.popleft()
+                    everything = number in queue.with_all_memory
+                    memory = self._most_memory() if everything else share
+                    queue.running[self._submit(order, jobs[number], memory)] = number
+                    if started is not None:
+                        started(number)
+                ready, _ = ray.wait(list(queue.running), num_returns=1, timeout=LOOK_S)
+                for reference in ready:
+                    number = queue.running.pop(reference)
+                    answer = self._answer(reference, number, queue, share)
+                    if answer is not None:
+                        yield number, answer[0]
+        finally:
+            for reference in queue.running:
+                with suppress(Exception):
+                    ray.cancel(reference, force=True)
+
+    def _submit(self, order: node.Order, job: Any, memory: int) -> Any:
+        task = ray.remote(node.work).options(num_cpus=1, memory=memory, max_retries=0, retry_exceptions=False)
+        return task.remote(replace(order, limits=replace(self._limits, memory_bytes=memory)), job)
+
+    def _order(self, function: str) -> node.Order:
+        self._marker.parent.mkdir(parents=True, exist_ok=True)
+        self._marker.touch()
+        version = node.version_of(function)
+        warm = tuple(self._warm)
+        return node.Order(function, warm, self._limits, self._least_bytes, Path.cwd(), self._marker, version)
+
+    def _answer(self, reference: Any, number: int, queue: _Queue, share: int) -> tuple[Any] | None:
+        """The answer of a job that has ended; None where it is put back into the queue. Raises CasaError."""
+        try:
+            done = ray.get(reference)
+        except exceptions.OutOfMemoryError:
+            answer: Any = WorkerFailure("memory", f"needs more than {share / 1e9:.3g} GB of memory")
+        except exceptions.RayTaskError as error:
+            raise CasaError(f"a machine of the cluster cannot do its jobs: {error.cause}") from error
+        except exceptions.WorkerCrashedError:
+            queue.crashes[number] += 1
+            if queue.crashes[number] < MAX_CRASHES:
+                queue.waiting.appendleft(number)
+                return None
+            answer = WorkerFailure("killed", "the process was ended from outside, twice")
+        except LOST_MACHINE as error:
+            queue.lost[number] += 1
+            if queue.lost[number] < MAX_LOST_MACHINES:
+                queue.waiting.appendleft(number)
+                return None
+            answer = WorkerFailure("killed", f"{MAX_LOST_MACHINES} machines were lost while they did it ({error})")
+        else:
+            if isinstance(done, node.Unfit):
+                raise CasaError(done.message)
+            answer = done.answer
+        is_short = isinstance(answer, WorkerFailure) and answer.reason == "memory"
+        if is_short and number not in queue.with_all_memory and share < self._most_memory():
+            queue.with_all_memory.add(number)
+            queue.waiting.append(number)
+            return None
+        return (answer,)
+
+    def _connect(self) -> None:
+        """Connect to the cluster, or start one on this machine."""
+        if self._is_connected:
+            return
+        if not ray.is_initialized():
+            os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # no request leaves the machine
+            address = self._cluster.address
+            own: dict[str, Any] = {
+                "num_cpus": self._cluster.most or len(os.sched_getaffinity(0)),
+                "include_dashboard": False,
+                "object_store_memory": OBJECT_STORE_BYTES,
+            }
+            try:
+                ray.init(
+                    address or "local", log_to_driver=False, logging_level=logging.ERROR, **({} if address else own)
+                )
+            except (ConnectionError, RuntimeError, ValueError) as error:
+                place = f"at {address}" if address else "on this machine"
+                raise CasaError(
+                    f"no Ray cluster answers {place}: {error}; start one with `ray start --head`"
+                ) from error
+            self._is_ours = True
+        self._is_connected = True
+        if not self._machines():
+            self.close()
+            raise CasaError(f"the cluster at {self._cluster.address} has no processors; start workers with `ray start`")
+
+    def _machines(self) -> list[tuple[int, int]]:
+        """Processors and bytes of memory of each machine that lives."""
+        resources = [one["Resources"] for one in ray.nodes() if one["Alive"]]
+        return [(int(one["CPU"]), int(one.get("memory", 0))) for one in resources if one.get("CPU", 0) >= 1]
+
+    def _room(self) -> tuple[int, int]:
+        """Bytes for each job, and how many jobs the cluster is given at once."""
+        machines = self._machines()
+        share = min((memory // processors for processors, memory in machines), default=self._least_bytes)
+        share = min(self._limits.memory_bytes, max(self._least_bytes, share))
+        slots = sum(max(1, min(processors, memory // share)) for processors, memory in machines)
+        waiting = max(LEAST_WAITING, math.ceil(WAITING_SHARE * slots))
+        return share, self._cluster.most or slots + waiting
+
+    def _most_memory(self) -> int:
+        """Bytes that a job may have at most: its limit, or all that the largest machine gives."""
+        return min(self._limits.memory_bytes, max((memory for _, memory in self._machines()), default=0))
