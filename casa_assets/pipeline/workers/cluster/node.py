@@ -6,21 +6,27 @@ crashes, runs out of memory or hangs ends its child alone, and the answer says s
 
 from __future__ import annotations
 
+import hashlib
+import importlib.metadata
 import os
 import platform
+import re
 import socket
 import time
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets import registry
+from casa_assets.pipeline.optional_packages import requirements
 from casa_assets.pipeline.workers.limits import Limits
 from casa_assets.pipeline.workers.pool import Pool
 
 # Seconds that a new file may take to be seen through a shared disk; NFS keeps what it knows of a folder for up to 60 s,
 # but looks again where a name is not known.
 SHARED_DISK_S = 10.0
+PACKAGE = Path(__file__).parents[3]
 
 
 @dataclass(frozen=True)
@@ -32,7 +38,7 @@ class Order:
         limits: of each job. least_bytes: memory that a job needs at least.
         folder: working folder of the run, to which paths in jobs are relative.
         marker: file that the run has written on the shared disk.
-        version: of the code of the run, see `version_of`.
+        version: of the code of the run, see `version`.
     """
 
     function: str
@@ -72,9 +78,19 @@ class _Pools:
 _POOLS = _Pools()
 
 
-def version_of(function: str) -> str:
-    """Digest of the code that a function reaches, of the packages that it uses, and of Python's version."""
-    return digest_of("cluster", key_of(function), platform.python_version())
+@lru_cache(maxsize=1)
+def version() -> str:
+    """Digest of this package with its registry, and of the versions of the packages that it needs and of Python."""
+    digest = hashlib.sha256(platform.python_version().encode())
+    for root in (PACKAGE, registry.data_root()):
+        for path in sorted(root.rglob("*")):
+            if path.is_file() and "__pycache__" not in path.parts:
+                digest.update(path.relative_to(root).as_posix().encode() + b"\0")
+                digest.update(hashlib.sha256(path.read_bytes()).digest())
+    for line in requirements():
+        name = re.split(r"[^\w.-]", line, maxsplit=1)[0]
+        digest.update(f"{name} {importlib.metadata.version(name)}\0".encode())
+    return digest.hexdigest()
 
 
 def work(order: Order, job: Any) -> Done | Unfit:
@@ -92,7 +108,7 @@ def work(order: Order, job: Any) -> Done | Unfit:
 
 
 def _unfit(order: Order) -> str:
-    if order.version != version_of(order.function):
+    if order.version != version():
         return (
             "has another version of casa-assets, of a package that it uses, or of Python than the machine that started "
             "the run; install the same on all machines (docs/howto/scale/cluster.md)"

@@ -127,9 +127,8 @@ class RayEngine:
     def _order(self, function: str) -> node.Order:
         self._marker.parent.mkdir(parents=True, exist_ok=True)
         self._marker.touch()
-        version = node.version_of(function)
         warm = tuple(self._warm)
-        return node.Order(function, warm, self._limits, self._least_bytes, Path.cwd(), self._marker, version)
+        return node.Order(function, warm, self._limits, self._least_bytes, Path.cwd(), self._marker, node.version())
 
     def _answer(self, reference: Any, number: int, queue: _Queue, share: int) -> tuple[Any] | None:
         """The answer of a job that has ended; None where it is put back into the queue. Raises CasaError."""
