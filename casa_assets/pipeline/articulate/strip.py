@@ -5,11 +5,11 @@ It is no part of what is certified: it can be drawn later, and its absence chang
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from casa_assets.articulate.plan import PartKind
+from casa_assets.pipeline.process_name import process_name
 from casa_assets.preview.strip import MovingJoint, joint_strip
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def add(outcome: ArticulateOutcome, library: Library) -> None:
     """Draw the strip of an entry that an earlier run made, and put it there by one rename. Raises as `write`."""
     assert outcome.folder is not None
     picture = joint_strip(outcome.folder / "model.xml", moving_joints(outcome), _heading(outcome))
-    fresh = library.staging / f"{outcome.folder.name}.{os.getpid()}.png"
+    fresh = library.staging / f"{outcome.folder.name}.{process_name()}.png"
     fresh.write_bytes(picture)
     fresh.replace(outcome.folder / NAME)
 

@@ -7,6 +7,8 @@ import zlib
 from contextlib import suppress
 from pathlib import Path
 
+from casa_assets.pipeline.process_name import process_name
+
 # Part of its bound that a store is brought down to, so that not every new file makes it look for old ones.
 TRIMMED_SHARE = 0.75
 
@@ -36,7 +38,7 @@ class Store:
         """Keep bytes under a key; a reader sees all of them or none."""
         path = self._path(key)
         path.parent.mkdir(parents=True, exist_ok=True)
-        fresh = path.with_name(f".{path.name}.{os.getpid()}")
+        fresh = path.with_name(f".{path.name}.{process_name()}")
         fresh.write_bytes(zlib.compress(data, level=1))
         fresh.replace(path)
 

@@ -34,6 +34,7 @@ from casa_assets.model.record import Record
 from casa_assets.pipeline.library.asset_json import asset_from_manifest, manifest_of
 from casa_assets.pipeline.library.entry_files import PICTURE, file_inside
 from casa_assets.pipeline.library.identity import Identity, Producer, suffix_of
+from casa_assets.pipeline.process_name import process_name
 
 REJECTED = "rejected"
 CERTIFICATE = "asset.json"
@@ -162,7 +163,7 @@ class Library:
 
     def stage(self, asset_id: str) -> Path:
         """A fresh folder of that name on the same file system, inside one that is private to this process."""
-        path = self.staging / f"{asset_id}.{os.getpid()}" / asset_id  # SimReady asks for the asset's own name
+        path = self.staging / f"{asset_id}.{process_name()}" / asset_id  # SimReady asks for the asset's own name
         shutil.rmtree(path.parent, ignore_errors=True)
         path.mkdir(parents=True)
         return path
@@ -227,7 +228,7 @@ class Library:
     def forget(self, folder: Path) -> None:
         """Remove an entry that a newer one has replaced, and with the last of a category the folder of the category."""
         if folder.exists():
-            trash = self.staging / f"{folder.name}.{os.getpid()}.gone"
+            trash = self.staging / f"{folder.name}.{process_name()}.gone"
             shutil.rmtree(trash, ignore_errors=True)
             folder.rename(trash)
             shutil.rmtree(trash)

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import base64
 import gzip
-import os
 from dataclasses import dataclass
 from pathlib import Path
+
+from casa_assets.pipeline.process_name import process_name
 
 SUFFIX = ".glb.js"
 
@@ -43,7 +44,7 @@ def put_model(folder: Path, name: str, glb: bytes) -> str:
     """Write `<name>.glb.js` into a folder, put in place by one rename; returns its file name."""
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / f"{name}{SUFFIX}"
-    fresh = folder / f".{target.name}.{os.getpid()}"
+    fresh = folder / f".{target.name}.{process_name()}"
     fresh.write_bytes(model_script(name, glb))
     fresh.replace(target)
     return target.name
