@@ -9,7 +9,9 @@ from __future__ import annotations
 import logging
 import math
 import os
+import re
 import secrets
+import socket
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -30,6 +32,7 @@ from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 MAX_CRASHES, MAX_LOST_MACHINES = 2, 5
 # Jobs that wait on the cluster beside those that run, as a part of them and at least: no processor waits for us.
 WAITING_SHARE, LEAST_WAITING = 0.125, 1
+KNOCK_S = 10.0  # for an answer from a cluster
 LOOK_S = 2.0  # between two looks at the size of the cluster
 OBJECT_STORE_BYTES = 200_000_000  # of a Ray that we start: jobs and answers are small, and files go over the disk
 LOST_MACHINE = (exceptions.NodeDiedError, exceptions.LocalRayletDiedError, exceptions.ObjectLostError)
@@ -174,14 +177,14 @@ class RayEngine:
                 "object_store_memory": OBJECT_STORE_BYTES,
             }
             try:
+                _knock(address)
                 ray.init(
                     address or "local", log_to_driver=False, logging_level=logging.ERROR, **({} if address else own)
                 )
-            except (ConnectionError, RuntimeError, ValueError) as error:
+            except (OSError, RuntimeError, ValueError) as error:
                 place = f"at {address}" if address else "on this machine"
-                raise CasaError(
-                    f"no Ray cluster answers {place}: {error}; start one with `ray start --head`"
-                ) from error
+                message = f"no Ray cluster answers {place}: {error}; start one with `ray start --head`"
+                raise CasaError(message) from error
             self._is_ours = True
         self._is_connected = True
         if not self._machines():
@@ -205,3 +208,9 @@ class RayEngine:
     def _most_memory(self) -> int:
         """Bytes that a job may have at most: its limit, or all that the largest machine gives."""
         return min(self._limits.memory_bytes, max((memory for _, memory in self._machines()), default=0))
+
+
+def _knock(address: str) -> None:
+    """Raise OSError where nothing listens at host:port; Ray would try for minutes."""
+    if found := re.fullmatch(r"(?:ray://)?\[?([^/\[\]]+)\]?:(\d+)", address):
+        socket.create_connection((found[1], int(found[2])), KNOCK_S).close()
