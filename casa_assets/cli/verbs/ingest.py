@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -35,18 +36,20 @@ from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
 from casa_assets.cli.supervise import StopRequested
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.cli.text import duration, pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
+    from collections.abc import Callable, Generator, Sequence
 
+    from casa_assets.pipeline.ingest.estimate import Interval
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
     from casa_assets.pipeline.reports.entry import Entry
 
 # Rows of a table that are printed where the user did not ask for more words.
 MAX_ROWS = 40
+USUAL_CORES = (64, 1024)  # for which --estimate prints the time besides those of this machine
 EXAMPLES = """
 Examples:
 
@@ -63,6 +66,8 @@ Examples:
   casa-assets ingest ~/meshes --only FLT005        retry what was rejected with this code, nothing else
 
   casa-assets ingest ~/meshes --again things       retry what is in review for this, and take what is new
+
+  casa-assets ingest ~/meshes --estimate 40        core-hours, memory, disk, and hours on so many cores
 
   casa-assets ingest ~/incoming --watch            work on files as they come, until Ctrl-C
 
@@ -108,6 +113,14 @@ def ingest(
     explain: Annotated[
         bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
     ] = False,
+    estimate: Annotated[
+        int,
+        typer.Option("--estimate", help="Work on so many inputs, keep nothing; print what all would take.", min=0),
+    ] = 0,
+    cores: Annotated[
+        list[int] | None,
+        typer.Option("--cores", help="Number of cores to print the time for, with --estimate.", min=1),
+    ] = None,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -128,7 +141,11 @@ def ingest(
         library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
     output = Output(json_, quiet, verbose)
-    if watch:
+    if estimate:
+        if watch or explain or dry_run:
+            raise typer.BadParameter("goes with none of --watch, --explain and --dry-run", param_hint="--estimate")
+        _estimate(sources, options, estimate, cores or (), output)
+    elif watch:
         _watch(sources, options, output)
     else:
         _ingest(sources, options, output, explain)
@@ -163,6 +180,36 @@ def _ingest(sources: list[Path], options: Options, output: Output, explain: bool
     if not options.dry_run:
         output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
     _end(events, CRASH_CODE)
+
+
+def _estimate(sources: list[Path], options: Options, sample: int, cores: Sequence[int], output: Output) -> None:
+    """Print what a run would take."""
+    from casa_assets.pipeline.ingest.estimate import count_inputs, estimate, sample_run
+
+    counts = cores or (len(os.sched_getaffinity(0)), *USUAL_CORES)
+    # Of single inputs only those are told that are rejected.
+    events = _print_events(partial(sample_run, sources, options, sample), Output(quiet=True))
+    if not events:
+        print_no_mesh_found(sources, output)
+        raise typer.Exit(2)
+    found = estimate(events, count_inputs(sources, options.library), counts)
+    if output.as_json:
+        output.row({"id": "estimate", "folder": "", **asdict(found)})
+        return
+    table = TextTable(("", "estimate", "9 of 10 resamples"), right=("estimate", "9 of 10 resamples"))
+    table.title = f"{found.inputs:,} inputs, by {found.sampled} of them"
+    rows: list[tuple[str, Interval, Callable[[float], str]]] = [
+        ("core-hours", found.core_hours, lambda hours: f"{hours:,.3g}"),
+        ("disk, GB", found.disk_bytes, lambda count: f"{count / 1e9:,.3g}"),
+        *((f"{n:,} cores", found.hours[n], lambda hours: duration(3600 * hours)) for n in counts),
+    ]
+    for name, interval, written in rows:
+        low, middle, high = map(written, (interval.low, interval.middle, interval.high))
+        table.add(name, middle, f"{low} to {high}")
+    table.print(output.console)
+    output.line(f"Memory: {found.peak_bytes / 1e9:.2g} GB at most, of one input of the sample, with what workers share")
+    if found.kept:
+        output.line(f"{found.kept} of the sample are in the library already and cost nothing")
 
 
 def _end(events: list[Event], crash_code: str) -> None:

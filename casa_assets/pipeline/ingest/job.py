@@ -43,6 +43,20 @@ class Job:
 
 
 @dataclass(frozen=True)
+class Cost:
+    """What the work on one input took.
+
+    Attributes:
+        cpu_s: processor seconds, of all processes. peak_bytes: most memory at once, with what workers share.
+        written_bytes: of its entry.
+    """
+
+    cpu_s: float
+    peak_bytes: int
+    written_bytes: int
+
+
+@dataclass(frozen=True)
 class Outcome:
     """Outcome of the work on one input.
 
@@ -51,6 +65,7 @@ class Outcome:
         staged: the finished entry in the staging folder, for the parent to publish; None where there is none.
         trace: where a fault of ours lies; told once, not kept.
         seconds: that each stage took, by its name, in their order; told once; kept beside the library.
+        cost: of a worker that ended by itself.
     """
 
     accepted: bool
@@ -60,6 +75,7 @@ class Outcome:
     staged: Path | None = None
     trace: str = ""
     seconds: Mapping[str, float] = field(default_factory=dict)
+    cost: Cost | None = None
 
     @property
     def decision(self) -> Decision:
@@ -89,6 +105,7 @@ class Event:
         folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
         seconds: that each stage took in this run, by its name, in their order.
         summary: numbers of an asset, made now or before; None where there is none.
+        cost: of the work in this run; None where there was none, or the worker died.
     """
 
     kind: str
@@ -103,6 +120,7 @@ class Event:
     folder: Path | None = None
     seconds: Mapping[str, float] = field(default_factory=dict)
     summary: disk.Summary | None = None
+    cost: Cost | None = None
 
     @property
     def was_rejected(self) -> bool:

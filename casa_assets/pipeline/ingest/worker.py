@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import resource
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from casa_assets import registry
@@ -18,7 +20,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, stage_refusal, writing
+from casa_assets.pipeline.ingest.job import Cost, Job, Outcome, RunAborted, first_error, stage_refusal, writing
 from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.stages import build_asset, stage_functions
 from casa_assets.pipeline.library import library as disk
@@ -58,9 +60,19 @@ def work(job: Job) -> Outcome | RunAborted:
     """Build, write, look at and check one asset; the entry, or the reason why not, is staged when this returns."""
     try:
         with writing(job.library):
-            return _work(job)
+            outcome = _work(job)
+            return replace(outcome, cost=_cost(outcome))
     except (OutputError, RegistryError, NoRenderer) as error:
         return RunAborted(str(error))
+
+
+def _cost(outcome: Outcome) -> Cost:
+    """What this process, which did nothing else, has used so far with the processes that it started."""
+    own, others = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
+    staged = outcome.staged
+    written = 0 if staged is None else sum(path.stat().st_size for path in staged.rglob("*") if path.is_file())
+    cpu_s = own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
+    return Cost(cpu_s, 1024 * (own.ru_maxrss + others.ru_maxrss), written)
 
 
 def _work(job: Job) -> Outcome:
