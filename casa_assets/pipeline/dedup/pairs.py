@@ -24,45 +24,55 @@ from casa_assets.preview.color_statistics import color_distance
 
 # Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035
-AXES = 3  # principal axes, whose spreads end a row of the table
+# Numbers of a point of the index, and by how much those of similar descriptors may differ: a little more, since the last
+# digits of a sum depend on its order.
+POINT_NUMBERS, POINT_DISTANCE = 5, MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)
+# Points that no tree holds: so many, or this share of the others; choices for speed.
+MOST_OUTSIDE, NEWEST_SHARE = 2000, 0.25
 
 
 class ShapeIndex:
-    """Shape descriptors as one array, in which the few that are similar to a given one are found quickly.
+    """Shape descriptors that come one by one, among which the few that are similar to a given one are found quickly.
 
-    It serves descriptors that come one by one: a k-d tree, as in `nearby_pairs`, would have to be built anew for each.
+    Each is a point of few numbers whose largest difference is no more than the distance of the descriptors. Most points
+    lie in a k-d tree; the newest, which no tree holds yet, are looked through one by one. A tree is built anew
+    whenever they have become too many, so that a million descriptors are taken and looked up within minutes.
     """
 
     def __init__(self, descriptors: Iterable[ShapeDescriptor] = ()) -> None:
         self._descriptors = list(descriptors)
-        self._table = np.array([_flat(descriptor) for descriptor in self._descriptors]).reshape(
-            -1, PAIR_SHARES + CENTER_SHARES + AXES
-        )
+        self._points = np.array([_point(descriptor) for descriptor in self._descriptors]).reshape(-1, POINT_NUMBERS)
+        self._tree: cKDTree | None = None
+        self._in_tree = 0
 
     def add(self, descriptor: ShapeDescriptor) -> None:
         """Add one more descriptor; its place is the number of those before it."""
         count = len(self._descriptors)
-        if count == len(self._table):
-            spare_rows = np.zeros((max(64, count), self._table.shape[1]))
-            self._table = np.concatenate((self._table, spare_rows))
-        self._table[count] = _flat(descriptor)
+        if count == len(self._points):
+            spare_rows = np.zeros((max(64, count), POINT_NUMBERS))
+            self._points = np.concatenate((self._points, spare_rows))
+        self._points[count] = _point(descriptor)
         self._descriptors.append(descriptor)
 
     def near(self, descriptor: ShapeDescriptor) -> list[int]:
         """Places of the descriptors that are near a given one, ascending."""
-        differences = np.abs(self._table[: len(self._descriptors)] - np.array(_flat(descriptor)))
-        pairs, radii = differences[:, :PAIR_SHARES].mean(axis=1), differences[:, PAIR_SHARES:-AXES].mean(axis=1)
-        distance = np.maximum(np.maximum(pairs, radii), differences[:, -AXES:].max(axis=1))
-        # Summation order differs from descriptor_distance, so this only preselects.
-        candidates = np.flatnonzero(distance <= MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)).tolist()
+        count = len(self._descriptors)
+        if count - self._in_tree > max(MOST_OUTSIDE, NEWEST_SHARE * self._in_tree):
+            self._tree, self._in_tree = cKDTree(self._points[:count]), count
+        point = np.array(_point(descriptor))
+        newest = np.abs(self._points[self._in_tree : count] - point).max(axis=1, initial=0.0)
+        candidates = (self._in_tree + np.flatnonzero(newest <= POINT_DISTANCE)).tolist()
+        if self._tree is not None:
+            candidates = sorted(self._tree.query_ball_point(point, POINT_DISTANCE, p=np.inf)) + candidates
         return [
             i for i in candidates if descriptor_distance(descriptor, self._descriptors[i]) <= MAX_DESCRIPTOR_DISTANCE
         ]
 
 
-def _flat(descriptor: ShapeDescriptor) -> tuple[float, ...]:
-    """A descriptor as one row of the table."""
-    return (*descriptor.pair_distances, *descriptor.center_distances, *descriptor.axis_spread)
+def _point(descriptor: ShapeDescriptor) -> tuple[float, ...]:
+    """Axes, and means of the other numbers, no two of which differ by more than the distance of the descriptors."""
+    pairs, reach = descriptor.pair_distances, descriptor.center_distances
+    return (*descriptor.axis_spread, sum(pairs) / PAIR_SHARES, sum(reach) / CENTER_SHARES)
 
 
 def nearby_pairs(descriptors: Sequence[ShapeDescriptor]) -> list[tuple[int, int]]:

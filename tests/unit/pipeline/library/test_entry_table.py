@@ -18,6 +18,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.signature import ShapeDescriptor
 from casa_assets.model.issue import CheckResult, Status, tally
 from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.dedup import pairs
 from casa_assets.pipeline.dedup.entries import read_rows
 from casa_assets.pipeline.dedup.pairs import MAX_DESCRIPTOR_DISTANCE, ShapeIndex, nearby_pairs
 from casa_assets.pipeline.library import entry_table
@@ -188,7 +189,9 @@ def test_a_table_that_is_none_is_made_anew(library: disk.Library, damage: bytes 
     assert EntryTable(library).rows == before.rows
 
 
-def test_near_forms_by_arrays_are_those_by_pairs() -> None:
+@pytest.mark.parametrize("outside", [7, 1000], ids=["most in a tree", "none in a tree"])
+def test_near_forms_of_an_index_are_those_by_pairs(outside: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pairs, "MOST_OUTSIDE", outside)
     rng = np.random.default_rng(5)
 
     def form(near_to: ShapeDescriptor | None = None) -> ShapeDescriptor:
@@ -209,8 +212,9 @@ def test_near_forms_by_arrays_are_those_by_pairs() -> None:
     forms = [form() for _ in range(40)]
     forms += [form(one) for one in forms]
     table = ShapeIndex()
-    for one in forms:
+    for number, one in enumerate(forms):
         table.add(one)
+        assert number in table.near(one)
     slow = [
         [j for j, other in enumerate(forms) if descriptor_distance(one, other) <= MAX_DESCRIPTOR_DISTANCE]
         for one in forms
