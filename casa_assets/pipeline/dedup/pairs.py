@@ -24,8 +24,8 @@ from casa_assets.preview.color_statistics import color_distance
 
 # Shapes whose descriptors differ by more than this are not registered, see benchmarks/ingest/duplicates.py.
 MAX_DESCRIPTOR_DISTANCE = 0.035
-# Numbers of a point of the index, and by how much those of similar descriptors may differ: a little more, since the last
-# digits of a sum depend on its order.
+# Numbers of a point of the index, and by how much those of similar descriptors may differ, with something for the last
+# digits of sums.
 POINT_NUMBERS, POINT_DISTANCE = 5, MAX_DESCRIPTOR_DISTANCE * (1 + 1e-9)
 # Points that no tree holds: so many, or this share of the others; choices for speed.
 MOST_OUTSIDE, NEWEST_SHARE = 2000, 0.25

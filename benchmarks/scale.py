@@ -1,0 +1,151 @@
+"""How an ingest run spreads: one worker against two, Ray against the pool of this machine, and the model of a run.
+
+    ./dev bench scale                     24 inputs made of the sample meshes, in four runs, some minutes
+    ./dev bench scale --inputs FOLDER     meshes of one's own
+    ./dev bench scale --copies 5          so many of each sample, each a little larger than the one before
+
+Prints seconds of each run, the efficiency of two workers, what Ray costs beside the local pool (where it is
+installed), and how far the model of `pipeline/ingest/forecast.py` is off. Two cores of a virtual machine are often two
+threads of one: what two endless loops lose beside each other is printed first, since no run can do better. Ends with
+what runs on clusters would take by that model. Idle cores, please.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import multiprocessing
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+from casa_assets.core.typing import Floats
+from casa_assets.pipeline.ingest.forecast import Overheads, forecast
+from casa_assets.pipeline.ingest.job import Event
+from casa_assets.pipeline.ingest.run import Options, ingest
+from casa_assets.pipeline.workers.engine import RayCluster, Workers
+
+SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
+SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}
+GROWTH = 1.07  # of each copy of a sample: another asset, and not a copy
+LOOP = 30_000_000
+CORES = (1, 8, 64, 512, 1_000, 10_000)
+COUNTS = (10_000, 800_000, 10_000_000)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run. first_s: until the first input was begun; seconds: in all."""
+
+    seconds: float
+    first_s: float
+    events: list[Event]
+
+    @property
+    def costs(self) -> Floats:
+        """Processor seconds of the inputs."""
+        return np.array([event.cost.cpu_s if event.cost else 0.0 for event in self.events])
+
+
+def main() -> None:
+    """Run and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--inputs", type=Path)
+    parser.add_argument("--copies", type=int, default=3)
+    given = parser.parse_args()
+    alone, beside = loop_s(1), loop_s(2)
+    print(f"an endless loop takes {alone:.1f} s alone and {beside:.1f} s beside another: no run can be more efficient")
+    print(f"than {alone / beside:.2f} on two of these cores\n")
+    with tempfile.TemporaryDirectory(prefix="casa-scale-") as folder:
+        inputs = given.inputs or scaled_samples(Path(folder), given.copies)
+        kinds: dict[str, Workers] = {"local, 1 worker": 1, "local, 2 workers": 2}
+        if importlib.util.find_spec("ray") is not None:
+            kinds |= {"Ray, 1 worker": RayCluster(most=1), "Ray, 2 workers": RayCluster(most=2)}
+        runs = {name: run(inputs, Path(folder) / f"library {i}", kind) for i, (name, kind) in enumerate(kinds.items())}
+    print(f"{'run':18} {'inputs':>7} {'seconds':>8} {'first after':>12} {'processor s':>12}")
+    for name, one in runs.items():
+        print(f"{name:18} {len(one.events):7} {one.seconds:8.1f} {one.first_s:12.1f} {one.costs.sum():12.1f}")
+    single, double = runs["local, 1 worker"], runs["local, 2 workers"]
+    efficiency = single.seconds / double.seconds / 2
+    print(f"\nefficiency of two workers: {efficiency:.2f}; of what the cores can: {efficiency * beside / alone:.2f}")
+    for count in (1, 2):
+        word = f"{count} worker" + "s" * (count > 1)
+        if (cluster := runs.get(f"Ray, {word}")) is not None:
+            more = cluster.seconds / runs[f"local, {word}"].seconds - 1
+            print(f"Ray beside the local pool, {word}: {100 * more:+.0f} %")
+    overheads = measured_overheads(single)
+    for count, real in ((1, single), (2, double)):
+        predicted = forecast(real.costs, len(real.events), count, overheads).seconds
+        print(f"model, {count}: {predicted:.1f} s, {100 * (predicted / real.seconds - 1):+.0f} %")
+    print_clusters(single.costs, overheads)
+
+
+def loop_s(count: int) -> float:
+    """Seconds that each of some processes takes for the same work, side by side."""
+    processes = [multiprocessing.Process(target=_loop) for _ in range(count)]
+    begin = time.perf_counter()
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join()
+    return time.perf_counter() - begin
+
+
+def _loop() -> None:
+    total = 0
+    for number in range(LOOP):
+        total += number
+
+
+def scaled_samples(folder: Path, copies: int) -> Path:
+    """The sample meshes, each several times in sizes of their own."""
+    inputs = folder / "inputs"
+    inputs.mkdir()
+    for path in sorted(SAMPLES.iterdir()):
+        if path.suffix not in SUFFIXES:
+            continue
+        try:
+            mesh = trimesh.load(path, force="mesh")
+        except Exception:  # noqa: BLE001  one of them is broken on purpose
+            continue
+        for number in range(copies):
+            mesh.apply_scale(GROWTH)
+            mesh.export(inputs / f"{path.stem}_{number}.glb")
+    return inputs
+
+
+def run(inputs: Path, library: Path, workers: Workers) -> Run:
+    """Ingest into a fresh library."""
+    begin = time.perf_counter()
+    first: list[float] = []
+
+    def show_work(_: str) -> None:
+        first.append(time.perf_counter() - begin)
+
+    events = list(ingest([inputs], Options(library, jobs=workers, keep_duplicates=True), show_work=show_work))
+    return Run(time.perf_counter() - begin, first[0], events)
+
+
+def measured_overheads(single: Run) -> Overheads:
+    """Of a run with one worker: what is left of its seconds is the leading process'."""
+    count = len(single.events)
+    read_s = float(np.mean([event.seconds.get("read", 0.0) for event in single.events]))
+    rest = max(0.0, single.seconds - single.first_s - float(single.costs.sum()))
+    return Overheads(max(0.0, single.first_s - count * read_s), read_s, 0.0, rest / count)
+
+
+def print_clusters(costs: Floats, overheads: Overheads) -> None:
+    """What the model says of clusters, for inputs like these."""
+    heads = " ".join(f"{f'{cores:,} cores':>16}" for cores in CORES)
+    print(f"\nhours of the clock, and the share of the cores in use\n{'inputs':>12} {heads}")
+    for count in COUNTS:
+        row = [forecast(costs, count, cores, overheads) for cores in CORES]
+        print(f"{count:12,} " + " ".join(f"{one.seconds / 3600:10.3g} {100 * one.busy:4.0f}%" for one in row))
+
+
+if __name__ == "__main__":
+    main()
