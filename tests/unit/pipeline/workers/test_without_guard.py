@@ -57,6 +57,6 @@ def test_one_thing_starts_no_process(tmp_path: Path, monkeypatch: pytest.MonkeyP
     def refused(*_: object, **__: object) -> None:
         raise AssertionError("a process was started")
 
-    for module, name in ((subprocess, "Popen"), (os, "fork"), (batch, "Pool")):
+    for module, name in ((subprocess, "Popen"), (os, "fork"), (batch, "open_engine")):
         monkeypatch.setattr(module, name, refused)
     assert run.build_one(FamilyRequest("vase"), tmp_path, drawn=False).passed
