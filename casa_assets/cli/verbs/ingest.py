@@ -77,6 +77,12 @@ Examples:
 
 # An option that bounds an input; 0 stands for the default, which its help names.
 _limit = partial(typer.Option, min=0, show_default=False)
+Sample = Annotated[
+    int, typer.Option("--estimate", help="Work on so many inputs, keep nothing; print what all would take.", min=0)
+]
+Cores = Annotated[
+    list[int] | None, typer.Option("--cores", help="Number of cores to print the time for, with --estimate.", min=1)
+]
 
 
 def ingest(
@@ -113,14 +119,8 @@ def ingest(
     explain: Annotated[
         bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
     ] = False,
-    estimate: Annotated[
-        int,
-        typer.Option("--estimate", help="Work on so many inputs, keep nothing; print what all would take.", min=0),
-    ] = 0,
-    cores: Annotated[
-        list[int] | None,
-        typer.Option("--cores", help="Number of cores to print the time for, with --estimate.", min=1),
-    ] = None,
+    estimate: Sample = 0,
+    cores: Cores = None,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
