@@ -77,6 +77,10 @@ Examples:
 
 # An option that bounds an input; 0 stands for the default, which its help names.
 _limit = partial(typer.Option, min=0, show_default=False)
+Watch = Annotated[bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")]
+Explain = Annotated[
+    bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
+]
 Sample = Annotated[
     int, typer.Option("--estimate", help="Work on so many inputs, keep nothing; print what all would take.", min=0)
 ]
@@ -113,12 +117,8 @@ def ingest(
     ] = None,
     only: Annotated[list[str] | None, typer.Option(help="Retry only such inputs, and leave all others out.")] = None,
     dry_run: DryRun = False,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")
-    ] = False,
-    explain: Annotated[
-        bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
-    ] = False,
+    watch: Watch = False,
+    explain: Explain = False,
     estimate: Sample = 0,
     cores: Cores = None,
     json_: AsJson = False,
