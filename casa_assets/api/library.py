@@ -17,9 +17,10 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
 from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
+from casa_assets.pipeline.ingest.answers import FAILURE_CODES
 from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, ingest_mesh
 from casa_assets.pipeline.ingest.job import Event, first_error
-from casa_assets.pipeline.ingest.run import FAILURE_CODES, Options
+from casa_assets.pipeline.ingest.run import Options
 from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable

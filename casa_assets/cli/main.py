@@ -30,6 +30,7 @@ from casa_assets.cli.verbs.find import find
 from casa_assets.cli.verbs.home import home
 from casa_assets.cli.verbs.index import index
 from casa_assets.cli.verbs.ingest import fetch, ingest
+from casa_assets.cli.verbs.library import app as library
 from casa_assets.cli.verbs.objects import app as objects
 from casa_assets.cli.verbs.preview import preview
 from casa_assets.cli.verbs.report import report
@@ -70,6 +71,7 @@ app.command(
     cls=verb({"--into": "--out", "--category": "--lvis"}),
     rich_help_panel=MAKE,
 )(fetch)
+app.add_typer(library, rich_help_panel=MAKE)
 app.add_typer(scenes, rich_help_panel=MAKE)
 app.add_typer(families, rich_help_panel=MAKE)
 app.add_typer(objects, rich_help_panel=MAKE)

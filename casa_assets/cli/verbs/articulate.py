@@ -241,7 +241,7 @@ def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, output: Out
 
 def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
     """End with exit 3 after a fault of the program, 1 after a rejection, 4 where some are in review; else return."""
-    from casa_assets.pipeline.ingest.run import CRASH_CODE
+    from casa_assets.pipeline.ingest.answers import CRASH_CODE
 
     if faults := [str(outcome.mesh) for outcome in outcomes if outcome.code == CRASH_CODE]:
         raise BatchFault(map(terminal_safe, faults))

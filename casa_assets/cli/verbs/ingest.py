@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
 
-from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
+from casa_assets.cli.ingest_output import codes_of, end, print_counts, print_events, print_summary
+from casa_assets.cli.input_report import print_codes, print_no_mesh_found, print_others
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
@@ -32,12 +32,11 @@ from casa_assets.cli.options import (
     more,
     workers,
 )
-from casa_assets.cli.output import Output, measures
-from casa_assets.cli.progress import bar
+from casa_assets.cli.output import Output
 from casa_assets.cli.supervise import StopRequested
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import duration, pluralize, terminal_safe
-from casa_assets.errors import BatchFault
+from casa_assets.cli.text import duration, pluralize
+from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
@@ -45,10 +44,8 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.ingest.estimate import Interval
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
-    from casa_assets.pipeline.reports.entry import Entry
+    from casa_assets.pipeline.ingest.shards.shard import Shard
 
-# Rows of a table that are printed where the user did not ask for more words.
-MAX_ROWS = 40
 USUAL_CORES = (64, 1024)  # for which --estimate prints the time besides those of this machine
 EXAMPLES = """
 Examples:
@@ -72,6 +69,9 @@ Examples:
   casa-assets ingest ~/incoming --watch            work on files as they come, until Ctrl-C
 
   casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
+
+  casa-assets ingest ~/meshes --shard 3/16 --out shards/3
+                                                   the third of sixteen parts, for `casa-assets library merge`
 """
 
 
@@ -86,6 +86,16 @@ Sample = Annotated[
 ]
 Cores = Annotated[
     list[int] | None, typer.Option("--cores", help="Number of cores to print the time for, with --estimate.", min=1)
+]
+KeepDuplicates = Annotated[
+    bool, typer.Option("--keep-duplicates", help="Keep meshes that duplicate one that is already in the library.")
+]
+Split = Annotated[bool, typer.Option("--split", help="Make one asset of each thing in a file that holds several.")]
+ShardWords = Annotated[
+    str,
+    typer.Option(
+        "--shard", metavar="I/N", help="Work on part I of N of the inputs alone, I from 1 to N, for `library merge`."
+    ),
 ]
 
 
@@ -105,12 +115,8 @@ def ingest(
     max_texture: Annotated[int, _limit(help="Pixels of a side; 16384 by default.")] = 0,
     max_pixels: Annotated[float, _limit(help="Million pixels; 67.2 by default.")] = 0.0,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
-    keep_duplicates: Annotated[
-        bool, typer.Option("--keep-duplicates", help="Keep meshes that duplicate one that is already in the library.")
-    ] = False,
-    split: Annotated[
-        bool, typer.Option("--split", help="Make one asset of each thing in a file that holds several.")
-    ] = False,
+    keep_duplicates: KeepDuplicates = False,
+    split: Split = False,
     again: Annotated[
         list[str] | None,
         typer.Option(help="Also retry inputs that were rejected with this code, or are in review for this subject."),
@@ -118,6 +124,7 @@ def ingest(
     only: Annotated[list[str] | None, typer.Option(help="Retry only such inputs, and leave all others out.")] = None,
     dry_run: DryRun = False,
     watch: Watch = False,
+    shard: ShardWords = "",
     explain: Explain = False,
     estimate: Sample = 0,
     cores: Cores = None,
@@ -140,10 +147,12 @@ def ingest(
     options = Options(
         library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
+    options = replace(options, shard=_shard(shard))
     output = Output(json_, quiet, verbose)
     if estimate:
-        if watch or explain or dry_run:
-            raise typer.BadParameter("goes with none of --watch, --explain and --dry-run", param_hint="--estimate")
+        if watch or explain or dry_run or shard:
+            message = "goes with none of --watch, --explain, --dry-run and --shard"
+            raise typer.BadParameter(message, param_hint="--estimate")
         _estimate(sources, options, estimate, cores or (), output)
     elif watch:
         _watch(sources, options, output)
@@ -156,30 +165,33 @@ ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 def _ingest(sources: list[Path], options: Options, output: Output, explain: bool) -> None:
     """Run once, tell what became of the inputs, and end with the exit code for it."""
-    from casa_assets.pipeline.ingest.run import CRASH_CODE
     from casa_assets.pipeline.ingest.run import ingest as run
+    from casa_assets.pipeline.ingest.shards.record import NAME as SHARD_RECORD
 
     others: Counter[str] = Counter()
 
     def start(show_work: Callable[[str], None] | None) -> Generator[Event]:
         return run(sources, options, others=others, show_work=show_work)
 
-    events = _print_events(start, output, options.dry_run)
+    events = print_events(start, output, options.dry_run)
     print_others(+others, output)
     if not events and options.only:
         output.line(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}")
+        return
+    if not events and options.shard is not None and (options.dry_run or (options.library / SHARD_RECORD).is_file()):
+        output.line(f"shard {options.shard} has none of the inputs")
         return
     if not events:
         print_no_mesh_found(sources, output)
         raise typer.Exit(2)
     if options.dry_run and not output.as_json:
-        print_codes(_codes_of(events), output)
-        _print_counts(events, output)
+        print_codes(codes_of(events), output)
+        print_counts(events, output)
     elif not output.as_json or explain:
-        _print_summary(events, options.library, output, explain)
+        print_summary(events, options.library, output, explain)
     if not options.dry_run:
         output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
-    _end(events, CRASH_CODE)
+    end(events)
 
 
 def _estimate(sources: list[Path], options: Options, sample: int, cores: Sequence[int], output: Output) -> None:
@@ -188,7 +200,7 @@ def _estimate(sources: list[Path], options: Options, sample: int, cores: Sequenc
 
     counts = cores or (len(os.sched_getaffinity(0)), *USUAL_CORES)
     # Of single inputs only those are told that are rejected.
-    events = _print_events(partial(sample_run, sources, options, sample), Output(quiet=True))
+    events = print_events(partial(sample_run, sources, options, sample), Output(quiet=True))
     if not events:
         print_no_mesh_found(sources, output)
         raise typer.Exit(2)
@@ -212,16 +224,6 @@ def _estimate(sources: list[Path], options: Options, sample: int, cores: Sequenc
         output.line(f"{found.kept} of the sample are in the library already and cost nothing")
 
 
-def _end(events: list[Event], crash_code: str) -> None:
-    """End with the exit code of a run; 0 is to return."""
-    if faults := [event.path for event in events if event.code == crash_code]:
-        raise BatchFault(map(terminal_safe, faults))
-    if any(event.was_rejected for event in events):
-        raise typer.Exit(1)
-    if any(event.is_in_review for event in events):
-        raise typer.Exit(4)
-
-
 def _codes(words: list[str] | None) -> frozenset[str]:
     """Codes of rejections and subjects of review that a user named."""
     from casa_assets.pipeline.library.review import SUBJECTS
@@ -232,20 +234,30 @@ def _codes(words: list[str] | None) -> frozenset[str]:
     return frozenset(words or ())
 
 
+def _shard(words: str) -> Shard | None:
+    """The shard that a user named."""
+    from casa_assets.pipeline.ingest.shards.shard import Shard
+
+    try:
+        return Shard.parse(words) if words else None
+    except CasaError as error:
+        raise typer.BadParameter(str(error), param_hint="--shard") from None
+
+
 def _watch(sources: list[Path], options: Options, output: Output) -> None:
     """Run whenever files have changed and settled, until a signal asks to stop; told is only what is new."""
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.watch import settled_changes
 
-    if options.dry_run or options.redone:
-        raise typer.BadParameter("--watch goes with none of --dry-run, --again and --only")
+    if options.dry_run or options.redone or options.shard:
+        raise typer.BadParameter("--watch goes with none of --dry-run, --again, --only and --shard")
     try:
         output.line(f"watching {pluralize(len(sources), 'place')}; Ctrl-C ends")
         for time_ns in settled_changes(sources, options.library):
             settled = replace(options, not_after_ns=time_ns)
-            events = _print_events(partial(_new_events, run, sources, settled), output)
+            events = print_events(partial(_new_events, run, sources, settled), output)
             if events and not output.as_json:
-                _print_summary(events, options.library, output, explain=False)
+                print_summary(events, options.library, output, explain=False)
     except StopRequested:
         output.line("stopped; the same command goes on from here")
 
@@ -270,204 +282,6 @@ def _guards(megabytes: float, faces: int, pixels: int, million_pixels: float) ->
         "input_texture_pixels": million_pixels * 1e6,
     }
     return {name: value for name, value in limits.items() if value}
-
-
-def _print_events(
-    start: Callable[[Callable[[str], None] | None], Generator[Event]], output: Output, dry_run: bool = False
-) -> list[Event]:
-    """Run, print a line for each input as it is done, and return all of them.
-
-    Args:
-        start: begins the run; it takes what is called with the path of each input that is begun.
-    """
-    events: list[Event] = []
-    done = bad = unsure = 0
-    begun: dict[str, None] = {}
-    with bar(output.console) as progress:
-        task = progress.add_task("looking", total=None)
-
-        def show() -> None:
-            counts = f"[green]{done - bad - unsure} ok[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
-            name = f"; {_safe(Path(next(iter(begun))).name)}" if begun else ""
-            progress.update(task, completed=done, description=f"{counts}{name}")
-
-        def show_work(path: str) -> None:
-            begun[path] = None
-            show()
-
-        with closing(start(show_work)) as running:
-            for event in running:
-                events.append(event)
-                begun.pop(event.path, None)
-                done += event.count
-                bad += event.count * event.was_rejected
-                unsure += event.is_in_review
-                progress.update(task, total=event.total)
-                show()
-                if event.kind != "kept" or event.total <= MOST_LISTED or output.verbose or output.as_json:
-                    _print_event(event, output, dry_run)
-    return events
-
-
-def _print_event(event: Event, output: Output, dry_run: bool) -> None:
-    if output.as_json:
-        output.row(_json_row(event, dry_run))
-    elif event.kind == "rejected" or (output.verbose and event.was_rejected):
-        output.failures.print(
-            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.message)}",
-            highlight=False,
-            soft_wrap=True,
-        )
-    elif dry_run or output.verbose:
-        color = "yellow" if event.is_in_review else "green"
-        kept = " (there already)" if event.kind == "kept" else ""
-        seconds = f" in {sum(event.seconds.values()):.1f} s" if event.seconds else ""
-        output.console.print(
-            f"[{color}]{event.decision.value}[/]{kept} {_safe(event.path)}: {event.asset_id}{seconds}",
-            highlight=False,
-            soft_wrap=True,
-        )
-        for warning in event.warnings if event.is_in_review else ():
-            output.line(f"  {terminal_safe(warning.pointer)}: {terminal_safe(warning.message)}")
-
-
-def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
-    """What `--json` tells of an input."""
-    return {
-        "status": event.decision.value,
-        "verdict": event.decision.value,
-        "folder": "" if event.folder is None else str(event.folder),
-        **measures(event.summary),
-        "to_decide": event.to_decide,
-        "kept": event.kind == "kept",
-        "path": event.path,
-        "id": event.asset_id,
-        "code": event.code,
-        "message": event.message,
-        "count": event.count,
-        "dry_run": dry_run,
-        "seconds": {name: round(value, 3) for name, value in event.seconds.items()},
-        "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
-    }
-
-
-def _print_summary(events: list[Event], library: Path, output: Output, explain: bool) -> None:
-    from casa_assets.model.issue import Decision
-    from casa_assets.pipeline.library.entry_table import EntryTable
-    from casa_assets.pipeline.library.library import Library
-
-    touched = {e.asset_id for e in events}
-    if len(touched) > MOST_LISTED:
-        touched = {e.asset_id for e in events if e.kind != "kept"}
-    rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched} if touched else {}
-    most = len(rows) if output.verbose else MAX_ROWS
-    _accepted_table([e for e in rows.values() if e.decision is Decision.ACCEPTED], most).print(output.console)
-    _review_table([e for e in rows.values() if e.decision is Decision.REVIEW], most).print(output.console)
-    print_codes(_codes_of(events), output)
-    if explain:
-        for entry in rows.values():
-            _print_guesses(entry, output)
-    _print_library_checks(library, output)
-    unsure = _print_counts(events, output)
-    place = terminal_safe(str(library))
-    output.line(f"Library: {place}/")
-    output.line(f"Index:   {place}/index.sqlite")
-    if unsure:
-        output.line(f"Review:  {place}/review.csv; accept or correct there, then run again")
-    output.line(f"Next:    casa-assets report --library {place}")
-
-
-def _codes_of(events: list[Event]) -> Counter[str]:
-    """Inputs by the code that they were rejected with."""
-    codes: Counter[str] = Counter()
-    for event in events:
-        codes[event.code] += event.count * bool(event.code)
-    return +codes
-
-
-def _print_counts(events: list[Event], output: Output) -> int:
-    """How fast the stages were, and how many inputs were accepted, in review and rejected; returns those in review."""
-    from casa_assets.model.issue import Decision
-    from casa_assets.pipeline.ingest.run import tally
-    from casa_assets.pipeline.ingest.stage_times import throughput
-
-    heads = ("stage", "inputs", "seconds", "inputs per second")
-    table = TextTable(heads, right=heads[1:], title="Throughput of one worker")
-    for one in throughput(event.seconds for event in events):
-        table.add(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
-    table.print(output.console)
-    counts = tally(events)
-    accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
-    print_outcomes(accepted, unsure, rejected, counts["kept"], output)
-    return unsure
-
-
-def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
-    """Lines about the checks of all assets of the library together."""
-    from casa_assets.model.issue import Status
-    from casa_assets.pipeline.dedup.library_report import read_library_report
-
-    library_report = read_library_report(library)
-    issues = library_report.report.issues if library_report else ()
-    shown = issues if output.verbose else issues[:max_lines]
-    for issue in shown:
-        place = f"{issue.pointer} " if issue.pointer else ""
-        output.console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False, soft_wrap=True)
-    for result in library_report.report.results if library_report else ():
-        if result.status is Status.NOT_RUN:
-            message = f"[yellow]{result.code}[/] not run: {_safe(result.reason)}"
-            output.console.print(message, highlight=False, soft_wrap=True)
-    if len(issues) > len(shown):
-        output.line(f"... and {len(issues) - len(shown)} more about the library as a whole, see the report")
-
-
-def _accepted_table(accepted: list[Entry], most: int = MAX_ROWS) -> TextTable:
-    heads = "asset", "size (cm)", "mass", "shapes", "checks", "warn", "source"
-    table = TextTable(heads, right=heads[2:-1], title="Accepted")
-    for entry in accepted[:most]:
-        table.add(*_cells(entry))
-    if len(accepted) > most:
-        table.add(f"... and {len(accepted) - most} more", *[""] * (len(heads) - 1))
-    return table
-
-
-def _review_table(in_review: list[Entry], most: int = MAX_ROWS) -> TextTable:
-    heads = "asset", "size (cm)", "mass", "for you to decide", "source"
-    table = TextTable(heads, right=("mass",), title="In review")
-    for entry in in_review[:most]:
-        name, size, mass, *_, source = _cells(entry)
-        table.add(name, size, mass, ", ".join(entry.to_decide), source)
-    if len(in_review) > most:
-        table.add(f"... and {len(in_review) - most} more", *[""] * (len(heads) - 1))
-    return table
-
-
-def _cells(entry: Entry) -> tuple[str, ...]:
-    """Id, size, mass, collision shapes, checks passed of those that apply, warnings and source of an accepted asset."""
-    assert entry.summary is not None
-    size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
-    mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
-    checks = entry.checks
-    shapes, warned = str(entry.summary.colliders), str(len(entry.warnings))
-    return entry.id, size, mass, shapes, f"{checks.passed}/{checks.applying}", warned, terminal_safe(entry.source_path)
-
-
-def _print_guesses(entry: Entry, output: Output) -> None:
-    output.console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}", soft_wrap=True)
-    lines = [f"  {g.subject}: {_safe(g.value)} ({g.confidence:.0%}): {_safe(g.reason)}" for g in entry.guesses]
-    lines += [f"  [yellow]{i.code}[/] {_safe(i.pointer)}: {_safe(i.message)}" for i in entry.warnings]
-    lines += [] if entry.accepted else [f"  [red]{entry.code}[/] {_safe(entry.message)}"]
-    for line in lines:
-        output.console.print(line, highlight=False, soft_wrap=True)
-
-
-def _safe(words: str) -> str:
-    """Words of strangers, fit for a line with markup."""
-    return escape(terminal_safe(words))
-
-
-def _lines(words: str) -> str:
-    return "\n".join(_safe(line) for line in words.split("\n"))
 
 
 def fetch(

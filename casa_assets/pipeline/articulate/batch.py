@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
@@ -29,10 +30,11 @@ from casa_assets.pipeline.articulate.run import (
     publish_refusal,
 )
 from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.ingest.answers import FAILURE_CODES
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.job import RunAborted, writing
-from casa_assets.pipeline.ingest.refused_rows import RefusedRows
-from casa_assets.pipeline.ingest.run import DUPLICATE_CODE, FAILURE_CODES, inputs_with_mesh
+from casa_assets.pipeline.ingest.refused_rows import RefusedRows, is_below
+from casa_assets.pipeline.ingest.run import DUPLICATE_CODE, inputs_with_mesh
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.ingest.survey_table import SurveyTable
 from casa_assets.pipeline.ingest.unreadable_inputs import UnreadableInputs, write_if_changed
@@ -134,7 +136,7 @@ def _run(
                 yield replace(outcome, total=total)
     tidy_times(library)
     unreadable.prune(library)
-    refused.write(roots)
+    refused.write(partial(is_below, roots))
     review.write(library, EntryTable(library, skip_damaged=True).entries)
 
 

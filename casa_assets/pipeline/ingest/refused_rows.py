@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -85,18 +85,18 @@ class RefusedRows:
 
     def rest(self) -> Iterator[tuple[str, str, int]]:
         """Path, code and number of the rows that were only counted."""
-        for file in self._found():
+        for file in self.files():
             for code, count in file.rest.items():
                 yield file.path, code, count
 
-    def write(self, roots: Sequence[Path]) -> None:
+    def write(self, is_looked_at: Callable[[str], bool]) -> None:
         """Write the file anew, by one rename. Files that this run did not look at keep their lines.
 
         Args:
-            roots: that the run looked at.
+            is_looked_at: True for a file, as its source calls it, that the run looked at.
         """
-        lines = {p: file for p, file in self._before.items() if p != OTHER_FILES and not _is_below(roots, p)}
-        lines |= {file.path: file for file in self._found()}
+        lines = {p: file for p, file in self._before.items() if p != OTHER_FILES and not is_looked_at(p)}
+        lines |= {file.path: file for file in self.files()}
         target = self._library.root / REJECTED / NAME
         if not lines:
             target.unlink(missing_ok=True)
@@ -110,7 +110,8 @@ class RefusedRows:
                 out.write(lines[path].model_dump_json() + "\n")
         temporary.replace(target)
 
-    def _found(self) -> Iterator[RefusedFile]:
+    def files(self) -> Iterator[RefusedFile]:
+        """The files whose rows were refused in this run, by path; all beyond `MAX_FILES` are one."""
         for path in sorted(self._counts):
             counts = dict(sorted(self._counts[path].items()))
             yield RefusedFile(path=path, counts=counts, rows=tuple(self._rows[path]))
@@ -164,6 +165,6 @@ def place_of(path: str) -> dict[str, str]:
     }
 
 
-def _is_below(roots: Sequence[Path], path: str) -> bool:
+def is_below(roots: Sequence[Path], path: str) -> bool:
     """True if a run over these roots looks at the file that a source calls so."""
     return any((root / path).is_file() if root.is_dir() else root.name == path for root in roots)

@@ -8,12 +8,13 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from casa_assets import registry
-from casa_assets.errors import CasaError, Rejected
+from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Report
@@ -23,20 +24,22 @@ from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.dedup.deduplicator import NEAR_DUPLICATE_CODE as COPY
 from casa_assets.pipeline.dedup.deduplicator import Deduplicator
 from casa_assets.pipeline.ingest import unreadable_inputs
+from casa_assets.pipeline.ingest.answers import FAILURE_CODES, Answers, SurveyAnswer, WorkerAnswers
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs, has_changed_since
 from casa_assets.pipeline.ingest.in_memory import MeshInput, stage_meshes
 from casa_assets.pipeline.ingest.job import (
     Event,
     Job,
-    Outcome,
     Result,
-    RunAborted,
     limits_in_key,
     stage_refusal,
     with_overrides,
     writing,
 )
-from casa_assets.pipeline.ingest.refused_rows import RefusedRows, remainder_message, row_id
+from casa_assets.pipeline.ingest.refused_rows import RefusedRows, is_below, remainder_message, row_id
+from casa_assets.pipeline.ingest.shards.record import ShardHeader, made_by
+from casa_assets.pipeline.ingest.shards.recorder import Recorder, check_is_no_shard
+from casa_assets.pipeline.ingest.shards.shard import Shard
 from casa_assets.pipeline.ingest.split import taken_apart
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.ingest.survey_table import SurveyTable, without_states
@@ -49,21 +52,12 @@ from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.resume import cached_outcome
 from casa_assets.pipeline.library.run_times import keep_times
 from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.workers.engine import Engine, Workers, open_engine
+from casa_assets.pipeline.workers.engine import Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 
-# What the pool's own verdicts are called in registry/rejections.yaml.
 REJECTED = Decision.REJECTED
-CRASH_CODE = "RUN004"  # of the program, not of the input
-FAILURE_CODES = {
-    "timeout": "RUN001",
-    "memory": "RUN002",
-    "signal": "RUN003",
-    "killed": "RUN003",
-    "error": CRASH_CODE,
-    "stuck": "RUN008",
-}
 DUPLICATE_CODE = "RUN006"
+SURVEY_WARM = "casa_assets.pipeline.ingest.survey:warm"
 
 
 @dataclass(frozen=True)
@@ -83,6 +77,8 @@ class Options:
             worked on again, whatever else is kept. only: the same, and all other inputs are left out.
         dry_run: say what would become of each input, and write nothing.
         sample: work on so many inputs alone, the same each time, whatever their order; 0: on all.
+        shard: work on the inputs of this part of the run alone, for `shards.merge`; None: on all. Copies stay: which
+            of two is the first is known once all inputs are there.
         not_after_ns: time in nanoseconds since 1970; an input of which a file has changed since may be half-written
             and is left as it is, for a later run. None: none is.
     """
@@ -101,6 +97,17 @@ class Options:
     dry_run: bool = False
     sample: int = 0
     not_after_ns: int | None = None
+    shard: Shard | None = None
+
+    @property
+    def keeps_copies(self) -> bool:
+        """True if this run does not look for copies."""
+        return self.keep_duplicates or self.shard is not None
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """Limits of the registry with what this run changes of them, by their names."""
+        return {**registry.load().limits, **self.guards}
 
     @property
     def redone(self) -> frozenset[str]:
@@ -116,7 +123,7 @@ class _Run:
         library: what is written to. before: the one that holds what earlier runs made; they differ in a dry run alone.
         table: the entries of that one as the run begins. left_out: numbers of inputs that this run leaves as they are,
             and tells nothing of. steps: inputs that could be read, in their order: what is to
-            be done, or an accepted asset that is there.
+            be done, or an accepted asset that is there. older: folders of the entries of `before`, see `by_input`.
     """
 
     library: disk.Library
@@ -132,6 +139,7 @@ class _Run:
     overrides: dict[str, UserOverride] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self.older = self.before.by_input()
         self.known = {self.before.root / entry.path: entry for entry in self.table.entries}
 
     def leave_out_all_but(self, codes: Set[str]) -> None:
@@ -147,7 +155,7 @@ class _Run:
         """The override that a person gave for an input."""
         return self.overrides.get(survey.sha256, NO_OVERRIDE)
 
-    def heard(self, answer: Survey | Rejected | WorkerFailure) -> Survey | Rejected | WorkerFailure:
+    def heard(self, answer: SurveyAnswer) -> SurveyAnswer:
         """An answer with the category that a person decided, where one did."""
         if not isinstance(answer, Survey) or not (name := self.override(answer).category):
             return answer
@@ -193,65 +201,105 @@ def ingest(
         before = library = disk.Library(options.library)
         if options.dry_run:
             library = disk.Library(Path(stack.enter_context(TemporaryDirectory(prefix="casa-assets-"))))
-        stack.enter_context(library.locked())
-        stack.enter_context(writing(library.root))
-        stack.callback(library.sweep)
-        library.sweep()
-        Store(library.cache).sweep()
+        open_library(library, stack)
+        every: Iterable[Found | Refused]
         every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
         table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
         places = [*roots, *(Path(mesh.name) for mesh in meshes)]
-        yield from _ingest(library, table, every, places, options, show_work)
-        if not options.dry_run:
-            write_reports(library, options.weights, table)
+        recorder = _recorder(before, table, places, options)
+        if recorder is not None and not options.dry_run:
+            recorder.begin()
+        with open_engine(options.jobs, _worker_limits(options), SURVEY_WARM, library.private) as pool:
+            surveys = SurveyTable(before.cache, options.category, options.limits, options.dry_run)
+            answers: Answers = WorkerAnswers(pool, surveys, options.limits, show_work)
+            if recorder is not None:
+                every, answers = recorder.own(every), recorder.noting(answers)
+            yield from ingest_inputs(library, table, every, answers, options, partial(is_below, places))
+        if options.dry_run:
+            return
+        write_reports(library, options.weights, table)
+        if recorder is not None:
+            recorder.end()
 
 
-def _ingest(
+def open_library(library: disk.Library, stack: ExitStack) -> None:
+    """Hold a library for writing until the stack is left, and remove what a killed run left half-written."""
+    stack.enter_context(library.locked())
+    stack.enter_context(writing(library.root))
+    stack.callback(library.sweep)
+    library.sweep()
+    Store(library.cache).sweep()
+
+
+def _recorder(library: disk.Library, table: EntryTable, roots: Sequence[Path], options: Options) -> Recorder | None:
+    """What narrows the run to its shard; None where it works on all inputs. Raises OutputError, see Recorder."""
+    if options.shard is None:
+        check_is_no_shard(library)
+        return None
+    header = ShardHeader(
+        index=options.shard.index,
+        count=options.shard.count,
+        is_complete=False,
+        category=options.category,
+        split=options.split,
+        keep_duplicates=options.keep_duplicates,
+        limits=dict(sorted(options.limits.items())),
+        cache_key=cache_key(options.limits, options.category),
+        made_by=made_by(),
+        roots=tuple(str(root.absolute()) for root in roots),
+    )
+    return Recorder(table, header)
+
+
+def _worker_limits(options: Options) -> Limits:
+    known = registry.load().limits
+    memory_bytes = options.memory_bytes or int(known["input_memory_bytes"])
+    return Limits(options.seconds or known["input_seconds"], memory_bytes)
+
+
+def ingest_inputs(
     library: disk.Library,
     table: EntryTable,
     inputs: Iterable[Found | Refused],
-    roots: Sequence[Path],
+    answers: Answers,
     options: Options,
-    show_work: Callable[[str], None] | None,
+    is_looked_at: Callable[[str], bool],
 ) -> Generator[Event, None, None]:
     """Work on all inputs; yields an Event for each, as it is done with.
 
     Args:
         library: what is written to. table: entries of the library that holds what earlier runs made: in a dry run it
-            is another one. roots: that the inputs were found under. show_work: see `ingest`.
+            is another one. answers: tell of the inputs what the run asks, and make the assets.
+        is_looked_at: True for a file, as its source calls it, that the inputs were searched in.
     """
-    known = registry.load()
     before = library if table.root == library.root else disk.Library(table.root)
-    bounds = {**known.limits, **options.guards}
-    seconds = options.seconds or known.limits["input_seconds"]
-    limits = Limits(seconds, options.memory_bytes or int(known.limits["input_memory_bytes"]))
     overrides = review.read_overrides(before)
-    with open_engine(options.jobs, limits, "casa_assets.pipeline.ingest.survey:warm", library.private) as pool:
-        refused = RefusedRows(before)
-        found, early = inputs_with_mesh(inputs, refused)
-        if options.split:
-            found = _taken_apart(library, found, bounds, pool)
-        found = sample_of(found, options.sample)
-        key = cache_key(bounds, options.category)
-        run = _Run(library, before, table, key, bounds, found, overrides=overrides)
-        if options.only:
-            run.leave_out_all_but(options.only)
-            early = [(event, one) for event, one in early if event.code in options.only]
-        run.total = total = len(found) - len(run.left_out) + sum(event.count for event, _ in early)
-        for event, one in early:
-            yield replace(event, total=total)
-            run.unreadable.note_refused(one)
-        yield from _survey(run, pool, options)
-        results: Iterable[Result] = _results(run, pool, show_work)
-        if not options.keep_duplicates:
-            own = frozenset(_job(step).survey.sha256 for step in run.steps)
-            results = Deduplicator(library, known.limits["alike_form"], own, table).filter(results)
-        for result in results:
-            yield _publish_outcome(run, result)
-    if not options.dry_run:
-        run.unreadable.prune(library)
-    if not options.dry_run and not options.only:
-        refused.write(roots)
+    refused = RefusedRows(before)
+    found, early = inputs_with_mesh(inputs, refused)
+    if options.split:
+        found = _taken_apart(library, found, answers)
+    found = sample_of(found, options.sample)
+    key = cache_key(options.limits, options.category)
+    run = _Run(library, before, table, key, options.limits, found, overrides=overrides)
+    if options.only:
+        run.leave_out_all_but(options.only)
+        early = [(event, one) for event, one in early if event.code in options.only]
+    run.total = total = len(found) - len(run.left_out) + sum(event.count for event, _ in early)
+    for event, one in early:
+        yield replace(event, total=total)
+        run.unreadable.note_refused(one)
+    yield from _survey(run, answers, options)
+    results: Iterable[Result] = _results(run, answers)
+    if not options.keeps_copies:
+        own = frozenset(_job(step).survey.sha256 for step in run.steps)
+        results = Deduplicator(library, registry.load().limits["alike_form"], own, table).filter(results)
+    for result in results:
+        yield _publish_outcome(run, result)
+    if options.dry_run:
+        return
+    run.unreadable.prune(library)
+    if not options.only:
+        refused.write(is_looked_at)
 
 
 def _is_redone(entry: Entry | None, codes: Set[str]) -> bool:
@@ -287,30 +335,27 @@ def sample_of(found: list[Found], count: int) -> list[Found]:
     return [found[number] for number in sorted(chosen)]
 
 
-def _taken_apart(
-    library: disk.Library, found: Sequence[Found], limits: Mapping[str, float], pool: Engine
-) -> list[Found]:
+def _taken_apart(library: disk.Library, found: Sequence[Found], answers: Answers) -> list[Found]:
     """The inputs with the things of a file in its place; what an earlier run made of the whole file is taken away."""
-    out, digests = taken_apart(found, limits, pool)
+    out, digests = taken_apart(found, answers.things(found))
     for sha256 in digests:
         for folder in library.entries_of(Identity(Producer.INGEST, sha256)):
             library.forget(folder)
     return out
 
 
-def _survey(run: _Run, pool: Engine, options: Options) -> Generator[Event, None, None]:
+def _survey(run: _Run, answers: Answers, options: Options) -> Generator[Event, None, None]:
     """Digest every input, tell the same bytes, and yield an event for all that are rejected before any work."""
     inputs = run.found
-    answers = {number: run.heard(answer) for number, answer in _answers(run, pool, options).items()}
+    surveys = {number: run.heard(answer) for number, answer in _surveys(run, answers, options).items()}
     first: dict[str, str] = {}
-    older = run.before.by_input()
     for number, one in enumerate(inputs):
-        answer = answers[number]
+        answer = surveys[number]
         if isinstance(answer, Survey) and answer.sha256 not in first:
             first[answer.sha256] = one.source.place
             if number not in run.left_out:
                 run.unreadable.note_readable(one)
-                yield from _due(run, one, answer, older, options)
+                yield from _due(run, one, answer, options)
         elif number in run.left_out:
             continue
         elif isinstance(answer, Survey):
@@ -321,34 +366,31 @@ def _survey(run: _Run, pool: Engine, options: Options) -> Generator[Event, None,
             yield run.refuse(one, answer.code, answer.message)
 
 
-def _answers(run: _Run, pool: Engine, options: Options) -> dict[int, Survey | Rejected | WorkerFailure]:
-    """The survey of every input by its number; those whose files have not changed are remembered."""
-    table = SurveyTable(run.before.cache, options.category, run.limits, options.dry_run)
-    answers: dict[int, Survey | Rejected | WorkerFailure] = {}
-    for number, answer in table.survey(run.found, pool):
+def _surveys(run: _Run, answers: Answers, options: Options) -> dict[int, SurveyAnswer]:
+    """The survey of every input by its number."""
+    found: dict[int, SurveyAnswer] = {}
+    for number, answer in answers.surveys(run.found):
         one = run.found[number]
         files = [str(one.root / (one.archive or one.main))]
         if isinstance(answer, Survey):
             files = [path for path, _ in answer.looked_at]
         if options.not_after_ns is not None and any(has_changed_since(path, options.not_after_ns) for path in files):
             run.left_out.add(number)
-        answers[number] = without_states(answer) if isinstance(answer, Survey) else answer
-    return answers
+        found[number] = without_states(answer) if isinstance(answer, Survey) else answer
+    return found
 
 
-def _due(
-    run: _Run, one: Found, survey: Survey, older: dict[str, tuple[Path, ...]], options: Options
-) -> Iterator[Event]:
+def _due(run: _Run, one: Found, survey: Survey, options: Options) -> Iterator[Event]:
     """An event where an earlier run rejected these bytes; else one more step."""
     identity = Identity(Producer.INGEST, survey.sha256)
     asset_id = identity.asset_id(survey.category)
-    entries = older.get(identity.suffix, ())
+    entries = run.older.get(identity.suffix, ())
     override = run.override(survey)
     key = with_overrides(run.cache_key, override)
     found = cached_outcome(entries, asset_id, key, run.known)
     job = Job(one, survey, asset_id, run.library.root, run.limits, key, override)
     is_redone = any(_is_redone(run.known.get(folder), options.redone) for folder in entries)
-    if found is None or is_redone or (options.keep_duplicates and found[1].code == COPY):
+    if found is None or is_redone or (options.keeps_copies and found[1].code == COPY):
         run.steps.append(job)
         return
     current, known = found
@@ -374,45 +416,27 @@ def cache_key(limits: Mapping[str, float], category: str = "") -> str:
     return digest_of("ingest", key_of("casa_assets.pipeline.ingest.worker:work"), limits_in_key(limits), category)
 
 
-def _results(run: _Run, pool: Engine, show_work: Callable[[str], None] | None = None) -> Iterator[Result]:
-    """Yield the result of every step: those of earlier runs first, then the others as workers finish."""
+def _results(run: _Run, answers: Answers) -> Iterator[Result]:
+    """Yield the result of every step: those of earlier runs first, then the others as they are done."""
     yield from (step for step in run.steps if isinstance(step, Result))
     due = {number: step for number, step in enumerate(run.steps) if isinstance(step, Job)}
     if not due:
         return
-    pool.prepare("casa_assets.pipeline.ingest.worker:warm")
-    for _, answer in pool.run("casa_assets.pipeline.ingest.worker:check_renderer", [None]):
-        _outcome(answer)
     numbers, jobs = list(due), list(due.values())
-
-    def started(place: int) -> None:
-        if show_work is not None:
-            show_work(jobs[place].found.source.place)
-
-    for place, answer in pool.run("casa_assets.pipeline.ingest.worker:work", jobs, started):
-        outcome = _outcome(answer)
+    for place, outcome in answers.outcomes(jobs):
         yield Result(numbers[place], jobs[place], outcome, outcome.staged if outcome.accepted else None)
-
-
-def _outcome(answer: object) -> Outcome:
-    """The outcome that a worker gives or leaves behind. Raises CasaError where the machine is at fault."""
-    if isinstance(answer, RunAborted):
-        raise CasaError(answer.message)
-    if isinstance(answer, WorkerFailure):
-        return Outcome(False, FAILURE_CODES[answer.reason], answer.message, trace=answer.trace)
-    if not isinstance(answer, Outcome):
-        return Outcome(False, FAILURE_CODES["error"], f"a worker answered with {type(answer).__name__}")
-    return answer
 
 
 def _publish_outcome(run: _Run, result: Result) -> Event:
     """Publish what was decided about an input, and tell of it."""
     job, outcome, library = result.job, result.outcome, run.library
+    older = run.older.get(Identity(Producer.INGEST, job.survey.sha256).suffix, ())
+    refused = [folder for folder in older if folder.parent == library.root / disk.REJECTED]
     if outcome.accepted and outcome.staged is not None:
-        library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id))
+        library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id), refused)
     elif not outcome.accepted:
         staged = outcome.staged or _stage_refusal(library, result)
-        library.publish(staged, library.refusal_folder(job.asset_id))
+        library.publish(staged, library.refusal_folder(job.asset_id), refused)
     if not result.is_kept:
         keep_times(library, job.asset_id, outcome.seconds)
     return _event(run, result)

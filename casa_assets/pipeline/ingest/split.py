@@ -14,8 +14,6 @@ from casa_assets.ingest.things.guess import guess_of_things
 from casa_assets.ingest.things.split import things_of
 from casa_assets.pipeline.ingest.survey import find_category
 from casa_assets.pipeline.library.review import DOUBTFUL
-from casa_assets.pipeline.workers.engine import Engine
-from casa_assets.pipeline.workers.limits import WorkerFailure
 
 
 @dataclass(frozen=True)
@@ -46,16 +44,17 @@ def things_held(job: tuple[Found, Mapping[str, float]]) -> HeldThings | None:
     return HeldThings(bundle.sha256, tuple(thing.name for thing in taken) if len(taken) > 1 else ())
 
 
-def taken_apart(found: Sequence[Found], limits: Mapping[str, float], pool: Engine) -> tuple[list[Found], list[str]]:
-    """The inputs with the things of a file in its place, and the digests of the files that were taken apart."""
-    answers: dict[int, object] = dict(
-        pool.run("casa_assets.pipeline.ingest.split:things_held", [(one, limits) for one in found])
-    )
+def taken_apart(found: Sequence[Found], held: Mapping[int, HeldThings]) -> tuple[list[Found], list[str]]:
+    """The inputs with the things of a file in its place, and the digests of the files that were taken apart.
+
+    Args:
+        held: what inputs hold, by their number.
+    """
     out: list[Found] = []
     digests: list[str] = []
     for number, one in enumerate(found):
-        answer = answers[number]
-        if isinstance(answer, WorkerFailure) or not isinstance(answer, HeldThings) or not answer.names:
+        answer = held.get(number)
+        if answer is None or not answer.names:
             out.append(one)
             continue
         digests.append(answer.sha256)

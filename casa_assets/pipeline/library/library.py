@@ -16,7 +16,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -180,12 +180,14 @@ class Library:
         write_refusal(staged, refusal)
         return staged
 
-    def publish(self, staged: Path, target: Path) -> None:
+    def publish(self, staged: Path, target: Path, refused: Iterable[Path] | None = None) -> None:
         """Put a finished entry in its place by one rename, then remove what its producer made of that input before.
 
         That may stand under another category or among the rejected. Killed in between, the library has two whole
         entries of one input; the next run keeps the current one.
 
+        Args:
+            refused: see `entries_of`.
         Raises:
             OutputError: another producer, or another input, has an entry in that place.
         """
@@ -196,7 +198,7 @@ class Library:
             message = f"holds what {held.producer.value} made of another input; move it to another library"
             raise OutputError(str(target), message)
         self.put(staged, target)
-        for folder in self.entries_of(own):
+        for folder in self.entries_of(own, refused):
             if folder != target:
                 self.forget(folder)
 
@@ -212,15 +214,21 @@ class Library:
                     raise
         shutil.rmtree(staged.parent, ignore_errors=True)
 
-    def entries_of(self, identity: Identity) -> Iterator[Path]:
-        """Folders of what a producer made of an input, under any category, accepted ones first."""
+    def entries_of(self, identity: Identity, refused: Iterable[Path] | None = None) -> Iterator[Path]:
+        """Folders of what a producer made of an input, under any category, accepted ones first.
+
+        Args:
+            refused: folders of rejected inputs that can be among them, as `by_input` gives them; None: all are looked
+                at, which takes long for each of very many.
+        """
         if not self.root.is_dir():
             return
         shelves = sorted(p for p in self.root.iterdir() if p.is_dir() and p != self.private)
-        refused = self.root / REJECTED
-        folders = [shelf / identity.asset_id(shelf.name) for shelf in shelves if shelf != refused]
-        if refused.is_dir():
-            folders += sorted(p for p in refused.iterdir() if identity.may_own(p.name))
+        rejected = self.root / REJECTED
+        folders = [shelf / identity.asset_id(shelf.name) for shelf in shelves if shelf != rejected]
+        if refused is None:
+            refused = rejected.iterdir() if rejected.is_dir() else ()
+        folders += sorted(p for p in refused if identity.may_own(p.name))
         for folder in folders:
             if folder.is_dir() and identity_of(folder) in (identity, None):
                 yield folder

@@ -101,6 +101,28 @@ def decide(library: disk.Library, entry: Entry, words: Mapping[str, str]) -> Non
     _write_rows(library, {**rows, entry.sha256: {**before, **stated}})
 
 
+def adopt(library: disk.Library, others: Sequence[disk.Library]) -> None:
+    """Take over the rows of other libraries in which a person decided something.
+
+    Raises:
+        OutputError: two of the libraries decide differently about an input; nothing is written then.
+    """
+    own = _read(library)
+    decided = {digest: (library, row) for digest, row in own.items() if not row.override.is_empty}
+    known = len(decided)
+    for other in others:
+        for digest, row in _read(other).items():
+            if row.override.is_empty:
+                continue
+            before, first = decided.setdefault(digest, (other, row))
+            if first.override != row.override:
+                place, input_ = other.root / NAME, row.cells.get("input") or digest
+                raise OutputError(str(place), f"decides otherwise about {input_} than {before.root / NAME}; change one")
+    if len(decided) > known:
+        cells_by_digest = {digest: row.cells for digest, row in own.items()}
+        _write_rows(library, {**cells_by_digest, **{digest: row.cells for digest, (_, row) in decided.items()}})
+
+
 def _write_rows(library: disk.Library, rows: Mapping[str, Mapping[str, str]]) -> int:
     target = library.root / NAME
     if not rows:

@@ -175,9 +175,9 @@ class TestImports:
         found = reach("casa_assets.pipeline.kitchens.scene_json")
         assert "casa_assets.pipeline.kitchens.resolve" not in found.modules, "imported under TYPE_CHECKING"
         assert "casa_assets.pipeline.articulate.run" in reach("casa_assets.cli.verbs.articulate:articulate").modules
-        assert "casa_assets.pipeline.ingest.worker" in reach("casa_assets.pipeline.ingest.run:_results").modules, (
-            "named in text"
-        )
+        assert (
+            "casa_assets.pipeline.ingest.worker" in reach("casa_assets.pipeline.ingest.answers:WorkerAnswers").modules
+        ), "named in text"
 
     def test_a_local_variable_is_not_the_function_of_that_name(self) -> None:
         """`scenes.draw` has a variable `made`, and `scenes.made` builds whole kitchens."""

@@ -77,6 +77,15 @@ class TestPublish:
         assert list(library.refused()) == [target]
         assert list(library.staging.iterdir()) == []
 
+    def test_what_was_rejected_before_may_be_named(self, library: Library) -> None:
+        own = Identity(Producer.INGEST, ONE)
+        before, stranger = publish(library, own, "bowl"), publish(library, Identity(Producer.INGEST, "c" * 64), "bowl")
+        target = library.refusal_folder(own.asset_id("mug"))
+        library.publish(staged(library, own), target, library.by_input()[own.suffix])
+        assert list(library.refused()) == [stranger, target]
+        library.publish(staged(library, own, "bowl"), before, [])
+        assert list(library.refused()) == [before, stranger, target], "none is looked for"
+
     def test_what_another_producer_made_stays(self, library: Library) -> None:
         other = publish(library, Identity(Producer.ARTICULATE, ONE), "bowl")
         own = publish(library, Identity(Producer.INGEST, ONE), "mug")

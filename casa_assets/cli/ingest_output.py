@@ -1,0 +1,242 @@
+"""What verbs that bring inputs into a library print: a line for each, the tables at the end, and the exit code."""
+
+from __future__ import annotations
+
+from collections import Counter
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+from rich.markup import escape
+
+from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_outcomes
+from casa_assets.cli.output import Output, measures
+from casa_assets.cli.progress import bar
+from casa_assets.cli.tables import TextTable
+from casa_assets.cli.text import terminal_safe
+from casa_assets.errors import BatchFault
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator
+
+    from casa_assets.pipeline.ingest.job import Event
+    from casa_assets.pipeline.reports.entry import Entry
+
+# Rows of a table that are printed where the user did not ask for more words.
+MAX_ROWS = 40
+
+
+def end(events: list[Event]) -> None:
+    """End with the exit code of a run; 0 is to return."""
+    from casa_assets.pipeline.ingest.answers import CRASH_CODE
+
+    if faults := [event.path for event in events if event.code == CRASH_CODE]:
+        raise BatchFault(map(terminal_safe, faults))
+    if any(event.was_rejected for event in events):
+        raise typer.Exit(1)
+    if any(event.is_in_review for event in events):
+        raise typer.Exit(4)
+
+
+def print_events(
+    start: Callable[[Callable[[str], None] | None], Generator[Event]], output: Output, dry_run: bool = False
+) -> list[Event]:
+    """Run, print a line for each input as it is done, and return all of them.
+
+    Args:
+        start: begins the run; it takes what is called with the path of each input that is begun.
+    """
+    events: list[Event] = []
+    done = bad = unsure = 0
+    begun: dict[str, None] = {}
+    with bar(output.console) as progress:
+        task = progress.add_task("looking", total=None)
+
+        def show() -> None:
+            counts = f"[green]{done - bad - unsure} ok[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
+            name = f"; {_safe(Path(next(iter(begun))).name)}" if begun else ""
+            progress.update(task, completed=done, description=f"{counts}{name}")
+
+        def show_work(path: str) -> None:
+            begun[path] = None
+            show()
+
+        with closing(start(show_work)) as running:
+            for event in running:
+                events.append(event)
+                begun.pop(event.path, None)
+                done += event.count
+                bad += event.count * event.was_rejected
+                unsure += event.is_in_review
+                progress.update(task, total=event.total)
+                show()
+                if event.kind != "kept" or event.total <= MOST_LISTED or output.verbose or output.as_json:
+                    _print_event(event, output, dry_run)
+    return events
+
+
+def _print_event(event: Event, output: Output, dry_run: bool) -> None:
+    if output.as_json:
+        output.row(_json_row(event, dry_run))
+    elif event.kind == "rejected" or (output.verbose and event.was_rejected):
+        output.failures.print(
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.message)}",
+            highlight=False,
+            soft_wrap=True,
+        )
+    elif dry_run or output.verbose:
+        color = "yellow" if event.is_in_review else "green"
+        kept = " (there already)" if event.kind == "kept" else ""
+        seconds = f" in {sum(event.seconds.values()):.1f} s" if event.seconds else ""
+        output.console.print(
+            f"[{color}]{event.decision.value}[/]{kept} {_safe(event.path)}: {event.asset_id}{seconds}",
+            highlight=False,
+            soft_wrap=True,
+        )
+        for warning in event.warnings if event.is_in_review else ():
+            output.line(f"  {terminal_safe(warning.pointer)}: {terminal_safe(warning.message)}")
+
+
+def _json_row(event: Event, dry_run: bool) -> dict[str, object]:
+    """What `--json` tells of an input."""
+    return {
+        "status": event.decision.value,
+        "verdict": event.decision.value,
+        "folder": "" if event.folder is None else str(event.folder),
+        **measures(event.summary),
+        "to_decide": event.to_decide,
+        "kept": event.kind == "kept",
+        "path": event.path,
+        "id": event.asset_id,
+        "code": event.code,
+        "message": event.message,
+        "count": event.count,
+        "dry_run": dry_run,
+        "seconds": {name: round(value, 3) for name, value in event.seconds.items()},
+        "warnings": [{"code": w.code, "pointer": w.pointer, "message": w.message} for w in event.warnings],
+    }
+
+
+def print_summary(events: list[Event], library: Path, output: Output, explain: bool = False) -> None:
+    """Print what became of the inputs of a run, and where to find it.
+
+    Args:
+        explain: also every guess.
+    """
+    from casa_assets.model.issue import Decision
+    from casa_assets.pipeline.library.entry_table import EntryTable
+    from casa_assets.pipeline.library.library import Library
+
+    touched = {e.asset_id for e in events}
+    if len(touched) > MOST_LISTED:
+        touched = {e.asset_id for e in events if e.kind != "kept"}
+    rows = {e.id: e for e in EntryTable(Library(library)).entries if e.id in touched} if touched else {}
+    most = len(rows) if output.verbose else MAX_ROWS
+    _accepted_table([e for e in rows.values() if e.decision is Decision.ACCEPTED], most).print(output.console)
+    _review_table([e for e in rows.values() if e.decision is Decision.REVIEW], most).print(output.console)
+    print_codes(codes_of(events), output)
+    if explain:
+        for entry in rows.values():
+            _print_guesses(entry, output)
+    _print_library_checks(library, output)
+    unsure = print_counts(events, output)
+    place = terminal_safe(str(library))
+    output.line(f"Library: {place}/")
+    output.line(f"Index:   {place}/index.sqlite")
+    if unsure:
+        output.line(f"Review:  {place}/review.csv; accept or correct there, then run again")
+    output.line(f"Next:    casa-assets report --library {place}")
+
+
+def codes_of(events: list[Event]) -> Counter[str]:
+    """Count inputs by the code that they were rejected with."""
+    codes: Counter[str] = Counter()
+    for event in events:
+        codes[event.code] += event.count * bool(event.code)
+    return +codes
+
+
+def print_counts(events: list[Event], output: Output) -> int:
+    """How fast the stages were, and how many inputs were accepted, in review and rejected; returns those in review."""
+    from casa_assets.model.issue import Decision
+    from casa_assets.pipeline.ingest.run import tally
+    from casa_assets.pipeline.ingest.stage_times import throughput
+
+    heads = ("stage", "inputs", "seconds", "inputs per second")
+    table = TextTable(heads, right=heads[1:], title="Throughput of one worker")
+    for one in throughput(event.seconds for event in events):
+        table.add(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
+    table.print(output.console)
+    counts = tally(events)
+    accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
+    print_outcomes(accepted, unsure, rejected, counts["kept"], output)
+    return unsure
+
+
+def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:
+    """Lines about the checks of all assets of the library together."""
+    from casa_assets.model.issue import Status
+    from casa_assets.pipeline.dedup.library_report import read_library_report
+
+    library_report = read_library_report(library)
+    issues = library_report.report.issues if library_report else ()
+    shown = issues if output.verbose else issues[:max_lines]
+    for issue in shown:
+        place = f"{issue.pointer} " if issue.pointer else ""
+        output.console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False, soft_wrap=True)
+    for result in library_report.report.results if library_report else ():
+        if result.status is Status.NOT_RUN:
+            message = f"[yellow]{result.code}[/] not run: {_safe(result.reason)}"
+            output.console.print(message, highlight=False, soft_wrap=True)
+    if len(issues) > len(shown):
+        output.line(f"... and {len(issues) - len(shown)} more about the library as a whole, see the report")
+
+
+def _accepted_table(accepted: list[Entry], most: int = MAX_ROWS) -> TextTable:
+    heads = "asset", "size (cm)", "mass", "shapes", "checks", "warn", "source"
+    table = TextTable(heads, right=heads[2:-1], title="Accepted")
+    for entry in accepted[:most]:
+        table.add(*_cells(entry))
+    if len(accepted) > most:
+        table.add(f"... and {len(accepted) - most} more", *[""] * (len(heads) - 1))
+    return table
+
+
+def _review_table(in_review: list[Entry], most: int = MAX_ROWS) -> TextTable:
+    heads = "asset", "size (cm)", "mass", "for you to decide", "source"
+    table = TextTable(heads, right=("mass",), title="In review")
+    for entry in in_review[:most]:
+        name, size, mass, *_, source = _cells(entry)
+        table.add(name, size, mass, ", ".join(entry.to_decide), source)
+    if len(in_review) > most:
+        table.add(f"... and {len(in_review) - most} more", *[""] * (len(heads) - 1))
+    return table
+
+
+def _cells(entry: Entry) -> tuple[str, ...]:
+    """Id, size, mass, collision shapes, checks passed of those that apply, warnings and source of an accepted asset."""
+    assert entry.summary is not None
+    size = " x ".join(f"{100 * v:.3g}" for v in entry.summary.extents)
+    mass = f"{entry.summary.mass:.3g} kg" if entry.summary.mass >= 1 else f"{1000 * entry.summary.mass:.3g} g"
+    checks = entry.checks
+    shapes, warned = str(entry.summary.colliders), str(len(entry.warnings))
+    return entry.id, size, mass, shapes, f"{checks.passed}/{checks.applying}", warned, terminal_safe(entry.source_path)
+
+
+def _print_guesses(entry: Entry, output: Output) -> None:
+    output.console.print(f"\n[bold]{entry.id}[/] {_safe(entry.source_path)}", soft_wrap=True)
+    lines = [f"  {g.subject}: {_safe(g.value)} ({g.confidence:.0%}): {_safe(g.reason)}" for g in entry.guesses]
+    lines += [f"  [yellow]{i.code}[/] {_safe(i.pointer)}: {_safe(i.message)}" for i in entry.warnings]
+    lines += [] if entry.accepted else [f"  [red]{entry.code}[/] {_safe(entry.message)}"]
+    for line in lines:
+        output.console.print(line, highlight=False, soft_wrap=True)
+
+
+def _safe(words: str) -> str:
+    """Words of strangers, fit for a line with markup."""
+    return escape(terminal_safe(words))
+
+
+def _lines(words: str) -> str:
+    return "\n".join(_safe(line) for line in words.split("\n"))

@@ -1,0 +1,149 @@
+"""Join the libraries of shards into the one that a single run over all inputs would have made.
+
+A merge is such a run: the inputs come in the order of their discovery, the same bytes and copies are told in that
+order, entries are published one by one, and what the library holds from earlier runs counts. It differs in who answers
+its questions: the records of the shards, and the entries that they made, which are linked or copied. No input is read
+and no asset is built.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+
+from casa_assets import registry
+from casa_assets.errors import OutputError
+from casa_assets.ingest.sources.found import Found
+from casa_assets.model.issue import Severity
+from casa_assets.pipeline import clip
+from casa_assets.pipeline.ingest.answers import SurveyAnswer
+from casa_assets.pipeline.ingest.job import Event, Job, Outcome
+from casa_assets.pipeline.ingest.refused_rows import is_below
+from casa_assets.pipeline.ingest.run import Options, cache_key, ingest_inputs, open_library
+from casa_assets.pipeline.ingest.shards.check_shards import check_shards
+from casa_assets.pipeline.ingest.shards.record import ShardHeader, ShardLine, ShardRecord, read_record
+from casa_assets.pipeline.ingest.shards.recorder import check_is_no_shard
+from casa_assets.pipeline.ingest.shards.shard import index_of
+from casa_assets.pipeline.ingest.split import HeldThings
+from casa_assets.pipeline.ingest.survey import Survey
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library import review
+from casa_assets.pipeline.library.copy_entry import copy_accepted, copy_refused
+from casa_assets.pipeline.library.derived_files import write_reports
+from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.library.identity import Identity, Producer
+from casa_assets.pipeline.library.run_times import read_times
+
+
+def merge(
+    shards: Sequence[Path], library: Path, is_partial: bool = False, weights: str = ""
+) -> Generator[Event, None, None]:
+    """Merge shards into a library; yields an Event for each input. Killed at any moment and run again, it goes on.
+
+    Args:
+        shards: folders that runs with `Options.shard` wrote to, in any order. library: may hold what earlier runs made.
+        is_partial: shards may be missing; their inputs are left out.
+        weights: of CLIP, for the checks on the whole library, see `Options`.
+    Raises:
+        OutputError: shards are missing, unfinished or damaged, do not belong together, or were made by another version
+            of this program; people decided otherwise about an input; or the library cannot be written to.
+    """
+    if weights:
+        clip.require_weights(weights)
+    known = registry.load()
+    records = [read_record(disk.Library(shard), known.categories) for shard in shards]
+    first = records[0].header
+    check_shards(records, cache_key({**known.limits, **first.limits}, first.category), is_partial)
+    options = Options(
+        library,
+        category=first.category,
+        guards=first.limits,
+        weights=weights,
+        keep_duplicates=first.keep_duplicates,
+        split=first.split,
+    )
+    place = disk.Library(library)
+    check_is_no_shard(place)
+    with ExitStack() as stack:
+        open_library(place, stack)
+        review.adopt(place, [record.library for record in records])
+        table = EntryTable(place, skip_damaged=True)
+        lines = sorted(((line, record) for record in records for line in record.lines), key=lambda one: one[0].number)
+        inputs = (one for line, _ in lines for one in line.inputs)
+        is_looked_at = partial(_is_looked_at, first, frozenset(record.header.index for record in records))
+        yield from ingest_inputs(place, table, inputs, ShardAnswers(place, lines), options, is_looked_at)
+        write_reports(place, weights, table)
+
+
+def _is_looked_at(header: ShardHeader, indices: frozenset[int], path: str) -> bool:
+    """True for a file that the shards had, if it still stands where their sources were."""
+    return index_of(path, header.count) in indices and is_below([Path(root) for root in header.roots], path)
+
+
+class ShardAnswers:
+    """Answers of shards: what their runs noted, and the entries that they made.
+
+    Args:
+        library: that is merged into. lines: of all shards, in the order of discovery, each with its shard.
+    """
+
+    def __init__(self, library: disk.Library, lines: Sequence[tuple[ShardLine, ShardRecord]]) -> None:
+        self._library = library
+        self._inputs = [(line, record.library) for line, record in lines if line.source is not None]
+        # The shard that worked on the first input of these bytes. None of the others is asked for them.
+        self._made_in: dict[str, disk.Library] = {}
+
+    def things(self, found: Sequence[Found]) -> dict[int, HeldThings]:
+        """See Answers."""
+        held = {number: line.held for number, (line, _) in enumerate(self._inputs)}
+        return {number: things for number, things in held.items() if things is not None}
+
+    def surveys(self, found: Sequence[Found]) -> Iterator[tuple[int, SurveyAnswer]]:
+        """See Answers."""
+        said = ((one.answer, shard) for line, shard in self._inputs for one in line.surveys)
+        for number, (answer, shard) in enumerate(said):
+            if isinstance(answer, Survey):
+                self._made_in.setdefault(answer.sha256, shard)
+            yield number, answer
+
+    def outcomes(self, jobs: Sequence[Job]) -> Iterator[tuple[int, Outcome]]:
+        """See Answers. Raises OutputError where a shard lacks the entry of an input; nothing is published then."""
+        shards = {shard.root: shard for shard in self._made_in.values()}
+        keys = {root: _keys(shard) for root, shard in shards.items()}
+        folders = [self._folder(job, keys[self._made_in[job.survey.sha256].root]) for job in jobs]
+        seconds = {root: read_times(shard) for root, shard in shards.items()}
+        for number, (job, folder) in enumerate(zip(jobs, folders, strict=True)):
+            yield number, self._staged(job, folder, seconds[folder.parents[1]].get(job.asset_id, {}))
+
+    def _folder(self, job: Job, keys: dict[str, str]) -> Path:
+        """Folder of the entry of an input in its shard."""
+        root, path = self._made_in[job.survey.sha256].root, job.found.source.place
+        places = (f"{job.survey.category}/{job.asset_id}", f"{disk.REJECTED}/{job.asset_id}")
+        for place in places:
+            if keys.get(place) == job.cache_key:
+                return root / place
+        if not job.override.is_empty or any(place in keys for place in places):
+            message = f"has not worked on {path} since a person decided about it in {review.NAME}"
+            raise OutputError(str(root), f"{message}; copy {self._library.root / review.NAME} there, run it again")
+        raise OutputError(str(root), f"holds no whole entry of {path}; run this shard again")
+
+    def _staged(self, job: Job, folder: Path, seconds: dict[str, float]) -> Outcome:
+        """The outcome of an input with a copy of its entry. Raises OutputError where the entry is another's."""
+        if disk.identity_of(folder) != Identity(Producer.INGEST, job.survey.sha256):
+            raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
+        if folder.parent.name == disk.REJECTED:
+            refusal = disk.read_refusal(folder)
+            staged = copy_refused(folder, self._library)
+            return Outcome(False, refusal.code, refusal.message, staged=staged, seconds=seconds)
+        certificate = disk.read_certificate(folder)
+        staged = copy_accepted(folder, certificate, self._library)
+        warnings = tuple(issue for issue in certificate.report.issues if issue.severity is Severity.WARNING)
+        return Outcome(True, warnings=warnings, staged=staged, seconds=seconds)
+
+
+def _keys(shard: disk.Library) -> dict[str, str]:
+    """Cache key of every whole entry that ingest made, by its path in the library."""
+    entries = EntryTable(shard, skip_damaged=True, read_only=True).entries
+    return {entry.path: entry.cache_key for entry in entries if entry.is_whole and entry.producer == Producer.INGEST}
