@@ -19,7 +19,7 @@ from casa_assets.pipeline.ingest.run import Options, ingest
 RESAMPLES, LOW, HIGH = 400, 5.0, 95.0
 # Runs that are simulated for the interval of one number of cores.
 SIMULATED = 20
-# Seconds of a run besides the work, measured by benchmarks/scale.py on two cores.
+# Seconds of a run besides the work; guesses, which `./dev bench scale` can replace by what it measures.
 START_S, LISTING_S, LEAD_S, END_S = 6.0, 0.001, 0.004, 0.001
 
 
