@@ -1,4 +1,4 @@
-"""What verbs that bring inputs into a library print: a line for each, the tables at the end, and the exit code."""
+"""Print the results of verbs that bring inputs into a library: a line for each, tables at the end, the exit code."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run asks about its inputs, and the worker processes that answer."""
+"""Ask about the inputs of a run: what they hold, what they are, what becomes of them. Worker processes answer."""
 
 from __future__ import annotations
 

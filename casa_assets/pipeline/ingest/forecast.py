@@ -8,18 +8,16 @@ whole from some number of workers on. `./dev bench scale` compares the model wit
 from __future__ import annotations
 
 import heapq
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from casa_assets.core.typing import Floats
+from casa_assets.pipeline.workers.engine import waiting_jobs
 
 # The last inputs of a run are simulated one by one, since its end is ragged; before them all workers are busy.
 MOST_SIMULATED = 300_000
-# Inputs that wait at the workers, as a share of these, see workers.cluster.ray_engine.
-WAITING_SHARE = 0.125
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def forecast(
 def _simulate(drawn: Floats, workers: int, lead_s: float, begin: float) -> tuple[float, float]:
     """When these inputs are done and published, and the seconds between the first idle worker and the last input."""
     free = [begin] * workers
-    ahead = workers + math.ceil(WAITING_SHARE * workers)
+    ahead = workers + waiting_jobs(workers)
     ends = np.empty(len(drawn))
     for number, value in enumerate(drawn.tolist()):
         handed_out = begin + max(0, number - ahead) * lead_s

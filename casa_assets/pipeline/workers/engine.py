@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,13 +20,22 @@ class RayCluster:
     """A Ray cluster that jobs run on.
 
     Attributes:
-        address: of a cluster that is running, as `ray.init` takes it: `auto`, `host:6379`, `ray://host:10001`; empty:
-            Ray is started on this machine, and ended with the run.
+        address: of a cluster that is running, as `ray.init` takes it: `auto` or `host:6379`; empty: Ray is started on
+            this machine, and ended with the run.
         most: jobs at once; 0: as many as the processors and the memory of the cluster allow.
     """
 
     address: str = ""
     most: int = 0
+
+
+# Jobs that wait on a cluster beside those that run, as a part of them: no processor waits for the leading process.
+WAITING_SHARE = 0.125
+
+
+def waiting_jobs(workers: int) -> int:
+    """How many jobs a cluster of so many workers is given beside those that run."""
+    return math.ceil(WAITING_SHARE * workers)
 
 
 # Where jobs run: so many processes of this machine at once (0: one per core), or a cluster.

@@ -12,6 +12,7 @@ import os
 import re
 import secrets
 import socket
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -25,13 +26,11 @@ from ray import exceptions
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers.cluster import node
-from casa_assets.pipeline.workers.engine import RayCluster
+from casa_assets.pipeline.workers.engine import RayCluster, waiting_jobs
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 
 # A job whose process is killed may be what kills it; machines are lost for reasons of their own.
 MAX_CRASHES, MAX_LOST_MACHINES = 2, 5
-# Jobs that wait on the cluster beside those that run, as a part of them and at least: no processor waits for us.
-WAITING_SHARE, LEAST_WAITING = 0.125, 1
 KNOCK_S = 10.0  # for an answer from a cluster
 LOOK_S = 2.0  # between two looks at the size of the cluster
 OBJECT_STORE_BYTES = 200_000_000  # of a Ray that we start: jobs and answers are small, and files go over the disk
@@ -40,10 +39,10 @@ LOST_MACHINE = (exceptions.NodeDiedError, exceptions.LocalRayletDiedError, excep
 
 @dataclass
 class _Queue:
-    """Jobs by number: those to be done, those that run by Ray's reference, and what has happened to them."""
+    """Jobs by number: those to be done, those that run with their memory by Ray's reference, and what befell them."""
 
     waiting: deque[int]
-    running: dict[Any, int] = field(default_factory=dict)
+    running: dict[Any, tuple[int, int]] = field(default_factory=dict)
     with_all_memory: set[int] = field(default_factory=set)
     crashes: Counter[int] = field(default_factory=Counter)
     lost: Counter[int] = field(default_factory=Counter)
@@ -69,6 +68,8 @@ class RayEngine:
         self._marker = Path(os.path.abspath(shared)) / f"cluster-{secrets.token_hex(8)}"  # noqa: PTH100
         self._is_ours = False
         self._is_connected = False
+        self._seen: list[tuple[int, int]] = []
+        self._seen_at = -math.inf
 
     def __enter__(self) -> Self:
         return self
@@ -107,15 +108,14 @@ class RayEngine:
                 share, at_once = self._room()
                 while queue.waiting and len(queue.running) < at_once:
                     number = queue.waiting.popleft()
-                    everything = number in queue.with_all_memory
-                    memory = self._most_memory() if everything else share
-                    queue.running[self._submit(order, jobs[number], memory)] = number
+                    memory = self._most_memory() if number in queue.with_all_memory else share
+                    queue.running[self._submit(order, jobs[number], memory)] = number, memory
                     if started is not None:
                         started(number)
                 ready, _ = ray.wait(list(queue.running), num_returns=1, timeout=LOOK_S)
                 for reference in ready:
-                    number = queue.running.pop(reference)
-                    answer = self._answer(reference, number, queue, share)
+                    number, memory = queue.running.pop(reference)
+                    answer = self._answer(reference, number, queue, memory)
                     if answer is not None:
                         yield number, answer[0]
         finally:
@@ -133,12 +133,12 @@ class RayEngine:
         warm = tuple(self._warm)
         return node.Order(function, warm, self._limits, self._least_bytes, Path.cwd(), self._marker, node.version())
 
-    def _answer(self, reference: Any, number: int, queue: _Queue, share: int) -> tuple[Any] | None:
+    def _answer(self, reference: Any, number: int, queue: _Queue, memory: int) -> tuple[Any] | None:
         """The answer of a job that has ended; None where it is put back into the queue. Raises CasaError."""
         try:
             done = ray.get(reference)
         except exceptions.OutOfMemoryError:
-            answer: Any = WorkerFailure("memory", f"needs more than {share / 1e9:.3g} GB of memory")
+            answer: Any = WorkerFailure("memory", f"needs more than {memory / 1e9:.3g} GB of memory")
         except exceptions.RayTaskError as error:
             raise CasaError(f"a machine of the cluster cannot do its jobs: {error.cause}") from error
         except exceptions.WorkerCrashedError:
@@ -158,7 +158,7 @@ class RayEngine:
                 raise CasaError(done.message)
             answer = done.answer
         is_short = isinstance(answer, WorkerFailure) and answer.reason == "memory"
-        if is_short and number not in queue.with_all_memory and share < self._most_memory():
+        if is_short and number not in queue.with_all_memory and memory < self._most_memory():
             queue.with_all_memory.add(number)
             queue.waiting.append(number)
             return None
@@ -192,9 +192,12 @@ class RayEngine:
             raise CasaError(f"the cluster at {self._cluster.address} has no processors; start workers with `ray start`")
 
     def _machines(self) -> list[tuple[int, int]]:
-        """Processors and bytes of memory of each machine that lives."""
-        resources = [one["Resources"] for one in ray.nodes() if one["Alive"]]
-        return [(int(one["CPU"]), int(one.get("memory", 0))) for one in resources if one.get("CPU", 0) >= 1]
+        """Processors and bytes of memory of each machine that lives; not asked for again within `LOOK_S`."""
+        if time.monotonic() - self._seen_at > LOOK_S:
+            resources = [one["Resources"] for one in ray.nodes() if one["Alive"]]
+            self._seen = [(int(one["CPU"]), int(one.get("memory", 0))) for one in resources if one.get("CPU", 0) >= 1]
+            self._seen_at = time.monotonic()
+        return self._seen
 
     def _room(self) -> tuple[int, int]:
         """Bytes for each job, and how many jobs the cluster is given at once."""
@@ -202,8 +205,7 @@ class RayEngine:
         share = min((memory // processors for processors, memory in machines), default=self._least_bytes)
         share = min(self._limits.memory_bytes, max(self._least_bytes, share))
         slots = sum(max(1, min(processors, memory // share)) for processors, memory in machines)
-        waiting = max(LEAST_WAITING, math.ceil(WAITING_SHARE * slots))
-        return share, self._cluster.most or slots + waiting
+        return share, self._cluster.most or slots + waiting_jobs(slots)
 
     def _most_memory(self) -> int:
         """Bytes that a job may have at most: its limit, or all that the largest machine gives."""
