@@ -36,7 +36,7 @@ class ShapeIndex:
 
     Each is a point of few numbers whose largest difference is no more than the distance of the descriptors. Most points
     lie in a k-d tree; the newest, which no tree holds yet, are looked through one by one. A tree is built anew
-    whenever they have become too many, so that a million descriptors are taken and looked up within minutes.
+    whenever they have become too many.
     """
 
     def __init__(self, descriptors: Iterable[ShapeDescriptor] = ()) -> None:
