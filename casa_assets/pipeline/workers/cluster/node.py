@@ -51,15 +51,6 @@ class Order:
 
 
 @dataclass(frozen=True)
-class Done:
-    """What a job answered, or a WorkerFailure; on which machine, and the seconds of the clock that it took there."""
-
-    answer: Any
-    host: str
-    seconds: float
-
-
-@dataclass(frozen=True)
 class Unfit:
     """Why this machine cannot do the jobs of a run."""
 
@@ -93,18 +84,20 @@ def version() -> str:
     return digest.hexdigest()
 
 
-def work(order: Order, job: Any) -> Done | Unfit:
-    """Do one job on this machine. Raises CasaError where no worker can be started."""
+def work(order: Order, job: Any) -> Any:
+    """Do one job on this machine: what it answers, a WorkerFailure, or Unfit.
+
+    Raises:
+        CasaError: no worker can be started.
+    """
     if (order.version, order.marker) not in _POOLS.checked:
         message = _unfit(order)
         if message:
             return Unfit(f"{socket.gethostname()}: {message}")
         os.chdir(order.folder)
         _POOLS.checked.add((order.version, order.marker))
-    pool = _pool(order)
-    begin = time.monotonic()
-    ((_, answer),) = pool.run(order.function, [job])
-    return Done(answer, socket.gethostname(), time.monotonic() - begin)
+    ((_, answer),) = _pool(order).run(order.function, [job])
+    return answer
 
 
 def _unfit(order: Order) -> str:

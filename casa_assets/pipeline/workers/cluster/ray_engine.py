@@ -136,9 +136,9 @@ class RayEngine:
     def _answer(self, reference: Any, number: int, queue: _Queue, memory: int) -> tuple[Any] | None:
         """The answer of a job that has ended; None where it is put back into the queue. Raises CasaError."""
         try:
-            done = ray.get(reference)
+            answer = ray.get(reference)
         except exceptions.OutOfMemoryError:
-            answer: Any = WorkerFailure("memory", f"needs more than {memory / 1e9:.3g} GB of memory")
+            answer = WorkerFailure("memory", f"needs more than {memory / 1e9:.3g} GB of memory")
         except exceptions.RayTaskError as error:
             raise CasaError(f"a machine of the cluster cannot do its jobs: {error.cause}") from error
         except exceptions.WorkerCrashedError:
@@ -153,10 +153,8 @@ class RayEngine:
                 queue.waiting.appendleft(number)
                 return None
             answer = WorkerFailure("killed", f"{MAX_LOST_MACHINES} machines were lost while they did it ({error})")
-        else:
-            if isinstance(done, node.Unfit):
-                raise CasaError(done.message)
-            answer = done.answer
+        if isinstance(answer, node.Unfit):
+            raise CasaError(answer.message)
         is_short = isinstance(answer, WorkerFailure) and answer.reason == "memory"
         if is_short and number not in queue.with_all_memory and memory < self._most_memory():
             queue.with_all_memory.add(number)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from casa_assets.pipeline.workers.cluster import node
-from casa_assets.pipeline.workers.cluster.node import Done, Order, Unfit
+from casa_assets.pipeline.workers.cluster.node import Order, Unfit
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 
 WARM = "tests.pool_jobs:nothing"
@@ -27,9 +27,9 @@ def order(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Order:
 
 def answer(order: Order, *job: str) -> Any:
     """What a job answers."""
-    done = node.work(order, job)
-    assert isinstance(done, Done), done
-    return done.answer
+    found = node.work(order, job)
+    assert not isinstance(found, Unfit), found
+    return found
 
 
 def test_a_job_answers(order: Order) -> None:
