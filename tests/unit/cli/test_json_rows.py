@@ -42,6 +42,7 @@ class Case:
 
 CASES = [
     Case("ingest {meshes} --library {new} --jobs 1", MADE, measured=True),
+    Case("library merge {shard} --library {new}", MADE, measured=True),
     Case("articulate {meshes} --out {new} --jobs 1", MADE),
     Case("fetch --lvis Mug --out {new}", MADE),
     Case("index --library {library}", MADE),
@@ -96,7 +97,7 @@ def places(boxes: Path, checked_kitchen: tuple[Path, SceneResult], tmp_path: Pat
     Image.fromarray(np.repeat(stripes.astype(np.uint8)[..., None], 3, axis=2)).save(tiles / "stripes.png")
     asset = next(Library(library).accepted())
     found = {"meshes": boxes / "in", "library": library, "outputs": tmp_path / "outputs", "scenes": scenes}
-    return {**found, "asset": asset, "tiles": tiles, "new": tmp_path / "new"}
+    return {**found, "asset": asset, "tiles": tiles, "new": tmp_path / "new", "shard": tmp_path / "shard"}
 
 
 def download(uids: Sequence[str], lvis: str, most: int, out: Path) -> Path:
@@ -130,6 +131,9 @@ def test_every_verb_is_tried() -> None:
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("case", CASES, ids=lambda case: " ".join(case.words.split("{")[0].split("--")[0].split()[:3]))
 def test_rows_have_one_form(case: Case, places: dict[str, Path]) -> None:
+    if "{shard}" in case.words:
+        whole = ["--shard", "1/1", "--library", str(places["shard"]), "--jobs", "1"]
+        assert CliRunner().invoke(app, ["ingest", str(places["meshes"]), *whole]).exit_code in (0, 1, 4)
     words = [word.format(**{k: str(v) for k, v in places.items()}) for word in case.words.split()]
     run = CliRunner().invoke(app, [*words, "--json"])
     assert run.exit_code in (0, 1, 4), run.output

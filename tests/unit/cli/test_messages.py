@@ -11,10 +11,10 @@ import typer
 from rich.console import Console
 
 from casa_assets import registry
+from casa_assets.cli import ingest_output
 from casa_assets.cli.main import app
 from casa_assets.cli.progress import bar
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verbs import ingest as ingesting
 from casa_assets.errors import UnknownId
 from casa_assets.pipeline.library.library import Summary
 from casa_assets.pipeline.reports.entry import NO_CHECKS, Entry
@@ -92,7 +92,7 @@ def test_eighty_columns_keep_every_number_and_name(is_terminal: bool) -> None:
     console = Console(width=80, record=True, color_system=None, force_terminal=is_terminal)
     source = "some/rather/long/folder/g_nonmanifold_fin_of_a_mug.glb"
     with console.capture() as taken:
-        ingesting._accepted_table([entry("mug_fb61aea070", source)]).print(console)
+        ingest_output._accepted_table([entry("mug_fb61aea070", source)]).print(console)
     text = taken.get()
     for words in ("mug_fb61aea070", "12.2 x 8.27 x 9.68", "292 g", "shapes", "warn", source):
         assert words in text
