@@ -39,16 +39,23 @@ COUNTS = (10_000, 800_000, 10_000_000)
 
 @dataclass(frozen=True)
 class Run:
-    """One run. first_s: until the first input was begun; seconds: in all."""
+    """One run. first_s: until the first input was begun; seconds: in all; lead_s: processor time of the leading process."""
 
     seconds: float
     first_s: float
+    lead_s: float
     events: list[Event]
 
     @property
     def costs(self) -> Floats:
-        """Processor seconds of the inputs."""
-        return np.array([event.cost.cpu_s if event.cost else 0.0 for event in self.events])
+        """Seconds of the clock that each input took a worker, in the order of the inputs."""
+        ordered = sorted(self.events, key=lambda event: event.path)
+        return np.array([event.cost.clock_s if event.cost else 0.0 for event in ordered])
+
+    @property
+    def cpu_s(self) -> float:
+        """Processor seconds of all inputs."""
+        return sum(event.cost.cpu_s for event in self.events if event.cost)
 
 
 def main() -> None:
@@ -65,23 +72,42 @@ def main() -> None:
         kinds: dict[str, Workers] = {"local, 1 worker": 1, "local, 2 workers": 2}
         if importlib.util.find_spec("ray") is not None:
             kinds |= {"Ray, 1 worker": RayCluster(most=1), "Ray, 2 workers": RayCluster(most=2)}
-        runs = {name: run(inputs, Path(folder) / f"library {i}", kind) for i, (name, kind) in enumerate(kinds.items())}
-    print(f"{'run':18} {'inputs':>7} {'seconds':>8} {'first after':>12} {'processor s':>12}")
-    for name, one in runs.items():
-        print(f"{name:18} {len(one.events):7} {one.seconds:8.1f} {one.first_s:12.1f} {one.costs.sum():12.1f}")
+        runs: dict[str, Run] = {}
+        print(
+            f"{'run':18} {'inputs':>7} {'seconds':>8} {'first after':>12} {'processor s':>12} {'worker s':>9} {'lead s':>7}"
+        )
+        for name, kind in kinds.items():
+            one = runs[name] = run(inputs, Path(folder) / f"library {name}", kind)
+            numbers = (
+                f"{one.seconds:8.1f} {one.first_s:12.1f} {one.cpu_s:12.1f} {one.costs.sum():9.1f} {one.lead_s:7.2f}"
+            )
+            print(f"{name:18} {len(one.events):7} {numbers}", flush=True)
     single, double = runs["local, 1 worker"], runs["local, 2 workers"]
     efficiency = single.seconds / double.seconds / 2
     print(f"\nefficiency of two workers: {efficiency:.2f}; of what the cores can: {efficiency * beside / alone:.2f}")
+    print_engines(runs)
+    overheads = measured_overheads(single)
+    print(f"\nseconds besides the work, of the run with one worker: {overheads}")
+    print_clusters(single.costs, overheads)
+
+
+def print_engines(runs: dict[str, Run]) -> None:
+    """Compare Ray with the local pool, and each run with what the model says of it.
+
+    The model is told what the same inputs took a worker under the other engine, with as many workers, and what a run
+    of the same engine with one worker takes besides the work.
+    """
     for count in (1, 2):
         word = f"{count} worker" + "s" * (count > 1)
-        if (cluster := runs.get(f"Ray, {word}")) is not None:
-            more = cluster.seconds / runs[f"local, {word}"].seconds - 1
-            print(f"Ray beside the local pool, {word}: {100 * more:+.0f} %")
-    overheads = measured_overheads(single)
-    for count, real in ((1, single), (2, double)):
-        predicted = forecast(real.costs, len(real.events), count, overheads).seconds
-        print(f"model, {count}: {predicted:.1f} s, {100 * (predicted / real.seconds - 1):+.0f} %")
-    print_clusters(single.costs, overheads)
+        for name, other in (("local", "Ray"), ("Ray", "local")):
+            if f"{other}, {word}" not in runs:
+                continue
+            one, beside = runs[f"{name}, {word}"], runs[f"{other}, {word}"]
+            if name == "Ray":
+                print(f"Ray beside the local pool, {word}: {100 * (one.seconds / beside.seconds - 1):+.0f} %")
+            overheads = measured_overheads(runs[f"{name}, 1 worker"])
+            predicted = forecast(beside.costs, len(one.events), count, overheads).seconds
+            print(f"model of {name}, {word}: {predicted:.1f} s, {100 * (predicted / one.seconds - 1):+.0f} %")
 
 
 def loop_s(count: int) -> float:
@@ -120,22 +146,22 @@ def scaled_samples(folder: Path, copies: int) -> Path:
 
 def run(inputs: Path, library: Path, workers: Workers) -> Run:
     """Ingest into a fresh library."""
-    begin = time.perf_counter()
+    begin, before = time.perf_counter(), time.process_time()
     first: list[float] = []
 
     def show_work(_: str) -> None:
         first.append(time.perf_counter() - begin)
 
     events = list(ingest([inputs], Options(library, jobs=workers, keep_duplicates=True), show_work=show_work))
-    return Run(time.perf_counter() - begin, first[0], events)
+    return Run(time.perf_counter() - begin, first[0], time.process_time() - before, events)
 
 
 def measured_overheads(single: Run) -> Overheads:
-    """Of a run with one worker: what is left of its seconds is the leading process'."""
+    """Of a run with one worker: what is left of its seconds are those between two jobs."""
     count = len(single.events)
     read_s = float(np.mean([event.seconds.get("read", 0.0) for event in single.events]))
     rest = max(0.0, single.seconds - single.first_s - float(single.costs.sum()))
-    return Overheads(max(0.0, single.first_s - count * read_s), read_s, 0.0, rest / count)
+    return Overheads(max(0.0, single.first_s - count * read_s), read_s, rest / count, 0.0, single.lead_s / count)
 
 
 def print_clusters(costs: Floats, overheads: Overheads) -> None:

@@ -190,6 +190,23 @@ def _kill_server_once(value: str) -> str:
     return "second time"
 
 
+def _kill_all_above(value: str) -> None:
+    """End the server, and the process that keeps the pool, each time; `value` takes a line each time."""
+    with Path(value).open("a", encoding="ascii") as mark:
+        mark.write("once\n")
+    server = os.getppid()
+    pool = int(Path(f"/proc/{server}/stat").read_text(encoding="ascii").rpartition(")")[2].split()[1])
+    for process in (pool, server):
+        os.kill(process, 9)
+    time.sleep(60)
+
+
+def _clock(value: str) -> float:
+    """What the clock of this machine says after so many seconds of processor time."""
+    _burn(value)
+    return time.time()
+
+
 def _oom_score(value: str) -> int:
     return int(Path("/proc/self/oom_score_adj").read_text(encoding="ascii"))
 

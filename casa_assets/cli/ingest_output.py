@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from contextlib import closing
 from pathlib import Path
@@ -14,7 +15,7 @@ from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_outcome
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import terminal_safe
+from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ def print_events(
     events: list[Event] = []
     done = bad = unsure = 0
     begun: dict[str, None] = {}
+    last_begun = 0.0
     with bar(output.console) as progress:
         task = progress.add_task("looking", total=None)
 
@@ -59,7 +61,9 @@ def print_events(
             progress.update(task, completed=done, description=f"{counts}{name}")
 
         def show_work(path: str) -> None:
+            nonlocal last_begun
             begun[path] = None
+            last_begun = time.monotonic()
             show()
 
         with closing(start(show_work)) as running:
@@ -73,6 +77,8 @@ def print_events(
                 show()
                 if event.kind != "kept" or event.total <= MOST_LISTED or output.verbose or output.as_json:
                     _print_event(event, output, dry_run)
+    if last_begun and output.verbose:
+        output.line(f"Tail:    the last input was begun {time.monotonic() - last_begun:.0f} s before the end")
     return events
 
 
@@ -168,10 +174,25 @@ def print_counts(events: list[Event], output: Output) -> int:
     for one in throughput(event.seconds for event in events):
         table.add(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
     table.print(output.console)
+    _print_cost(events, output)
     counts = tally(events)
     accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
     print_outcomes(accepted, unsure, rejected, counts["kept"], output)
     return unsure
+
+
+def _print_cost(events: list[Event], output: Output) -> None:
+    """A line about what the work took, where any was done."""
+    from casa_assets.pipeline.reports.library.summary import tail_share
+
+    costs = [event.cost for event in events if event.cost is not None]
+    if not costs:
+        return
+    seconds = [cost.cpu_s for cost in costs]
+    tail = f", the slowest twentieth of them {100 * tail_share(seconds):.0f} %" if len(costs) > 1 else ""
+    most = max(cost.peak_bytes for cost in costs) / 1e9
+    hours = f"{sum(seconds) / 3600:.3g} core-hours"
+    output.line(f"Cost:    {hours} for {pluralize(len(costs), 'input')}{tail}; most memory of one {most:.2f} GB")
 
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:

@@ -20,7 +20,7 @@ RESAMPLES, LOW, HIGH = 400, 5.0, 95.0
 # Runs that are simulated for the interval of one number of cores.
 SIMULATED = 20
 # Seconds of a run besides the work; guesses, which `./dev bench scale` can replace by what it measures.
-START_S, LISTING_S, LEAD_S, END_S = 6.0, 0.001, 0.004, 0.001
+START_S, JOB_S, LISTING_S, LEAD_S, END_S = 6.0, 0.1, 0.001, 0.004, 0.001
 
 
 @dataclass(frozen=True)
@@ -67,12 +67,13 @@ def estimate(events: Sequence[Event], inputs: int, cores: Sequence[int]) -> Esti
     """
     # Inputs that are kept, or refused before any work, cost nothing but their reading.
     cpu_s = np.array([event.cost.cpu_s if event.cost else 0.0 for event in events])
+    clock_s = np.array([event.cost.clock_s if event.cost else 0.0 for event in events])
     written = np.array([event.cost.written_bytes if event.cost else 0 for event in events], dtype=np.float64)
     read_s = float(np.mean([event.seconds.get("read", 0.0) for event in events]))
-    overheads = Overheads(START_S, read_s, LISTING_S, LEAD_S, END_S)
+    overheads = Overheads(START_S, read_s, JOB_S, LISTING_S, LEAD_S, END_S)
     hours, busy = {}, {}
     for count in cores:
-        hours[count], busy[count] = _hours(cpu_s, inputs, count, overheads)
+        hours[count], busy[count] = _hours(clock_s, inputs, count, overheads)
     return Estimate(
         inputs,
         len(events),
@@ -100,12 +101,13 @@ def _scaled(means: Floats, factor: float) -> Interval:
     return Interval(*(factor * float(v) for v in (means[0], *np.percentile(means[1:], (LOW, HIGH)))))
 
 
-def _hours(cpu_s: Floats, inputs: int, cores: int, overheads: Overheads) -> tuple[Interval, float]:
+def _hours(clock_s: Floats, inputs: int, cores: int, overheads: Overheads) -> tuple[Interval, float]:
     """Hours of the clock on so many cores, and the share of the cores' time that is used."""
-    middle = forecast(cpu_s, inputs, cores, overheads)
+    middle = forecast(clock_s, inputs, cores, overheads)
     random = np.random.default_rng(1)
     others = [
-        forecast(random.choice(cpu_s, len(cpu_s)), inputs, cores, overheads, seed).seconds for seed in range(SIMULATED)
+        forecast(random.choice(clock_s, len(clock_s)), inputs, cores, overheads, seed).seconds
+        for seed in range(SIMULATED)
     ]
     low, high = np.percentile(others, (LOW, HIGH))
     return Interval(middle.seconds / 3600, float(low) / 3600, float(high) / 3600), middle.busy

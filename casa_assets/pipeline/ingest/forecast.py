@@ -26,11 +26,13 @@ class Overheads:
 
     Attributes:
         start_s: until the first worker takes an input. survey_s: of a worker, to read an input and find its digest.
+        job_s: of a worker, for each input besides the work on it: its process is started, and ends.
         listing_s, lead_s, end_s: of the leading process for each input: before the work, to publish it, at the end.
     """
 
     start_s: float = 0.0
     survey_s: float = 0.0
+    job_s: float = 0.0
     listing_s: float = 0.0
     lead_s: float = 0.0
     end_s: float = 0.0
@@ -56,12 +58,13 @@ def forecast(
     """Simulate a run.
 
     Args:
-        seconds: that single inputs took; those of the run are drawn from them, long ones as often as they occur.
+        seconds: that single inputs took. Where the run has as many inputs, these are its inputs in their order; else
+            those of the run are drawn from them, long ones as often as they occur.
         count: of inputs. workers: at once. seed: of the draws.
     """
-    known = np.asarray(seconds, dtype=np.float64)
+    known = np.asarray(seconds, dtype=np.float64) + overheads.job_s
     simulated = min(count, MOST_SIMULATED)
-    drawn = np.random.default_rng(seed).choice(known, simulated)
+    drawn = known if count == len(known) <= MOST_SIMULATED else np.random.default_rng(seed).choice(known, simulated)
     before = count - simulated
     surveyed = max(count * overheads.survey_s / workers, count * overheads.listing_s)
     begin = overheads.start_s + surveyed + before * max(float(known.mean()) / workers, overheads.lead_s)

@@ -16,9 +16,12 @@ from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.ingest.survey import Survey
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.library.run_times import Cost
+from casa_assets.pipeline.workers.free_disk import full_disk
 
 # What is wrong with the disk and not with an input. EFBIG: a quota set with `ulimit -f`.
 _DISK_FAULTS = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG, errno.EMFILE, errno.ENFILE})
+_NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 
 # Limits that turn inputs away and change nothing about those that pass: raising one remakes nothing.
 ADMISSION_LIMITS = frozenset({"input_bytes", "input_faces", "input_seconds", "input_memory_bytes"})
@@ -40,20 +43,6 @@ class Job:
     limits: Mapping[str, float]
     cache_key: str
     override: UserOverride = NO_OVERRIDE
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What the work on one input took.
-
-    Attributes:
-        cpu_s: processor seconds, of all processes. peak_bytes: most memory at once, with what workers share.
-        written_bytes: of its entry.
-    """
-
-    cpu_s: float
-    peak_bytes: int
-    written_bytes: int
 
 
 @dataclass(frozen=True)
@@ -105,7 +94,7 @@ class Event:
         folder: of its entry; None for inputs that have none of their own, such as rows of a manifest.
         seconds: that each stage took in this run, by its name, in their order.
         summary: numbers of an asset, made now or before; None where there is none.
-        cost: of the work in this run; None where there was none, or the worker died.
+        cost: of the work in this run, or in the shards that it merges; None where there was none, or the worker died.
     """
 
     kind: str
@@ -205,11 +194,13 @@ def first_error(report: Report) -> Rejected:
 
 @contextmanager
 def writing(root: Path) -> Iterator[None]:
-    """Turn what the disk of a library refuses into an OutputError; other OSErrors pass."""
+    """Turn what the disk of a library, or that for temporary files, refuses into an OutputError; others pass."""
     try:
         yield
     except OSError as error:
         inside = isinstance(error.filename, str | Path) and Path(error.filename).is_relative_to(root)
         if not inside and error.errno not in _DISK_FAULTS:
             raise
+        if not inside and error.errno in _NO_ROOM and (full := full_disk()) is not None:
+            raise full from error
         raise OutputError(str(root), f"cannot be written to: {error.strerror}") from error

@@ -438,7 +438,7 @@ def _publish_outcome(run: _Run, result: Result) -> Event:
         staged = outcome.staged or _stage_refusal(library, result)
         library.publish(staged, library.refusal_folder(job.asset_id), refused)
     if not result.is_kept:
-        keep_times(library, job.asset_id, outcome.seconds)
+        keep_times(library, job.asset_id, outcome.seconds, outcome.cost)
     return _event(run, result)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -20,12 +21,13 @@ from casa_assets.model.issue import Report
 from casa_assets.model.registry.category import Category
 from casa_assets.pipeline.cache.cache_key import versions_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.ingest.job import Cost, Job, Outcome, RunAborted, first_error, stage_refusal, writing
+from casa_assets.pipeline.ingest.job import Job, Outcome, RunAborted, first_error, stage_refusal, writing
 from casa_assets.pipeline.ingest.stage_times import StageTimes
 from casa_assets.pipeline.ingest.stages import build_asset, stage_functions
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
 from casa_assets.pipeline.library.identity import Producer
+from casa_assets.pipeline.library.run_times import Cost
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
 
@@ -58,21 +60,22 @@ def check_renderer(_: None) -> RunAborted | None:
 
 def work(job: Job) -> Outcome | RunAborted:
     """Build, write, look at and check one asset; the entry, or the reason why not, is staged when this returns."""
+    begin = time.perf_counter()
     try:
         with writing(job.library):
             outcome = _work(job)
-            return replace(outcome, cost=_cost(outcome))
+            return replace(outcome, cost=_cost(outcome, time.perf_counter() - begin))
     except (OutputError, RegistryError, NoRenderer) as error:
         return RunAborted(str(error))
 
 
-def _cost(outcome: Outcome) -> Cost:
+def _cost(outcome: Outcome, clock_s: float) -> Cost:
     """What this process, which did nothing else, has used so far with the processes that it started."""
     own, others = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
     staged = outcome.staged
     written = 0 if staged is None else sum(path.stat().st_size for path in staged.rglob("*") if path.is_file())
     cpu_s = own.ru_utime + own.ru_stime + others.ru_utime + others.ru_stime
-    return Cost(cpu_s, 1024 * (own.ru_maxrss + others.ru_maxrss), written)
+    return Cost(cpu_s, 1024 * (own.ru_maxrss + others.ru_maxrss), written, clock_s)
 
 
 def _work(job: Job) -> Outcome:

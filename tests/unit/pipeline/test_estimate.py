@@ -14,7 +14,7 @@ from tests.libraries import box_obj, casa
 
 
 def event(cpu_s: float, written: int, peak: int = 10) -> Event:
-    return Event("accepted", 4, "a", seconds={"read": 0.5}, cost=Cost(cpu_s, peak, written))
+    return Event("accepted", 4, "a", seconds={"read": 0.5}, cost=Cost(cpu_s, peak, written, cpu_s))
 
 
 def test_a_sample_is_scaled_up() -> None:

@@ -15,6 +15,15 @@ def test_one_worker_takes_the_sum() -> None:
     assert forecast([2.0], 50, 1, NONE).seconds == pytest.approx(100)
 
 
+def test_the_inputs_of_a_run_are_taken_as_they_are() -> None:
+    assert forecast([5.0, 1.0, 1.0, 1.0], 4, 2, NONE).seconds == pytest.approx(5)
+    assert forecast([1.0, 1.0, 1.0, 5.0], 4, 2, NONE).seconds == pytest.approx(6)
+
+
+def test_what_a_job_takes_besides_is_added() -> None:
+    assert forecast([2.0, 3.0], 2, 1, Overheads(start_s=1.0, job_s=0.5)).seconds == pytest.approx(7)
+
+
 def test_equal_inputs_are_shared_out() -> None:
     found = forecast([2.0], 80, 8, NONE)
     assert found.seconds == pytest.approx(20)

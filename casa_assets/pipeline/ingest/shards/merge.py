@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -34,7 +35,7 @@ from casa_assets.pipeline.library.copy_entry import copy_accepted, copy_refused
 from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.entry_table import EntryTable
 from casa_assets.pipeline.library.identity import Identity, Producer
-from casa_assets.pipeline.library.run_times import read_times
+from casa_assets.pipeline.library.run_times import read_costs, read_times
 
 
 def merge(
@@ -114,8 +115,10 @@ class ShardAnswers:
         keys = {root: _keys(shard) for root, shard in shards.items()}
         folders = [self._folder(job, keys[self._made_in[job.survey.sha256].root]) for job in jobs]
         seconds = {root: read_times(shard) for root, shard in shards.items()}
+        costs = {root: read_costs(shard) for root, shard in shards.items()}
         for number, (job, folder) in enumerate(zip(jobs, folders, strict=True)):
-            yield number, self._staged(job, folder, seconds[folder.parents[1]].get(job.asset_id, {}))
+            outcome = self._staged(job, folder, seconds[folder.parents[1]].get(job.asset_id, {}))
+            yield number, replace(outcome, cost=costs[folder.parents[1]].get(job.asset_id))
 
     def _folder(self, job: Job, keys: dict[str, str]) -> Path:
         """Folder of the entry of an input in its shard."""

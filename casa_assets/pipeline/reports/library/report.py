@@ -17,7 +17,7 @@ from casa_assets.pipeline.dedup import library_report
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.library.run_times import read_times
+from casa_assets.pipeline.library.run_times import read_costs, read_times
 from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.library import page, priors, rows, summary
@@ -95,6 +95,7 @@ def _findings(
         library_report.read_library_report(root),
         compared,
         outcomes,
+        read_costs(disk.Library(root)),
     )
 
 

@@ -20,6 +20,7 @@ from typing import Any
 
 from casa_assets import registry
 from casa_assets.pipeline.optional_packages import requirements
+from casa_assets.pipeline.workers.free_disk import full_disk
 from casa_assets.pipeline.workers.limits import Limits
 from casa_assets.pipeline.workers.pool import Pool
 
@@ -57,6 +58,19 @@ class Unfit:
     message: str
 
 
+@dataclass(frozen=True)
+class Full:
+    """This machine has no room for the temporary files of a job; others may.
+
+    Attributes:
+        node: Ray's id of this machine.
+        message: where, how much room is left, and what to do.
+    """
+
+    node: str
+    message: str
+
+
 @dataclass
 class _Pools:
     """Pools of this process, by their limits, and how many functions each has been warmed with."""
@@ -85,7 +99,10 @@ def version() -> str:
 
 
 def work(order: Order, job: Any) -> Any:
-    """Do one job on this machine: what it answers, a WorkerFailure, or Unfit.
+    """Do one job on this machine: what it answers, a WorkerFailure, Unfit, or Full.
+
+    An answer that was found while the disk filled up is not trusted: a library that cannot write its temporary files
+    may say of an input whatever it likes.
 
     Raises:
         CasaError: no worker can be started.
@@ -96,8 +113,17 @@ def work(order: Order, job: Any) -> Any:
             return Unfit(f"{socket.gethostname()}: {message}")
         os.chdir(order.folder)
         _POOLS.checked.add((order.version, order.marker))
-    ((_, answer),) = _pool(order).run(order.function, [job])
-    return answer
+    answer = None
+    if (full := full_disk()) is None:
+        ((_, answer),) = _pool(order).run(order.function, [job])
+        full = full_disk()
+    return answer if full is None else Full(_node_id(), f"{socket.gethostname()}: {full}")
+
+
+def _node_id() -> str:
+    import ray
+
+    return str(ray.get_runtime_context().get_node_id())
 
 
 def _unfit(order: Order) -> str:

@@ -23,11 +23,14 @@ from typing import Any, Self
 
 import ray
 from ray import exceptions
+from ray._private import worker as ray_worker
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers.cluster import node
 from casa_assets.pipeline.workers.engine import RayCluster, waiting_jobs
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+
+LOG = logging.getLogger(__name__)
 
 # A job whose process is killed may be what kills it; machines are lost for reasons of their own.
 MAX_CRASHES, MAX_LOST_MACHINES = 2, 5
@@ -70,6 +73,7 @@ class RayEngine:
         self._is_connected = False
         self._seen: list[tuple[int, int]] = []
         self._seen_at = -math.inf
+        self._full: dict[str, str] = {}  # messages of machines whose disk is full, by Ray's id of them
 
     def __enter__(self) -> Self:
         return self
@@ -124,8 +128,23 @@ class RayEngine:
                     ray.cancel(reference, force=True)
 
     def _submit(self, order: node.Order, job: Any, memory: int) -> Any:
-        task = ray.remote(node.work).options(num_cpus=1, memory=memory, max_retries=0, retry_exceptions=False)
+        task = ray.remote(node.work).options(
+            num_cpus=1, memory=memory, max_retries=0, retry_exceptions=False, label_selector=self._fit()
+        )
         return task.remote(replace(order, limits=replace(self._limits, memory_bytes=memory)), job)
+
+    def _fit(self) -> dict[str, str] | None:
+        """What Ray asks of the machine of a job; None where any will do."""
+        return {"ray.io/node-id": f"!in({','.join(sorted(self._full))})"} if self._full else None
+
+    def _leave_out(self, full: node.Full) -> None:
+        """Give no more jobs to a machine. Raises CasaError where it is the last one."""
+        if full.node not in self._full:
+            LOG.warning("a machine of the cluster gets no more jobs: %s", full.message)
+        self._full[full.node] = full.message
+        self._seen_at = -math.inf
+        if not self._machines():
+            raise CasaError("no machine of the cluster has room on its disk:\n" + "\n".join(self._full.values()))
 
     def _order(self, function: str) -> node.Order:
         self._marker.parent.mkdir(parents=True, exist_ok=True)
@@ -155,6 +174,10 @@ class RayEngine:
             answer = WorkerFailure("killed", f"{MAX_LOST_MACHINES} machines were lost while they did it ({error})")
         if isinstance(answer, node.Unfit):
             raise CasaError(answer.message)
+        if isinstance(answer, node.Full):
+            self._leave_out(answer)
+            queue.waiting.appendleft(number)
+            return None
         is_short = isinstance(answer, WorkerFailure) and answer.reason == "memory"
         if is_short and number not in queue.with_all_memory and memory < self._most_memory():
             queue.with_all_memory.add(number)
@@ -183,6 +206,9 @@ class RayEngine:
                 place = f"at {address}" if address else "on this machine"
                 message = f"no Ray cluster answers {place}: {error}; start one with `ray start --head`"
                 raise CasaError(message) from error
+            # Ray prints what becomes of its processes to standard output, among the rows of --json, whatever
+            # log_to_driver says. The run tells it in its own words.
+            ray_worker._worker_logs_enabled = False
             self._is_ours = True
         self._is_connected = True
         if not self._machines():
@@ -190,9 +216,10 @@ class RayEngine:
             raise CasaError(f"the cluster at {self._cluster.address} has no processors; start workers with `ray start`")
 
     def _machines(self) -> list[tuple[int, int]]:
-        """Processors and bytes of memory of each machine that lives; not asked for again within `LOOK_S`."""
+        """Processors and bytes of memory of each machine that takes jobs; not asked for again within `LOOK_S`."""
         if time.monotonic() - self._seen_at > LOOK_S:
-            resources = [one["Resources"] for one in ray.nodes() if one["Alive"]]
+            known = [one for one in ray.nodes() if one["Alive"] and one["NodeID"] not in self._full]
+            resources = [one["Resources"] for one in known]
             self._seen = [(int(one["CPU"]), int(one.get("memory", 0))) for one in resources if one.get("CPU", 0) >= 1]
             self._seen_at = time.monotonic()
         return self._seen

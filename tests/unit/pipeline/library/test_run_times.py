@@ -5,7 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.library.run_times import MOST_LINES_PER_ENTRY, NAME, keep_times, read_times, tidy_times
+from casa_assets.pipeline.library.run_times import (
+    MOST_LINES_PER_ENTRY,
+    NAME,
+    Cost,
+    keep_times,
+    read_costs,
+    read_times,
+    tidy_times,
+)
 
 
 def test_the_file_is_written_anew_where_it_has_grown_by_many_runs(tmp_path: Path) -> None:
@@ -22,3 +30,15 @@ def test_the_file_is_written_anew_where_it_has_grown_by_many_runs(tmp_path: Path
     tidy_times(library)
     assert len(path.read_text(encoding="utf-8").splitlines()) == 2
     assert read_times(library) == {"mug_a": {"load": 9.25}, "mug_b": {"load": MOST_LINES_PER_ENTRY - 0.5}}
+
+
+def test_a_cost_is_that_of_the_last_time(tmp_path: Path) -> None:
+    library = Library(tmp_path)
+    keep_times(library, "mug_a", {"load": 0.5}, Cost(1.25, 10, 20, 1.5))
+    keep_times(library, "mug_b", {"load": 0.5}, Cost(2.0, 11, 21, 1.5))
+    keep_times(library, "mug_b", {"load": 0.5})
+    assert read_costs(library) == {"mug_a": Cost(1.25, 10, 20, 1.5)}
+    for _ in range(3 * MOST_LINES_PER_ENTRY):
+        keep_times(library, "mug_c", {"load": 0.5}, Cost(3.0, 12, 22, 1.5))
+    tidy_times(library)
+    assert read_costs(library) == {"mug_a": Cost(1.25, 10, 20, 1.5), "mug_c": Cost(3.0, 12, 22, 1.5)}

@@ -19,6 +19,7 @@ from casa_assets.model.asset.provenance import Guess
 from casa_assets.model.issue import CheckResult, Issue, Report, Severity, Status, tally
 from casa_assets.pipeline.library.entry_files import thumbnail_of
 from casa_assets.pipeline.library.library import Summary
+from casa_assets.pipeline.library.run_times import Cost
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.library import page as pages
 from casa_assets.pipeline.reports.library import priors, rows, summary
@@ -266,3 +267,26 @@ def test_what_is_said_of_the_library_as_a_whole_is_text() -> None:
     assert [e.text for e in found.xpath(".//em")] == ["1 found", "passed", "not run: no weights"]
     assert found.xpath(".//script | .//img") == []
     assert render_library_section(None, {}) == render_library_section(Report(subject="library"), {}) == ""
+
+
+def test_the_cost_and_its_tail() -> None:
+    entries = [entry(f"mug_{number}") for number in range(40)]
+    costs = {one.id: Cost(1.0, 10**9, 10**6, 1.5) for one in entries}
+    costs[entries[3].id] = Cost(61.0, 2 * 10**9, 10**6, 1.5)
+    seconds = {one.id: {"load": costs[one.id].cpu_s} for one in entries}
+    found = dataclasses.replace(findings(entries), costs=costs, seconds=seconds)
+    content = summary.content(found, WORDS)
+    assert content["cost"] == {
+        "inputs": 40,
+        "core_hours": pytest.approx(100 / 3600, rel=1e-3),
+        "tail_share": 0.62,
+        "written_bytes": 40 * 10**6,
+        "longest": {"id": entries[3].id, "cpu_s": 61.0},
+        "largest": {"id": entries[3].id, "peak_bytes": 2 * 10**9},
+    }
+    (stage,) = content["times"]
+    assert (stage["p95_s"], stage["tail_share"], stage["slowest"][0]["id"]) == (1.0, 0.62, entries[3].id)
+    text = render(found)
+    assert "0.0278 core-hours for 40 inputs" in text
+    assert "took 62 % of it" in " ".join(text.split())
+    assert summary.content(findings(entries), WORDS)["cost"] is None

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from casa_assets.pipeline.workers import free_disk
 from casa_assets.pipeline.workers.cluster import node
-from casa_assets.pipeline.workers.cluster.node import Order, Unfit
+from casa_assets.pipeline.workers.cluster.node import Full, Order, Unfit
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 
 WARM = "tests.pool_jobs:nothing"
@@ -65,6 +67,27 @@ def test_a_machine_without_the_working_folder_is_refused(order: Order, tmp_path:
     found = node.work(Order(**{**vars(order), "folder": tmp_path / "away"}), ("answer", "word"))
     assert isinstance(found, Unfit)
     assert f"working folder {tmp_path / 'away'}" in found.message
+
+
+@pytest.mark.parametrize("free", [[0], [10**9, 0]], ids=["before", "afterwards"])
+def test_a_full_disk_is_told_in_place_of_an_answer(
+    order: Order, monkeypatch: pytest.MonkeyPatch, free: list[int]
+) -> None:
+    left = iter(free)
+    monkeypatch.setattr(free_disk.shutil, "disk_usage", lambda _: SimpleNamespace(free=next(left)))
+    monkeypatch.setattr(node, "_node_id", lambda: "this one")
+    found = node.work(order, ("answer", "word"))
+    assert isinstance(found, Full)
+    assert found.node == "this one"
+    assert "0.0 MB are free, jobs need 64 MB; make room, or set TMPDIR" in found.message
+
+
+def test_no_folder_for_temporary_files_is_a_full_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> str:
+        raise FileNotFoundError(2, "No usable temporary directory found")
+
+    monkeypatch.setattr(free_disk.tempfile, "gettempdir", refuse)
+    assert "No usable temporary directory found" in str(free_disk.full_disk())
 
 
 def test_the_version_is_that_of_the_code_and_of_the_packages(monkeypatch: pytest.MonkeyPatch) -> None:

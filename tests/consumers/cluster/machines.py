@@ -1,0 +1,172 @@
+"""Ray clusters of machines that are all this one, and what befalls them."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from tests.libraries import ROOT, command
+
+PLACE = ROOT / os.environ.get("CASA_RAY", ".venv-ray")
+MESHES = ROOT / "examples" / "meshes"
+FEW = ("apple.glb", "banana.glb", "cereal_box.glb", "knife.stl", "spoon.dae", "milk_carton.ply")
+# Words of command lines: of a process of Ray that does our jobs, and of one that a job runs in.
+RAY_WORKER, JOB = "ray::", "casa_assets.pipeline.workers.server"
+
+
+def packages() -> Path:
+    """Where Ray is installed; the tests put it in front of our packages."""
+    assert PLACE.is_dir(), f"{PLACE.name} is missing; ./dev consumers makes it"
+    (found,) = PLACE.glob("lib/python3*/site-packages")
+    return found
+
+
+def surroundings(*folders: Path) -> dict[str, str]:
+    """Environment in which Ray is found, and before it the modules of some folders."""
+    paths = os.pathsep.join(map(str, [*folders, packages(), ROOT]))
+    return {**os.environ, "PYTHONPATH": paths, "RAY_USAGE_STATS_ENABLED": "0", "COLUMNS": "200"}
+
+
+def start(*arguments: object) -> subprocess.Popen[str]:
+    """The command line, running."""
+    return subprocess.Popen(
+        command(*arguments),
+        env=surroundings(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def few_meshes(folder: Path) -> Path:
+    """A few of the sample meshes in a new folder; one of them is broken."""
+    folder.mkdir()
+    for name in FEW:
+        shutil.copy(MESHES / name, folder)
+    return folder
+
+
+def full_disk() -> dict[str, str]:
+    """Environment of a machine whose disk for temporary files says that it is full."""
+    return {"PYTHONPATH": surroundings(Path(__file__).parent / "full_disk")["PYTHONPATH"]}
+
+
+def other_version() -> dict[str, str]:
+    """Environment of a machine that has another version of a package."""
+    return {"PYTHONPATH": surroundings(Path(__file__).parent / "other_version")["PYTHONPATH"]}
+
+
+def wrong_clock(days: int = -400) -> dict[str, str]:
+    """Environment of a machine whose calendar is wrong by so many days; what counts seconds from its start is right."""
+    library = packages() / "libfaketime" / "vendor" / "libfaketime" / "src" / "libfaketime.so.1"
+    assert library.is_file()
+    return {
+        "LD_PRELOAD": str(library),
+        "RAY_LD_PRELOAD_ON_WORKERS": "1",
+        "FAKETIME": f"{days:+d}d",
+        "FAKETIME_DONT_FAKE_MONOTONIC": "1",
+        "NO_FAKE_STAT": "1",
+    }
+
+
+class Machines:
+    """A cluster of machines with one processor each.
+
+    Args:
+        environments: variables that each machine has besides ours.
+    """
+
+    def __init__(self, environments: Sequence[Mapping[str, str]]) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, Path(__file__).parent / "nodes.py", json.dumps(list(environments))],
+            env=surroundings(),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        assert self._process.stdout is not None
+        self.address = self._process.stdout.readline().strip()
+        assert self.address, "no cluster started"
+
+    def order(self, word: str) -> None:
+        """Do what a line of nodes.py says."""
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        self._process.stdin.write(f"{word}\n")
+        self._process.stdin.flush()
+        assert self._process.stdout.readline().strip() == "done"
+
+    def kill(self, words: str) -> int:
+        """End, as by the kernel, the youngest process of the cluster whose command line has some words.
+
+        Returns:
+            Its number; 0 where there is none.
+        """
+        found = [pid for pid in _descendants(self._process.pid) if words in _command_line(pid)]
+        for pid in sorted(found, key=_started_at, reverse=True):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+                return pid
+        return 0
+
+    def end(self) -> None:
+        """End all of them."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        self._process.wait(60)
+
+
+@contextmanager
+def machines(*environments: Mapping[str, str]) -> Iterator[Machines]:
+    """A cluster for a test."""
+    made = Machines(environments)
+    try:
+        yield made
+    finally:
+        made.end()
+
+
+def wait_for(is_there: Callable[[], object], run: subprocess.Popen[str], most_s: float = 300.0) -> None:
+    """Wait until something is there, as long as a run is going on."""
+    give_up = time.monotonic() + most_s
+    while not is_there():
+        assert run.poll() is None, f"the run ended before: {run.communicate()[0]}"
+        assert time.monotonic() < give_up, "it took too long"
+        time.sleep(0.1)
+
+
+def _descendants(pid: int) -> list[int]:
+    """Processes below one, children of children as well."""
+    parents: dict[int, int] = {}
+    for place in Path("/proc").iterdir():
+        if place.name.isdigit():
+            with suppress(OSError):
+                parents[int(place.name)] = int((place / "stat").read_text().rpartition(")")[2].split()[1])
+    found = {pid}
+    while more := {child for child, parent in parents.items() if parent in found} - found:
+        found |= more
+    return sorted(found - {pid})
+
+
+def _command_line(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+    except OSError:
+        return ""
+
+
+def _started_at(pid: int) -> int:
+    """Ticks since the machine was started."""
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[19])
+    except OSError:
+        return 0

@@ -1,0 +1,84 @@
+"""Runs on a cluster of two machines, both on this one, that loses something: the library is that of one machine."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+
+import pytest
+
+from tests.consumers.cluster.machines import (
+    JOB,
+    RAY_WORKER,
+    few_meshes,
+    full_disk,
+    machines,
+    start,
+    wait_for,
+    wrong_clock,
+)
+from tests.libraries import differences
+
+pytestmark = pytest.mark.consumers
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A few of the sample meshes; one of them is broken."""
+    return few_meshes(tmp_path_factory.mktemp("inputs") / "meshes")
+
+
+@pytest.fixture(scope="module")
+def expected(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The library that this machine makes of them."""
+    library = tmp_path_factory.mktemp("local") / "library"
+    done = start("ingest", inputs, "--library", library)
+    text, _ = done.communicate()
+    assert done.returncode == 1, text
+    return library
+
+
+def test_what_is_killed_in_the_middle_changes_nothing(inputs: Path, expected: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+
+    def finished() -> int:
+        return len(list(library.glob("*/*/asset.json")))
+
+    with machines({}, {}) as cluster:
+        run = start("ingest", inputs, "--library", library, "--engine", "ray", "--address", cluster.address)
+        wait_for(lambda: finished() > 0, run)
+        assert cluster.kill(JOB)
+        wait_for(lambda: finished() > 1, run)
+        assert cluster.kill(RAY_WORKER)
+        wait_for(lambda: finished() > 2, run)
+        cluster.order("kill")
+        text, _ = run.communicate(timeout=600)
+    assert run.returncode == 1, text
+    assert differences(library, expected) == []
+
+
+def test_a_killed_run_is_resumed_by_the_next(inputs: Path, expected: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    with machines({}, {}) as cluster:
+        order = ("ingest", inputs, "--library", library, "--engine", "ray", "--address", cluster.address)
+        run = start(*order)
+        wait_for(lambda: any(library.glob("*/*/asset.json")), run)
+        run.send_signal(signal.SIGKILL)
+        run.wait()
+        assert differences(library, expected)
+        finished = {path: path.stat().st_mtime_ns for path in library.glob("*/*/asset.json")}
+        run = start(*order)
+        text, _ = run.communicate(timeout=600)
+    assert run.returncode == 1, text
+    assert {path: path.stat().st_mtime_ns for path in finished} == finished
+    assert differences(library, expected) == []
+
+
+def test_a_machine_with_a_full_disk_and_one_with_a_wrong_clock(inputs: Path, expected: Path, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    with machines({}, full_disk(), wrong_clock()) as cluster:
+        run = start("ingest", inputs, "--library", library, "--engine", "ray", "--address", cluster.address)
+        text, _ = run.communicate(timeout=600)
+    assert run.returncode == 1, text
+    assert "a machine of the cluster gets no more jobs" in text
+    assert differences(library, expected) == []
