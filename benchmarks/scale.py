@@ -34,12 +34,17 @@ SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}
 GROWTH = 1.07  # of each copy of a sample: another asset, and not a copy
 LOOP = 30_000_000
 CORES = (1, 8, 64, 512, 1_000, 10_000)
+HEADS = ("seconds", "first after", "processor s", "of workers", "leading s")
 COUNTS = (10_000, 800_000, 10_000_000)
 
 
 @dataclass(frozen=True)
 class Run:
-    """One run. first_s: until the first input was begun; seconds: in all; lead_s: processor time of the leading process."""
+    """One run.
+
+    Attributes:
+        seconds: in all. first_s: until the first input was begun. lead_s: processor time of the leading process.
+    """
 
     seconds: float
     first_s: float
@@ -73,15 +78,11 @@ def main() -> None:
         if importlib.util.find_spec("ray") is not None:
             kinds |= {"Ray, 1 worker": RayCluster(most=1), "Ray, 2 workers": RayCluster(most=2)}
         runs: dict[str, Run] = {}
-        print(
-            f"{'run':18} {'inputs':>7} {'seconds':>8} {'first after':>12} {'processor s':>12} {'worker s':>9} {'lead s':>7}"
-        )
+        print(f"{'run':18} {'inputs':>7}" + "".join(f"{head:>13}" for head in HEADS))
         for name, kind in kinds.items():
             one = runs[name] = run(inputs, Path(folder) / f"library {name}", kind)
-            numbers = (
-                f"{one.seconds:8.1f} {one.first_s:12.1f} {one.cpu_s:12.1f} {one.costs.sum():9.1f} {one.lead_s:7.2f}"
-            )
-            print(f"{name:18} {len(one.events):7} {numbers}", flush=True)
+            numbers = (one.seconds, one.first_s, one.cpu_s, one.costs.sum(), one.lead_s)
+            print(f"{name:18} {len(one.events):7}" + "".join(f"{number:13.1f}" for number in numbers), flush=True)
     single, double = runs["local, 1 worker"], runs["local, 2 workers"]
     efficiency = single.seconds / double.seconds / 2
     print(f"\nefficiency of two workers: {efficiency:.2f}; of what the cores can: {efficiency * beside / alone:.2f}")

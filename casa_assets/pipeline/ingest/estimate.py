@@ -105,9 +105,7 @@ def _hours(clock_s: Floats, inputs: int, cores: int, overheads: Overheads) -> tu
     """Hours of the clock on so many cores, and the share of the cores' time that is used."""
     middle = forecast(clock_s, inputs, cores, overheads)
     random = np.random.default_rng(1)
-    others = [
-        forecast(random.choice(clock_s, len(clock_s)), inputs, cores, overheads, seed).seconds
-        for seed in range(SIMULATED)
-    ]
+    resamples = [random.choice(clock_s, len(clock_s)) for _ in range(SIMULATED)]
+    others = [forecast(one, inputs, cores, overheads, seed).seconds for seed, one in enumerate(resamples)]
     low, high = np.percentile(others, (LOW, HIGH))
     return Interval(middle.seconds / 3600, float(low) / 3600, float(high) / 3600), middle.busy

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from tests.libraries import ROOT, command
 
@@ -82,11 +83,12 @@ class Machines:
 
     Args:
         environments: variables that each machine has besides ours.
+        within: command that starts them, with what it is to start as its last words.
     """
 
-    def __init__(self, environments: Sequence[Mapping[str, str]]) -> None:
+    def __init__(self, environments: Sequence[Mapping[str, str]], within: Sequence[str] = ()) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, Path(__file__).parent / "nodes.py", json.dumps(list(environments))],
+            [*within, sys.executable, Path(__file__).parent / "nodes.py", json.dumps(list(environments))],
             env=surroundings(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -125,10 +127,18 @@ class Machines:
         self._process.wait(60)
 
 
+def ask(address: str, *jobs: tuple[str, str]) -> Any:
+    """What a cluster answers to jobs of tests/pool_jobs.py, see ask.py."""
+    words = [sys.executable, Path(__file__).parent / "ask.py", address, json.dumps(jobs)]
+    done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
 @contextmanager
-def machines(*environments: Mapping[str, str]) -> Iterator[Machines]:
+def machines(*environments: Mapping[str, str], within: Sequence[str] = ()) -> Iterator[Machines]:
     """A cluster for a test."""
-    made = Machines(environments)
+    made = Machines(environments, within)
     try:
         yield made
     finally:

@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from tests.consumers.cluster.machines import (
+    ask,
     few_meshes,
     full_disk,
     machines,
     other_version,
     start,
-    surroundings,
     wrong_clock,
 )
 
 pytestmark = pytest.mark.consumers
-
-
-def ask(address: str, *jobs: tuple[str, str]) -> Any:
-    """What a cluster answers to jobs of tests/pool_jobs.py, see ask.py."""
-    words = [sys.executable, Path(__file__).parent / "ask.py", address, json.dumps(jobs)]
-    done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 def test_a_job_that_kills_what_does_it_is_rejected_after_two(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Whole sets of meshes through four shards, merged by the command line: file by file the library of one run."""
+"""Whole sets of meshes in three ways: file by file one library, whoever did the work."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.consumers.cluster.machines import machines, start, wait_for
 from tests.libraries import ROOT, casa, entries_of
 from tests.sharded_inputs import public_differences
 
@@ -25,16 +26,26 @@ LIMITS = ("--memory", 2, "--timeout", 1200)
 
 
 @pytest.mark.parametrize("name", SETS)
-def test_four_shards_are_one_run(name: str, tmp_path: Path) -> None:
+def test_one_machine_shards_and_a_cluster_that_loses_one_make_one_library(name: str, tmp_path: Path) -> None:
     sources = SETS[name]
     assert all(source.is_dir() for source in sources), "the shared data is missing; set CASA_SHARED"
-    done = casa("ingest", *sources, "--library", tmp_path / "one", *LIMITS)
+    one, merged, cluster = (tmp_path / place for place in ("one", "merged", "cluster"))
+    done = casa("ingest", *sources, "--library", one, *LIMITS)
     assert done.returncode in (0, 1, 4), done.stderr
+    assert len(entries_of(one)) > 10
     shards = [tmp_path / "shards" / str(index) for index in range(1, COUNT + 1)]
     for index, shard in enumerate(shards, 1):
         part = casa("ingest", *sources, "--shard", f"{index}/{COUNT}", "--library", shard, *LIMITS)
         assert part.returncode in (0, 1, 4), part.stderr
-    merged = casa("library", "merge", *shards, "--library", tmp_path / "merged")
-    assert merged.returncode == done.returncode, merged.stderr
-    assert len(entries_of(tmp_path / "one")) > 10
-    assert public_differences(tmp_path / "one", tmp_path / "merged") == []
+    joined = casa("library", "merge", *shards, "--library", merged)
+    assert joined.returncode == done.returncode, joined.stderr
+    assert public_differences(one, merged) == []
+    with machines({}, {}) as two:
+        run = start(
+            "ingest", *sources, "--library", cluster, *LIMITS, "--quiet", "--engine", "ray", "--address", two.address
+        )
+        wait_for(lambda: len(entries_of(cluster)) > len(entries_of(one)) / 2, run, most_s=7200)
+        two.order("kill")
+        text, _ = run.communicate()
+    assert run.returncode == done.returncode, text
+    assert public_differences(one, cluster) == []
