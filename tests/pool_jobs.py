@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -205,6 +206,12 @@ def _clock(value: str) -> float:
     """What the clock of this machine says after so many seconds of processor time."""
     _burn(value)
     return time.time()
+
+
+def _temporary_folder(value: str) -> str:
+    """Where temporary files go, after so many seconds of processor time."""
+    _burn(value)
+    return tempfile.gettempdir()
 
 
 def _oom_score(value: str) -> int:
