@@ -42,6 +42,8 @@ PLANTS = [
     ("yaml", "pipeline", "import yaml"),
     ("mink", "pipeline", "import mink"),
     ("mink", "checks", "import robosuite"),
+    ("stores", "pipeline", "import fsspec"),
+    ("stores", "cli", "import s3fs"),
     ("learned", "cli", "import torch"),
 ]
 

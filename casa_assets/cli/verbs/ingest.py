@@ -33,14 +33,16 @@ from casa_assets.cli.options import (
     workers,
 )
 from casa_assets.cli.output import Output
+from casa_assets.cli.store_output import on_store
 from casa_assets.cli.supervise import StopRequested
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import duration, pluralize
 from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
 
+    from casa_assets.cli.store_output import Sending
     from casa_assets.pipeline.ingest.estimate import Interval
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
@@ -70,6 +72,9 @@ Examples:
 
   casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
 
+  casa-assets ingest ~/meshes --store s3://bucket/library
+                                                   each asset goes to the store as it is made
+
   casa-assets ingest ~/meshes --shard 3/16 --out shards/3
                                                    the third of sixteen parts, for `casa-assets library merge`
 """
@@ -96,6 +101,9 @@ ShardWords = Annotated[
     typer.Option(
         "--shard", metavar="I/N", help="Work on part I of N of the inputs alone, I from 1 to N, for `library merge`."
     ),
+]
+StoreUrl = Annotated[
+    str, typer.Option("--store", metavar="URL", help="Also keep the library there, such as s3://bucket/library.")
 ]
 
 
@@ -125,6 +133,7 @@ def ingest(
     dry_run: DryRun = False,
     watch: Watch = False,
     shard: ShardWords = "",
+    store: StoreUrl = "",
     explain: Explain = False,
     estimate: Sample = 0,
     cores: Cores = None,
@@ -149,38 +158,58 @@ def ingest(
     )
     options = replace(options, shard=_shard(shard))
     output = Output(json_, quiet, verbose)
+    _check_together(bool(store), bool(estimate), {"watch": watch, "explain": explain, "dry-run": dry_run}, bool(shard))
     if estimate:
-        if watch or explain or dry_run or shard:
-            message = "goes with none of --watch, --explain, --dry-run and --shard"
-            raise typer.BadParameter(message, param_hint="--estimate")
         _estimate(sources, options, estimate, cores or (), output)
     elif watch:
         _watch(sources, options, output)
     else:
-        _ingest(sources, options, output, explain)
+        _ingest(sources, options, output, explain, store)
 
 
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
 
 
-def _ingest(sources: list[Path], options: Options, output: Output, explain: bool) -> None:
+def _check_together(store: bool, estimate: bool, flags: Mapping[str, bool], shard: bool) -> None:
+    """Raise typer.BadParameter where options were given that do not go together.
+
+    Args:
+        flags: --watch, --explain and --dry-run, by their names; true where they were given.
+    """
+    if estimate and (store or shard or any(flags.values())):
+        message = "goes with none of --watch, --explain, --dry-run, --shard and --store"
+        raise typer.BadParameter(message, param_hint="--estimate")
+    if store and (flags["watch"] or flags["dry-run"]):
+        raise typer.BadParameter("goes with neither --watch nor --dry-run", param_hint="--store")
+
+
+def _ingest(sources: list[Path], options: Options, output: Output, explain: bool, store: str) -> None:
     """Run once, tell what became of the inputs, and end with the exit code for it."""
+    with on_store(store, options.library, output) as sending:
+        events = _run_once(sources, options, output, explain, sending)
+    if not options.dry_run:
+        output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
+    end(events)
+
+
+def _run_once(sources: list[Path], options: Options, output: Output, explain: bool, sending: Sending) -> list[Event]:
+    """Run once, and tell what became of the inputs."""
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.shards.record import NAME as SHARD_RECORD
 
     others: Counter[str] = Counter()
 
     def start(show_work: Callable[[str], None] | None) -> Generator[Event]:
-        return run(sources, options, others=others, show_work=show_work)
+        return sending(run(sources, options, others=others, show_work=show_work))
 
     events = print_events(start, output, options.dry_run)
     print_others(+others, output)
     if not events and options.only:
         output.line(f"nothing is rejected with, or in review for, {', '.join(sorted(options.only))}")
-        return
+        return []
     if not events and options.shard is not None and (options.dry_run or (options.library / SHARD_RECORD).is_file()):
         output.line(f"shard {options.shard} has none of the inputs")
-        return
+        return []
     if not events:
         print_no_mesh_found(sources, output)
         raise typer.Exit(2)
@@ -189,9 +218,7 @@ def _ingest(sources: list[Path], options: Options, output: Output, explain: bool
         print_counts(events, output)
     elif not output.as_json or explain:
         print_summary(events, options.library, output, explain)
-    if not options.dry_run:
-        output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
-    end(events)
+    return events
 
 
 def _estimate(sources: list[Path], options: Options, sample: int, cores: Sequence[int], output: Output) -> None:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli.ingest_output import end, print_events, print_summary
-from casa_assets.cli.options import CLIP_HELP, AsJson, LibraryOut, Quiet, Verbose, more
+from casa_assets.cli.options import CLIP_HELP, AsJson, LibraryOut, Quiet, Verbose, library_at, more
 from casa_assets.cli.output import Output
+from casa_assets.cli.store_output import print_changes, waiting
 from casa_assets.cli.text import terminal_safe
 from casa_assets.cli.verb import Verb
 
@@ -20,15 +21,20 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="library",
-    help="Libraries as a whole: merge the parts that several machines made.",
+    help="Libraries as a whole: merge the parts that several machines made, keep them on object stores.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
 
 
+PARTIAL_HELP = "Go on where parts are missing."
+Url = Annotated[str, typer.Argument(metavar="URL", help="Library on a store, such as s3://bucket/library.")]
+Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other side lacks; decisions of people too.")]
+
+
 @app.callback()
 def common() -> None:
-    """Libraries as a whole: merge the parts that several machines made."""
+    """Libraries as a whole: merge the parts that several machines made, keep them on object stores."""
 
 
 @app.command(cls=Verb)
@@ -38,7 +44,9 @@ def merge(
         typer.Argument(help="Folders that `ingest --shard` wrote.", exists=True, file_okay=False, readable=True),
     ],
     library: LibraryOut = Path("out/library"),
-    partial: Annotated[bool, typer.Option("--partial", help="Merge also where some shards are missing.")] = False,
+    partial: Annotated[
+        bool, typer.Option("--partial", help=more(PARTIAL_HELP, "merge the shards that there are."))
+    ] = False,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
     json_: AsJson = False,
     quiet: Quiet = False,
@@ -69,3 +77,71 @@ def merge(
         print_summary(events, library, output)
     output.look(*[event.folder for event in events if event.folder and not event.was_rejected][:1])
     end(events)
+
+
+@app.command(cls=Verb)
+def push(
+    library: Annotated[Path, typer.Argument(help="Folder of the library.", exists=True, file_okay=False)],
+    url: Url,
+    delete: Delete = False,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Copy a library to an object store, entry by entry, so that it is the same there.
+
+    Entries that are there already are left as they are. Stopped at any moment and run again, it goes on. Exit 0 when
+    all of it is there, 2 on misuse, where the store cannot be used, and where it has what the library lacks.
+
+    Example:
+
+      casa-assets library push out/library s3://bucket/library
+    """
+    from casa_assets.pipeline.library.remote.change import Extra
+    from casa_assets.pipeline.library.remote.push import push as run
+    from casa_assets.pipeline.library.remote.remote_folder import RemoteFolder
+    from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
+    from casa_assets.pipeline.library.remote.writer_lock import hold
+
+    output, place = Output(json_, quiet, verbose), library_at(library)
+    remote = RemoteLibrary(RemoteFolder.open(url))
+    with place.locked(), hold(remote.folder, waiting(output)) as lock:
+        changes = run(place, remote, lock, Extra.REMOVE if delete else Extra.REFUSE)
+        told = print_changes(changes, "pushing", output, library)
+    output.line(f"Store: {terminal_safe(remote.url)}: {told}")
+
+
+@app.command(cls=Verb)
+def pull(
+    url: Url,
+    library: Annotated[Path, typer.Argument(help="Folder of the library.", file_okay=False)],
+    delete: Delete = False,
+    partial: Annotated[
+        bool, typer.Option("--partial", help=more(PARTIAL_HELP, "take what a run that has not ended has written."))
+    ] = False,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Copy a library from an object store to this disk, so that it is the same here.
+
+    Entries that are here already are left as they are. Stopped at any moment and run again, it goes on. Exit 0 when
+    all of it is here, 2 on misuse, where the store cannot be used, and where the library has what the store lacks.
+
+    Example:
+
+      casa-assets library pull s3://bucket/library out/library
+    """
+    from casa_assets.pipeline.library.library import Library
+    from casa_assets.pipeline.library.remote.change import Extra
+    from casa_assets.pipeline.library.remote.pull import pull as run
+    from casa_assets.pipeline.library.remote.remote_folder import RemoteFolder
+    from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
+
+    output, place = Output(json_, quiet, verbose), Library(library)
+    remote = RemoteLibrary(RemoteFolder.open(url))
+    with place.locked():
+        place.sweep()
+        changes = run(remote, place, Extra.REMOVE if delete else Extra.REFUSE, partial)
+        told = print_changes(changes, "pulling", output, library)
+    output.line(f"Library: {terminal_safe(str(library))}: {told}")

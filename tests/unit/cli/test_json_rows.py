@@ -44,6 +44,8 @@ CASES = [
     Case("ingest {meshes} --library {new} --jobs 1", MADE, measured=True),
     Case("library merge {shard} --library {new}", MADE, measured=True),
     Case("articulate {meshes} --out {new} --jobs 1", MADE),
+    Case("library push {library} {new}", MADE),
+    Case("library pull {library} {new}", MADE),
     Case("fetch --lvis Mug --out {new}", MADE),
     Case("index --library {library}", MADE),
     Case("report --library {library}", MADE),
