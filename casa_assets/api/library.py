@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
+from casa_assets.ingest.sources.stores.address import StoreRoot, root_of
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
@@ -189,8 +190,8 @@ class Library:
         `list(library.ingest(...))` where no result is of interest.
 
         Args:
-            inputs: paths; trimesh.Trimesh or trimesh.Scene; MeshInput, a mesh with a name, category and up axis of its
-                own; or lists of these.
+            inputs: paths; addresses on stores, such as `s3://bucket/meshes`; trimesh.Trimesh or trimesh.Scene;
+                MeshInput, a mesh with a name, category and up axis of its own; or lists of these.
             category: id for all of them; else names and sources tell.
             name: of meshes that are not in a MeshInput. Where none is given it is the mesh's own (its metadata), or
                 `mesh`; several of one name are numbered.
@@ -204,7 +205,8 @@ class Library:
         """
         paths, meshes = _sorted_inputs(inputs, name, up)
         options = Options(self.path, category, jobs)
-        with closing(run_ingest(_existing(paths), options, meshes)) as running:
+        _check_exist(paths)
+        with closing(run_ingest(paths, options, meshes)) as running:
             for event in running:
                 yield _result(event)
 
@@ -236,13 +238,13 @@ def _refusal_report(folder: Path | None) -> Report | None:
 
 def _sorted_inputs(
     inputs: Sequence[Input | Sequence[Input]], name: str, up: UpAxis
-) -> tuple[list[Path], list[MeshInput]]:
-    """Paths, and meshes in memory under names that differ."""
-    paths: list[Path] = []
+) -> tuple[list[Path | StoreRoot], list[MeshInput]]:
+    """Paths and addresses, and meshes in memory under names that differ."""
+    paths: list[Path | StoreRoot] = []
     meshes: list[MeshInput] = []
     for item in chain.from_iterable([item] if isinstance(item, Input) else item for item in inputs):
         if isinstance(item, str | Path):
-            paths.append(Path(item))
+            paths.append(root_of(item) if isinstance(item, str) else item)
         elif isinstance(item, MeshInput):
             meshes.append(item)
         else:
@@ -341,7 +343,8 @@ def articulate(
     from casa_assets.pipeline.articulate.build import ArticulateRequest
     from casa_assets.pipeline.articulate.sidecar import read as read_decisions
 
-    (path,) = _existing([mesh])
+    path = Path(mesh)
+    _check_exist([path])
     if not path.is_file():
         raise CasaError(f"{path}: is not a file; give one mesh of one thing")
     given = Decisions() if decisions is None else read_decisions(Path(decisions))
@@ -367,9 +370,7 @@ def _articulated(done: ArticulateOutcome, kept: bool) -> Articulated:
     return Articulated(source, asset, rejection, done.report, done.category, done.size, done.unmet_checks, folder)
 
 
-def _existing(paths: Sequence[str | Path]) -> list[Path]:
-    found = [Path(path) for path in paths]
-    for path in found:
-        if not path.exists():
+def _check_exist(paths: Sequence[Path | StoreRoot]) -> None:
+    for path in paths:
+        if isinstance(path, Path) and not path.exists():
             raise OutputError(str(path), "there is no such file or folder")
-    return found

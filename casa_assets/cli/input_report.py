@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
 
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.tables import TextTable
@@ -18,7 +17,7 @@ KINDS = (
 MOST_LISTED = 200
 
 
-def print_no_mesh_found(sources: Sequence[Path], output: Output) -> None:
+def print_no_mesh_found(sources: Sequence[object], output: Output) -> None:
     """Say on standard error that the sources hold no mesh, and what would be one."""
     places = ", ".join(terminal_safe(str(source)) for source in sources)
     output.error(f"no mesh found in {places}; name {KINDS}")

@@ -6,6 +6,7 @@ A name has the same type and the same words of help in every verb; what follows 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from enum import StrEnum
 from itertools import chain
@@ -38,6 +39,16 @@ def workers(engine: EngineName, address: str, jobs: int) -> Workers:
     if address:
         raise typer.BadParameter("is of a Ray cluster; add --engine ray", param_hint="--address")
     return jobs
+
+
+def source(text: str) -> str:
+    """A source as a user names it: a path that is there, or the address of a store. Raises typer.BadParameter."""
+    if "://" not in text:
+        if not os.path.exists(text):  # noqa: PTH110
+            raise typer.BadParameter(f"Path {text!r} does not exist.")
+        if not os.access(text, os.R_OK):
+            raise typer.BadParameter(f"Path {text!r} is not readable.")
+    return text
 
 
 def more(help_: str, tail: str) -> str:

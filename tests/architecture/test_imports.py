@@ -44,6 +44,7 @@ PLANTS = [
     ("mink", "checks", "import robosuite"),
     ("stores", "pipeline", "import fsspec"),
     ("stores", "cli", "import s3fs"),
+    ("stores", "ingest", "import aiohttp"),
     ("learned", "cli", "import torch"),
 ]
 

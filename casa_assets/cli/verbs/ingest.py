@@ -30,6 +30,7 @@ from casa_assets.cli.options import (
     Quiet,
     Verbose,
     more,
+    source,
     workers,
 )
 from casa_assets.cli.output import Output
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
     from casa_assets.cli.store_output import Sending
+    from casa_assets.ingest.sources.stores.address import StoreRoot
     from casa_assets.pipeline.ingest.estimate import Interval
     from casa_assets.pipeline.ingest.job import Event
     from casa_assets.pipeline.ingest.run import Options
@@ -57,6 +59,8 @@ Examples:
   casa-assets ingest mug.glb --category mug        one file of a known kind
 
   casa-assets ingest objaverse/ t3d/manifest.jsonl --out lib --jobs 8
+
+  casa-assets ingest s3://bucket/meshes             a folder, archive or table on a store
 
   casa-assets ingest table_set.glb --split         one asset of each thing in a file
 
@@ -109,7 +113,8 @@ StoreUrl = Annotated[
 
 def ingest(
     sources: Annotated[
-        list[Path], typer.Argument(help="Files, folders, Objaverse packages, manifests.", exists=True, readable=True)
+        list[str],
+        typer.Argument(help="Files, folders, packages, manifests, addresses of stores.", parser=source),
     ],
     library: LibraryOut = Path("out/library"),
     category: Category = "",
@@ -160,11 +165,11 @@ def ingest(
     output = Output(json_, quiet, verbose)
     _check_together(bool(store), bool(estimate), {"watch": watch, "explain": explain, "dry-run": dry_run}, bool(shard))
     if estimate:
-        _estimate(sources, options, estimate, cores or (), output)
+        _estimate(_roots(sources), options, estimate, cores or (), output)
     elif watch:
-        _watch(sources, options, output)
+        _watch(_roots(sources), options, output)
     else:
-        _ingest(sources, options, output, explain, store)
+        _ingest(_roots(sources), options, output, explain, store)
 
 
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
@@ -183,7 +188,14 @@ def _check_together(store: bool, estimate: bool, flags: Mapping[str, bool], shar
         raise typer.BadParameter("goes with neither --watch nor --dry-run", param_hint="--store")
 
 
-def _ingest(sources: list[Path], options: Options, output: Output, explain: bool, store: str) -> None:
+def _roots(words: list[str]) -> list[Path | StoreRoot]:
+    """Paths and addresses that a user named."""
+    from casa_assets.ingest.sources.stores.address import root_of
+
+    return [root_of(word) for word in words]
+
+
+def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, store: str) -> None:
     """Run once, tell what became of the inputs, and end with the exit code for it."""
     with on_store(store, options.library, output) as sending:
         events = _run_once(sources, options, output, explain, sending)
@@ -192,7 +204,9 @@ def _ingest(sources: list[Path], options: Options, output: Output, explain: bool
     end(events)
 
 
-def _run_once(sources: list[Path], options: Options, output: Output, explain: bool, sending: Sending) -> list[Event]:
+def _run_once(
+    sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, sending: Sending
+) -> list[Event]:
     """Run once, and tell what became of the inputs."""
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.shards.record import NAME as SHARD_RECORD
@@ -221,7 +235,9 @@ def _run_once(sources: list[Path], options: Options, output: Output, explain: bo
     return events
 
 
-def _estimate(sources: list[Path], options: Options, sample: int, cores: Sequence[int], output: Output) -> None:
+def _estimate(
+    sources: list[Path | StoreRoot], options: Options, sample: int, cores: Sequence[int], output: Output
+) -> None:
     """Print what a run would take."""
     from casa_assets.pipeline.ingest.estimate import count_inputs, estimate, sample_run
 
@@ -271,18 +287,21 @@ def _shard(words: str) -> Shard | None:
         raise typer.BadParameter(str(error), param_hint="--shard") from None
 
 
-def _watch(sources: list[Path], options: Options, output: Output) -> None:
+def _watch(sources: list[Path | StoreRoot], options: Options, output: Output) -> None:
     """Run whenever files have changed and settled, until a signal asks to stop; told is only what is new."""
     from casa_assets.pipeline.ingest.run import ingest as run
     from casa_assets.pipeline.ingest.watch import settled_changes
 
     if options.dry_run or options.redone or options.shard:
         raise typer.BadParameter("--watch goes with none of --dry-run, --again, --only and --shard")
+    places = [place for place in sources if isinstance(place, Path)]
+    if len(places) < len(sources):
+        raise typer.BadParameter("--watch looks at folders of this machine; ingest from stores again at times")
     try:
-        output.line(f"watching {pluralize(len(sources), 'place')}; Ctrl-C ends")
-        for time_ns in settled_changes(sources, options.library):
+        output.line(f"watching {pluralize(len(places), 'place')}; Ctrl-C ends")
+        for time_ns in settled_changes(places, options.library):
             settled = replace(options, not_after_ns=time_ns)
-            events = print_events(partial(_new_events, run, sources, settled), output)
+            events = print_events(partial(_new_events, run, places, settled), output)
             if events and not output.as_json:
                 print_summary(events, options.library, output, explain=False)
     except StopRequested:

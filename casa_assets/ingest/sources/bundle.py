@@ -5,6 +5,7 @@ from __future__ import annotations
 import posixpath
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from urllib.parse import unquote
 
 from casa_assets.errors import Rejected
@@ -20,8 +21,9 @@ from casa_assets.ingest.load.references import (
     mtl_references,
     references,
 )
+from casa_assets.ingest.sources.containers.place import place_of
 from casa_assets.ingest.sources.found import Found
-from casa_assets.ingest.sources.places import Place, place_of
+from casa_assets.ingest.sources.places import Place
 from casa_assets.model.ingest.source import Bundle, RawModel
 
 _SCHEME = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:")
@@ -45,7 +47,7 @@ def collect(found: Found, limits: Mapping[str, float], looked_at: set[str] | Non
     main, thing = posixpath.basename(found.main), found.source.node
     if found.is_model:
         name = f"{found.source.path}.trimesh"
-        model = RawModel.from_json((found.root / found.main).read_bytes())
+        model = RawModel.from_json(Path(str(found.root / found.main)).read_bytes())
         return Bundle(main=name, files={}, notes=found.notes, model=model, thing=thing)
     place = place_of(found, looked_at)
     data = place.read(found.main, limits["input_bytes"])

@@ -6,7 +6,7 @@ import hashlib
 import os
 import posixpath
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,12 +14,16 @@ from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.formats import SUFFIXES, suffix_of
 from casa_assets.ingest.sources import manifest, objaverse
-from casa_assets.ingest.sources.archive import archive_suffix
-from casa_assets.ingest.sources.archived import archived
-from casa_assets.ingest.sources.bounded_reads import check_file, utf8_escaped
+from casa_assets.ingest.sources.bounded_reads import utf8_escaped
+from casa_assets.ingest.sources.containers.archive import archive_suffix
+from casa_assets.ingest.sources.containers.archived import archived
+from casa_assets.ingest.sources.containers.table import is_table
+from casa_assets.ingest.sources.containers.tabled import tabled
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
 from casa_assets.ingest.sources.package import Package
+from casa_assets.ingest.sources.places import folder_of
+from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.ingest.sources.untrusted_fields import unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
 
@@ -28,34 +32,48 @@ DEEPEST_FOLDER = 64
 _MESH_FOLDERS = frozenset({"mesh", "meshes"})
 
 
-def discover(roots: Sequence[Path], others: Counter[str] | None = None) -> Iterator[Found | Refused]:
+def discover(roots: Sequence[Path | StoreRoot], others: Counter[str] | None = None) -> Iterator[Found | Refused]:
     """All inputs under the roots; an input that several roots reach is yielded once.
 
     Args:
-        roots: folders or files, as the user named them.
+        roots: folders or files, as the user named them, on the disk or on stores.
         others: counts the files that are no inputs, by what they are: pictures, materials, texts ...
     Yields:
         Found or Refused, sorted by path within a root; packages before the loose files of the same folder.
+    Raises:
+        CasaError: there is nothing at an address, or its store cannot be reached.
     """
     found_keys: set[tuple[str, str]] = set()
     refused_digests: set[bytes] = set()
     real_folders: dict[str, str] = {}
     for root in roots:
-        folder = root if root.is_dir() else root.parent
         for one in _discover(root, Counter() if others is None else others):
             if isinstance(one, Refused):
                 # A digest of the place and the reason, which names the line: there may be very many.
-                place = f"{os.path.realpath(folder / one.path)}\0{one.code}\0{one.message}"
+                place = f"{_refused_place(root, one.path)}\0{one.code}\0{one.message}"
                 digest = hashlib.sha256(place.encode("utf-8", "surrogateescape")).digest()[:16]
                 if digest in refused_digests:
                     continue
                 refused_digests.add(digest)
             if isinstance(one, Found):
-                key = (_real_path(os.path.join(one.root, one.archive, one.main), real_folders), one.source.uid)  # noqa: PTH118
+                key = (_place(one, real_folders), one.source.uid)
                 if key in found_keys:
                     continue
                 found_keys.add(key)
             yield one
+
+
+def _refused_place(root: Path | StoreRoot, path: str) -> str:
+    if isinstance(root, Path):
+        return os.path.realpath((root if root.is_dir() else root.parent) / path)
+    return f"{root}/{path}"
+
+
+def _place(found: Found, real_folders: dict[str, str]) -> str:
+    """Text that is the same for an input by whatever path it is found; see `_real_path`."""
+    if isinstance(found.root, Path):
+        return _real_path(os.path.join(found.root, found.archive, found.main), real_folders)  # noqa: PTH118
+    return str(found.root / found.archive / found.main)
 
 
 def _real_path(path: str, real_folders: dict[str, str]) -> str:
@@ -72,9 +90,14 @@ def _real_path(path: str, real_folders: dict[str, str]) -> str:
     return os.path.join(real_folders[folder], name)  # noqa: PTH118
 
 
-def _discover(root: Path, others: Counter[str]) -> Iterator[Found | Refused]:
-    place = root.absolute()
-    if place.is_dir():
+def _discover(root: Path | StoreRoot, others: Counter[str]) -> Iterator[Found | Refused]:
+    if isinstance(root, Path):
+        place: Path | StoreRoot = root.absolute()
+        is_folder = root.is_dir()
+    else:
+        place = root
+        is_folder = yield from _opened(root)
+    if is_folder:
         inputs = 0
         for one in _folder(Package(place, ""), set(), 0, others):
             inputs += 1
@@ -82,10 +105,12 @@ def _discover(root: Path, others: Counter[str]) -> Iterator[Found | Refused]:
         if not inputs and suffix_of(place.name) in SUFFIXES:
             message = f"{utf8_escaped(place.name)}: a folder, not a regular file; put the file itself there"
             yield Refused(utf8_escaped(place.name), codes.NOT_A_FILE, message)
-    elif place.suffix.lower() in (".jsonl", ".json"):
+    elif posixpath.splitext(place.name.lower())[1] in (".jsonl", ".json"):
         yield from _named_manifest(Package(place.parent, ""), place.name)
     elif archive_suffix(place.name):
         yield from archived(Package(place.parent, ""), place.name, others)
+    elif is_table(place.name):
+        yield from tabled(Package(place.parent, ""), place.name, others, is_named=True)
     else:
         is_in_layout = place.parent.name.lower() in _MESH_FOLDERS
         package = Package(place.parent.parent if is_in_layout else place.parent, "")
@@ -94,6 +119,17 @@ def _discover(root: Path, others: Counter[str]) -> Iterator[Found | Refused]:
         if isinstance(one, Found):
             one = Found(one.root, one.main, one.source.replace(path=place.name))
         yield one
+
+
+def _opened(root: StoreRoot) -> Generator[Refused, None, bool]:
+    """List a folder on a store, once for all that follows; returns False for a file. Yields names that no disk has."""
+    from casa_assets.ingest.sources.stores.folder import StoreFolder  # a client of stores, which only this needs
+
+    folder = StoreFolder(root)
+    if folder.is_file():
+        return False
+    yield from folder.list_all()
+    return True
 
 
 def _named_manifest(package: Package, name: str) -> Iterator[Found | Refused]:
@@ -107,27 +143,29 @@ def _named_manifest(package: Package, name: str) -> Iterator[Found | Refused]:
 def _folder(package: Package, claimed: set[str], depth: int, others: Counter[str]) -> Iterator[Found | Refused]:
     """Packages here, then loose meshes, then folders; `claimed` holds the real paths of packaged files."""
     try:
-        entries = sorted(os.scandir(package.root), key=lambda e: os.fsencode(e.name))
+        entries = package.files.scan("")
     except OSError as error:
         folder = utf8_escaped(package.prefix)
         message = f"{folder or '.'}: the folder cannot be read ({error.strerror}); change its permissions"
         yield Refused(folder.rstrip("/"), codes.UNREADABLE, message)
         return
-    others[HIDDEN] += sum(e.name.startswith(".") and e.is_file(follow_symlinks=False) for e in entries)
+    others[HIDDEN] += sum(e.name.startswith(".") and e.is_file for e in entries)
     entries = [e for e in entries if not e.name.startswith(".") and e.name != "__MACOSX"]
     names = frozenset(e.name.lower() for e in entries)
     for one in _packaged(package, [e.name for e in entries]):
         if isinstance(one, Found):
-            claimed.add(os.path.realpath(one.root / one.main))
+            claimed.add(folder_of(one.root).identity(one.main))
         yield one
     is_objaverse = objaverse.is_package([e.name for e in entries])
     folders = []
     for entry in entries:
-        if entry.is_dir(follow_symlinks=False) and suffix_of(entry.name) not in SUFFIXES:
+        if entry.is_folder and suffix_of(entry.name) not in SUFFIXES:
             if not (is_objaverse and entry.name in ("glbs", "metadata")):
                 folders.append(entry.name)
-        elif claimed and os.path.realpath(entry.path) in claimed:
+        elif claimed and package.files.identity(entry.name) in claimed:
             continue
+        elif is_table(entry.name):
+            yield from tabled(package, entry.name, others)
         elif kind := kind_of_other(entry.name, names):
             others[kind] += 1
         elif archive_suffix(entry.name):
@@ -177,7 +215,7 @@ def _loose(package: Package, main: str) -> Found | Refused:
     try:
         if utf8_escaped(path) != path:
             raise Rejected(codes.BAD_NAME, f"{utf8_escaped(main)}: the name is not UTF-8; rename the file")
-        check_file(str(package.root / main), package.root)
+        package.files.check(main)
     except Rejected as error:
         return Refused(utf8_escaped(path), error.code, error.message)
     stem = posixpath.splitext(posixpath.basename(main))[0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.ingest.source import Source
 from casa_assets.model.issue import Issue
 
@@ -14,21 +15,24 @@ class Found:
     """One input.
 
     Attributes:
-        root: absolute folder that its references may not leave (the package, or the folder that the user named).
+        root: folder that its references may not leave (the package, or the folder that the user named): absolute, or on
+            a store.
         main: main file, POSIX, relative to `root`.
         source: what its source says about it; `source.path` is relative to the folder that the user named.
         notes: warnings about what was said of it.
         archive: the archive that holds `main` and all that it refers to, POSIX, relative to `root`; empty: the disk.
             `main` is a path within it then.
+        at: where in the archive `main` begins, see containers.archive.Member; -1: to be searched. In a table: the row.
         is_model: `main` is no file of a stranger but the RawModel of a mesh that the caller has in memory, as JSON.
     """
 
-    root: Path
+    root: Path | StoreRoot
     main: str
     source: Source
     notes: tuple[Issue, ...] = ()
     is_model: bool = False
     archive: str = ""
+    at: int = -1
 
 
 @dataclass(frozen=True)

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import codecs
 import json
-import math
 import posixpath
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.load.notes import Notes, printable
+from casa_assets.ingest.load.notes import printable
 from casa_assets.ingest.sources.found import Found, Refused
-from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.package import Package
-from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id, text_field, text_list, unique_hints
-from casa_assets.model.ingest.source import Source, SourceKind
-from casa_assets.model.issue import Issue
+from casa_assets.ingest.sources.rows import check_types, remarks, source_of
+from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id
+from casa_assets.model.ingest.source import Source
 
 # Names that announce a manifest, whatever the state of its content.
 NAMES = frozenset({"manifest.jsonl", "manifest.json"})
@@ -119,44 +117,14 @@ class _Rows:
             uid = safe_id(row.get("id"), place)
             if uid in self._ids:
                 raise Rejected(codes.DUPLICATE_ID, f"{place}: id {uid!r} was used by {self._ids[uid]}; rename one")
-            self._check_types(row, place)
+            check_types(row, place)
             main = self._package.file(row.get("file"), place)
             self._ids[uid] = place
-            return replace(self._package.found(main, _source(uid, main, row)), notes=_remarks(place, row))
+            return replace(self._package.found(main, _source(uid, main, row)), notes=remarks(place, row))
         except Rejected as error:
             return self._package.refuse(self._name, error)
 
-    def _check_types(self, row: Mapping[str, object], place: str) -> None:
-        for key in ("prompt", "category", "generator", "license", "licence", "name", "title", "author", "uri"):
-            value = row.get(key)
-            if value is not None and not isinstance(value, str):
-                message = f"{place}: {key} {printable(repr(value), 40)} is not text; fix it"
-                raise Rejected(codes.BAD_ROW, message)
-
-
-def _remarks(place: str, row: Mapping[str, object]) -> tuple[Issue, ...]:
-    """Numbers that are none; nothing here is read from a number, but whoever wrote it meant something."""
-    notes = Notes()
-    for key, value in row.items():
-        if isinstance(value, float) and not math.isfinite(value):
-            notes.add(codes.NUMBER_IGNORED, place, f"{printable(key, 40)!r} is {value}, which is no number; ignored")
-    return notes.issues
-
 
 def _source(uid: str, main: str, row: Mapping[str, object]) -> Source:
-    is_generated = bool(text_field(row, "prompt") or text_field(row, "generator"))
-    title = text_field(row, "name") or text_field(row, "title")
     stem, folders = posixpath.splitext(posixpath.basename(main))[0], posixpath.dirname(main).split("/")[::-1]
-    return Source(
-        kind=SourceKind.TEXT_TO_3D if is_generated else SourceKind.MANIFEST,
-        path=main,
-        uid=uid,
-        title=title,
-        author=text_field(row, "author"),
-        licence=spdx_id(text_field(row, "license") or text_field(row, "licence")),
-        uri=text_field(row, "uri") or text_field(row, "url"),
-        prompt=text_field(row, "prompt"),
-        generator=text_field(row, "generator"),
-        category=text_field(row, "category"),
-        hints=unique_hints([title], text_list(row.get("tags")), [text_field(row, "prompt")], [stem], folders, [uid]),
-    )
+    return source_of(row, main, uid, [stem, *folders])

@@ -14,10 +14,11 @@ from pathlib import Path
 from casa_assets.errors import CasaError, Rejected, UnknownId
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.bounded_reads import check_file, utf8_escaped
+from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.licence import spdx_id
 from casa_assets.ingest.sources.package import MAX_INDEX_BYTES, Package
+from casa_assets.ingest.sources.places import Folder
 from casa_assets.ingest.sources.untrusted_fields import parse_json, safe_id, text_field, text_list, unique_hints
 from casa_assets.model.ingest.source import Source, SourceKind
 
@@ -39,7 +40,7 @@ def read_package(package: Package) -> Iterator[Found | Refused]:
     paths = reader.mapping("object-paths")
     yield from reader.refused
     seen: set[str] = set()
-    for folder, name in _glbs(package.root):
+    for folder, name in _glbs(package.files):
         main = f"glbs/{folder}/{name}" if folder else f"glbs/{name}"
         uid = name[: -len(".glb")]
         seen.add(main)
@@ -48,7 +49,7 @@ def read_package(package: Package) -> Iterator[Found | Refused]:
             row = reader.metadata(folder).get(uid)
         yield _input(package, main, uid, row, categories.get(uid, ""))
     # the package's own index lists all of Objaverse, downloaded or not; a plain one lists what should be here
-    if os.path.lexists(package.root / "object-paths.json"):
+    if package.files.has("object-paths.json"):
         for uid, path in sorted(paths.items()):
             if not isinstance(path, str) or path not in seen:
                 yield from _listed_only(package, uid, path, annotations, categories)
@@ -65,15 +66,15 @@ def _listed_only(
         yield package.refuse("object-paths.json", error)
 
 
-def _glbs(root: Path) -> list[tuple[str, str]]:
+def _glbs(files: Folder) -> list[tuple[str, str]]:
     """(folder under glbs, file name) of every `.glb`, sorted."""
     out: list[tuple[str, str]] = []
-    top = root / "glbs"
-    if not top.is_dir() or top.is_symlink():
+    if not any(entry.is_folder and entry.name == "glbs" for entry in files.scan("")):
         return out
-    for entry in os.scandir(top):
-        if entry.is_dir(follow_symlinks=False) and not entry.name.lower().endswith(".glb"):
-            out.extend((entry.name, e.name) for e in os.scandir(entry.path) if e.name.lower().endswith(".glb"))
+    for entry in files.scan("glbs"):
+        if entry.is_folder and not entry.name.lower().endswith(".glb"):
+            inner = files.scan(f"glbs/{entry.name}")
+            out.extend((entry.name, e.name) for e in inner if e.name.lower().endswith(".glb"))
         elif entry.name.lower().endswith(".glb"):
             out.append(("", entry.name))
     return sorted(out, key=lambda pair: (os.fsencode(pair[0]), os.fsencode(pair[1])))
@@ -81,7 +82,7 @@ def _glbs(root: Path) -> list[tuple[str, str]]:
 
 def _input(package: Package, main: str, uid: str, row: object, category: str) -> Found | Refused:
     try:
-        check_file(str(package.root / main), package.root)
+        package.files.check(main)
         if utf8_escaped(main) != main:
             raise Rejected(codes.BAD_NAME, f"{utf8_escaped(main)}: the name is not UTF-8; rename the file")
         return package.found(main, _source(main, uid, row, category))
@@ -128,7 +129,7 @@ class _Reader:
     def mapping(self, stem: str) -> Mapping[str, object]:
         """JSON object in `<stem>.json` or `<stem>.json.gz`; empty where there is neither."""
         for name in (f"{stem}.json", f"{stem}.json.gz"):
-            if not os.path.lexists(self._package.root / name):
+            if not self._package.files.has(name):
                 continue
             try:
                 value = parse_json(_plain(self._package.read(name), name), name)

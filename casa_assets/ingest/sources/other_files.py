@@ -13,7 +13,7 @@ from casa_assets.ingest.load.formats import (
     UNREAD_SUFFIXES,
     suffix_of,
 )
-from casa_assets.ingest.sources.archive import archive_suffix
+from casa_assets.ingest.sources.containers.archive import archive_suffix
 from casa_assets.ingest.sources.found import Refused
 
 HIDDEN = "hidden files"

@@ -1,14 +1,15 @@
-"""Where the files of one input lie: a folder on the disk, or an archive in it. Both are read by the same calls."""
+"""Where files lie: a folder on the disk or on a store, or an archive in one. All are read by the same calls."""
 
 from __future__ import annotations
 
 import os
-import posixpath
-from typing import Protocol
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import IO, Protocol
 
-from casa_assets.ingest.sources.archive import Archive
-from casa_assets.ingest.sources.bounded_reads import is_inside, read_file
-from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.bounded_reads import check_file, is_inside, read_file
+from casa_assets.ingest.sources.stores.address import StoreRoot
 
 
 class Place(Protocol):
@@ -31,61 +32,109 @@ class Place(Protocol):
         ...
 
 
-def place_of(found: Found, looked_at: set[str] | None = None) -> Place:
-    """Where an input and its companions lie.
+@dataclass(frozen=True)
+class Entry:
+    """What stands in a folder; a link is neither a folder nor a file."""
 
-    Args:
-        looked_at: takes up the paths of all files and folders that are looked at from now on, missing ones too.
-    Raises:
-        Rejected: as Archive.members.
+    name: str
+    is_folder: bool
+    is_file: bool
+
+
+class Folder(Place, Protocol):
+    """A place that inputs are looked for in."""
+
+    def scan(self, folder: str) -> list[Entry]:
+        """Entries of a folder, sorted by the bytes of their names. Raises OSError, Rejected."""
+        ...
+
+    def check(self, path: str) -> None:
+        """Check that a file may be read, without opening it. Raises Rejected as bounded_reads.check_file."""
+        ...
+
+    def open(self, path: str, block: int) -> IO[bytes]:
+        """A file that was checked, to seek in.
+
+        Args:
+            block: bytes that are fetched at once from a store.
+        Raises:
+            OSError, Rejected: also from its methods.
+        """
+        ...
+
+    def identity(self, path: str) -> str:
+        """Text that is the same for all paths to one file."""
+        ...
+
+
+@dataclass(frozen=True)
+class DiskFolder:
+    """A folder on the disk.
+
+    Attributes:
+        root: absolute.
+        looked_at: takes up the paths of all files and folders that are looked at, missing ones too.
     """
-    seen = set() if looked_at is None else looked_at
-    if found.archive:
-        seen.add(str(found.root / found.archive))
-        return _ArchivePlace(found)
-    return _DiskPlace(found, seen)
 
-
-class _DiskPlace:
-    def __init__(self, found: Found, looked_at: set[str]) -> None:
-        self._root, self._looked_at = found.root, looked_at
+    root: Path
+    looked_at: set[str] | None = None
 
     def read(self, path: str, max_bytes: float) -> bytes:
-        self._looked_at.add(str(self._root / path))
-        return read_file(str(self._root / path), self._root, max_bytes)
+        """See Place."""
+        return read_file(self._look(path), self.root, max_bytes)
 
     def has(self, path: str) -> bool:
-        self._looked_at.add(str(self._root / path))
-        return os.path.lexists(self._root / path)
+        """See Place."""
+        return os.path.lexists(self._look(path))
 
     def is_inside(self, folder: str) -> bool:
-        return is_inside(str(self._root / folder), self._root)
+        """See Place."""
+        return is_inside(self._at(folder), self.root)
 
     def listing(self, folder: str) -> list[str]:
-        self._looked_at.add(str(self._root / folder))
+        """See Place."""
         try:
-            return sorted(p.name for p in (self._root / folder).iterdir())
+            return sorted(os.listdir(self._look(folder)))  # noqa: PTH208
         except OSError:
             return []
 
+    def scan(self, folder: str) -> list[Entry]:
+        """See Folder."""
+        entries = sorted(os.scandir(self._at(folder)), key=lambda e: os.fsencode(e.name))
+        return [Entry(e.name, e.is_dir(follow_symlinks=False), e.is_file(follow_symlinks=False)) for e in entries]
 
-class _ArchivePlace:
-    def __init__(self, found: Found) -> None:
-        self._archive = Archive(str(found.root / found.archive), found.root)
-        self._names: dict[str, set[str]] = {}
-        for member in self._archive.members():
-            folder, name = posixpath.split(member.path)
-            self._names.setdefault(folder, set()).add(name)
+    def check(self, path: str) -> None:
+        """See Folder."""
+        check_file(self._at(path), self.root)
 
-    def read(self, path: str, max_bytes: float) -> bytes:
-        return self._archive.read(path, max_bytes)
+    def open(self, path: str, block: int) -> IO[bytes]:
+        """See Folder."""
+        del block  # the disk needs no more than its own
+        return open(self._at(path), "rb")  # noqa: PTH123
 
-    def has(self, path: str) -> bool:
-        folder, name = posixpath.split(path)
-        return name in self._names.get(folder, ())
+    def identity(self, path: str) -> str:
+        """See Folder."""
+        return os.path.realpath(self._at(path))
 
-    def is_inside(self, folder: str) -> bool:
-        return True  # members are names in a list: there are no links among them
+    @cached_property
+    def _prefix(self) -> str:
+        return str(self.root).rstrip(os.sep) + os.sep
 
-    def listing(self, folder: str) -> list[str]:
-        return sorted(self._names.get(folder, ()))
+    def _at(self, path: str) -> str:
+        # Path would take longer than all the rest.
+        return self._prefix + path if path else str(self.root)
+
+    def _look(self, path: str) -> str:
+        whole = self._at(path)
+        if self.looked_at is not None:
+            self.looked_at.add(whole)
+        return whole
+
+
+def folder_of(root: Path | StoreRoot, looked_at: set[str] | None = None) -> Folder:
+    """The folder that a root names; see DiskFolder for `looked_at`."""
+    if isinstance(root, Path):
+        return DiskFolder(root, looked_at)
+    from casa_assets.ingest.sources.stores.folder import StoreFolder
+
+    return StoreFolder(root, looked_at)

@@ -13,27 +13,36 @@ from typing import Any
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.ingest.source import Source
+from casa_assets.pipeline.optional_packages import require
 
 
 def discover_inputs(
-    roots: Sequence[Path], library: Path, others: Counter[str] | None = None, not_after_ns: int | None = None
+    roots: Sequence[Path | StoreRoot],
+    library: Path,
+    others: Counter[str] | None = None,
+    not_after_ns: int | None = None,
 ) -> Iterator[Found | Refused]:
     """Inputs under the roots, in an order that no machine changes.
 
     Args:
-        others: counts what is no mesh, by what it is.
+        roots: files and folders, on the disk or on stores. others: counts what is no mesh, by what it is.
         library: what lies in it is output, not input; so is what lies in another library below a root.
         not_after_ns: time in nanoseconds since 1970; a file that has changed since is left out. None: none is.
+    Raises:
+        CasaError: there is nothing at an address, or its store cannot be reached, or no package reads it.
     """
+    if any(isinstance(root, StoreRoot) for root in roots):
+        require("fsspec", "stores", "Reading from a store")
     own_library = Path(os.path.realpath(library))
-    real_roots = {Path(os.path.realpath(root)) for root in roots}
+    real_roots = {Path(os.path.realpath(root)) for root in roots if isinstance(root, Path)}
     is_output: dict[str, bool] = {}
     for found in discover(roots, others):
         if isinstance(found, Found):
-            places = [found.root / (found.archive or found.main)]
+            places = [found.root / (found.archive or found.main)] if isinstance(found.root, Path) else []
         else:
-            places = [root / found.path for root in roots]
+            places = [root / found.path for root in roots if isinstance(root, Path)]
         if not_after_ns is not None and any(has_changed_since(str(place), not_after_ns) for place in places):
             continue
         if not any(_is_output(place, real_roots, own_library, is_output) for place in places):

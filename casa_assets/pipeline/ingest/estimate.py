@@ -10,6 +10,7 @@ import numpy as np
 
 from casa_assets.core.typing import Floats
 from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.pipeline.ingest.discover_inputs import discover_inputs
 from casa_assets.pipeline.ingest.forecast import Overheads, forecast
 from casa_assets.pipeline.ingest.job import Event
@@ -53,7 +54,7 @@ class Estimate:
 
 
 def sample_run(
-    roots: Sequence[Path], options: Options, sample: int, show_work: Callable[[str], None] | None = None
+    roots: Sequence[Path | StoreRoot], options: Options, sample: int, show_work: Callable[[str], None] | None = None
 ) -> Generator[Event, None, None]:
     """Work on a sample of the inputs and keep nothing; an event for each, as of a run."""
     yield from ingest(roots, replace(options, dry_run=True, sample=sample), show_work=show_work)
@@ -86,7 +87,7 @@ def estimate(events: Sequence[Event], inputs: int, cores: Sequence[int]) -> Esti
     )
 
 
-def count_inputs(roots: Sequence[Path], library: Path) -> int:
+def count_inputs(roots: Sequence[Path | StoreRoot], library: Path) -> int:
     """Number of inputs with a mesh under the roots."""
     return sum(isinstance(found, Found) for found in discover_inputs(roots, library))
 

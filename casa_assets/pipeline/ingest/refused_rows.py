@@ -17,6 +17,8 @@ from pydantic import ValidationError
 from casa_assets import registry
 from casa_assets.errors import OutputError
 from casa_assets.ingest.sources.found import Refused
+from casa_assets.ingest.sources.places import folder_of
+from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.ingest.source import SourceKind
 from casa_assets.model.record import Record
 from casa_assets.pipeline.library.entry_files import file_inside
@@ -165,6 +167,12 @@ def place_of(path: str) -> dict[str, str]:
     }
 
 
-def is_below(roots: Sequence[Path], path: str) -> bool:
+def is_below(roots: Sequence[Path | StoreRoot], path: str) -> bool:
     """True if a run over these roots looks at the file that a source calls so."""
-    return any((root / path).is_file() if root.is_dir() else root.name == path for root in roots)
+    return any(_is_in(root, path) for root in roots)
+
+
+def _is_in(root: Path | StoreRoot, path: str) -> bool:
+    if isinstance(root, Path):
+        return (root / path).is_file() if root.is_dir() else root.name == path
+    return root.name == path or folder_of(root).has(path)

@@ -16,6 +16,7 @@ from tempfile import TemporaryDirectory
 from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.ingest.user_override import NO_OVERRIDE, UserOverride
 from casa_assets.model.issue import Decision, Report
 from casa_assets.pipeline import clip
@@ -171,7 +172,7 @@ class _Run:
 
 
 def ingest(
-    roots: Sequence[Path],
+    roots: Sequence[Path | StoreRoot],
     options: Options,
     meshes: Sequence[MeshInput] = (),
     others: Counter[str] | None = None,
@@ -205,7 +206,7 @@ def ingest(
         every: Iterable[Found | Refused]
         every = chain([] if first is None else [first], inputs, stage_meshes(meshes, library.staging))
         table = EntryTable(before, skip_damaged=True, read_only=options.dry_run)
-        places = [*roots, *(Path(mesh.name) for mesh in meshes)]
+        places: list[Path | StoreRoot] = [*roots, *(Path(mesh.name) for mesh in meshes)]
         recorder = _recorder(before, table, places, options)
         if recorder is not None and not options.dry_run:
             recorder.begin()
@@ -231,7 +232,9 @@ def open_library(library: disk.Library, stack: ExitStack) -> None:
     Store(library.cache).sweep()
 
 
-def _recorder(library: disk.Library, table: EntryTable, roots: Sequence[Path], options: Options) -> Recorder | None:
+def _recorder(
+    library: disk.Library, table: EntryTable, roots: Sequence[Path | StoreRoot], options: Options
+) -> Recorder | None:
     """What narrows the run to its shard; None where it works on all inputs. Raises OutputError, see Recorder."""
     if options.shard is None:
         check_is_no_shard(library)
@@ -246,7 +249,7 @@ def _recorder(library: disk.Library, table: EntryTable, roots: Sequence[Path], o
         limits=dict(sorted(options.limits.items())),
         cache_key=cache_key(options.limits, options.category),
         made_by=made_by(),
-        roots=tuple(str(root.absolute()) for root in roots),
+        roots=tuple(str(root.absolute() if isinstance(root, Path) else root) for root in roots),
     )
     return Recorder(table, header)
 

@@ -10,6 +10,7 @@ from casa_assets import registry
 from casa_assets.errors import Rejected
 from casa_assets.ingest.sources.bundle import collect
 from casa_assets.ingest.sources.found import Found
+from casa_assets.ingest.sources.stores.address import is_url
 from casa_assets.model.registry.category import Category
 
 # Confidence in a category that the source itself states; of 98 such in data for developing none was wrong.
@@ -34,12 +35,24 @@ class Survey:
 
 
 def state_of(path: str) -> str:
-    """State of a file or folder that changes whenever it is written anew; empty where there is none."""
+    """State of a file or folder that changes whenever it is written anew; empty where there is none.
+
+    Args:
+        path: on the disk, or the address of an object on a store, see `stores.folder.state_at`.
+    """
+    if is_url(path):
+        return _store_state(path)
     try:
         found = os.stat(path)  # noqa: PTH116  Path would take longer than the system does
     except (OSError, ValueError):
         return ""
     return f"{found.st_mtime_ns} {found.st_ctime_ns} {found.st_size} {found.st_ino}"
+
+
+def _store_state(address: str) -> str:
+    from casa_assets.ingest.sources.stores.folder import state_at  # a client of stores, which only addresses need
+
+    return state_at(address)
 
 
 def warm() -> None:

@@ -87,7 +87,7 @@ class SurveyTable:
         rows = [
             (self._key(found), self._made_by, json.dumps((s.sha256, s.category, s.confidence, s.reason, s.looked_at)))
             for found, s in surveys
-            if not found.is_model and all(not state or int(state.split()[1]) < newest for _, state in s.looked_at)
+            if not found.is_model and all(_has_settled(state, newest) for _, state in s.looked_at)
         ]
         if not rows or self._read_only:
             return
@@ -114,6 +114,16 @@ class SurveyTable:
             database = sqlite3.connect(self._path)
             database.executescript(_SCHEMA)
         return database
+
+
+def _has_settled(state: str, newest_ns: int) -> bool:
+    """True for a state that tells any later change; of a file, its last one was before a time in ns since 1970.
+
+    A store tells of each object by a tag or time of its own, or by nothing.
+    """
+    if not state or state.startswith("store "):
+        return True
+    return state != "?" and int(state.split()[1]) < newest_ns
 
 
 def without_states(survey: Survey) -> Survey:

@@ -26,6 +26,7 @@ RETRIED_CODES = frozenset(
         "RUN005",  # the file changed while it was being read
         "RUN008",  # the work made no progress
         rejection_codes.TOO_LARGE,
+        rejection_codes.STORE_FAILED,
     }
 )
 NOTHING_KNOWN: Mapping[Path, Entry] = MappingProxyType({})

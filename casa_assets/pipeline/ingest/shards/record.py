@@ -40,7 +40,7 @@ class ShardHeader(Record):
         index, count: of the shard. is_complete: its run has ended; else what follows is missing.
         category, split, keep_duplicates, limits: of the run, see `ingest.run.Options`; all limits by their names.
         cache_key: of the run. made_by: key of the code that discovers and surveys inputs.
-        roots: absolute paths of the sources.
+        roots: absolute paths and addresses of the sources.
         inputs: how many all shards have together; rows of manifests that were refused count as inputs.
         inputs_digest: of what all of them are; the same in all shards of one run.
         lines: how many follow.

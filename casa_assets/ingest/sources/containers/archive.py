@@ -14,20 +14,27 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import IO
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.load.notes import printable
-from casa_assets.ingest.sources.bounded_reads import check_file
+from casa_assets.ingest.sources.places import Folder
 
 # By suffix: how it is read, and nothing else is. Others may need memory that no limit here would stop.
 SUFFIXES = {".zip": "zip", ".zae": "zip", ".kmz": "zip", ".tar": "tar", ".tgz": "tar", ".tar.gz": "tar"}
-# What an archive may hold; choices. A zip's list of members is read whole, so its size is bounded too.
-MAX_MEMBERS = 20_000
+# What an archive may hold; choices. A zip's list of members is read whole, so its size is bounded too. Shards of
+# WebDataset, which are tars, have several members for each sample.
+MAX_MEMBERS = {"zip": 20_000, "tar": 100_000}
 MAX_LIST_BYTES = 4 << 20
 MAX_BYTES = 4 << 30
+# What a tar says of its own members, one JSON for each mesh; choices. The annotations of an object of Objaverse are
+# 10 kB.
+MAX_TEXT_BYTES = 1 << 20
+MAX_TEXTS_BYTES = 64 << 20
+# Bytes that are fetched at once from a store: where all of an archive is read through, and where one member is.
+STREAM_BLOCK = 4 << 20
+SEEK_BLOCK = 256 << 10
 # Deflate packs 1032 to one at most, and meshes ten to one; small files of blanks come near it.
 MAX_RATIO = 200
 SMALL_BYTES = 1 << 20
@@ -61,17 +68,26 @@ def _plain(path: str) -> str:
 
 @dataclass(frozen=True)
 class Member:
-    """A regular file in an archive: its path there, POSIX, and its size as the archive claims it."""
+    """A regular file in an archive.
+
+    Attributes:
+        path: in the archive, POSIX. size: as the archive claims it.
+        at: byte of a tar at which its header begins, unpacked; -1 of a zip.
+        packed: bytes that it takes in the archive; of a tar, those of all.
+    """
 
     path: str
     size: int
+    at: int = -1
+    packed: int = 0
 
 
 class _Bounded:
-    """A stream that ends in an error past so many bytes, and gives out no headers of more than a few."""
+    """A stream that ends in an error where it unpacks to too much, and gives out no long headers."""
 
-    def __init__(self, stream: IO[bytes] | gzip.GzipFile, most: int) -> None:
-        self._stream, self._most = stream, most
+    def __init__(self, stream: IO[bytes] | gzip.GzipFile, packed_size: int) -> None:
+        self._stream, self.packed_size = stream, packed_size
+        self._most = min(MAX_BYTES, max(SMALL_BYTES, MAX_RATIO * packed_size))
 
     def read(self, size: int) -> bytes:
         """As of a file."""
@@ -98,48 +114,54 @@ class _Bounded:
 
 @dataclass(frozen=True)
 class Archive:
-    """An archive on disk.
+    """An archive in a folder.
 
     Attributes:
-        path: of the file. root: folder that it may not lie outside of.
+        path: of the file in the folder, POSIX.
     """
 
     path: str
-    root: Path
+    folder: Folder
 
-    def members(self) -> tuple[Member, ...]:
+    def members(self, texts: dict[str, bytes] | None = None) -> tuple[Member, ...]:
         """Regular files in it, sorted by path; of several of one path the first.
 
+        Args:
+            texts: takes up the JSON members of a tar by their paths, as it is read through: of each at most one byte
+                more than MAX_TEXT_BYTES, of all together MAX_TEXTS_BYTES; None: none is read.
         Raises:
             Rejected: BAD_ARCHIVE, TOO_LARGE, PATH_TRAVERSAL, and what files are refused for.
         """
-        check_file(self.path, self.root)
-        found: dict[str, int] = {}
-        total = 0
+        self.folder.check(self.path)
+        found: dict[str, Member] = {}
+        total, most = 0, MAX_MEMBERS["zip" if self._is_zip else "tar"]
         try:
-            for count, (path, size, packed) in enumerate(self._entries(), start=1):
-                total += size
-                if count > MAX_MEMBERS or total > MAX_BYTES:
-                    raise self._refused(codes.TOO_LARGE, f"holds more than {MAX_MEMBERS} files or {MAX_BYTES} bytes")
-                if size > SMALL_BYTES and size > MAX_RATIO * packed:
+            for count, one in enumerate(self._entries(texts), start=1):
+                total += one.size
+                if count > most or total > MAX_BYTES:
+                    raise self._refused(codes.TOO_LARGE, f"holds more than {most} files or {MAX_BYTES} bytes")
+                if one.size > SMALL_BYTES and one.size > MAX_RATIO * one.packed:
                     raise self._refused(codes.TOO_LARGE, f"unpacks to over {MAX_RATIO} times its size")
-                plain = _plain(path)
-                if plain.startswith(("/", "../")) or plain == ".." or re.match(r"[A-Za-z]:", plain):
+                if one.path.startswith(("/", "../")) or one.path == ".." or re.match(r"[A-Za-z]:", one.path):
                     raise self._refused(codes.PATH_TRAVERSAL, "has members that leave the folder it is unpacked into")
-                found.setdefault(plain, size)
+                found.setdefault(one.path, one)
         except _FAULTS as error:
             why = printable(str(error), 80) or type(error).__name__
             raise self._refused(codes.BAD_ARCHIVE, f"cannot be read ({why})") from error
-        return tuple(Member(path, found[path]) for path in sorted(found))
+        return tuple(found[path] for path in sorted(found))
 
-    def read(self, path: str, max_bytes: float) -> bytes:
+    def read(self, path: str, max_bytes: float, at: int = -1) -> bytes:
         """Bytes of a member.
 
+        Args:
+            at: where a tar has it, see Member; where another member or none begins there the tar is searched.
         Raises:
             Rejected: MISSING_FILE, TOO_LARGE before anything is unpacked, BAD_ARCHIVE.
         """
+        self.folder.check(self.path)
         try:
-            data = self._content(path, int(max_bytes) + 1)
+            data = self._content_at(path, int(max_bytes) + 1, at) if at > 0 and not self._is_zip else None
+            data = self._content(path, int(max_bytes) + 1) if data is None else data
         except _FAULTS as error:
             why = printable(str(error), 80) or type(error).__name__
             raise self._refused(codes.BAD_ARCHIVE, f"cannot be unpacked ({why})") from error
@@ -150,69 +172,89 @@ class Archive:
             raise Rejected(codes.TOO_LARGE, f"{name}: more than the {most} bytes left of --max-size; simplify it first")
         return data
 
-    def _entries(self) -> Iterator[tuple[str, int, int]]:
-        """Path, size and packed size of every regular file."""
+    def _entries(self, texts: dict[str, bytes] | None) -> Iterator[Member]:
+        """Every regular file."""
         if self._is_zip:
-            self._check_list()
-            with zipfile.ZipFile(self.path) as packed:
+            with self._zip() as packed:
                 for info in packed.infolist():
                     if not info.is_dir() and not stat.S_ISLNK(info.external_attr >> 16):
-                        yield info.filename, info.file_size, info.compress_size
+                        yield Member(_plain(info.filename), info.file_size, packed=info.compress_size)
             return
-        whole = Path(self.path).stat().st_size
-        with self._tar() as (packed_tar, _):
+        left = MAX_TEXTS_BYTES
+        with self._tar(STREAM_BLOCK) as (packed_tar, bounded):
             for one in packed_tar:
                 if one.isfile() and not one.issparse():
-                    yield one.name, one.size, whole
+                    member = Member(_plain(one.name), one.size, one.offset, bounded.packed_size)
+                    yield member
+                    if texts is not None and member.path.lower().endswith(".json") and member.path not in texts:
+                        bounded.seek(one.offset_data)
+                        texts[member.path] = bounded.content(min(one.size, MAX_TEXT_BYTES + 1, left))
+                        left -= len(texts[member.path])
                 packed_tar.members = []  # type: ignore[attr-defined]  # the library keeps all that it has seen
 
     def _content(self, path: str, most: int) -> bytes | None:
         """Bytes of a member, at most so many; None where there is none."""
         if self._is_zip:
-            self._check_list()
-            with zipfile.ZipFile(self.path) as packed:
+            with self._zip() as packed:
                 for info in packed.infolist():
                     is_link = stat.S_ISLNK(info.external_attr >> 16)
                     if _plain(info.filename) == path and not info.is_dir() and not is_link:
                         with packed.open(info) as stream:
                             return stream.read(min(info.file_size, most))
             return None
-        with self._tar() as (packed_tar, bounded):
+        with self._tar(STREAM_BLOCK) as (packed_tar, bounded):
             for one in packed_tar:
                 if one.isfile() and not one.issparse() and _plain(one.name) == path:
                     bounded.seek(one.offset_data)
                     return bounded.content(min(one.size, most))
         return None
 
+    def _content_at(self, path: str, most: int, at: int) -> bytes | None:
+        """Bytes of the member of a tar whose header begins at a byte, at most so many; None where another one does."""
+        with self._tar(SEEK_BLOCK, at) as (packed_tar, bounded):
+            one = packed_tar.next()
+            if one is None or not one.isfile() or one.issparse() or _plain(one.name) != path:
+                return None
+            bounded.seek(one.offset_data)
+            return bounded.content(min(one.size, most))
+
     @property
     def _is_zip(self) -> bool:
         return SUFFIXES.get(archive_suffix(self.path)) == "zip"
 
     @contextmanager
-    def _tar(self) -> Iterator[tuple[tarfile.TarFile, _Bounded]]:
-        """The tar, and what it is read from; nothing else than gzip unpacks it."""
-        with Path(self.path).open("rb") as raw:
+    def _zip(self) -> Iterator[zipfile.ZipFile]:
+        """The zip, once the record at its end was looked at."""
+        with self.folder.open(self.path, SEEK_BLOCK) as stream:
+            self._check_list(stream)
+            with zipfile.ZipFile(stream) as packed:
+                yield packed
+
+    @contextmanager
+    def _tar(self, block: int, at: int = 0) -> Iterator[tuple[tarfile.TarFile, _Bounded]]:
+        """The tar from a byte on, and what it is read from; nothing else than gzip unpacks it."""
+        with self.folder.open(self.path, block) as raw:
             whole = raw.seek(0, io.SEEK_END)
             raw.seek(0)
             is_packed = raw.read(2) == b"\x1f\x8b"
             raw.seek(0)
             unpacked = gzip.GzipFile(fileobj=raw) if is_packed else raw
-            bounded = _Bounded(unpacked, min(MAX_BYTES, max(SMALL_BYTES, MAX_RATIO * whole)))
+            bounded = _Bounded(unpacked, whole)
+            bounded.seek(at)
             with tarfile.open(fileobj=bounded, mode="r:") as packed_tar:  # type: ignore[call-overload]
                 yield packed_tar, bounded
 
-    def _check_list(self) -> None:
+    def _check_list(self, stream: IO[bytes]) -> None:
         """Look at the record at the end of a zip, before its list of members is read whole."""
-        with Path(self.path).open("rb") as stream:
-            size = stream.seek(0, io.SEEK_END)
-            stream.seek(max(0, size - 65_600))
-            tail = stream.read()
+        size = stream.seek(0, io.SEEK_END)
+        stream.seek(max(0, size - 65_600))
+        tail = stream.read(65_600)
         at = tail.rfind(b"PK\x05\x06")
         if at < 0 or at + 22 > len(tail):
             raise zipfile.BadZipFile("it has no list of its members")
         listed, count = struct.unpack_from("<I", tail, at + 12)[0], struct.unpack_from("<H", tail, at + 10)[0]
-        if tail[max(0, at - 20) :][:4] == b"PK\x06\x07" or listed > MAX_LIST_BYTES or count > MAX_MEMBERS:
-            raise self._refused(codes.TOO_LARGE, f"lists more than {MAX_MEMBERS} members")
+        if tail[max(0, at - 20) :][:4] == b"PK\x06\x07" or listed > MAX_LIST_BYTES or count > MAX_MEMBERS["zip"]:
+            raise self._refused(codes.TOO_LARGE, f"lists more than {MAX_MEMBERS['zip']} members")
 
     def _refused(self, code: str, why: str) -> Rejected:
         name = printable(posixpath.basename(self.path))

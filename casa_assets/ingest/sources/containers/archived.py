@@ -1,4 +1,7 @@
-"""Meshes in an archive -> inputs named `archive.zip!member`; what else it holds is counted."""
+"""Meshes in an archive -> inputs named `archive.zip!member`; what else it holds is counted.
+
+In a tar a JSON member of the same name as a mesh describes it, as in a shard of WebDataset.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,9 @@ from collections.abc import Iterator
 
 from casa_assets.errors import Rejected
 from casa_assets.ingest import rejection_codes as codes
-from casa_assets.ingest.sources.archive import Archive, archive_suffix
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
+from casa_assets.ingest.sources.containers.archive import Archive, Member, archive_suffix
+from casa_assets.ingest.sources.containers.webdataset import ShardRows
 from casa_assets.ingest.sources.found import Found, Refused
 from casa_assets.ingest.sources.other_files import HIDDEN, kind_of_other, unread
 from casa_assets.ingest.sources.package import Package
@@ -23,10 +27,12 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
     try:
         if utf8_escaped(path) != path:
             raise Rejected(codes.BAD_NAME, f"{utf8_escaped(name)}: the name is not UTF-8; rename the file")
-        members = Archive(str(package.root / name), package.root).members()
+        texts: dict[str, bytes] = {}
+        members = Archive(name, package.files).members(texts)
     except Rejected as error:
         yield Refused(utf8_escaped(path), error.code, error.message)
         return
+    rows = ShardRows(package, name, texts)
     in_folder: dict[str, set[str]] = {}
     for member in members:
         folder, base = posixpath.split(member.path)
@@ -44,12 +50,13 @@ def archived(package: Package, name: str, others: Counter[str]) -> Iterator[Foun
         elif (refused := unread(place)) is not None:
             yield refused
         else:
-            yield _found(package, name, member.path, place)
+            yield rows.described(_found(package, name, member, place))
 
 
-def _found(package: Package, name: str, member: str, place: str) -> Found:
-    stem, suffix = posixpath.splitext(posixpath.basename(member))[0], archive_suffix(name)
-    around = [*posixpath.dirname(member).split("/")[::-1], name[: -len(suffix)]]
+def _found(package: Package, name: str, member: Member, place: str) -> Found:
+    stem, suffix = posixpath.splitext(posixpath.basename(member.path))[0], archive_suffix(name)
+    around = [*posixpath.dirname(member.path).split("/")[::-1], name[: -len(suffix)]]
     outer = package.prefix.rstrip("/").split("/")[::-1]
     hints = unique_hints([stem], around, outer, [package.root.name])
-    return Found(package.root, member, Source(kind=SourceKind.FOLDER, path=place, hints=hints), archive=name)
+    source = Source(kind=SourceKind.FOLDER, path=place, hints=hints)
+    return Found(package.root, member.path, source, archive=name, at=member.at)

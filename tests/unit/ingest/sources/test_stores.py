@@ -1,0 +1,338 @@
+"""Sources on stores: the same inputs as on the disk, within the same bounds, whatever the store does."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import pickle
+import time
+import zipfile
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from casa_assets.errors import CasaError, Rejected
+from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.ingest.sources.stores import client, folder
+from casa_assets.ingest.sources.stores.address import StoreRoot, hide_secrets, root_of
+from casa_assets.pipeline.ingest.refused_rows import is_below
+from casa_assets.pipeline.ingest.survey import state_of
+from tests.format_files import tarred, zipped
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, png
+from tests.source_stores import PROTOCOL, TrialSystem, put, web_server
+
+OBJ = OBJ_TRIANGLE.encode()
+WITH_MTL = (OBJ_TRIANGLE.replace("f ", "vt 0 0\nusemtl m\nf ") + "mtllib A.MTL\n").encode()
+ROOT = f"{PROTOCOL}://data/things"
+
+
+@pytest.fixture(autouse=True)
+def sound(monkeypatch: pytest.MonkeyPatch) -> None:
+    TrialSystem.begin()
+    monkeypatch.setattr(client, "PAUSE_S", 0.001)
+
+
+def make_tree(root: Path) -> Path:
+    """Every layout of sources, with companions, hidden files and defects."""
+    uid = "0" * 31 + "1"
+    obj = OBJ + b"# %d\n"
+    files: dict[str, bytes] = {
+        "b/Tea Pot.OBJ": WITH_MTL,
+        "b/a.mtl": b"newmtl m\nKd 1 0 0\nmap_Kd textures/%41.png\n",
+        "b/textures/A.png": png(QUARTERS),
+        "b/.hidden.obj": OBJ,
+        "a.glb": Gltf([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [0, 1, 2]).glb(),
+        "c/chair.max": b"",
+        "c/half.glb": b"glTF\x02\0\0\0\xff\0\0\0",
+        "c/empty.obj": b"",
+        "robot/meshes/arm.obj": WITH_MTL.replace(b"A.MTL", b"../materials/arm.mtl"),
+        "robot/materials/arm.mtl": b"newmtl m\nKd 0 1 0\n",
+        "deliveries/manifest.jsonl": b'{"id": "x", "file": "y.obj", "name": "Pan"}\n{"id": "z", "file": "../a.glb"}\n',
+        "deliveries/y.obj": obj % 1,
+        "objaverse/glbs/000-1/" + uid + ".glb": Gltf(
+            [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 1.0, 0.0)], [0, 1, 2]
+        ).glb(),
+        "objaverse/metadata/000-1.json.gz": gzip.compress(json.dumps({uid: {"name": "Cup"}}).encode(), mtime=0),
+        "pack.zip": zipped(**{"x/q.obj": obj % 2, "deep/w.obj": WITH_MTL, "deep/a.mtl": b"newmtl m\nKd 0 0 1\n"}),
+        "shard.tar": gzip.decompress(tarred(**{"1.json": b'{"name": "Mug"}', "1.obj": obj % 3, "2.obj": obj % 4})),
+        "shard.tar.gz": tarred(**{"1.json": b"{broken", "1.obj": obj % 5, "k.obj": obj % 6}),
+        "cut.zip": b"PK\x03\x04",
+        "per cent %41#?.obj": obj % 7,
+    }
+    for name, data in files.items():
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_bytes(data)
+    return root
+
+
+def said(root: Path | StoreRoot) -> tuple[list[tuple[str, ...]], dict[str, int]]:
+    """All that is found under a root and what becomes of it, in its order, and the counts of other files."""
+    others: Counter[str] = Counter()
+    out: list[tuple[str, ...]] = []
+    for one in discover([root], others):
+        if isinstance(one, Refused):
+            out.append((one.path, one.code, one.message))
+            continue
+        try:
+            bundle = collect(one, LIMITS)
+            notes = [note.to_json() for note in bundle.notes]
+            out.append((one.source.to_json(), bundle.sha256, bundle.main, *sorted(bundle.files), *notes))
+        except Rejected as error:
+            out.append((one.source.to_json(), error.code, error.message))
+    return out, +others
+
+
+@pytest.mark.parametrize(
+    "place", ["", "b", "a.glb", "pack.zip", "shard.tar", "deliveries/manifest.jsonl", "robot/meshes/arm.obj"]
+)
+def test_a_store_gives_what_the_disk_gives(tmp_path: Path, place: str) -> None:
+    disk = make_tree(tmp_path / "data/things")
+    url = put(disk)
+    on_disk, counts = said(disk / place if place else disk)
+    assert said(root_of(f"{url}/{place}" if place else url)) == (on_disk, counts)
+    assert len(on_disk) >= 1
+
+
+@pytest.mark.parametrize("place", ["", "b", "a.glb", "pack.zip", "shard.tar.gz", "deliveries/manifest.jsonl"])
+def test_a_web_server_gives_what_the_disk_gives(tmp_path: Path, place: str) -> None:
+    disk = make_tree(tmp_path / "data/things")
+    (disk / "b/.hidden.obj").unlink()  # counted alone
+    with web_server(tmp_path) as url:
+        on_store = said(root_of(f"{url}/data/things/{place}"))
+    assert on_store == said(disk / place if place else disk)
+
+
+def test_a_web_server_without_parts_gives_loose_files(tmp_path: Path) -> None:
+    make_tree(tmp_path / "data/things")
+    with web_server(tmp_path, has_parts=False) as url:
+        assert len(said(root_of(f"{url}/data/things/b"))[0]) == 1
+        (refused,) = discover([root_of(f"{url}/data/things/pack.zip")])
+    assert isinstance(refused, Refused)
+    assert refused.code == codes.STORE_FAILED
+    assert "gives no parts of files; download it" in refused.message
+
+
+def found_on(url: str = ROOT) -> list[Found]:
+    return [one for one in discover([root_of(url)]) if isinstance(one, Found)]
+
+
+def write(**files: bytes) -> None:
+    for name, data in files.items():
+        TrialSystem().pipe_file(f"{ROOT}/{name.replace('__', '.')}", data)
+
+
+def test_what_fails_twice_is_asked_for_again() -> None:
+    write(a__obj=OBJ)
+    (one,) = found_on()
+    fails = [OSError("reset by peer"), TimeoutError("slow")]
+
+    def before(name: str, path: str) -> None:
+        if name == "cat_file" and fails:
+            raise fails.pop()
+
+    TrialSystem.before = staticmethod(before)
+    assert collect(one, LIMITS).files["a.obj"] == OBJ
+    assert fails == []
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (OSError("reset by peer"), codes.STORE_FAILED),
+        (RuntimeError("throttled"), codes.STORE_FAILED),
+        (FileNotFoundError("gone"), codes.MISSING_FILE),
+        (PermissionError("denied"), codes.UNREADABLE),
+    ],
+)
+def test_one_object_that_fails_takes_no_other_with_it(error: Exception, code: str) -> None:
+    write(a__obj=OBJ, b__obj=OBJ)
+    first, second = found_on()
+
+    def before(name: str, path: str) -> None:
+        if name == "cat_file" and path.endswith("a.obj"):
+            raise error
+
+    TrialSystem.before = staticmethod(before)
+    with pytest.raises(Rejected) as refused:
+        collect(first, LIMITS)
+    assert refused.value.code == code
+    assert f"{ROOT}/a.obj" in refused.value.message
+    assert collect(second, LIMITS).files["b.obj"] == OBJ
+
+
+def test_a_call_without_an_answer_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    write(a__obj=OBJ)
+    (one,) = found_on()
+    monkeypatch.setattr(client.steady, "__defaults__", (0.05,))
+    monkeypatch.setattr(folder._Store.ask, "__defaults__", (0.05,))
+    TrialSystem.before = staticmethod(lambda name, _path: time.sleep(0.3 if name == "cat_file" else 0))
+    begin = time.monotonic()
+    with pytest.raises(Rejected, match="no answer within") as refused:
+        collect(one, LIMITS)
+    assert refused.value.code == codes.STORE_FAILED
+    assert time.monotonic() - begin < 2.0
+
+
+def test_a_part_of_an_object_is_not_taken_for_the_whole() -> None:
+    write(a__obj=OBJ)
+    (one,) = found_on()
+    cuts = [1, 2]
+    TrialSystem.changed = staticmethod(lambda _path, data: data[: -cuts.pop()] if cuts else data)
+    assert collect(one, LIMITS).files["a.obj"] == OBJ
+    TrialSystem.changed = staticmethod(lambda _path, data: data[:-1])
+    with pytest.raises(Rejected, match=f"gave {len(OBJ) - 1} of {len(OBJ)} bytes") as refused:
+        collect(one, LIMITS)
+    assert refused.value.code == codes.STORE_FAILED
+
+
+def test_an_object_that_grows_while_it_is_read_is_refused() -> None:
+    write(a__obj=OBJ)
+    (one,) = found_on()
+    TrialSystem.changed = staticmethod(lambda _path, data: data + b"# more\n")
+    with pytest.raises(Rejected, match="changed while it was being read"):
+        collect(one, LIMITS)
+
+
+def test_no_more_is_read_than_an_input_may_have() -> None:
+    write(a__obj=OBJ + b"#" * 3000)
+    (one,) = found_on()
+    with pytest.raises(Rejected) as refused:
+        collect(one, {**LIMITS, "input_bytes": 1000})
+    assert refused.value.code == codes.TOO_LARGE
+    assert TrialSystem.reads == []
+
+
+def test_large_objects_come_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(folder, "PIECE_BYTES", 1000)
+    for size in (999, 1000, 1001, 2000, 3500):
+        write(a__obj=OBJ.ljust(size, b"#"))
+        (one,) = found_on()
+        TrialSystem.reads.clear()
+        assert collect(one, LIMITS).files["a.obj"] == OBJ.ljust(size, b"#")
+        assert max(end - start for _, start, end in TrialSystem.reads) <= 1001
+        assert TrialSystem.reads[-1][2] == size + 1
+
+
+def test_what_is_listed_and_gone_is_missing() -> None:
+    write(a__obj=OBJ, b__obj=OBJ)
+    found = found_on()
+    TrialSystem().rm_file(f"{ROOT}/a.obj")
+    with pytest.raises(Rejected) as refused:
+        collect(found[0], LIMITS)
+    assert refused.value.code == codes.MISSING_FILE
+
+
+def test_names_that_no_folder_can_hold_are_refused() -> None:
+    system = TrialSystem()
+    for path in (
+        "../up.obj",
+        "x/../../up.obj",
+        "./a.obj",
+        "b//c.obj",
+        "d",
+        "d/e.obj",
+        "/".join("f" * 70) + ".obj",
+    ):
+        system.store[f"/data/things/{path}"] = system.store.get("") or _memory_file(system, path)
+    refused = {one.path: one.code for one in discover([root_of(ROOT)]) if isinstance(one, Refused)}
+    assert refused["../up.obj"] == refused["x/../../up.obj"] == refused["./a.obj"] == codes.PATH_TRAVERSAL
+    assert refused["b//c.obj"] == refused["d"] == codes.BAD_NAME
+    assert codes.UNREADABLE in refused.values(), "folders nested too deep"
+    assert [one.source.path for one in found_on()] == ["d/e.obj"]
+
+
+def _memory_file(system: TrialSystem, path: str) -> object:
+    from fsspec.implementations.memory import MemoryFile
+
+    return MemoryFile(system, path, OBJ)
+
+
+def test_an_address_that_holds_nothing_is_an_error() -> None:
+    with pytest.raises(CasaError, match="there is nothing at this address"):
+        list(discover([root_of(ROOT)]))
+
+
+def test_a_store_that_is_down_is_an_error() -> None:
+    with pytest.raises(CasaError, match="check the store and the network"):
+        list(discover([root_of("http://127.0.0.1:9/meshes")]))
+    with pytest.raises(CasaError, match="doctor"):
+        list(discover([root_of("nonsense://x/y")]))
+
+
+def test_secrets_are_told_to_nobody(tmp_path: Path) -> None:
+    url = "https://ann:pass@example.org/a/b.zip?X-Amz-Signature=secret&x=1"
+    root = root_of(url)
+    assert isinstance(root, StoreRoot)
+    assert str(root) == "https://example.org/a/b.zip"
+    for text in (str(root / "c"), repr(root), str(root.parent), root.hide(f"failed: {url}!"), hide_secrets(url)):
+        assert "pass" not in text
+        assert "secret" not in text
+    assert pickle.loads(pickle.dumps(root)).query == "?X-Amz-Signature=secret&x=1"
+    make_tree(tmp_path / "data/things")
+    log: list[str] = []
+    with web_server(tmp_path, log=log) as place:
+        address = place.replace("//", "//ann:pass@")
+        every = list(discover([root_of(f"{address}/data/things/c/?key=secret")]))
+        with pytest.raises(CasaError, match="nothing at this address") as error:
+            list(discover([root_of(f"{address}/data/things/gone.glb?key=secret")]))
+    for text in (repr(every), str(error.value)):
+        assert "pass" not in text
+        assert "secret" not in text
+    assert any("half.glb?key=secret" in line for line in log), "the server is given it"
+
+
+def test_paths_and_addresses() -> None:
+    assert root_of("a/b.glb") == Path("a/b.glb")
+    assert root_of("C:/x") == Path("C:/x")
+    assert root_of("file:///a/b%20c") == Path("/a/b c")
+    s3 = root_of("s3://bucket/a/b/")
+    assert isinstance(s3, StoreRoot)
+    assert (str(s3), s3.name, str(s3 / "c" / "d"), (s3 / "c").name) == (
+        "s3://bucket/a/b",
+        "b",
+        "s3://bucket/a/b/c/d",
+        "c",
+    )
+    assert str(s3.parent) == "s3://bucket/a"
+    assert str((s3 / "c").parent) == "s3://bucket/a/b"
+
+
+def states(one: Found) -> dict[str, str]:
+    looked_at: set[str] = set()
+    collect(one, LIMITS, looked_at)
+    return {path: state_of(path) for path in looked_at}
+
+
+def test_the_state_of_objects_changes_with_them() -> None:
+    write(a__obj=WITH_MTL.replace(b"A.MTL", b"a.mtl"))
+    (one,) = found_on()
+    before = states(one)
+    assert before[f"{ROOT}/a.mtl"] == ""
+    assert before[f"{ROOT}/a.obj"].startswith("store ")
+    (one,) = found_on()
+    assert states(one) == before
+    write(a__mtl=b"newmtl m\n")
+    (one,) = found_on()
+    assert states(one)[f"{ROOT}/a.mtl"] != ""
+    write(a__obj=OBJ)
+    (one,) = found_on()
+    assert states(one)[f"{ROOT}/a.obj"] != before[f"{ROOT}/a.obj"]
+    assert state_of(f"{PROTOCOL}://elsewhere/x") == folder.UNKNOWN
+
+
+def test_refused_rows_are_known_by_their_file(tmp_path: Path) -> None:
+    url = put(make_tree(tmp_path / "data/things"))
+    roots = [root_of(url)]
+    list(discover(roots))
+    assert is_below(roots, "deliveries/manifest.jsonl")
+    assert not is_below(roots, "gone.jsonl")
+
+
+def test_a_bomb_on_a_store_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "bomb.zip", "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("a.obj", b"v 0 0 0\n" * 3_000_000)
+    (tmp_path / "slip.tar").write_bytes(gzip.decompress(tarred(**{"../../a.obj": OBJ})))
+    refused = list(discover([root_of(put(tmp_path))]))
+    assert [one.code for one in refused if isinstance(one, Refused)] == [codes.TOO_LARGE, codes.PATH_TRAVERSAL]

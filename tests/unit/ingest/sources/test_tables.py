@@ -1,0 +1,196 @@
+"""Tables (Parquet) of meshes: which rows are inputs, what they say, and what a broken table ends as."""
+
+from __future__ import annotations
+
+import builtins
+import random
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from casa_assets.errors import Rejected
+from casa_assets.ingest import rejection_codes as codes
+from casa_assets.ingest.load import load
+from casa_assets.ingest.sources import Found, Refused, collect, discover
+from casa_assets.ingest.sources.containers import table, tabled
+from casa_assets.ingest.sources.containers.place import place_of
+from casa_assets.ingest.sources.stores.address import root_of
+from casa_assets.model.ingest.source import SourceKind
+from tests.mesh_files import LIMITS, OBJ_TRIANGLE
+from tests.source_stores import TrialSystem, put
+
+OBJ = OBJ_TRIANGLE.encode()
+
+
+def meshes(count: int) -> list[bytes]:
+    return [OBJ + b"# %d\n" % number for number in range(count)]
+
+
+def write(path: Path, columns: dict[str, Any], **options: Any) -> Path:
+    pq.write_table(pa.table(columns), path, **options)
+    return path
+
+
+def read(path: Path, others: Counter[str] | None = None) -> tuple[list[Found], list[Refused]]:
+    every = list(discover([path], others))
+    return [one for one in every if isinstance(one, Found)], [one for one in every if isinstance(one, Refused)]
+
+
+def test_each_row_is_an_input_with_what_its_columns_say(tmp_path: Path) -> None:
+    columns = {
+        "uid": ["m1", "m2", "m3"],
+        "mesh": meshes(3),
+        "format": ["obj", "OBJ", ".obj"],
+        "name": ["Blue mug", None, "Pan"],
+        "category": ["mug", "kettle", None],
+        "license": ["by", None, "cc0"],
+        "tags": [["cup"], None, []],
+        "count": [1, 2, 3],
+    }
+    write(tmp_path / "t.parquet", columns)
+    found, refused = read(tmp_path)
+    assert refused == []
+    assert [one.source.path for one in found] == [f"t.parquet!m{n}.obj" for n in (1, 2, 3)]
+    mug, kettle, pan = (one.source for one in found)
+    assert (mug.uid, mug.title, mug.category, mug.licence) == ("m1", "Blue mug", "mug", "CC-BY-4.0")
+    assert (mug.kind, mug.hints[:2], kettle.title) == (SourceKind.MANIFEST, ("Blue mug", "cup"), "")
+    assert (pan.licence, pan.category) == ("CC0-1.0", "")
+    for one, data in zip(found, meshes(3), strict=True):
+        assert collect(one, LIMITS).files[one.main] == data
+        assert len(load(collect(one, LIMITS), LIMITS).parts) == 1
+
+
+@pytest.mark.parametrize(
+    ("columns", "names"),
+    [
+        ({"glb": meshes(2)}, ["000000.glb", "000001.glb"]),
+        ({"obj": meshes(2), "id": [7, 8]}, ["7.obj", "8.obj"]),
+        ({"content": meshes(2), "path": ["a/x.obj", "a/y.ply"]}, ["000000.obj", "000001.ply"]),
+        ({"bytes": meshes(2), "__key__": ["a/1", "b"], "data": meshes(2)}, ["000000.glb", "b.glb"]),
+        ({"mesh": [{"bytes": m, "path": "q.stl"} for m in meshes(2)]}, ["000000.stl", "000001.stl"]),
+    ],
+)
+def test_columns_are_known_by_the_names_that_people_use(
+    tmp_path: Path, columns: dict[str, Any], names: list[str]
+) -> None:
+    write(tmp_path / "t.parquet", columns)
+    found, _ = read(tmp_path)
+    assert [one.main for one in found] == names
+    assert collect(found[1], LIMITS).files[names[1]] == meshes(2)[1]
+
+
+def test_a_row_is_read_without_the_rest_of_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    noise = random.Random(0)
+    rows = [OBJ + noise.randbytes(30_000) for _ in range(200)]
+    write(tmp_path / "t.parquet", {"mesh": rows}, row_group_size=10, compression="none", use_dictionary=False)
+    found, _ = read(tmp_path)
+    TrialSystem.begin()
+    one = replace(found[155], root=root_of(put(tmp_path)))
+    assert place_of(one).read("000155.glb", 1e6) == rows[155]
+    read_bytes = sum(end - start for _, start, end in TrialSystem.reads)
+    assert read_bytes < 2_500_000, "of 6 MB: the head, and parts of one group"
+
+
+@pytest.mark.parametrize(
+    ("columns", "code"),
+    [
+        ({"uid": ["a", "a"]}, codes.DUPLICATE_ID),
+        ({"uid": ["a", "../b"]}, codes.BAD_ID),
+        ({"id": ["a", "x" * 5000]}, codes.BAD_ID),
+    ],
+)
+def test_a_row_that_is_wrong_is_refused_alone(tmp_path: Path, columns: dict[str, Any], code: str) -> None:
+    write(tmp_path / "t.parquet", {"mesh": meshes(2), **columns})
+    found, refused = read(tmp_path)
+    assert [one.source.uid for one in found] == ["a"]
+    assert [(one.path, one.code) for one in refused] == [("t.parquet", code)]
+    assert "row 1" in refused[0].message
+
+
+def test_a_row_without_bytes_or_with_too_many_is_refused(tmp_path: Path) -> None:
+    write(tmp_path / "t.parquet", {"mesh": [None, b"", OBJ]})
+    found, _ = read(tmp_path)
+    for one, code in zip(found, (codes.EMPTY_FILE, codes.EMPTY_FILE, codes.TOO_LARGE), strict=True):
+        with pytest.raises(Rejected) as refused:
+            collect(one, {**LIMITS, "input_bytes": 10})
+        assert refused.value.code == code
+
+
+def test_a_table_of_other_things_is_counted_unless_it_is_named(tmp_path: Path) -> None:
+    path = write(tmp_path / "t.parquet", {"mass": [1.0], "picture": [b"png"], "name": ["x"]})
+    others: Counter[str] = Counter()
+    assert read(tmp_path, others) == ([], [])
+    assert +others == {"tables and settings": 1}
+    found, (refused,) = read(path)
+    assert (found, refused.code) == ([], codes.WRONG_TYPE)
+    assert "it has mass, picture, name" in refused.message
+
+
+def test_files_of_rows_that_are_no_meshes_are_counted(tmp_path: Path) -> None:
+    names = ["a.png", "b.obj", "c.max"]
+    write(tmp_path / "t.parquet", {"content": [b"x", OBJ, b"y"], "file_name": names})
+    others: Counter[str] = Counter()
+    found, refused = read(tmp_path, others)
+    assert [one.main for one in found] == ["000001.obj"]
+    assert +others == {"pictures": 1}
+    assert [one.code for one in refused] == [codes.WRONG_TYPE]
+
+
+def test_broken_tables_are_refused_and_end_nothing(tmp_path: Path) -> None:
+    whole = write(tmp_path / "whole.parquet", {"mesh": meshes(20), "name": ["x"] * 20}).read_bytes()
+    noise = random.Random(1)
+    (tmp_path / "a.obj").write_bytes(OBJ)
+    broken = {"cut": whole[:-30], "empty": b"", "text": b"PAR1 no table", "head": whole[:-8] + b"\xff\xff\xff\x7fPAR1"}
+    for number in range(4):
+        data = bytearray(whole)
+        for _ in range(20):
+            data[noise.randrange(len(data) - 600, len(data) - 8)] = noise.randrange(256)
+        broken[f"noise{number}"] = bytes(data)
+    for name, data in broken.items():
+        (tmp_path / f"{name}.parquet").write_bytes(data)
+    (tmp_path / "whole.parquet").unlink()
+    found, refused = read(tmp_path)
+    assert "a.obj" in [one.main for one in found]
+    known = {one.path: one.code for one in refused}
+    assert [known[f"{name}.parquet"] for name in ("cut", "empty", "text")] == [codes.BAD_ARCHIVE] * 3
+    assert known["head.parquet"] == codes.TOO_LARGE
+    assert set(known.values()) <= {codes.BAD_ARCHIVE, codes.TOO_LARGE, codes.BAD_ROW, codes.WRONG_TYPE}
+
+
+def test_a_table_that_has_changed_meanwhile_gives_no_other_bytes(tmp_path: Path) -> None:
+    write(tmp_path / "t.parquet", {"mesh": meshes(3)})
+    found, _ = read(tmp_path)
+    write(tmp_path / "t.parquet", {"mesh": meshes(1)})
+    with pytest.raises(Rejected) as refused:
+        collect(found[2], LIMITS)
+    assert refused.value.code == codes.BAD_ARCHIVE
+
+
+def test_rows_beyond_what_a_run_holds_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tabled, "MAX_ROWS", 3)
+    write(tmp_path / "t.parquet", {"mesh": meshes(5)})
+    found, refused = read(tmp_path)
+    assert len(found) == 3
+    assert [one.code for one in refused] == [codes.TOO_LARGE]
+
+
+def test_without_pyarrow_a_table_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write(tmp_path / "t.parquet", {"mesh": meshes(1)})
+    (one,), _ = read(tmp_path)
+    load_module = builtins.__import__
+
+    def without(name: str, *arguments: Any, **options: Any) -> Any:
+        if name.startswith("pyarrow"):
+            raise ImportError(name)
+        return load_module(name, *arguments, **options)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(Rejected, match="pip install") as refused:
+        collect(one, LIMITS)
+    assert refused.value.code == codes.NEEDS_PYARROW
+    assert table.is_table("a.PARQUET")
