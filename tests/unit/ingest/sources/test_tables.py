@@ -90,7 +90,7 @@ def test_a_row_is_read_without_the_rest_of_the_table(tmp_path: Path, monkeypatch
     write(tmp_path / "t.parquet", {"mesh": rows}, row_group_size=10, compression="none", use_dictionary=False)
     found, _ = read(tmp_path)
     TrialSystem.begin()
-    one = replace(found[155], root=root_of(put(tmp_path)))
+    one = replace(found[155], root=root_of(put(tmp_path, "trial://tables/of_one_test")))
     assert place_of(one).read("000155.glb", 1e6) == rows[155]
     read_bytes = sum(end - start for _, start, end in TrialSystem.reads)
     assert read_bytes < 2_500_000, "of 6 MB: the head, and parts of one group"
