@@ -1,16 +1,24 @@
 """Ask a cluster to do jobs of tests/pool_jobs.py, and print what it answers, as JSON.
 
-    python ask.py 127.0.0.1:6379 '[["answer", "word"], ["abort", ""]]'
+    python ask.py 127.0.0.1:6379 '[["answer", "word"], ["abort", ""]]' [--lose-ray]
 
-An answer is what the job returned, or `{"reason": ..., "message": ...}`; `{"error": ...}` alone: the run ended.
+With --lose-ray the process of Ray that this one is connected to is killed after a while. An answer is what the job
+returned, or `{"reason": ..., "message": ...}`; `{"error": ...}` alone: the run ended.
 """
 
 from __future__ import annotations
 
 import json
+import os
+import signal
 import sys
 import tempfile
+import threading
+import time
+from contextlib import suppress
 from pathlib import Path
+
+import ray
 
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers.cluster.ray_engine import RayEngine
@@ -19,7 +27,24 @@ from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 
 LIMITS = Limits(cpu_s=20, memory_bytes=1_000_000_000)
 
+
+def lose_ray() -> None:
+    """Kill the process of Ray that this one is connected to, once it is connected and at work."""
+    while not ray.is_initialized():
+        time.sleep(0.1)
+    time.sleep(3.0)
+    own = ray.get_runtime_context().get_node_id()
+    (socket,) = (one["RayletSocketName"] for one in ray.nodes() if one["NodeID"] == own)
+    for place in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):
+            words = place.read_bytes().decode(errors="replace")
+            if f"--raylet_socket_name={socket}\0" in words and "raylet/raylet" in words:
+                os.kill(int(place.parent.name), signal.SIGKILL)
+
+
 if __name__ == "__main__":
+    if "--lose-ray" in sys.argv:
+        threading.Thread(target=lose_ray, daemon=True).start()
     address, jobs = sys.argv[1], [tuple(job) for job in json.loads(sys.argv[2])]
     with tempfile.TemporaryDirectory() as shared:
         engine = RayEngine(RayCluster(address), LIMITS, "tests.pool_jobs:nothing", Path(shared), 1_000_000)

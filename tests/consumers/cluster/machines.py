@@ -127,9 +127,9 @@ class Machines:
         self._process.wait(60)
 
 
-def ask(address: str, *jobs: tuple[str, str]) -> Any:
-    """What a cluster answers to jobs of tests/pool_jobs.py, see ask.py."""
-    words = [sys.executable, Path(__file__).parent / "ask.py", address, json.dumps(jobs)]
+def ask(address: str, *jobs: tuple[str, str], more: Sequence[str] = ()) -> Any:
+    """What a cluster answers to jobs of tests/pool_jobs.py, see ask.py; more: words for it."""
+    words = [sys.executable, Path(__file__).parent / "ask.py", address, json.dumps(jobs), *more]
     done = subprocess.run(words, env=surroundings(), capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)

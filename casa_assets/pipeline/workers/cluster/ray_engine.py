@@ -37,7 +37,9 @@ MAX_CRASHES, MAX_LOST_MACHINES = 2, 5
 KNOCK_S = 10.0  # for an answer from a cluster
 LOOK_S = 2.0  # between two looks at the size of the cluster
 OBJECT_STORE_BYTES = 200_000_000  # of a Ray that we start: jobs and answers are small, and files go over the disk
-LOST_MACHINE = (exceptions.NodeDiedError, exceptions.LocalRayletDiedError, exceptions.ObjectLostError)
+LOST_MACHINE = (exceptions.NodeDiedError, exceptions.ObjectLostError)
+# Where Ray's own process on the leading machine ends, the run connects anew, so often at most, each time within:
+MAX_CONNECTIONS, CONNECT_S = 5, 60.0
 
 
 @dataclass
@@ -73,6 +75,7 @@ class RayEngine:
         self._is_connected = False
         self._seen: list[tuple[int, int]] = []
         self._seen_at = -math.inf
+        self._connections = 1
         self._full: dict[str, str] = {}  # messages of machines whose disk is full, by Ray's id of them
 
     def __enter__(self) -> Self:
@@ -119,7 +122,12 @@ class RayEngine:
                 ready, _ = ray.wait(list(queue.running), num_returns=1, timeout=LOOK_S)
                 for reference in ready:
                     number, memory = queue.running.pop(reference)
-                    answer = self._answer(reference, number, queue, memory)
+                    try:
+                        answer = self._answer(reference, number, queue, memory)
+                    except exceptions.LocalRayletDiedError as error:
+                        queue.waiting.appendleft(number)
+                        self._connect_again(queue, error)
+                        break
                     if answer is not None:
                         yield number, answer[0]
         finally:
@@ -214,6 +222,31 @@ class RayEngine:
         if not self._machines():
             self.close()
             raise CasaError(f"the cluster at {self._cluster.address} has no processors; start workers with `ray start`")
+
+    def _connect_again(self, queue: _Queue, error: Exception) -> None:
+        """Connect anew and put all that ran back into the queue: Ray answers every job with an error from now on.
+
+        Raises:
+            CasaError: no cluster answers, the connection keeps breaking, or it is not ours.
+        """
+        self._connections += 1
+        if not self._is_ours or self._connections > MAX_CONNECTIONS:
+            message = "Ray has ended on the machine that leads the run; start it again, then run the same command again"
+            raise CasaError(message) from error
+        LOG.warning("Ray has ended on the machine that leads the run; connecting again")
+        queue.waiting.extendleft(sorted((number for number, _ in queue.running.values()), reverse=True))
+        queue.running.clear()
+        ray.shutdown()
+        self._is_ours = self._is_connected = False
+        self._seen_at = -math.inf
+        give_up = time.monotonic() + CONNECT_S
+        while not self._is_connected:
+            try:
+                self._connect()
+            except CasaError:
+                if time.monotonic() > give_up:
+                    raise
+                time.sleep(LOOK_S)
 
     def _machines(self) -> list[tuple[int, int]]:
         """Processors and bytes of memory of each machine that takes jobs; not asked for again within `LOOK_S`."""
