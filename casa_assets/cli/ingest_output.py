@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 # Rows of a table that are printed where the user did not ask for more words.
 MAX_ROWS = 40
+# Processor seconds from which on the progress bar tells what the run has cost so far.
+LEAST_TOLD_S = 36.0
 
 
 def end(events: list[Event]) -> None:
@@ -51,12 +53,13 @@ def print_events(
     events: list[Event] = []
     done = bad = unsure = 0
     begun: dict[str, None] = {}
-    last_begun = 0.0
+    last_begun = cpu_s = 0.0
     with bar(output.console) as progress:
         task = progress.add_task("looking", total=None)
 
         def show() -> None:
             counts = f"[green]{done - bad - unsure} ok[/], [yellow]{unsure} in review[/], [red]{bad} rejected[/]"
+            counts += f", {cpu_s / 3600:.2g} core-hours" if cpu_s >= LEAST_TOLD_S else ""
             name = f"; {_safe(Path(next(iter(begun))).name)}" if begun else ""
             progress.update(task, completed=done, description=f"{counts}{name}")
 
@@ -73,6 +76,7 @@ def print_events(
                 done += event.count
                 bad += event.count * event.was_rejected
                 unsure += event.is_in_review
+                cpu_s += event.cost.cpu_s if event.cost is not None else 0.0
                 progress.update(task, total=event.total)
                 show()
                 if event.kind != "kept" or event.total <= MOST_LISTED or output.verbose or output.as_json:
