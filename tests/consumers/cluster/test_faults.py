@@ -36,12 +36,6 @@ def test_a_wrong_clock_ends_no_job() -> None:
     assert {round((time.time() - one) / 86400) for one in found} == {0, 400}
 
 
-def test_a_run_whose_own_ray_is_lost_connects_again() -> None:
-    with machines({}, {}) as cluster:
-        found = ask(cluster.address, *[("burn", "1")] * 8, more=["--lose-ray"])
-    assert found == ["burnt"] * 8
-
-
 def test_another_version_on_one_machine_ends_the_run() -> None:
     with machines({}, other_version()) as cluster:
         found = ask(cluster.address, *[("burn", "1")] * 6)

@@ -40,6 +40,9 @@ OBJECT_STORE_BYTES = 200_000_000  # of a Ray that we start: jobs and answers are
 LOST_MACHINE = (exceptions.NodeDiedError, exceptions.ObjectLostError)
 # Where Ray's own process on the leading machine ends, the run connects anew, so often at most, each time within:
 MAX_CONNECTIONS, CONNECT_S = 5, 60.0
+# Seconds without an answer after which the head of a cluster is given up: less than the 60 after which Ray would end
+# this process with an exit code that means something else here.
+HEAD_S = 40.0
 
 
 @dataclass
@@ -76,6 +79,8 @@ class RayEngine:
         self._seen: list[tuple[int, int]] = []
         self._seen_at = -math.inf
         self._connections = 1
+        self._head = ""
+        self._head_seen_at = math.inf
         self._full: dict[str, str] = {}  # messages of machines whose disk is full, by Ray's id of them
 
     def __enter__(self) -> Self:
@@ -112,6 +117,7 @@ class RayEngine:
         queue = _Queue(deque(range(len(jobs))))
         try:
             while queue.waiting or queue.running:
+                self._look_for_head(queue)
                 share, at_once = self._room()
                 while queue.waiting and len(queue.running) < at_once:
                     number = queue.waiting.popleft()
@@ -219,6 +225,8 @@ class RayEngine:
             ray_worker._worker_logs_enabled = False
             self._is_ours = True
         self._is_connected = True
+        self._head = ray.get_runtime_context().gcs_address
+        self._head_seen_at = time.monotonic()
         if not self._machines():
             self.close()
             raise CasaError(f"the cluster at {self._cluster.address} has no processors; start workers with `ray start`")
@@ -247,6 +255,20 @@ class RayEngine:
                 if time.monotonic() > give_up:
                     raise
                 time.sleep(LOOK_S)
+
+    def _look_for_head(self, queue: _Queue) -> None:
+        """Wait where the head of the cluster does not answer. Raises CasaError where it does not come back."""
+        while time.monotonic() - self._head_seen_at > LOOK_S:
+            try:
+                _knock(self._head)
+            except OSError as error:
+                if time.monotonic() - self._head_seen_at > HEAD_S:
+                    queue.running.clear()  # to cancel them would wait for the head
+                    message = "is lost; start Ray again, then run the same command again"
+                    raise CasaError(f"the head of the cluster at {self._head} {message}") from error
+                time.sleep(LOOK_S)
+            else:
+                self._head_seen_at = time.monotonic()
 
     def _machines(self) -> list[tuple[int, int]]:
         """Processors and bytes of memory of each machine that takes jobs; not asked for again within `LOOK_S`."""
