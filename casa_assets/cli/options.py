@@ -75,6 +75,12 @@ Out = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "folders are mad
 ScenesOut = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "the folder in which the kitchens stand."))]
 # Of verbs that read a library, and of verbs that write one: there both names say the same.
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
+# Of verbs that read a library or, with --index, the rows of many; see `library_at`.
+LibraryOrIndex = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, file_okay=False)]
+TablesFolder = Annotated[
+    Path | None,
+    typer.Option("--index", help="Folder that `casa-assets library index` wrote.", exists=True, file_okay=False),
+]
 LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP)]
 ScenesFolder = Annotated[
     Path, typer.Option("--scenes-folder", help="Folder of kitchens; a kitchen that is not there is built.")

@@ -15,6 +15,7 @@ from casa_assets.cli.text import terminal_safe
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.library.library import Summary
+    from casa_assets.pipeline.tables.row import RowNumbers
 
 # Layer of scene.json whose parts are walls, floor and ceiling; their mass says nothing of what stands in a kitchen.
 ROOM_LAYER = "room"
@@ -96,7 +97,7 @@ class Output:
         self.errors.print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def measures(summary: Summary | None) -> dict[str, Any]:
+def measures(summary: Summary | RowNumbers | None) -> dict[str, Any]:
     """Mass in kg and size in metres, x, y and z, of an item of `--json`; null where there is no asset."""
     if summary is None:
         return {"mass": None, "size": None}

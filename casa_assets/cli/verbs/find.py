@@ -1,17 +1,33 @@
-"""casa-assets find: assets of a library by words."""
+"""casa-assets find: assets of a library by words and conditions."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from casa_assets.cli.options import CLIP_HELP, AsJson, Library, Most, Quiet, Verbose, library_at, more
-from casa_assets.cli.output import Output, measures_at
+from casa_assets.cli.options import (
+    CLIP_HELP,
+    AsJson,
+    LibraryOrIndex,
+    Most,
+    Quiet,
+    TablesFolder,
+    Verbose,
+    library_at,
+    more,
+)
+from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import terminal_safe
+from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.errors import CasaError
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.dedup.search import Found, SearchHit
+    from casa_assets.pipeline.tables.conditions import Condition
+    from casa_assets.pipeline.tables.row import TableRow
 
 NO_WEIGHTS = (
     "pictures are compared with words by CLIP, which needs --clip-weights (a file, a folder or a name of open_clip's); "
@@ -20,8 +36,15 @@ NO_WEIGHTS = (
 
 
 def find(
-    query: Annotated[str, typer.Argument(help='What you look for, such as "red mug".')],
-    library: Library = Path("out/library"),
+    query: Annotated[
+        str, typer.Argument(help='What you look for, such as "red mug"; may be left out beside --where.')
+    ] = "",
+    library: LibraryOrIndex = Path("out/library"),
+    index: TablesFolder = None,
+    where: Annotated[
+        list[str] | None,
+        typer.Option(help="What must hold, such as category=mug, 'size<=0.3' or reason=FLT005; may be repeated."),
+    ] = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "the words are compared with pictures."))] = "",
     words: Annotated[
         bool, typer.Option("--words", help="Compare with category, title and colours, without pictures.")
@@ -31,7 +54,12 @@ def find(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Search a library by words.
+    """Search a library by words, by conditions or by both; with --index all libraries of a folder of Parquet parts.
+
+    A condition is a field, an operator and a value. Words: category, verdict, reason, decide, source, licence, author,
+    split, producer, id, with = or !=; values after commas are alternatives. Numbers: size (longest side, m), mass (kg),
+    faces, colliders, warnings, with =, !=, <, <=, > or >=. Rejected inputs are searched where a condition names a
+    verdict, a reason or an id. Without words rows come in the order of their ids.
 
     Exit 0 where something fits, 1 where nothing does, 2 on misuse.
 
@@ -40,29 +68,74 @@ def find(
       casa-assets find "red mug" --clip-weights ~/ViT-B-32-laion2b.pt
 
       casa-assets find "red mug" --words
-    """
-    from casa_assets.pipeline.clip import load_clip
-    from casa_assets.pipeline.dedup.search import search_by_picture, search_by_words
 
-    if not query.strip():
-        raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
-    place = library_at(library)
-    if words:
-        hits = search_by_words(query, place, most)
-    elif clip_weights:
-        hits = search_by_picture(query, place, load_clip(clip_weights), most)
+      casa-assets find --where category=mug,cup --where 'size<=0.12' --json
+
+      casa-assets find --index out/tables --where reason=FLT005 --most 100
+    """
+    from casa_assets.pipeline.dedup.search import search_rows
+    from casa_assets.pipeline.tables.conditions import parse, with_default
+
+    conditions = [parse(text) for text in where or ()]
+    _check(query, index, conditions, clip_weights, words)
+    root = index or library
+    if clip_weights:
+        found = _by_picture(query, library, clip_weights, most)
     else:
+        found = search_rows(_rows(library, index, with_default(conditions)), root, query, most)
+    _tell(found, root, Output(json_, quiet, verbose))
+
+
+def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str, words: bool) -> None:
+    """Raise what is wrong with the options beside each other."""
+    if not query.strip() and (clip_weights or words or not conditions):
+        raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
+    if clip_weights and (index is not None or conditions):
+        hint = "--index" if index is not None else "--where"
+        raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint=hint)
+    if query and not (words or clip_weights or conditions or index is not None):
         raise CasaError(NO_WEIGHTS)
-    output = Output(json_, quiet, verbose)
+
+
+def _rows(library: Path, index: Path | None, conditions: Sequence[Condition]) -> Iterator[TableRow]:
+    from casa_assets.pipeline.reports import index as index_file
+    from casa_assets.pipeline.tables import parquet
+    from casa_assets.pipeline.tables.conditions import to_arrow
+
+    if index is None:
+        return index_file.rows(library_at(library), conditions)
+    parquet.require_parquet()
+    return parquet.read_rows(index, parquet.read_index(index), to_arrow(conditions))
+
+
+def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Found:
+    from casa_assets.pipeline.clip import load_clip
+    from casa_assets.pipeline.dedup.search import Found, search_by_picture
+
+    hits = search_by_picture(query, library_at(library), load_clip(clip_weights), most)
+    return Found(hits, len(hits))
+
+
+def _tell(found: Found, root: Path, output: Output) -> None:
     table = TextTable(("folder", "score", "why"), sentences=("why",), right=("score",))
-    for hit in hits:
+    for hit in found.hits:
         row = {"id": hit.id, "category": hit.category, "folder": str(hit.folder), "score": hit.score}
-        output.row({**row, **(measures_at(hit.folder) if json_ else {}), "verdict": "found", "reason": hit.reason})
-        folder = hit.folder.relative_to(library).as_posix()
+        output.row({**row, **(_facts(hit) if output.as_json else {}), "verdict": "found", "reason": hit.reason})
+        folder = hit.folder.relative_to(root).as_posix()
         table.add(terminal_safe(folder), f"{hit.score:.3f}", terminal_safe(hit.reason))
-    if not hits:
+    if not found.hits:
         output.error("nothing fits")
         raise typer.Exit(1)
-    if not json_:
+    if not output.as_json:
         table.print(output.console)
-        output.line(f"Folders are those under {terminal_safe(str(library))}/")
+        output.line(f"Folders are those under {terminal_safe(str(root))}/")
+        if found.count > len(found.hits):
+            output.line(f"{pluralize(found.count, 'row')} fit; --most shows more of them")
+
+
+def _facts(hit: SearchHit) -> dict[str, Any]:
+    """Mass and size of what was found and, of a row of a table, what became of it."""
+    if (row := hit.row) is None:
+        return measures_at(hit.folder)
+    told = {"status": row.status, "code": row.code, "source": row.source, "source_path": row.source_path}
+    return {**measures(row.summary), **told, "title": row.title, "library": row.library}

@@ -28,14 +28,16 @@ def index(
       casa-assets index --library out/library --parquet assets.parquet
     """
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.library.entry_table import EntryTable
+    from casa_assets.pipeline.library.entry_table import forget_entries
     from casa_assets.pipeline.reports import index as index_file
+    from casa_assets.pipeline.tables.parquet import require_parquet
 
     if parquet is not None:
-        index_file.require_parquet()
+        require_parquet()
     place = library_at(library)
     with place.locked(), writing(library):
-        count = index_file.rebuild(place, EntryTable(place, force=True).entries)
+        forget_entries(place)
+        count = index_file.rebuild(place)
     output, files = Output(json_, quiet, verbose), [library / index_file.NAME]
     if parquet is not None:
         with writing(parquet.parent):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli.ingest_output import end, print_events, print_summary
-from casa_assets.cli.options import CLIP_HELP, AsJson, LibraryOut, Quiet, Verbose, library_at, more
+from casa_assets.cli.options import CLIP_HELP, AsJson, Force, LibraryOut, Out, Quiet, Verbose, library_at, more
 from casa_assets.cli.output import Output
 from casa_assets.cli.store_output import print_changes, waiting
-from casa_assets.cli.text import terminal_safe
+from casa_assets.cli.text import pluralize, terminal_safe
 from casa_assets.cli.verb import Verb
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="library",
-    help="Libraries as a whole: merge the parts that several machines made, keep them on object stores.",
+    help="Libraries as a whole: merge the parts that several machines made, index many, keep them on stores.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -34,7 +34,7 @@ Delete = Annotated[bool, typer.Option("--delete", help="Remove what the other si
 
 @app.callback()
 def common() -> None:
-    """Libraries as a whole: merge the parts that several machines made, keep them on object stores."""
+    """Libraries as a whole: merge the parts that several machines made, index many, keep them on stores."""
 
 
 @app.command(cls=Verb)
@@ -145,3 +145,37 @@ def pull(
         changes = run(remote, place, Extra.REMOVE if delete else Extra.REFUSE, partial)
         told = print_changes(changes, "pulling", output, library)
     output.line(f"Library: {terminal_safe(str(library))}: {told}")
+
+
+@app.command(cls=Verb)
+def index(
+    libraries: Annotated[
+        list[Path],
+        typer.Argument(help="Folders of libraries, also of shards.", exists=True, file_okay=False, readable=True),
+    ],
+    out: Out = Path("out/tables"),
+    force: Force = False,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Write one table of the entries of any number of libraries, as Parquet parts, for `find` and `report` --index.
+
+    The parts of a library in which no entry came, went or was replaced are kept; --force writes all anew. Name all
+    libraries each time: parts of others go. Exit 0 when all is written, 2 on misuse.
+
+    Example:
+
+      casa-assets library index shards/* --out out/tables
+    """
+    from casa_assets.pipeline.tables.parquet import require_parquet, write_index
+
+    require_parquet()
+    output = Output(json_, quiet, verbose)
+    written = write_index([library_at(library) for library in libraries], out, force)
+    for one in written.index.libraries:
+        kept = one.library in written.kept
+        output.made(one.library, out, verdict="kept" if kept else "made", rows=one.rows, parts=len(one.parts))
+        output.detail(f"{terminal_safe(one.library)}: {pluralize(one.rows, 'row')}, {'kept' if kept else 'written'}")
+    count = pluralize(len(written.index.libraries), "library")
+    output.line(f"{pluralize(written.index.rows, 'row')} of {count} in {out}")

@@ -9,18 +9,38 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.options import CLIP_HELP, IN_3D_HELP, OUT_HELP, AsJson, Library, Quiet, Verbose, library_at, more
+from casa_assets.cli.options import (
+    CLIP_HELP,
+    IN_3D_HELP,
+    OUT_HELP,
+    AsJson,
+    LibraryOrIndex,
+    Quiet,
+    TablesFolder,
+    Verbose,
+    library_at,
+    more,
+)
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import bar
+from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from casa_assets.pipeline.library.library import Library as LibraryFolder
-    from casa_assets.pipeline.reports.library.report import WrittenReport
+    from casa_assets.pipeline.reports.library.conditions import Condition
+    from casa_assets.pipeline.reports.library.models import PageModels
+    from casa_assets.pipeline.reports.library.written import WrittenReport
 
 
 def report(
-    library: Library = Path("out/library"),
-    out: Annotated[Path | None, typer.Option(help=more(OUT_HELP, "report.html in the library by default."))] = None,
+    library: LibraryOrIndex = Path("out/library"),
+    index: TablesFolder = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help=more(OUT_HELP, "report.html in the library or table by default.")),
+    ] = None,
     baseline: Annotated[
         Path | None,
         typer.Option(help="Earlier report.json or library; lists what is better, worse, new or gone."),
@@ -39,12 +59,14 @@ def report(
 ) -> None:
     """Write a page about a library, report.html, with every input in it, and report.json beside it.
 
-    Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Of a large library
-    the data lies in report_parts beside the page. --fail-on takes a count (entries, accepted, review, rejected, advice,
-    not-run, size-outliers, mass-outliers, and with --baseline better, worse, appeared, gone), a share of it
-    (rejected-rate), or the code of a check, alone or followed by >, >=, < or <= and a number. --json prints
-    report.json, with a verdict on the conditions. Exit 0 when the page is written, 1 where a condition holds, 2 on
-    misuse.
+    Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Of more than 400
+    inputs the data lies in report_parts beside the page. Of more than 100,000, and with --index, report.html is an
+    overview of the pages in report_pages, which leave the checks of each input out, and takes no --baseline and --3d.
+
+    --fail-on takes a count (entries, accepted, review, rejected, advice, not-run, size-outliers, mass-outliers, and
+    with --baseline better, worse, appeared, gone), a share of it (rejected-rate), or the code of a check, alone or
+    followed by >, >=, < or <= and a number. --json prints report.json, with a verdict. Exit 0 when the page is written,
+    1 where a condition holds, 2 on misuse.
 
     Example:
 
@@ -53,28 +75,45 @@ def report(
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.checks_page import codes
     from casa_assets.pipeline.reports.library.conditions import parse
-    from casa_assets.pipeline.reports.library.models import models_of
+    from casa_assets.pipeline.reports.library.paged import is_large
     from casa_assets.pipeline.reports.library.report import write
 
     if out is not None and out.suffix.lower() != ".html":
         raise typer.BadParameter(f"{out} is no page: name a file that ends in .html", param_hint="--out")
     conditions = [parse(text, codes()) for text in fail_on or ()]
-    if baseline is None and any(condition.needs_baseline for condition in conditions):
+    if baseline is None and any(one.needs_baseline for one in conditions):
         raise typer.BadParameter("compares with an earlier run; give one with --baseline", param_hint="--fail-on")
-    place = library_at(library)
-    _compare_all(place, clip_weights)
-    output, target = Output(json_, quiet, verbose), out or library / "report.html"
-    with writing(target.parent):
-        if in_3d:
-            _write_models(library, target, output)
-        written = write(library, target, baseline, conditions, models_of(target) if in_3d else None)
-    _tell(written, library, output)
-    if any(outcome.holds for outcome in written.outcomes):
-        raise typer.Exit(1)
+    output, target = Output(json_, quiet, verbose), out or (index or library) / "report.html"
+    place: LibraryFolder | Path = library_at(library) if index is None else index
+    if isinstance(place, Path) or is_large(place):
+        _refuse(baseline is not None or in_3d or bool(clip_weights), index)
+        written = _in_pages(place, target, conditions)
+    else:
+        _compare_all(place, clip_weights)
+        with writing(target.parent):
+            models = _write_models(library, target, output) if in_3d else None
+            written = write(library, target, baseline, conditions, models)
+    _tell(written, index or library, output)
+
+
+def _in_pages(source: LibraryFolder | Path, target: Path, conditions: Sequence[Condition]) -> WrittenReport:
+    """Write the report on a large library, or on the table in a folder."""
+    from casa_assets.pipeline.reports.library import paged
+
+    if isinstance(source, Path):
+        return paged.write(source, target, conditions)
+    return paged.write_library(source, target, conditions)
+
+
+def _refuse(has_other: bool, index: Path | None) -> None:
+    """Raise that a report in pages takes no other options, where there are some."""
+    if has_other:
+        what = "a report on --index" if index is not None else "a report on so large a library"
+        raise CasaError(f"{what} takes no --baseline, --3d and --clip-weights; leave them out")
 
 
 def _tell(written: WrittenReport, library: Path, output: Output) -> None:
-    """Print what became of the conditions, and where the report is."""
+    """Print what became of the conditions, and where the report is. Raises typer.Exit where a condition holds."""
     if output.as_json:
         content = json.loads(written.json.read_text(encoding="utf-8"))
         verdict = "failed" if any(outcome.holds for outcome in written.outcomes) else "passed"
@@ -86,6 +125,8 @@ def _tell(written: WrittenReport, library: Path, output: Output) -> None:
     output.line(f"JSON:   {written.json}")
     output.line(f"Report: {written.page}")
     output.look_at_file(written.page)
+    if any(outcome.holds for outcome in written.outcomes):
+        raise typer.Exit(1)
 
 
 def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
@@ -101,10 +142,11 @@ def _compare_all(library: LibraryFolder, clip_weights: str) -> None:
             library_report.compare_library(library, EntryTable(library), model)
 
 
-def _write_models(library: Path, target: Path, output: Output) -> None:
-    from casa_assets.pipeline.reports.library.models import write_models
+def _write_models(library: Path, target: Path, output: Output) -> PageModels:
+    from casa_assets.pipeline.reports.library.models import models_of, write_models
 
     with bar(output.console) as progress:
         task = progress.add_task("models", total=None)
         for done, total in write_models(library, target):
             progress.update(task, total=total, completed=done)
+    return models_of(target)

@@ -14,7 +14,7 @@ from pathlib import Path
 from casa_assets.checks.library.duplicates import SAME_SIZE, ShapePair
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import AssetRow, read_row
+from casa_assets.pipeline.dedup.entries import AssetRow, row_of
 from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair
 from casa_assets.pipeline.ingest.job import Outcome, Result
 from casa_assets.pipeline.library import library as disk
@@ -80,7 +80,9 @@ class Deduplicator:
             self._deferred.append(result)  # there is nothing new that it could be a copy of
             return result
         row = self._rows.get(result.folder) if is_settled else None
-        row = replace(row or read_row(result.folder), category=job.survey.category, path=job.found.source.place)
+        if row is None:
+            row = row_of(result.outcome.manifest or disk.read_manifest(result.folder))
+        row = replace(row, category=job.survey.category, path=job.found.source.place)
         if row.signature is None:
             return result
         # What was compared by an earlier run and is no copy of anything can be one of what is new alone.

@@ -46,9 +46,13 @@ def read_rows(library: disk.Library) -> Iterator[AssetRow]:
 
 def read_row(folder: Path) -> AssetRow:
     """The asset that stands in a folder. Raises OutputError where it is damaged."""
-    certificate = disk.read_certificate(folder)
-    asset = disk.read_section(folder, "asset")
-    origin = asset.get("provenance", {})
+    return row_of(disk.read_manifest(folder))
+
+
+def row_of(manifest: disk.Manifest) -> AssetRow:
+    """The asset of a manifest that was read."""
+    folder, certificate = manifest.folder, manifest.certificate
+    origin = manifest.asset.get("provenance", {})
     return AssetRow(
         id=folder.name,
         category=folder.parent.name,

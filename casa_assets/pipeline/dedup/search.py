@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import heapq
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +15,12 @@ from casa_assets.model.registry.category import PICTURE_PROMPTS
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.clip import ClipModel
 from casa_assets.pipeline.dedup.clip_embeddings import image_embeddings, text_embedding
+from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_table import EntryTable
-from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports import index
+from casa_assets.pipeline.tables.conditions import with_default
+from casa_assets.pipeline.tables.row import TableRow
 
 # Other words for the colours that tints are named by.
 COLOR_SYNONYMS = {"gray": "grey", "silver": "grey", "cyan": "turquoise", "teal": "turquoise", "violet": "purple"}
@@ -32,7 +36,8 @@ class SearchHit:
 
     Attributes:
         id, category: of the asset. folder: where it stands.
-        score: how well it fits; a cosine by pictures, a sum over the words else. reason: why, in words.
+        score: how well it fits; a cosine by pictures, a sum over the words else, 0 without words.
+        reason: why, in words. row: of the table, where the search was through one.
     """
 
     id: str
@@ -40,6 +45,15 @@ class SearchHit:
     folder: Path
     score: float
     reason: str
+    row: TableRow | None = None
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found. hits: the best ones. count: how many fit in all."""
+
+    hits: list[SearchHit]
+    count: int
 
 
 def search_by_picture(query: str, library: disk.Library, eye: ClipModel, most: int) -> list[SearchHit]:
@@ -66,45 +80,80 @@ def search_by_words(query: str, library: disk.Library, most: int) -> list[Search
     Raises:
         OutputError: an entry is damaged.
     """
+    return search_rows(index.rows(library, with_default(())), library.root, query, most).hits
+
+
+def search_rows(found: Iterable[TableRow], root: Path, query: str, most: int) -> Found:
+    """The rows whose category, title, path or colours have most of the words, best first; without words all, by id.
+
+    However many rows there are, no more than `most` are kept in memory.
+
+    Args:
+        found: rows of a table. root: the folder that their libraries are named from.
+    Raises:
+        OutputError: an entry is damaged.
+    """
     words = [COLOR_SYNONYMS.get(word, word) for word in tokens(query) if word not in STOP_WORDS]
-    known, table = registry.load(), EntryTable(library)
-    signatures = {row.id: row.signature for row in table.rows}
+    judge, count = _Judge(words), 0
+
+    def judged() -> Iterator[tuple[tuple[int, float, str, str], TableRow, str]]:
+        nonlocal count
+        for row in found:
+            matched, score, reason = judge(row)
+            if matched or not words:
+                count += 1
+                yield (-matched, -score, row.id, row.library), row, reason
+
+    best = heapq.nsmallest(most, judged(), key=lambda one: one[0])
     hits = []
-    for entry in table.entries:
-        if not entry.accepted:
-            continue
-        signature = signatures[entry.id]
-        colors = dict(signature.color.names) if signature is not None and signature.color.stated else {}
-        found = [_word(word, entry, colors, known) for word in words]
-        score = sum(value for value, _ in found)
-        if score > 0:
-            reason = ", ".join(why for value, why in found if value > 0)
-            matched_count = sum(value > 0 for value, _ in found)
-            hits.append(
-                (matched_count, SearchHit(entry.id, entry.category, library.root / entry.path, round(score, 3), reason))
-            )
-    hits.sort(key=lambda pair: (-pair[0], -pair[1].score, pair[1].id))
-    return [hit for _, hit in hits[:most]]
+    for (_, score, _, _), row, reason in best:
+        folder = root / row.library / row.path
+        folder = folder.parent if folder.name == ROWS else folder  # many rows that were refused share a file
+        hits.append(SearchHit(row.id, row.category, folder, round(-score, 3), reason, row))
+    return Found(hits, count)
+
+
+class _Judge:
+    """Scores rows by words. Callable with a row: how many words it has, the score, and the reason."""
+
+    def __init__(self, words: Sequence[str]) -> None:
+        self._words, self._known = words, registry.load()
+        # Category -> its words, and those of the classes above it.
+        self._kinds: dict[str, tuple[frozenset[str], frozenset[str]]] = {}
+
+    def __call__(self, row: TableRow) -> tuple[int, float, str]:
+        if not self._words:
+            return 0, 0.0, ""
+        colors, said = dict(row.colors), _all((row.title, row.prompt, row.source_path))
+        found = [self._word(word, row.category, colors, said) for word in self._words]
+        matched = [(value, why) for value, why in found if value > 0]
+        return len(matched), sum(value for value, _ in matched), ", ".join(why for _, why in matched)
+
+    def _word(self, word: str, category: str, colors: Mapping[str, float], said: frozenset[str]) -> tuple[float, str]:
+        """Score of a word for an asset, and the reason."""
+        if word in colors:
+            return colors[word], f"{colors[word]:.0%} {word}"
+        names, classes = self._kind(category)
+        if word in names:
+            return BY_CATEGORY, f"{word!r} is its category"
+        if word in classes:
+            return BY_CLASS, f"{word!r} is a class of it"
+        if word in said:
+            return BY_SOURCE, f"its source says {word!r}"
+        return 0.0, ""
+
+    def _kind(self, category: str) -> tuple[frozenset[str], frozenset[str]]:
+        if category not in self._kinds:
+            kind = self._known.categories.get(category)
+            names = _all((kind.id, *kind.aliases, *kind.lvis)) if kind else frozenset()
+            self._kinds[category] = names, _all(self._known.classes_of(kind)) if kind else frozenset()
+        return self._kinds[category]
 
 
 def tokens(text: str) -> list[str]:
     """The words of a text in small letters, without the s of plurals."""
     found = re.findall(r"[a-z0-9]+", text.lower())
     return [word[:-1] if len(word) > 3 and word.endswith("s") and not word.endswith("ss") else word for word in found]
-
-
-def _word(word: str, entry: Entry, colors: dict[str, float], known: registry.Registry) -> tuple[float, str]:
-    """Score of a word for an asset, and the reason."""
-    if word in colors:
-        return colors[word], f"{colors[word]:.0%} {word}"
-    kind = known.categories.get(entry.category)
-    if kind is not None and word in _all((kind.id, *kind.aliases, *kind.lvis)):
-        return BY_CATEGORY, f"{word!r} is its category"
-    if kind is not None and word in _all(known.classes_of(kind)):
-        return BY_CLASS, f"{word!r} is a class of it"
-    if word in _all((entry.title, entry.prompt, entry.source_path)):
-        return BY_SOURCE, f"its source says {word!r}"
-    return 0.0, ""
 
 
 def _all(texts: Sequence[str]) -> frozenset[str]:

@@ -55,6 +55,7 @@ class Outcome:
         trace: where a fault of ours lies; told once, not kept.
         seconds: that each stage took, by its name, in their order; told once; kept beside the library.
         cost: of a worker that ended by itself.
+        manifest: of the staged entry of an accepted asset, where it was read already, so that it is not read again.
     """
 
     accepted: bool
@@ -65,6 +66,7 @@ class Outcome:
     trace: str = ""
     seconds: Mapping[str, float] = field(default_factory=dict)
     cost: Cost | None = None
+    manifest: disk.Manifest | None = None
 
     @property
     def decision(self) -> Decision:

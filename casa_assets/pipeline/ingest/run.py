@@ -433,13 +433,14 @@ def _results(run: _Run, answers: Answers) -> Iterator[Result]:
 def _publish_outcome(run: _Run, result: Result) -> Event:
     """Publish what was decided about an input, and tell of it."""
     job, outcome, library = result.job, result.outcome, run.library
-    older = run.older.get(Identity(Producer.INGEST, job.survey.sha256).suffix, ())
-    refused = [folder for folder in older if folder.parent == library.root / disk.REJECTED]
+    identity = Identity(Producer.INGEST, job.survey.sha256)
+    # Entries that a dry run knows of stand in another library, and nothing is taken away there.
+    older = run.older.get(identity.suffix, ()) if run.library is run.before else ()
     if outcome.accepted and outcome.staged is not None:
-        library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id), refused)
+        library.publish(outcome.staged, library.folder(job.survey.category, job.asset_id), older, identity)
     elif not outcome.accepted:
         staged = outcome.staged or _stage_refusal(library, result)
-        library.publish(staged, library.refusal_folder(job.asset_id), refused)
+        library.publish(staged, library.refusal_folder(job.asset_id), older, identity)
     if not result.is_kept:
         keep_times(library, job.asset_id, outcome.seconds, outcome.cost)
     return _event(run, result)
@@ -489,6 +490,8 @@ def _summary(run: _Run, result: Result) -> disk.Summary | None:
     if result.is_kept and result.folder is not None:
         entry = run.known.get(result.folder)
         return None if entry is None else entry.summary
+    if (manifest := result.outcome.manifest) is not None:
+        return manifest.certificate.summary
     folder = run.library.folder(result.job.survey.category, result.job.asset_id)
     return disk.read_certificate(folder).summary
 

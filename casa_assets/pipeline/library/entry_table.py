@@ -7,14 +7,16 @@ In a library that may only be read it is built in memory.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import sqlite3
+import sys
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence, Set
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,13 +30,14 @@ from casa_assets.model.issue import CheckResult, Issue, Severity, Tally
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.pipeline.dedup.entries import AssetRow, read_row
+from casa_assets.pipeline.dedup.entries import AssetRow, read_row, row_of
 from casa_assets.pipeline.dedup.pairs import ShapeIndex, measure_pair, nearby_pairs
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.entry_files import PICTURE, thumbnail_of
-from casa_assets.pipeline.reports.entry import Entry, entry_at, row_entries
+from casa_assets.pipeline.reports.entry import Entry, entry_at, entry_of, row_entries
 
 NAME = "entries.sqlite"
+MOST_UNWRITTEN = 1000  # entries that are held in memory before they are written to the table
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS made_by (key TEXT PRIMARY KEY);
 CREATE TABLE IF NOT EXISTS entries (folder TEXT PRIMARY KEY, state TEXT, entry TEXT, row TEXT, results BLOB);
@@ -47,24 +50,18 @@ CREATE TABLE IF NOT EXISTS pairs (
 """
 _entries: TypeAdapter[Entry] = TypeAdapter(Entry)
 _rows: TypeAdapter[AssetRow] = TypeAdapter(AssetRow)
+# Fields of an entry that many have in common; in memory they are there once.
+_REPEATED = ("category", "source", "author", "licence", "generator", "split", "producer", "cache_key", "portion")
 _SEVERITIES = {severity.value: severity for severity in Severity}
 R = TypeVar("R", bound=Record)
 _results: TypeAdapter[tuple[CheckResult, ...]] = TypeAdapter(tuple[CheckResult, ...])
-
-
-@dataclass(frozen=True)
-class _Kept:
-    state: str
-    entry: str
-    row: str
-    results: bytes
 
 
 class EntryTable:
     """The entries of one library as they stand now.
 
     Args:
-        library: whose entries. force: forget what is kept and open every certificate.
+        library: whose entries.
         skip_damaged: leave damaged entries out: a run may be about to make them anew.
         read_only: write nothing: what is kept is read, and what is new is not added to it.
     Raises:
@@ -74,30 +71,24 @@ class EntryTable:
     def __init__(
         self,
         library: disk.Library,
-        force: bool = False,
         skip_damaged: bool = False,
         read_only: bool = False,
     ) -> None:
-        self._library, self._skip_damaged = library, skip_damaged
-        self._read_only = read_only
+        self._library, self._read_only = library, read_only
         self._is_tidy = False  # thumbnails of entries that are gone were removed
         self._path = (library.cache / NAME).absolute()
         # Looked at before the entries: what changes while they are read is told as a change.
         self._shelf_times = library.shelf_times()
-        if force:
-            with suppress(OSError):
-                self._path.unlink(missing_ok=True)
+        self._entries: list[Entry] = []
+        self._states: dict[str, str] = {}
         with closing(self._open()) as database:
-            before = {folder: _Kept(*rest) for folder, *rest in database.execute("SELECT * FROM entries")}
-            self._entries: list[Entry] = []
-            self._row_makers: list[Callable[[], AssetRow]] = []
-            self._states: dict[str, str] = {}
-            fresh = [(name, *vars(kept).values()) for name, kept in self._read(before)]
-            removed = before.keys() - {e.path for e in self._entries}
+            for entry, state in _read(library, database, skip_damaged):
+                self._entries.append(entry)
+                self._states[entry.path] = _short(state)
+            removed = [one for one in database.execute("SELECT folder FROM entries") if one[0] not in self._states]
             self._entries += row_entries(library)
             with suppress(sqlite3.OperationalError), database:
-                database.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?, ?)", fresh)
-                database.executemany("DELETE FROM entries WHERE folder = ?", [(name,) for name in removed])
+                database.executemany("DELETE FROM entries WHERE folder = ?", removed)
 
     @property
     def root(self) -> Path:
@@ -116,17 +107,32 @@ class EntryTable:
                 if entry.path not in self._states:  # rows of a file that was refused; nothing was checked
                     yield entry
                     continue
-                query = "SELECT results FROM entries WHERE folder = ? AND state = ?"
-                kept = database.execute(query, (entry.path, self._states[entry.path])).fetchone()
-                if kept is None:  # the table could not be written
+                kept = self._kept(database, "results", entry)
+                if kept is None:
                     yield entry_at(self._library.root / entry.path, self._library.root)
                     continue
-                yield replace(entry, results=_results.validate_json(zlib.decompress(kept[0])))
+                yield replace(entry, results=_results.validate_json(zlib.decompress(kept)))
 
     @cached_property
     def rows(self) -> Sequence[AssetRow]:
         """Every accepted asset, sorted by category and id."""
-        return [make() for make in self._row_makers]
+        found = []
+        with closing(self._open()) as database:
+            for entry in self._entries:
+                folder = self._library.root / entry.path
+                if not entry.accepted:
+                    continue
+                if (kept := self._kept(database, "row", entry)) is not None:
+                    found.append(_row_at(folder, kept))
+                elif (folder / disk.CERTIFICATE).exists():  # else it has gone since
+                    found.append(read_row(folder))
+        return found
+
+    def _kept(self, database: sqlite3.Connection, column: str, entry: Entry) -> Any:
+        """What the table has of an entry in its state; None where it could not be written, or was written since."""
+        query = f"SELECT state, {column} FROM entries WHERE folder = ?"  # noqa: S608  a name of ours
+        kept = database.execute(query, (entry.path,)).fetchone()
+        return kept[1] if kept is not None and _short(kept[0]) == self._states[entry.path] else None
 
     def is_current(self) -> bool:
         """True if no entry has come, gone or been replaced since the table was read."""
@@ -218,52 +224,86 @@ class EntryTable:
                     self._is_tidy = True
         return found
 
-    def _read(self, before: dict[str, _Kept]) -> Iterator[tuple[str, _Kept]]:
-        """Fill the lists; yields what is to be written down: of entries that are new or have changed."""
-        for folder, name, file in _folders(self._library):
-            is_accepted = file == disk.CERTIFICATE
-            kept = before.get(name)
-            if kept is not None and kept.state == (state := _state_again(folder, file, kept.state)):
-                with suppress(ValueError, TypeError, KeyError, zlib.error):
-                    entry = _entry_of(json.loads(kept.entry))
-                    if entry.path == name and bool(kept.row) is is_accepted:
-                        self._add(entry, name, state, partial(_row_at, folder, kept.row) if is_accepted else None)
-                        continue
-            state = _state_of_entry(folder, file, _folders_in(folder))
-            try:
-                entry = entry_at(folder, self._library.root)
-                row = read_row(folder) if is_accepted else None
-            except OutputError:
-                if self._skip_damaged:
-                    continue
-                raise
-            bare = replace(entry, results=())
-            make = (lambda made=row: made) if row is not None else None
-            self._add(bare, name, state, make)
-            results = zlib.compress(_results.dump_json(entry.results))
-            row_json = _rows.dump_json(row).decode() if row else ""
-            yield name, _Kept(state, _entries.dump_json(bare).decode(), row_json, results)
-
-    def _add(self, entry: Entry, name: str, state: str, make_row: Callable[[], AssetRow] | None) -> None:
-        self._entries.append(entry)
-        self._states[name] = state
-        if make_row is not None:
-            self._row_makers.append(make_row)
-
     def _open(self) -> sqlite3.Connection:
-        if self._read_only:
-            memory = sqlite3.connect(":memory:")
-            with suppress(sqlite3.Error), closing(sqlite3.connect(f"{self._path.as_uri()}?mode=ro", uri=True)) as kept:
-                kept.backup(memory)
-            return _ready(memory)
+        return _opened(self._path, self._read_only)
+
+
+def forget_entries(library: disk.Library) -> None:
+    """Forget what the table of a library keeps, so that every certificate is opened again."""
+    with suppress(OSError):
+        (library.cache / NAME).unlink(missing_ok=True)
+
+
+def stream_entries(library: disk.Library, skip_damaged: bool = False, read_only: bool = False) -> Iterator[Entry]:
+    """The entries of a library one after the other, accepted first, however many there are; none is kept in memory.
+
+    Args and Raises: as of EntryTable.
+    """
+    with closing(_opened((library.cache / NAME).absolute(), read_only)) as database:
+        for entry, _ in _read(library, database, skip_damaged):
+            yield entry
+    yield from row_entries(library)
+
+
+def _read(
+    library: disk.Library, database: sqlite3.Connection, skip_damaged: bool = False
+) -> Iterator[tuple[Entry, str]]:
+    """Every entry without the results of its checks, and its state; what is new is added to the table on the way."""
+    fresh: list[tuple[str, str, str, str, bytes]] = []
+    for folder, name, file in _folders(library):
+        is_accepted = file == disk.CERTIFICATE
+        query = "SELECT state, entry, row <> '' FROM entries WHERE folder = ?"
+        if (kept := database.execute(query, (name,)).fetchone()) is not None:
+            state, text, has_row = kept
+            if state == _state_again(folder, file, state) and bool(has_row) is is_accepted:
+                with suppress(ValueError, TypeError, KeyError):
+                    entry = _entry_of(json.loads(text))
+                    if entry.path == name:
+                        yield entry, state
+                        continue
+        state = _state_of_entry(folder, file, _folders_in(folder))
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            return _ready(sqlite3.connect(self._path))
-        except (OSError, sqlite3.OperationalError):
-            return _ready(sqlite3.connect(":memory:"))
-        except sqlite3.DatabaseError:  # no table at all: what a disk fault, or a stranger, has left there
-            self._path.unlink(missing_ok=True)
-            return _ready(sqlite3.connect(self._path))
+            manifest = disk.read_manifest(folder) if is_accepted else None
+            entry = entry_of(manifest, library.root) if manifest else entry_at(folder, library.root)
+            row = _rows.dump_json(row_of(manifest)).decode() if manifest else ""
+        except OutputError:
+            if skip_damaged:
+                continue
+            raise
+        bare = replace(entry, results=())
+        results = zlib.compress(_results.dump_json(entry.results))
+        fresh.append((name, state, _entries.dump_json(bare).decode(), row, results))
+        if len(fresh) >= MOST_UNWRITTEN:
+            _write(database, fresh)
+            fresh.clear()
+        yield bare, state
+    _write(database, fresh)
+
+
+def _write(database: sqlite3.Connection, fresh: Sequence[tuple[str, str, str, str, bytes]]) -> None:
+    if not database.execute("PRAGMA database_list").fetchone()[2]:
+        return  # in memory, where nobody would read it
+    with suppress(sqlite3.OperationalError), database:
+        database.executemany("INSERT OR REPLACE INTO entries VALUES (?, ?, ?, ?, ?)", fresh)
+
+
+def _opened(path: Path, read_only: bool = False) -> sqlite3.Connection:
+    """The table in a file; one in memory where there is none and none can be made."""
+    if read_only:
+        with suppress(sqlite3.Error):
+            kept = sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)
+            if kept.execute("SELECT key FROM made_by").fetchall() == [(_made_by(),)]:
+                return kept
+            kept.close()
+        return _ready(sqlite3.connect(":memory:"))
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return _ready(sqlite3.connect(path))
+    except (OSError, sqlite3.OperationalError):
+        return _ready(sqlite3.connect(":memory:"))
+    except sqlite3.DatabaseError:  # no table at all: what a disk fault, or a stranger, has left there
+        path.unlink(missing_ok=True)
+        return _ready(sqlite3.connect(path))
 
 
 def _ready(database: sqlite3.Connection) -> sqlite3.Connection:
@@ -292,13 +332,18 @@ def _entry_of(data: dict[str, Any]) -> Entry:
     Raises:
         KeyError, TypeError: this is no such entry.
     """
+    for name in _REPEATED:
+        data[name] = sys.intern(data[name])
     if (summary := data["summary"]) is not None:
         data["summary"] = _unchecked(disk.Summary, {**summary, "extents": tuple(summary["extents"])})
     for issue in data["warnings"]:
-        issue["severity"] = _SEVERITIES[issue["severity"]]
+        issue |= {"severity": _SEVERITIES[issue["severity"]], "code": sys.intern(issue["code"])}
+    for guess in data["guesses"]:
+        guess |= {"subject": sys.intern(guess["subject"]), "value": sys.intern(guess["value"])}
     data["warnings"] = tuple([_unchecked(Issue, issue) for issue in data["warnings"]])
     data["guesses"] = tuple([_unchecked(Guess, guess) for guess in data["guesses"]])
     data["results"] = ()
+    data["colors"] = tuple([(sys.intern(name), share) for name, share in data["colors"]])
     data["checks"] = Tally(**data["checks"])
     return Entry(**data)
 
@@ -327,12 +372,20 @@ def _row_at(folder: Path, text: str) -> AssetRow:
 
 def _unchecked(kind: type[R], values: dict[str, Any]) -> R:
     """A record of values that were checked before; `model_construct` does the same in five times the time."""
+    names, every = _fields_of(kind)
     made = kind.__new__(kind)
-    object.__setattr__(made, "__dict__", values)
-    object.__setattr__(made, "__pydantic_fields_set__", set(values))
+    # Names out of JSON would be other strings in each record.
+    object.__setattr__(made, "__dict__", {name: values[name] for name in names})
+    object.__setattr__(made, "__pydantic_fields_set__", every)
     object.__setattr__(made, "__pydantic_extra__", None)
     object.__setattr__(made, "__pydantic_private__", None)
     return made
+
+
+@cache
+def _fields_of(kind: type[Record]) -> tuple[tuple[str, ...], set[str]]:
+    """Names of the fields of a record, and a set of them for all: one each would be much of the memory of a table."""
+    return tuple(kind.model_fields), set(kind.model_fields)
 
 
 def _folders(library: disk.Library) -> Iterator[tuple[Path, str, str]]:
@@ -361,6 +414,11 @@ def _state_again(folder: Path, file: str, before: str | None) -> str:
         return _state_of_entry(folder, file, names)
     except OSError:
         return ""
+
+
+def _short(state: str) -> str:
+    """A state in few bytes, for memory."""
+    return hashlib.blake2b(state.encode(), digest_size=16).hexdigest()
 
 
 def _state(path: Path | str) -> str:

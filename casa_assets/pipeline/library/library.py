@@ -100,6 +100,27 @@ class Certificate(Record):
     signature: Signature | None = None
 
 
+@dataclass(frozen=True)
+class Manifest:
+    """asset.json of an accepted asset, read once: its certificate, and the asset as plain data.
+
+    Attributes:
+        folder: of the entry.
+    """
+
+    folder: Path
+    certificate: Certificate
+    asset: Mapping[str, Any]
+
+    @property
+    def identity(self) -> Identity | None:
+        """Who made the asset from what; None where the file does not say."""
+        try:
+            return Identity(self.certificate.producer, str(self.asset["provenance"]["sha256"]))
+        except (KeyError, TypeError):
+            return None
+
+
 class Refusal(Record):
     """Record of a rejected input in reject.json: the input, the reason, and what was known of it.
 
@@ -180,26 +201,34 @@ class Library:
         write_refusal(staged, refusal)
         return staged
 
-    def publish(self, staged: Path, target: Path, refused: Iterable[Path] | None = None) -> None:
+    def publish(
+        self,
+        staged: Path,
+        target: Path,
+        older: Iterable[Path] | None = None,
+        identity: Identity | None = None,
+    ) -> None:
         """Put a finished entry in its place by one rename, then remove what its producer made of that input before.
 
         That may stand under another category or among the rejected. Killed in between, the library has two whole
         entries of one input; the next run keeps the current one.
 
         Args:
-            refused: see `entries_of`.
+            older: folders of what the producer may have made of that input before, as `by_input` gives them; None:
+                they are searched for, which takes long for each of very many.
+            identity: of the entry, where it is known; None: it is read.
         Raises:
             OutputError: another producer, or another input, has an entry in that place.
         """
-        own, held = identity_of(staged), identity_of(target)
+        own, held = identity or identity_of(staged), identity_of(target)
         if own is None:
             raise ValueError(f"{staged} holds no entry of a library")
         if held is not None and held != own:
             message = f"holds what {held.producer.value} made of another input; move it to another library"
             raise OutputError(str(target), message)
         self.put(staged, target)
-        for folder in self.entries_of(own, refused):
-            if folder != target:
+        for folder in self._candidates(own) if older is None else older:
+            if folder != target and _may_be(folder, own):
                 self.forget(folder)
 
     def put(self, staged: Path, target: Path) -> None:
@@ -214,24 +243,19 @@ class Library:
                     raise
         shutil.rmtree(staged.parent, ignore_errors=True)
 
-    def entries_of(self, identity: Identity, refused: Iterable[Path] | None = None) -> Iterator[Path]:
-        """Folders of what a producer made of an input, under any category, accepted ones first.
+    def entries_of(self, identity: Identity) -> Iterator[Path]:
+        """Folders of what a producer made of an input, under any category, accepted ones first."""
+        return (folder for folder in self._candidates(identity) if _may_be(folder, identity))
 
-        Args:
-            refused: folders of rejected inputs that can be among them, as `by_input` gives them; None: all are looked
-                at, which takes long for each of very many.
-        """
+    def _candidates(self, identity: Identity) -> list[Path]:
+        """Folders that are named as entries of an identity are, whether they are there or not, accepted ones first."""
         if not self.root.is_dir():
-            return
+            return []
         shelves = sorted(p for p in self.root.iterdir() if p.is_dir() and p != self.private)
         rejected = self.root / REJECTED
         folders = [shelf / identity.asset_id(shelf.name) for shelf in shelves if shelf != rejected]
-        if refused is None:
-            refused = rejected.iterdir() if rejected.is_dir() else ()
-        folders += sorted(p for p in refused if identity.may_own(p.name))
-        for folder in folders:
-            if folder.is_dir() and identity_of(folder) in (identity, None):
-                yield folder
+        refused = rejected.iterdir() if rejected.is_dir() else ()
+        return folders + sorted(p for p in refused if identity.may_own(p.name))
 
     def forget(self, folder: Path) -> None:
         """Remove an entry that a newer one has replaced, and with the last of a category the folder of the category."""
@@ -287,13 +311,16 @@ def identity_of(folder: Path) -> Identity | None:
     """Who made an entry from what; None where there is none, or it is damaged."""
     try:
         if (folder / CERTIFICATE).is_file():
-            return Identity(
-                read_certificate(folder).producer, str(read_section(folder, "asset")["provenance"]["sha256"])
-            )
+            return read_manifest(folder).identity
         refusal = read_refusal(folder)
         return Identity(refusal.producer, refusal.sha256)
-    except (OutputError, KeyError, TypeError):
+    except OutputError:
         return None
+
+
+def _may_be(folder: Path, identity: Identity) -> bool:
+    """True if a folder holds an entry of an identity, or a damaged one, which tells of none."""
+    return folder.is_dir() and identity_of(folder) in (identity, None)
 
 
 def exchange(fresh: Path, target: Path) -> None:
@@ -346,7 +373,17 @@ def write_refusal(root: Path, refusal: Refusal) -> None:
 
 def read_certificate(folder: Path) -> Certificate:
     """The certificate of an accepted asset. Raises OutputError where the file is damaged."""
-    return _record(Certificate, folder / CERTIFICATE, _upgraded(read_section(folder, "certificate"), folder))
+    return _certificate(folder, _json(folder / CERTIFICATE))
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """All of asset.json of an accepted asset. Raises OutputError where the file is damaged."""
+    data = _json(folder / CERTIFICATE)
+    return Manifest(folder, _certificate(folder, data), _section(folder, data, "asset"))
+
+
+def _certificate(folder: Path, data: Mapping[str, Any]) -> Certificate:
+    return _record(Certificate, folder / CERTIFICATE, _upgraded(_section(folder, data, "certificate"), folder))
 
 
 def find_summary(folder: Path) -> Summary | None:
@@ -375,10 +412,14 @@ def read_refusal(folder: Path) -> Refusal:
 
 def read_section(folder: Path, name: str) -> dict[str, Any]:
     """The `asset` or `certificate` of an asset.json, as data. Raises OutputError where the file is damaged."""
-    data = _json(folder / CERTIFICATE).get(name)
-    if not isinstance(data, dict):
+    return _section(folder, _json(folder / CERTIFICATE), name)
+
+
+def _section(folder: Path, data: Mapping[str, Any], name: str) -> dict[str, Any]:
+    section = data.get(name)
+    if not isinstance(section, dict):
         raise OutputError(str(folder / CERTIFICATE), f"holds no {name!r}; {_ADVICE}")
-    return data
+    return section
 
 
 def _upgraded(data: dict[str, Any], folder: Path) -> dict[str, Any]:

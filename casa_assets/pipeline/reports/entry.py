@@ -5,17 +5,72 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.provenance import Guess, Provenance
 from casa_assets.model.issue import CheckResult, Decision, Issue, Severity, Tally, subjects_to_decide
+from casa_assets.model.record import Vec3
 from casa_assets.pipeline.ingest import refused_rows
 from casa_assets.pipeline.library import library as disk
 
 NO_CHECKS = Tally()
+
+
+class Numbers(Protocol):
+    """Numbers of an asset, as `library.Summary` has them."""
+
+    @property
+    def extents(self) -> Vec3: ...  # noqa: D102
+    @property
+    def mass(self) -> float: ...  # noqa: D102
+    @property
+    def colliders(self) -> int: ...  # noqa: D102
+    @property
+    def faces(self) -> int: ...  # noqa: D102
+
+
+class Reported(Protocol):
+    """What the list and the counts of a report read of an entry, or of the row of a table: properties as of `Entry`."""
+
+    @property
+    def id(self) -> str: ...  # noqa: D102
+    @property
+    def category(self) -> str: ...  # noqa: D102
+    @property
+    def path(self) -> str: ...  # noqa: D102
+    @property
+    def accepted(self) -> bool: ...  # noqa: D102
+    @property
+    def decision(self) -> Decision: ...  # noqa: D102
+    @property
+    def code(self) -> str: ...  # noqa: D102
+    @property
+    def message(self) -> str: ...  # noqa: D102
+    @property
+    def advice(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def warning_count(self) -> int: ...  # noqa: D102
+    @property
+    def to_decide(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def checks(self) -> Tally: ...  # noqa: D102
+    @property
+    def summary(self) -> Numbers | None: ...  # noqa: D102
+    @property
+    def source(self) -> str: ...  # noqa: D102
+    @property
+    def source_path(self) -> str: ...  # noqa: D102
+    @property
+    def title(self) -> str: ...  # noqa: D102
+    @property
+    def author(self) -> str: ...  # noqa: D102
+    @property
+    def licence(self) -> str: ...  # noqa: D102
+    @property
+    def portion(self) -> str: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -32,6 +87,8 @@ class Entry:
         portion: what is left of a thing that was cut, such as `half`; empty for a whole one.
         digest: of the asset, empty for rejected ones. producer: ingest, articulate or family. cache_key: of the entry.
         is_whole: False where a file of an accepted one is missing.
+        colors: words for the colours of an accepted one, with the share of the surface that each has; where its source
+            states none, there is none.
     """
 
     id: str
@@ -60,6 +117,7 @@ class Entry:
     portion: str = ""
     checks: Tally = NO_CHECKS
     is_whole: bool = True
+    colors: tuple[tuple[str, float], ...] = ()
 
     @property
     def to_decide(self) -> tuple[str, ...]:
@@ -72,6 +130,16 @@ class Entry:
         if not self.accepted:
             return Decision.REJECTED
         return Decision.REVIEW if self.to_decide else Decision.ACCEPTED
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """Codes of the warnings, each once, sorted."""
+        return tuple(sorted({issue.code for issue in self.warnings}))
+
+    @property
+    def warning_count(self) -> int:
+        """How many warnings there are."""
+        return len(self.warnings)
 
 
 def entries(library: disk.Library) -> Iterator[Entry]:
@@ -91,12 +159,14 @@ def row_entries(library: disk.Library) -> Iterator[Entry]:
 
 def entry_at(folder: Path, root: Path) -> Entry:
     """The entry in one folder of the library at `root`. Raises OutputError where it is damaged."""
-    return _refused(folder, root) if folder.parent.name == disk.REJECTED else _accepted(folder, root)
+    if folder.parent.name == disk.REJECTED:
+        return _refused(folder, root)
+    return entry_of(disk.read_manifest(folder), root)
 
 
-def _accepted(folder: Path, root: Path) -> Entry:
-    certificate = disk.read_certificate(folder)
-    data = disk.read_section(folder, "asset")
+def entry_of(manifest: disk.Manifest, root: Path) -> Entry:
+    """The entry of an accepted asset whose manifest was read. Raises OutputError where it is damaged."""
+    folder, certificate, data = manifest.folder, manifest.certificate, manifest.asset
     try:
         origin, category = Provenance.model_validate(data["provenance"]), str(data["labels"]["category"])
     except (ValidationError, KeyError, TypeError) as error:
@@ -131,7 +201,13 @@ def _accepted(folder: Path, root: Path) -> Entry:
         cache_key=certificate.cache_key,
         checks=certificate.report.tally,
         is_whole=disk.is_whole(folder, certificate),
+        colors=_colors(certificate),
     )
+
+
+def _colors(certificate: disk.Certificate) -> tuple[tuple[str, float], ...]:
+    signature = certificate.signature
+    return signature.color.names if signature is not None and signature.color.stated else ()
 
 
 def _refused(folder: Path, root: Path) -> Entry:

@@ -4,55 +4,26 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, suppress
-from itertools import pairwise
 from pathlib import Path
 
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.library import library as disk
-from casa_assets.pipeline.optional_packages import require
-from casa_assets.pipeline.reports.entry import Entry, entries
+from casa_assets.pipeline.library.entry_table import stream_entries
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.tables import parquet
+from casa_assets.pipeline.tables.conditions import Condition, to_sql
+from casa_assets.pipeline.tables.row import COLUMNS, TableRow, values_of
 
 NAME = "index.sqlite"
-COLUMNS: dict[str, str] = {
-    "id": "TEXT PRIMARY KEY",
-    "status": "TEXT NOT NULL",
-    "category": "TEXT NOT NULL",
-    "code": "TEXT NOT NULL",
-    "message": "TEXT NOT NULL",
-    "path": "TEXT NOT NULL",
-    "size_x_m": "REAL",
-    "size_y_m": "REAL",
-    "size_z_m": "REAL",
-    "mass_kg": "REAL",
-    "colliders": "INTEGER",
-    "hull_vertices": "INTEGER",
-    "faces": "INTEGER",
-    "warnings": "INTEGER",
-    "checks": "INTEGER",
-    "checks_passed": "INTEGER",
-    "checks_not_run": "INTEGER",
-    "checks_not_applicable": "INTEGER",
-    "source": "TEXT NOT NULL",
-    "source_path": "TEXT NOT NULL",
-    "source_sha256": "TEXT NOT NULL",
-    "title": "TEXT NOT NULL",
-    "author": "TEXT NOT NULL",
-    "licence": "TEXT NOT NULL",
-    "split": "TEXT NOT NULL",
-    "digest": "TEXT NOT NULL",
-    "producer": "TEXT NOT NULL",
-    "cache_key": "TEXT NOT NULL",
-}
-ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
 
 
 def rebuild(library: disk.Library, found: Iterable[Entry] | None = None) -> int:
     """Write the index anew, in the order of ids, and put it in place by one rename.
 
     Args:
-        found: the entries; where they are not given, every one is read from its own file.
+        found: the entries; where they are not given, those that the library has now.
     Returns:
         Number of rows. Raises OutputError where an entry is damaged.
     """
@@ -60,30 +31,33 @@ def rebuild(library: disk.Library, found: Iterable[Entry] | None = None) -> int:
     fresh = library.private / f"{NAME}.{os.getpid()}"
     for leftover in library.private.glob(f"{NAME}.*"):
         leftover.unlink()
-    rows = [_row(e) for e in sorted(entries(library) if found is None else found, key=lambda e: e.id)]
     try:
         with closing(sqlite3.connect(fresh)) as database:
             database.execute("PRAGMA journal_mode=WAL")
-            columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
-            database.execute(f"CREATE TABLE entries ({columns}) WITHOUT ROWID")
-            database.executemany(f"INSERT INTO entries VALUES ({', '.join('?' * len(COLUMNS))})", rows)  # noqa: S608  marks only
-            database.execute("CREATE INDEX by_category ON entries (category, status)")
-            database.commit()
+            count = _fill(database, library, stream_entries(library) if found is None else found)
             database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
-    except sqlite3.IntegrityError as error:
-        twice = next(a[0] for a, b in pairwise(rows) if a[0] == b[0])
-        raise OutputError(str(library.root), f"two entries are called {twice}; remove one of them") from error
     except sqlite3.OperationalError as error:
         raise OutputError(str(target), f"cannot be written: {error}") from error
     for side in ("-wal", "-shm"):
         target.with_name(NAME + side).unlink(missing_ok=True)
     fresh.replace(target)
-    return len(rows)
+    return count
 
 
-def require_parquet() -> None:
-    """Check that Parquet can be written. Raises CasaError, which names the extra to install."""
-    require("pyarrow", "parquet", "Parquet")
+def rows(library: disk.Library, conditions: Sequence[Condition] = ()) -> Iterator[TableRow]:
+    """The rows of a library that meet all conditions, by id.
+
+    They are those of the index; where an entry has come, gone or been replaced since it was written, or another version
+    wrote it, those of one that is made in memory. A file that was edited in its place is no such change.
+
+    Raises:
+        OutputError: an entry is damaged.
+    """
+    words, values = to_sql(conditions)
+    with closing(_current(library)) as database:
+        query = f"SELECT * FROM entries WHERE {words} ORDER BY id"  # noqa: S608  words of ours, values are bound
+        for row in database.execute(query, values):
+            yield TableRow(*row)
 
 
 def export_parquet(library: disk.Library, target: Path) -> int:
@@ -93,52 +67,38 @@ def export_parquet(library: disk.Library, target: Path) -> int:
         CasaError: pyarrow is not installed.
         OutputError: an entry is damaged, or the file cannot be written.
     """
-    require_parquet()
-    import pyarrow
-    import pyarrow.parquet
-
-    rows = [_row(e) for e in sorted(entries(library), key=lambda e: e.id)]
-    types = {name: pyarrow.type_for_alias(ARROW_TYPES[kind.split()[0]]) for name, kind in COLUMNS.items()}
-    columns = {name: [row[i] for row in rows] for i, name in enumerate(COLUMNS)}
-    fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        pyarrow.parquet.write_table(pyarrow.table(columns, schema=pyarrow.schema(list(types.items()))), fresh)
-        fresh.replace(target)
-    except OSError as error:
-        with suppress(OSError):
-            fresh.unlink()
-        raise OutputError(str(target), f"cannot be written: {error}") from error
-    return len(rows)
+    with closing(_current(library)) as database:
+        return parquet.write_file(database.execute("SELECT * FROM entries ORDER BY id"), target)
 
 
-def _row(entry: Entry) -> tuple[str | float | int | None, ...]:
-    size = entry.summary.extents if entry.summary else (None, None, None)
-    return (
-        entry.id,
-        entry.decision.value,
-        entry.category,
-        entry.code,
-        entry.message,
-        entry.path,
-        *size,
-        entry.summary.mass if entry.summary else None,
-        entry.summary.colliders if entry.summary else None,
-        entry.summary.hull_vertices if entry.summary else None,
-        entry.summary.faces if entry.summary else None,
-        len(entry.warnings),
-        entry.checks.applying,
-        entry.checks.passed,
-        entry.checks.not_run,
-        entry.checks.not_applicable,
-        entry.source,
-        entry.source_path,
-        entry.sha256,
-        entry.title,
-        entry.author,
-        entry.licence,
-        entry.split,
-        entry.digest,
-        entry.producer,
-        entry.cache_key,
-    )
+def _current(library: disk.Library) -> sqlite3.Connection:
+    """The index of a library as it stands now."""
+    path = (library.root / NAME).absolute()
+    with suppress(sqlite3.Error, OSError):
+        if path.stat().st_mtime_ns > max(library.shelf_times().values(), default=0):
+            kept = sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)
+            if [row[1] for row in kept.execute("PRAGMA table_info(entries)")] == list(COLUMNS):
+                return kept
+            kept.close()
+    database = sqlite3.connect(":memory:")
+    _fill(database, library, stream_entries(library))
+    return database
+
+
+def _fill(database: sqlite3.Connection, library: disk.Library, found: Iterable[Entry]) -> int:
+    """Write the rows of entries into an empty database, in the order of their ids; returns their number."""
+    columns = ", ".join(f"{name} {kind}" for name, kind in COLUMNS.items())
+    unsorted = columns.replace(" PRIMARY KEY", "")
+    marks = ", ".join("?" * len(COLUMNS))
+    # Sorted by SQLite, which needs little memory for it however many there are.
+    database.execute(f"CREATE TEMP TABLE unsorted ({unsorted})")
+    database.executemany(f"INSERT INTO unsorted VALUES ({marks})", map(values_of, found))  # noqa: S608  marks only
+    twice = database.execute("SELECT id FROM unsorted GROUP BY id HAVING count(*) > 1 ORDER BY id LIMIT 1").fetchone()
+    if twice is not None:
+        raise OutputError(str(library.root), f"two entries are called {twice[0]}; remove one of them")
+    database.execute(f"CREATE TABLE entries ({columns}) WITHOUT ROWID")
+    count = database.execute("INSERT INTO entries SELECT * FROM unsorted ORDER BY id").rowcount
+    database.execute("DROP TABLE unsorted")
+    database.execute("CREATE INDEX by_category ON entries (category, status)")
+    database.commit()
+    return count

@@ -38,3 +38,39 @@ def test_words_alone(library: Path) -> None:
     (row,) = [json.loads(line) for line in done.stdout.splitlines()]
     assert (row["id"], row["category"]) == (rigid_mug().id, "mug")
     assert casa("find", "bicycle", "--library", library, "--words").returncode == 1
+
+
+def test_conditions_find_the_same_in_a_library_and_in_parts(library: Path, tmp_path: Path) -> None:
+    tables = tmp_path / "tables"
+    done = casa("library", "index", library, "--out", tables)
+    assert (done.returncode, done.stdout) == (0, f"2 rows of 1 library in {tables}\n"), done.stderr
+    found = []
+    for place in (("--library", library), ("--index", tables)):
+        done = casa("find", "--where", "category=mug,cup", "--where", "size<=0.5", *place, "--json")
+        assert done.returncode == 0, done.stderr
+        (row,) = [json.loads(line) for line in done.stdout.splitlines()]
+        assert (Path(row.pop("folder")) / "asset.json").is_file()
+        row.pop("library")
+        found.append(row)
+        assert casa("find", "--where", "mass>1000", *place).returncode == 1
+    assert found[0] == found[1]
+    assert found[0]["id"] == rigid_mug().id
+    assert found[0]["status"] == "accepted"
+    assert found[0]["mass"] > 0.0
+
+
+def test_words_need_no_weights_beside_conditions(library: Path) -> None:
+    done = casa("find", "red", "--where", "category=mug", "--library", library, "--json")
+    assert [json.loads(line)["category"] for line in done.stdout.splitlines()] == ["mug"]
+
+
+def test_what_cannot_be_asked_is_told(library: Path, tmp_path: Path) -> None:
+    for words, told in (
+        (("--library", library), "there are no words to look for"),
+        (("mug", "--where", "size=3", "--library", library), "size is compared with"),
+        (("mug", "--clip-weights", "x", "--where", "size<3", "--library", library), "leave --clip-weights out"),
+        (("--where", "size<3", "--index", tmp_path), "holds no index.json"),
+    ):
+        done = casa("find", *words)
+        assert done.returncode == 2
+        assert told in " ".join(done.stderr.replace("│", "").split()), words

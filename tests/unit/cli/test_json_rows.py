@@ -49,6 +49,7 @@ CASES = [
     Case("fetch --lvis Mug --out {new}", MADE),
     Case("index --library {library}", MADE),
     Case("report --library {library}", MADE),
+    Case("library index {library} --out {new}", MADE),
     Case("find box --library {library} --words", MADE, measured=True),
     Case("home {outputs} --no-pictures", MADE),
     Case("preview {asset} --out {new} --width-px 64", MADE, measured=True),

@@ -51,7 +51,7 @@ VERBS = {
     "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
     "report --library {folder}": "pipeline.reports.library.report:write",
     "index --library {folder}": "pipeline.reports.index:rebuild",
-    "find mug --words --library {folder}": "pipeline.dedup.search:search_by_words",
+    "find mug --words --library {folder}": "pipeline.dedup.search:search_rows",
     "export robocasa {folder} --out {out}": "pipeline.export_robocasa:export",
 }
 # Verbs that are stopped within the same function as another one of these.

@@ -33,7 +33,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
 from casa_assets.pipeline.library.copy_entry import copy_accepted, copy_refused
 from casa_assets.pipeline.library.derived_files import write_reports
-from casa_assets.pipeline.library.entry_table import EntryTable
+from casa_assets.pipeline.library.entry_table import EntryTable, stream_entries
 from casa_assets.pipeline.library.identity import Identity, Producer
 from casa_assets.pipeline.library.run_times import read_costs, read_times
 
@@ -134,19 +134,27 @@ class ShardAnswers:
 
     def _staged(self, job: Job, folder: Path, seconds: dict[str, float]) -> Outcome:
         """The outcome of an input with a copy of its entry. Raises OutputError where the entry is another's."""
-        if disk.identity_of(folder) != Identity(Producer.INGEST, job.survey.sha256):
-            raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
+        wanted = Identity(Producer.INGEST, job.survey.sha256)
         if folder.parent.name == disk.REJECTED:
             refusal = disk.read_refusal(folder)
+            _check_identity(folder, Identity(refusal.producer, refusal.sha256), wanted)
             staged = copy_refused(folder, self._library)
             return Outcome(False, refusal.code, refusal.message, staged=staged, seconds=seconds)
-        certificate = disk.read_certificate(folder)
-        staged = copy_accepted(folder, certificate, self._library)
-        warnings = tuple(issue for issue in certificate.report.issues if issue.severity is Severity.WARNING)
-        return Outcome(True, warnings=warnings, staged=staged, seconds=seconds)
+        manifest = disk.read_manifest(folder)
+        _check_identity(folder, manifest.identity, wanted)
+        staged = copy_accepted(folder, manifest.certificate, self._library)
+        warnings = tuple(i for i in manifest.certificate.report.issues if i.severity is Severity.WARNING)
+        # All that is asked about the entry from here on is told by what was read once.
+        manifest = replace(manifest, folder=staged)
+        return Outcome(True, warnings=warnings, staged=staged, seconds=seconds, manifest=manifest)
+
+
+def _check_identity(folder: Path, found: Identity | None, wanted: Identity) -> None:
+    if found != wanted:
+        raise OutputError(str(folder), "is not what was made of its input; remove it and run the shard again")
 
 
 def _keys(shard: disk.Library) -> dict[str, str]:
     """Cache key of every whole entry that ingest made, by its path in the library."""
-    entries = EntryTable(shard, skip_damaged=True, read_only=True).entries
+    entries = stream_entries(shard, skip_damaged=True, read_only=True)
     return {entry.path: entry.cache_key for entry in entries if entry.is_whole and entry.producer == Producer.INGEST}

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
+from urllib.parse import urlencode
 
 from markupsafe import Markup
 
 from casa_assets.model.issue import CheckResult, Decision, Issue, Report, Status, Tally
 from casa_assets.pipeline.library.entry_files import PICTURE
-from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.library.library import REFUSAL
 from casa_assets.pipeline.reports.library.comparison import Change, Difference
+from casa_assets.pipeline.reports.library.conditions import Outcome
 from casa_assets.pipeline.reports.library.models import PageModels
 from casa_assets.pipeline.reports.library.priors import PriorFit
-from casa_assets.pipeline.reports.library.rows import FIELDS, PART_SIZES, Words
+from casa_assets.pipeline.reports.library.rows import BRIEF_FIELDS, FIELDS, FILES, PART_SIZES, Words
 from casa_assets.pipeline.reports.library.summary import (
     Compared,
     Findings,
+    Totals,
     by_verdict,
     code_counts,
     cost,
@@ -46,32 +49,39 @@ def render(
     inside: Sequence[Part],
     folder: str = "",
     models: PageModels | None = None,
+    is_brief: bool = False,
+    overview: str = "",
 ) -> str:
     """The page; the same findings give the same page.
 
     Args:
         links: id -> path to what an earlier run has of it. inside: parts of the data that stand in the page itself.
         folder: of the script files with the other parts, beside the page. models: where the models of its assets are.
+        is_brief: rows hold all that is told of an entry, and pictures are those in the folders of entries.
+        overview: path to the page that this one is a part of; empty where it is whole.
     """
-    shown = counts(found.entries, found.fits, found.compared)
-    whole = found.whole
+    whole, totals = found.whole, found.totals
+    sizes = {kind: size for kind, size in PART_SIZES.items() if kind == "rows" or not is_brief}
     data = {
         "count": len(found.entries),
-        "fields": FIELDS,
+        "fields": [*FIELDS, *(BRIEF_FIELDS if is_brief else ())],
         "folder": relative_link(folder) if folder else "",
-        "sizes": PART_SIZES,
+        "sizes": sizes,
         "picture": PICTURE,
+        "files": FILES,
+        "refusal": REFUSAL,
         "models": models.data if models else None,
-        "meanings": {code: words.meaning(code) for code in code_counts(found.entries)},
+        "meanings": {code: words.meaning(code) for code in code_counts(totals)},
         "checks": words.explanations,
     }
     return render_template(
         "library/page.html",
         title=found.library,
-        tiles=_tiles(found.entries, shown),
+        overview=relative_link(overview) if overview else "",
+        tiles=_tiles(totals, counts(totals, found.fits, found.compared)),
         conditions=[(str(one), one.holds) for one in found.outcomes],
-        groups=_groups(found.entries),
-        reasons=reasons(found.entries, words),
+        groups=_groups(totals),
+        reasons=_reasons(totals, words),
         cost=cost(found.costs, [entry.id for entry in found.entries]),
         times=stage_times(found.seconds, [entry.id for entry in found.entries]),
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
@@ -80,6 +90,41 @@ def render(
         inside=inside,
         styles=("browse/browse.css", "library/page.css"),
         scripts=("browse/browse.js", "library/page.js", *(("model/model.js",) if models else ())),
+    )
+
+
+@dataclass(frozen=True)
+class PagePart:
+    """One of the pages of a large report. link: to it. first, last: categories. rows: how many it lists."""
+
+    link: str
+    first: str
+    last: str
+    rows: int
+
+
+def render_overview(
+    name: str,
+    totals: Totals,
+    fits: Sequence[PriorFit],
+    words: Words,
+    pages: Sequence[PagePart],
+    outcomes: Sequence[Outcome] = (),
+) -> str:
+    """The page that leads to the pages of a large report, and has the numbers over all of them.
+
+    Args:
+        pages: in the order of their categories. outcomes: of the conditions that were set.
+    """
+    return render_template(
+        "library/overview.html",
+        title=name,
+        tiles=[{**tile, "link": ""} for tile in _tiles(totals, counts(totals, fits, None))],
+        conditions=[(str(one), one.holds) for one in outcomes],
+        groups=_groups(totals, pages),
+        reasons=[{**row, "link": ""} for row in _reasons(totals, words)],
+        pages=pages,
+        styles=("browse/browse.css", "library/page.css"),
     )
 
 
@@ -101,24 +146,41 @@ def _chart(fit: PriorFit) -> dict[str, Any]:
     }
 
 
-def _groups(entries: Sequence[Entry]) -> list[tuple[str, str, list[dict[str, Any]]]]:
-    """Heading, key of the filter, and counts by verdict, of categories and of sources."""
-    return [
-        ("Category", "category", by_verdict(entries, "category")),
-        ("Source", "source", by_verdict(entries, "source")),
-    ]
+def _groups(totals: Totals, pages: Sequence[PagePart] | None = None) -> list[tuple[str, list[dict[str, Any]]]]:
+    """Heading, and counts by verdict with a link to what is counted, of categories and of sources.
+
+    Args:
+        pages: of a large report; None: all is listed on this page.
+    """
+    found = []
+    for heading, key, group in (("Category", "category", totals.categories), ("Source", "source", totals.sources)):
+        rows = by_verdict(group)
+        for row in rows:
+            words = urlencode({key: row["name"]})
+            if pages is None:
+                row["link"] = f"#{words}"
+            else:
+                links = [page.link for page in pages if page.first <= row["name"] <= page.last]
+                row["link"] = f"{links[0]}#{words}" if key == "category" and links else ""
+        found.append((heading, rows))
+    return found
 
 
-def _tiles(entries: Sequence[Entry], shown: Mapping[str, int]) -> list[dict[str, str]]:
+def _reasons(totals: Totals, words: Words) -> list[dict[str, Any]]:
+    """Reasons with links to the entries that have them."""
+    rows = reasons(totals, words)
+    for row in rows:
+        row["link"] = "#" + urlencode({"decide" if row["verdict"] == "review" else "reason": row["reason"]})
+    return rows
+
+
+def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
     """The numbers at the top, which are readable without scripts too; those with a filter lead to what they count."""
-    accepted = [e for e in entries if e.accepted]
-    checks = [e.checks for e in accepted]
-    tally = Tally(sum(c.passed for c in checks), sum(c.failed for c in checks), sum(c.not_run for c in checks))
     good, read, unsure = shown[Decision.ACCEPTED], shown["entries"], shown[Decision.REVIEW]
     share = f"{100.0 * good / read:.3g} % of {read:,} inputs" if read else "nothing was read"
-    refusals = len({e.code for e in entries if not e.accepted})
-    advice = sum(len(e.warnings) for e in accepted)
+    refusals = sum(verdict == "rejected" for verdict, _ in totals.reasons)
     odd = shown["size-outliers"] + shown["mass-outliers"]
+    assets = {name: n for name, by in totals.categories.items() if (n := by.total() - by[Decision.REJECTED])}
     tiles = [
         ("accepted", "Accepted", f"{good:,}", share, "#verdict=accepted"),
         (
@@ -129,10 +191,10 @@ def _tiles(entries: Sequence[Entry], shown: Mapping[str, int]) -> list[dict[str,
             "#verdict=review",
         ),
         ("rejected", "Rejected", f"{shown['rejected']:,}", f"for {_count(refusals, 'reason')}", "#verdict=rejected"),
-        ("advised", "With advice", f"{shown['advice']:,}", f"{advice:,} in all", "#advice=yes"),
+        ("advised", "With advice", f"{shown['advice']:,}", f"{totals.advice:,} in all", "#advice=yes"),
         ("odd", "Unusual", f"{odd:,}", "outside the usual size or mass", "#tab=numbers"),
-        ("checks", "Checks passed", f"{tally.passed:,}", _applying(tally), ""),
-        ("categories", "Categories", f"{len({e.category for e in accepted}):,}", _largest(accepted), "#tab=numbers"),
+        ("checks", "Checks passed", f"{totals.checks.passed:,}", _applying(totals.checks), ""),
+        ("categories", "Categories", f"{len(assets):,}", _largest(assets), "#tab=numbers"),
     ]
     return [
         {"key": key if value != "0" else "zero", "label": label, "value": value, "note": note, "link": link}
@@ -149,12 +211,11 @@ def _count(number: int, noun: str) -> str:
     return f"{number:,} {noun}{'' if number == 1 else 's'}"
 
 
-def _largest(entries: Sequence[Entry]) -> str:
+def _largest(assets: Mapping[str, int]) -> str:
     """The category with most assets, the first by name where several have as many."""
-    found = Counter(e.category for e in entries)
-    if not found:
+    if not assets:
         return "none"
-    name, number = min(found.items(), key=lambda item: (-item[1], item[0]))
+    name, number = min(assets.items(), key=lambda item: (-item[1], item[0]))
     return f"most: {name} ({number:,})"
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
 from casa_assets.core.rounding import significant
 from casa_assets.model.registry.category import Category, Portion, SizeRange
-from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.entry import Reported
 
 # The scale of a chart goes from a quarter of the lowest usual value to four times the highest, in so many steps of
 # equal ratio; what lies beyond is counted at its ends.
@@ -66,23 +66,46 @@ class PriorFit:
         return low, typical, high
 
 
-def fits(entries: Iterable[Entry], categories: Mapping[str, Category]) -> list[PriorFit]:
-    """Every category that assets are of and the registry knows, those with most outliers first, then those with most.
+class Fitting:
+    """Holds entries against the usual ranges one after the other; keeps counts and outliers, and no entry.
 
     Args:
-        entries: rejected ones are left out. categories: of objects and of fixtures, by id.
+        categories: of objects and of fixtures, by id.
     """
-    groups: dict[tuple[str, str], list[Entry]] = {}
+
+    def __init__(self, categories: Mapping[str, Category]) -> None:
+        self._categories = categories
+        self._groups: dict[tuple[str, str], tuple[_Group, _Group]] = {}
+
+    def add(self, entry: Reported) -> None:
+        """Count an entry; one that was rejected, or is of a category that the registry does not know, is left out."""
+        if not entry.accepted or entry.category not in self._categories:
+            return
+        key = entry.category, entry.portion
+        if key not in self._groups:
+            name, portion = key
+            usual = self._categories[name].usual(Portion(portion) if portion else None)
+            title = f"{name}, {portion}" if portion else name
+            self._groups[key] = (
+                _Group(title, Quantity.SIZE, usual.longest_m),
+                _Group(title, Quantity.MASS, usual.mass_kg),
+            )
+        size, mass = self._groups[key]
+        size.add(entry.id, max(entry.summary.extents) if entry.summary else 0.0)
+        mass.add(entry.id, entry.summary.mass if entry.summary else 0.0)
+
+    def fits(self) -> list[PriorFit]:
+        """Every category that assets are of, those with most outliers first, then those with most assets."""
+        found = [group.fit() for pair in self._groups.values() for group in pair]
+        return sorted(found, key=lambda fit: (-len(fit.outliers), -fit.count, fit.name, fit.quantity))
+
+
+def fits(entries: Iterable[Reported], categories: Mapping[str, Category]) -> list[PriorFit]:
+    """The fits of entries, see `Fitting`."""
+    fitting = Fitting(categories)
     for entry in entries:
-        if entry.accepted and entry.category in categories:
-            groups.setdefault((entry.category, entry.portion), []).append(entry)
-    found = []
-    for (name, portion), members in groups.items():
-        usual = categories[name].usual(Portion(portion) if portion else None)
-        title = f"{name}, {portion}" if portion else name
-        found.append(_fit(title, Quantity.SIZE, usual.longest_m, members, _longest))
-        found.append(_fit(title, Quantity.MASS, usual.mass_kg, members, _mass))
-    return sorted(found, key=lambda fit: (-len(fit.outliers), -fit.count, fit.name, fit.quantity))
+        fitting.add(entry)
+    return fitting.fits()
 
 
 def outlying(found: Iterable[PriorFit], quantity: Quantity) -> list[str]:
@@ -90,27 +113,32 @@ def outlying(found: Iterable[PriorFit], quantity: Quantity) -> list[str]:
     return sorted(outlier.id for fit in found if fit.quantity is quantity for outlier in fit.outliers)
 
 
-def _fit(
-    name: str, quantity: Quantity, usual: SizeRange, members: list[Entry], value_of: Callable[[Entry], float]
-) -> PriorFit:
-    values = [(member.id, value_of(member)) for member in members]
-    steps = Counter(_step(value, usual.low, usual.high) for _, value in values)
-    outliers = [
-        Outlier(member, significant(value, 6), significant(factor, 6), value > usual.high)
-        for member, value in values
-        if value > 0 and (factor := max(value / usual.high, usual.low / value)) > TOLERANCE
-    ]
-    outliers.sort(key=lambda one: (-one.factor, one.id))
-    return PriorFit(
-        name,
-        quantity,
-        usual.low,
-        usual.typical,
-        usual.high,
-        len(values),
-        tuple(sorted(steps.items())),
-        tuple(outliers),
-    )
+class _Group:
+    """One quantity of the assets of one category, or of a portion of it."""
+
+    def __init__(self, name: str, quantity: Quantity, usual: SizeRange) -> None:
+        self._name, self._quantity, self._usual = name, quantity, usual
+        self._steps: Counter[int] = Counter()
+        self._outliers: list[Outlier] = []
+
+    def add(self, asset_id: str, value: float) -> None:
+        low, high = self._usual.low, self._usual.high
+        self._steps[_step(value, low, high)] += 1
+        if value > 0 and (factor := max(value / high, low / value)) > TOLERANCE:
+            self._outliers.append(Outlier(asset_id, significant(value, 6), significant(factor, 6), value > high))
+
+    def fit(self) -> PriorFit:
+        usual = self._usual
+        return PriorFit(
+            self._name,
+            self._quantity,
+            usual.low,
+            usual.typical,
+            usual.high,
+            self._steps.total(),
+            tuple(sorted(self._steps.items())),
+            tuple(sorted(self._outliers, key=lambda one: (-one.factor, one.id))),
+        )
 
 
 def _step(value: float, low: float, high: float) -> int:
@@ -120,11 +148,3 @@ def _step(value: float, low: float, high: float) -> int:
 def _share(value: float, low: float, high: float) -> float:
     """Place on the scale: 0 at a quarter of the lowest, 1 at four times the highest; logarithmic."""
     return math.log(value * BEYOND / low) / math.log(high * BEYOND * BEYOND / low)
-
-
-def _longest(entry: Entry) -> float:
-    return max(entry.summary.extents) if entry.summary else 0.0
-
-
-def _mass(entry: Entry) -> float:
-    return entry.summary.mass if entry.summary else 0.0

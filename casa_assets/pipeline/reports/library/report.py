@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,18 +21,10 @@ from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.library import page, priors, rows, summary
 from casa_assets.pipeline.reports.library.comparison import Run, compare, link_before, read_run, standing_of
-from casa_assets.pipeline.reports.library.conditions import Condition, Outcome, judge
+from casa_assets.pipeline.reports.library.conditions import Condition, judge
 from casa_assets.pipeline.reports.library.models import PageModels
+from casa_assets.pipeline.reports.library.written import WrittenReport, write_text
 from casa_assets.pipeline.reports.parts import Part, chunks
-
-
-@dataclass(frozen=True)
-class WrittenReport:
-    """A report that was written. page, json: its files. outcomes: of the conditions that were set."""
-
-    page: Path
-    json: Path
-    outcomes: tuple[Outcome, ...] = ()
 
 
 def write(
@@ -58,18 +49,18 @@ def write(
     found = _findings(root, target, entries, before, conditions)
     words = rows.Words(registry.load().rejections, explained(registry.load().limits))
     links = _links(found, before, target)
-    made = _Maker(table, found, words, rows.RowContext(found.root, *_outliers(found), _changes(found)))
+    made = _Maker(table, entries, found, words, rows.RowContext(found.root, *_outliers(found), _changes(found)))
     is_inline = len(entries) <= parts.MAX_INLINE
     with writing(target.parent):
         target.parent.mkdir(parents=True, exist_ok=True)
         if is_inline:
-            _replace(target, page.render(found, words, links, tuple(made.parts()), models=models))
+            write_text(target, page.render(found, words, links, tuple(made.parts()), models=models))
             parts.remove_parts(target)
         else:
             parts.write_parts(target, made.parts())
-            _replace(target, page.render(found, words, links, (), parts.folder_of(target).name, models))
+            write_text(target, page.render(found, words, links, (), parts.folder_of(target).name, models))
         json_path = target.with_suffix(".json")
-        _replace(json_path, json.dumps(summary.content(found, words), sort_keys=True, indent=1) + "\n")
+        write_text(json_path, json.dumps(summary.content(found, words), sort_keys=True, indent=1) + "\n")
     return WrittenReport(target, json_path, tuple(found.outcomes))
 
 
@@ -85,7 +76,8 @@ def _findings(
     compared = None
     if before is not None:
         compared = summary.Compared(before.name, tuple(compare(before.standings, map(standing_of, entries))))
-    outcomes = judge(conditions, summary.counts(entries, fits, compared), summary.code_counts(entries))
+    totals = summary.Totals(entries)
+    outcomes = judge(conditions, summary.counts(totals, fits, compared), summary.code_counts(totals))
     return summary.Findings(
         root.resolve().name,
         Path(os.path.relpath(root, target.parent)).as_posix(),
@@ -123,6 +115,7 @@ class _Maker:
     """Makes the parts of a page one after the other, so that details and pictures never lie in memory together."""
 
     table: EntryTable
+    entries: Sequence[Entry]
     found: summary.Findings
     words: rows.Words
     context: rows.RowContext
@@ -132,7 +125,7 @@ class _Maker:
         yield Part("numbers", 0, page.numbers(self.found))
         kinds = {"rows": self._rows, "details": self._details, "pictures": self._pictures}
         for kind, make in kinds.items():
-            for number, members in enumerate(chunks(self.found.entries, rows.PART_SIZES[kind])):
+            for number, members in enumerate(chunks(self.entries, rows.PART_SIZES[kind])):
                 yield Part(kind, number, make(members))
 
     def _rows(self, members: Sequence[Entry]) -> list[Any]:
@@ -154,14 +147,3 @@ class _Maker:
         if seen is None or seen.content != entry.digest:
             return ""
         return in_words(library_report.likeness_of(entry.id, seen))
-
-
-def _replace(target: Path, text: str) -> None:
-    """Write a file by one rename."""
-    fresh = target.with_name(f".{target.name}.{os.getpid()}")
-    try:
-        fresh.write_text(text, encoding="utf-8")
-        fresh.replace(target)
-    finally:
-        with suppress(OSError):
-            fresh.unlink(missing_ok=True)

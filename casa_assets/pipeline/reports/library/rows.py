@@ -12,7 +12,7 @@ from casa_assets.model.issue import CheckResult, Decision, Severity, Status
 from casa_assets.model.registry.rows import Rejection
 from casa_assets.pipeline.ingest.refused_rows import NAME as ROWS
 from casa_assets.pipeline.library.library import CERTIFICATE, REFUSAL
-from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.reports.entry import Entry, Reported
 from casa_assets.pipeline.reports.page_template import relative_link
 
 # Status of a check -> what the script of the page knows it by; a failed warning is advice.
@@ -20,6 +20,8 @@ STATUS_NUMBERS = {Status.FAILED: 0, Status.PASSED: 1, Status.NOT_APPLICABLE: 2, 
 ADVICE_NUMBER = 4
 # Entries in one part of the page's data: rows are all loaded, details and pictures as they are needed.
 PART_SIZES = {"rows": 2000, "details": 40, "pictures": 40}
+# Files of an asset that the page links to, relative to its folder.
+FILES = (("MJCF", "model.xml"), ("scene", "scene.xml"), ("USD", "usd/{id}.usda"), ("certificate", CERTIFICATE))
 # What to do where a reason says nothing about it.
 DEFAULT_ADVICE = "Look at the picture and the numbers, and fix the mesh."
 # Values of a row, in their order; what the words mean stands in docs/reference/report.md.
@@ -44,6 +46,8 @@ FIELDS = (
     "change",
     "folder",
 )
+# Values that follow where a page has no details beside its rows.
+BRIEF_FIELDS = ("message",)
 
 
 @dataclass(frozen=True)
@@ -70,13 +74,12 @@ class RowContext:
         return [name for name, ids in (("size", self.size_outliers), ("mass", self.mass_outliers)) if entry_id in ids]
 
 
-def row_of(entry: Entry, context: RowContext) -> list[Any]:
+def row_of(entry: Reported, context: RowContext) -> list[Any]:
     """Values of FIELDS; size in centimetres, mass in kg, None for a rejected input.
 
     `codes` are what it was rejected for, or the advice that it has; `decide` what a person has to decide.
     """
     summary = entry.summary
-    codes = {entry.code} if not entry.accepted else {issue.code for issue in entry.warnings}
     return [
         entry.id,
         entry.decision.value,
@@ -92,12 +95,24 @@ def row_of(entry: Entry, context: RowContext) -> list[Any]:
         summary.faces if summary else None,
         entry.checks.passed,
         entry.checks.applying,
-        sorted(codes - {""}),
+        list(codes_of(entry)),
         sorted(set(entry.to_decide)),
         context.outlier_of(entry.id),
         (context.changes or {}).get(entry.id, ""),
         context.link(entry.path),
     ]
+
+
+def brief_row_of(entry: Reported, context: RowContext) -> list[Any]:
+    """Values of FIELDS and BRIEF_FIELDS."""
+    return [*row_of(entry, context), entry.message]
+
+
+def codes_of(entry: Reported) -> tuple[str, ...]:
+    """What an entry was rejected for, or the advice that it has."""
+    if entry.accepted:
+        return entry.advice
+    return (entry.code,) if entry.code else ()
 
 
 @dataclass(frozen=True)
@@ -144,12 +159,6 @@ def details_of(entry: Entry, words: Words, looks: str, seconds: Mapping[str, flo
         # Refused rows of a manifest share one file and have no folder.
         told["files"] = [] if entry.path.endswith(f"/{ROWS}") else [["reason", relative_link(REFUSAL)]]
         return told
-    files = [
-        ("MJCF", "model.xml"),
-        ("scene", "scene.xml"),
-        ("USD", f"usd/{entry.id}.usda"),
-        ("certificate", CERTIFICATE),
-    ]
     return told | {
         "hull": entry.summary.hull_vertices if entry.summary else 0,
         "uri": entry.uri,
@@ -158,7 +167,7 @@ def details_of(entry: Entry, words: Words, looks: str, seconds: Mapping[str, flo
         "looks": looks,
         "warnings": [[issue.code, issue.pointer, issue.message] for issue in entry.warnings],
         "guesses": [[g.subject, g.value, _short(g.confidence), g.reason] for g in entry.guesses],
-        "files": [[label, relative_link(path)] for label, path in files],
+        "files": [[label, relative_link(path.format(id=entry.id))] for label, path in FILES],
     }
 
 

@@ -6,17 +6,18 @@ import statistics
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from casa_assets.core.rounding import significant
-from casa_assets.model.issue import Decision
+from casa_assets.model.issue import Decision, Tally
 from casa_assets.pipeline.dedup.library_report import LibraryReport
 from casa_assets.pipeline.library.run_times import Cost
-from casa_assets.pipeline.reports.entry import Entry
-from casa_assets.pipeline.reports.library.comparison import SCHEMA_VERSION, Change, Difference, standing_of
+from casa_assets.pipeline.reports.entry import Reported
+from casa_assets.pipeline.reports.library.comparison import SCHEMA_VERSION, Change, Difference
 from casa_assets.pipeline.reports.library.conditions import Outcome
 from casa_assets.pipeline.reports.library.priors import PriorFit, Quantity, outlying
-from casa_assets.pipeline.reports.library.rows import Words
+from casa_assets.pipeline.reports.library.rows import Words, codes_of
 
 # Entries that a stage took longest for, which are named.
 SLOWEST = 5
@@ -37,6 +38,45 @@ class Compared:
         return {change.value: sum(one.change is change for one in self.differences) for change in Change}
 
 
+class Totals:
+    """Counts of entries, which are taken one after the other and not kept.
+
+    Attributes:
+        entries: how many. verdicts: by verdict. advised: with advice. advice: warnings of all of them.
+        codes: of rejections and of advice. reasons: by verdict (`rejected`, `review`, `advice`) and reason.
+        categories, sources: by name and verdict. checks: of the accepted ones.
+    """
+
+    def __init__(self, entries: Iterable[Reported] = ()) -> None:
+        self.entries = self.advised = self.advice = 0
+        self.verdicts: Counter[Decision] = Counter()
+        self.codes: Counter[str] = Counter()
+        self.reasons: Counter[tuple[str, str]] = Counter()
+        self.categories: dict[str, Counter[Decision]] = {}
+        self.sources: dict[str, Counter[Decision]] = {}
+        self.checks = Tally()
+        for entry in entries:
+            self.add(entry)
+
+    def add(self, entry: Reported) -> None:
+        """Count one more."""
+        decision, codes = entry.decision, codes_of(entry)
+        self.entries += 1
+        self.verdicts[decision] += 1
+        self.codes.update(codes)
+        self.categories.setdefault(entry.category, Counter())[decision] += 1
+        self.sources.setdefault(entry.source, Counter())[decision] += 1
+        self.reasons.update(("review", subject) for subject in set(entry.to_decide))
+        if decision is Decision.REJECTED:
+            self.reasons[("rejected", entry.code)] += 1
+            return
+        self.advised += bool(codes)
+        self.advice += entry.warning_count
+        self.reasons.update(("advice", code) for code in codes)
+        more, sums = entry.checks, self.checks
+        self.checks = Tally(sums.passed + more.passed, sums.failed + more.failed, sums.not_run + more.not_run)
+
+
 @dataclass(frozen=True)
 class Findings:
     """All that a report tells.
@@ -50,7 +90,7 @@ class Findings:
 
     library: str
     root: str
-    entries: Sequence[Entry]
+    entries: Sequence[Reported]
     fits: Sequence[PriorFit]
     seconds: Mapping[str, Mapping[str, float]]
     whole: LibraryReport | None
@@ -58,46 +98,40 @@ class Findings:
     outcomes: Sequence[Outcome] = ()
     costs: Mapping[str, Cost] = field(default_factory=dict)
 
+    @cached_property
+    def totals(self) -> Totals:
+        """Counts of the entries."""
+        return Totals(self.entries)
 
-def counts(entries: Sequence[Entry], fits: Sequence[PriorFit], compared: Compared | None) -> dict[str, int]:
+
+def counts(totals: Totals, fits: Sequence[PriorFit], compared: Compared | None) -> dict[str, int]:
     """Counts by the names that conditions use; those of changes where there is an earlier run."""
-    verdicts = Counter(entry.decision for entry in entries)
     found = {
-        "entries": len(entries),
-        **{decision.value: verdicts[decision] for decision in Decision},
-        "advice": sum(bool(entry.warnings) for entry in entries),
-        "not-run": sum(entry.checks.not_run for entry in entries if entry.accepted),
+        "entries": totals.entries,
+        **{decision.value: totals.verdicts[decision] for decision in Decision},
+        "advice": totals.advised,
+        "not-run": totals.checks.not_run,
         "size-outliers": len(outlying(fits, Quantity.SIZE)),
         "mass-outliers": len(outlying(fits, Quantity.MASS)),
     }
     return found | (compared.counts if compared else {})
 
 
-def code_counts(entries: Iterable[Entry]) -> dict[str, int]:
+def code_counts(totals: Totals) -> dict[str, int]:
     """Code -> how many entries were rejected for it, or have it as advice, the most frequent first."""
-    found = Counter(code for entry in entries for code in standing_of(entry).codes)
-    return dict(sorted(found.items(), key=lambda item: (-item[1], item[0])))
+    return dict(sorted(totals.codes.items(), key=lambda item: (-item[1], item[0])))
 
 
-def by_verdict(entries: Iterable[Entry], group: str) -> list[dict[str, Any]]:
-    """Entries by an attribute such as `category`, and of each how many there are of each verdict; the largest first."""
-    found: dict[str, Counter[Decision]] = {}
-    for entry in entries:
-        found.setdefault(getattr(entry, group), Counter())[entry.decision] += 1
-    rows = [{"name": name, **{d.value: verdicts[d] for d in Decision}} for name, verdicts in found.items()]
+def by_verdict(groups: Mapping[str, Mapping[Decision, int]]) -> list[dict[str, Any]]:
+    """Groups such as categories, and of each how many there are of each verdict; the largest first."""
+    rows = [{"name": name, **{d.value: verdicts.get(d, 0) for d in Decision}} for name, verdicts in groups.items()]
     return sorted(rows, key=lambda row: (-sum(row[d.value] for d in Decision), row["name"]))
 
 
-def reasons(entries: Iterable[Entry], words: Words) -> list[dict[str, Any]]:
+def reasons(totals: Totals, words: Words) -> list[dict[str, Any]]:
     """Every reason for a rejection, a review or advice, with what it means and how many entries have it."""
-    found: Counter[tuple[str, str]] = Counter()
-    for entry in entries:
-        if not entry.accepted:
-            found[("rejected", entry.code)] += 1
-        found.update(("review", subject) for subject in set(entry.to_decide))
-        found.update(("advice", code) for code in {issue.code for issue in entry.warnings})
     order = ("rejected", "review", "advice")
-    rows = sorted(found.items(), key=lambda item: (order.index(item[0][0]), -item[1], item[0][1]))
+    rows = sorted(totals.reasons.items(), key=lambda item: (order.index(item[0][0]), -item[1], item[0][1]))
     return [
         {"verdict": verdict, "reason": reason, "meaning": words.meaning(reason), "count": count}
         for (verdict, reason), count in rows
@@ -158,23 +192,38 @@ def content(found: Findings, words: Words) -> dict[str, Any]:
     """What stands in report.json; plain data."""
     ids = [entry.id for entry in found.entries]
     return {
-        "schema_version": SCHEMA_VERSION,
-        "library": found.library,
-        "root": found.root,
-        "counts": counts(found.entries, found.fits, found.compared),
-        "categories": by_verdict(found.entries, "category"),
-        "sources": by_verdict(found.entries, "source"),
-        "reasons": reasons(found.entries, words),
-        "priors": [_prior(fit) for fit in found.fits],
+        **numbers_of(found.library, found.root, found.totals, found.fits, words, found.outcomes, found.compared),
         "times": stage_times(found.seconds, ids),
         "cost": cost(found.costs, ids),
         "library_checks": found.whole.report.model_dump(mode="json") if found.whole else None,
-        "baseline": _baseline(found.compared) if found.compared else None,
+        "entries": [_entry(entry, found.seconds.get(entry.id, {})) for entry in found.entries],
+    }
+
+
+def numbers_of(
+    library: str,
+    root: str,
+    totals: Totals,
+    fits: Sequence[PriorFit],
+    words: Words,
+    outcomes: Sequence[Outcome],
+    compared: Compared | None = None,
+) -> dict[str, Any]:
+    """What report.json says of all entries together; plain data. See Findings."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "library": library,
+        "root": root,
+        "counts": counts(totals, fits, compared),
+        "categories": by_verdict(totals.categories),
+        "sources": by_verdict(totals.sources),
+        "reasons": reasons(totals, words),
+        "priors": [_prior(fit) for fit in fits],
+        "baseline": _baseline(compared) if compared else None,
         "conditions": [
             {"condition": one.condition.text, "measured": significant(one.measured, 6), "holds": one.holds}
-            for one in found.outcomes
+            for one in outcomes
         ],
-        "entries": [_entry(entry, found.seconds.get(entry.id, {})) for entry in found.entries],
     }
 
 
@@ -205,13 +254,12 @@ def _baseline(compared: Compared) -> dict[str, Any]:
     }
 
 
-def _entry(entry: Entry, seconds: Mapping[str, float]) -> dict[str, Any]:
-    standing = standing_of(entry)
+def _entry(entry: Reported, seconds: Mapping[str, float]) -> dict[str, Any]:
     return {
         "id": entry.id,
         "category": entry.category,
         "verdict": entry.decision.value,
-        "codes": list(standing.codes),
+        "codes": list(codes_of(entry)),
         "decide": sorted(set(entry.to_decide)),
         "source": entry.source,
         "source_path": entry.source_path,

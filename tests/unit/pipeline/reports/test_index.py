@@ -13,6 +13,7 @@ from casa_assets.model.ingest.source import Source, SourceKind
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.library import Library, Refusal, write_refusal
 from casa_assets.pipeline.reports import index
+from casa_assets.pipeline.tables.row import COLUMNS
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ def test_parquet(library: Library, tmp_path: Path) -> None:
     table = pyarrow.parquet.read_table(target)
     assert table.column("id").to_pylist() == ["a_0123456789", "b_0123456789"]
     types = {field.name: str(field.type) for field in table.schema}
-    assert list(types) == list(index.COLUMNS)
+    assert list(types) == [*COLUMNS, "library"]
     assert (types["mass_kg"], types["faces"], types["message"]) == ("double", "int64", "string")
 
 

@@ -78,8 +78,9 @@ def findings(entries: Sequence[Entry], before: Sequence[Entry] | None = None, *c
     compared = None
     if before is not None:
         compared = summary.Compared("old", tuple(compare(map(standing_of, before), map(standing_of, entries))))
-    counts = summary.counts(entries, fits, compared)
-    outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, summary.code_counts(entries))
+    totals = summary.Totals(entries)
+    counts = summary.counts(totals, fits, compared)
+    outcomes = judge([parse(text, {"SRC003"}) for text in conditions], counts, summary.code_counts(totals))
     return summary.Findings("Run", ".", tuple(entries), fits, {}, None, compared, outcomes)
 
 

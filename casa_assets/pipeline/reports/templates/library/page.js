@@ -14,9 +14,9 @@ function picture(row, kind) {
   const place = make("div", { "class": "picture " + kind });
   const image = make("img", { "class": "thumb", alt: "", decoding: "async" });
   place.append(image);
-  casa.item("pictures", row, function (uri) {
-    if (uri) { image.src = uri; } else { image.replaceWith(make("span", { "class": "thumb none", text: "no picture" })); }
-  });
+  const none = function () { image.replaceWith(make("span", { "class": "thumb none", text: "no picture" })); };
+  if (facts.sizes.pictures) { casa.item("pictures", row, function (uri) { if (uri) { image.src = uri; } else { none(); } }); }
+  else { image.addEventListener("error", none, { once: true }); image.src = row.folder + "/" + facts.picture; }
   return place;
 }
 function verdict(row) {
@@ -57,6 +57,7 @@ function large(row) {
   const image = make("img", { alt: "Picture of " + name(row), src: row.folder + "/" + facts.picture });
   // The page may have been moved away from its library, or nothing could be drawn: then the small picture has to do.
   image.addEventListener("error", function () {
+    if (!facts.sizes.pictures) { image.remove(); return; }
     casa.item("pictures", row, function (uri) { if (uri && image.src !== uri) { image.src = uri; } else { image.remove(); } });
   }, { once: true });
   return image;
@@ -65,6 +66,12 @@ function in3d(row) {
   const { folder, suffix, viewer } = facts.models;
   return make("button", { type: "button", "class": "quiet model-popup", "data-model": folder + "/" + encodeURIComponent(row.id) + suffix, "data-name": row.id,
     "data-viewer": viewer, "data-title": name(row), text: "Open in 3D" });
+}
+// What a page whose rows hold everything tells besides: what was wrong, and the files in the folder of the entry.
+function brief(row) {
+  const refused = row.verdict === "rejected";
+  const files = refused ? (row.folder.endsWith(".jsonl") ? [] : [["reason", facts.refusal]]) : facts.files.map(function (file) { return [file[0], file[1].replace("{id}", row.id)]; });
+  return { results: [], seconds: {}, files: files, reason: refused ? row.message : "" };
 }
 function details(row, place) {
   place.append(large(row));
@@ -78,7 +85,8 @@ function details(row, place) {
     ["Unusual", row.outlier.length ? "outside the usual " + row.outlier.join(" and ") : ""], ["Title", row.title], ["Author", row.author],
     ["Licence", row.licence], ["Source", row.source + ": " + row.path]]);
   place.append(terms);
-  casa.item("details", row, function (more) {
+  const more = function (then) { if (facts.sizes.details) { casa.item("details", row, then); } else { then(brief(row)); } };
+  more(function (more) {
     if (!place.contains(terms)) { return; }
     if (!more) { place.append(make("p", { "class": "small", text: "The folder " + facts.folder + " with the details is missing: it belongs beside this page." })); return; }
     told([["Colliders", row.colliders === null ? "" : row.colliders + (more.hull ? ", at most " + more.hull + " vertices each" : "")], ["Faces", row.faces === null ? "" : show(row.faces)],

@@ -1,0 +1,330 @@
+"""Rows as Parquet: one file, or the parts of a folder over any number of libraries, written and read in streams.
+
+    FOLDER/index.json                        which parts there are, of which library
+    FOLDER/<library>_<hash>_<number>_<digest>.parquet    up to PART_ROWS rows of one library, by category and id
+    FOLDER/.casa/                            the states that the libraries had; may be deleted
+
+The same entries give the same bytes. A part appears under a name that holds its digest, and counts once index.json
+names it: after a run that was killed the table is what it was before.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import heapq
+import json
+import os
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, ValidationError
+
+from casa_assets.errors import OutputError
+from casa_assets.model.record import Record, Sha256
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.library.entry_files import file_inside
+from casa_assets.pipeline.library.entry_table import stream_entries
+from casa_assets.pipeline.optional_packages import require
+from casa_assets.pipeline.reports.entry import Entry
+from casa_assets.pipeline.tables.row import COLUMNS, TableRow, Value, values_of
+
+if TYPE_CHECKING:
+    import pyarrow
+    from pyarrow.compute import Expression
+
+NAME = "index.json"
+STATES = "table_states.json"
+# Rows that are sorted in memory at once, and that a reader has to have in memory at once.
+PART_ROWS, GROUP_ROWS = 200_000, 20_000
+# Rows that are turned into Arrow, or out of it, at once.
+BATCH_ROWS = 10_000
+COMPRESSION = "zstd"
+# Rows of each part that are in memory at once where all parts are read side by side.
+MERGED_ROWS = 1_000
+_ARROW_TYPES = {"TEXT": "string", "REAL": "float64", "INTEGER": "int64"}
+_PART_NAME = re.compile(r"[a-z0-9_]+_[0-9a-f]{8}_[0-9]{5}_[0-9a-f]{8}\.parquet")
+
+
+class PartFile(Record):
+    """One file of rows. name: in the folder. sha256: of the file."""
+
+    name: str
+    rows: Annotated[int, Field(ge=0)]
+    sha256: Sha256
+
+
+class LibraryParts(Record):
+    """The parts of one library. library: its folder, relative to that of the parts, POSIX."""
+
+    library: str
+    parts: tuple[PartFile, ...]
+
+    @property
+    def rows(self) -> int:
+        """How many rows it has."""
+        return sum(part.rows for part in self.parts)
+
+
+class PartsIndex(Record):
+    """Content of index.json. columns: of all parts. libraries: sorted by their folders."""
+
+    schema_version: Literal[1] = 1
+    columns: tuple[str, ...]
+    libraries: tuple[LibraryParts, ...]
+
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+        return sum(library.rows for library in self.libraries)
+
+
+@dataclass(frozen=True)
+class WrittenParts:
+    """Parts that were written, or kept. kept: folders of libraries whose parts stayed."""
+
+    index: PartsIndex
+    kept: tuple[str, ...]
+
+
+def require_parquet() -> None:
+    """Check that Parquet can be read and written. Raises CasaError, which names the extra to install."""
+    require("pyarrow", "parquet", "Parquet")
+
+
+def write_index(
+    libraries: Sequence[disk.Library],
+    folder: Path,
+    force: bool = False,
+    entries_of: Callable[[disk.Library], Iterable[Entry]] = stream_entries,
+) -> WrittenParts:
+    """Write the parts of libraries; those of a library of which no entry came, went or was replaced stay as they are.
+
+    Args:
+        libraries: all that the folder is to be of; parts of others in it go.
+        force: write all parts anew, also where a file of an entry was edited in its place.
+        entries_of: gives the entries of a library.
+    Raises:
+        CasaError: pyarrow is not installed.
+        OutputError: an entry is damaged, one library is named twice, or the folder cannot be written to.
+    """
+    require_parquet()
+    own = disk.Library(folder)
+    by_name = {_relative(library.root, folder): library for library in libraries}
+    if len(by_name) < len(libraries):
+        raise OutputError(str(folder), "is to hold one library twice; name each once")
+    try:
+        with own.locked():
+            own.sweep()
+            before = {} if force else _known(own)
+            states: dict[str, str] = {}
+            found: list[LibraryParts] = []
+            kept: list[str] = []
+            for name in sorted(by_name):
+                states[name] = _state(by_name[name])
+                state, old = before.get(name, ("", None))
+                if old is not None and state == states[name] and _is_whole(old, folder):
+                    found.append(old)
+                    kept.append(name)
+                else:
+                    rows = map(values_of, entries_of(by_name[name]))
+                    found.append(LibraryParts(library=name, parts=tuple(_write_parts(rows, own, name))))
+            index = PartsIndex(columns=tuple(_schema().names), libraries=tuple(found))
+            _publish(own, index, states)
+    except OSError as error:
+        raise OutputError(str(folder), f"cannot be written to: {error.strerror or error}") from error
+    return WrittenParts(index, tuple(kept))
+
+
+def _write_parts(rows: Iterable[Sequence[Value]], own: disk.Library, library: str) -> Iterator[PartFile]:
+    """Write rows of one library as parts; yields each once it is there.
+
+    Args:
+        rows: values of COLUMNS, in any order; up to PART_ROWS of them are sorted together.
+        library: its folder, relative to that of the parts.
+    """
+    import pyarrow
+    import pyarrow.parquet
+
+    stem = re.sub(r"[^a-z0-9]+", "_", Path(library).name.lower()).strip("_") or "library"
+    stem = f"{stem[:40]}_{hashlib.sha256(library.encode()).hexdigest()[:8]}"
+    stream, number = iter(rows), 0
+    while batches := list(_batches(islice(stream, PART_ROWS), library)):
+        table = pyarrow.Table.from_batches(batches)
+        del batches
+        table = table.sort_by([("category", "ascending"), ("id", "ascending")])
+        fresh = own.staging / f"{stem}_{number:05}"
+        pyarrow.parquet.write_table(table, fresh, row_group_size=GROUP_ROWS, compression=COMPRESSION)
+        digest = _digest(fresh)
+        name = f"{fresh.name}_{digest[:8]}.parquet"
+        fresh.replace(own.root / name)
+        yield PartFile(name=name, rows=len(table), sha256=digest)
+        number += 1
+
+
+def write_file(rows: Iterable[Sequence[Value]], target: Path) -> int:
+    """Write rows of one library as one file, in their order; returns their number. Raises OutputError."""
+    require_parquet()
+    import pyarrow.parquet
+
+    fresh, count = target.with_name(f".{target.name}.{os.getpid()}"), 0
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with pyarrow.parquet.ParquetWriter(fresh, _schema(), compression=COMPRESSION) as writer:
+            stream = iter(rows)
+            while batches := list(_batches(islice(stream, GROUP_ROWS), "")):
+                table = pyarrow.Table.from_batches(batches)
+                writer.write_table(table)
+                count += len(table)
+        fresh.replace(target)
+    except OSError as error:
+        with suppress(OSError):
+            fresh.unlink()
+        raise OutputError(str(target), f"cannot be written: {error}") from error
+    return count
+
+
+def read_index(folder: Path) -> PartsIndex:
+    """The parts that a folder holds. Raises OutputError where it holds none, or the file is damaged."""
+    path = folder / NAME
+    if not os.path.lexists(path):
+        message = f"holds no {NAME}; give the folder that `casa-assets library index` wrote"
+        raise OutputError(str(folder), message)
+    file_inside(folder, NAME, path, "the file itself")
+    try:
+        index = PartsIndex.model_validate_json(path.read_bytes())
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(map(str, first["loc"]))
+        raise OutputError(str(path), f"is damaged at {place}: {first['msg']}; write the table again") from error
+    if list(index.columns) != _schema().names:
+        message = "was written by another version of casa-assets; write it again with `casa-assets library index`"
+        raise OutputError(str(path), message)
+    for part in _files(index):
+        file_inside(folder, part.name, path, "parts")
+    return index
+
+
+def read_rows(folder: Path, index: PartsIndex, condition: Expression | None = None) -> Iterator[TableRow]:
+    """The rows of all parts that meet a condition, part by part; few are in memory at once.
+
+    Args:
+        condition: row groups that cannot meet it are not read.
+    Raises:
+        OutputError: a part is damaged.
+    """
+    import pyarrow
+    import pyarrow.dataset
+
+    if not index.rows:
+        return
+    try:
+        found = pyarrow.dataset.dataset([str(folder / part.name) for part in _files(index)], schema=_schema())
+        # Threads would read ahead, which takes memory and, where a disk is what one waits for, no less time.
+        scanner = found.scanner(
+            filter=condition, batch_size=BATCH_ROWS, batch_readahead=1, fragment_readahead=1, use_threads=False
+        )
+        for batch in scanner.to_batches():
+            yield from _rows(batch)
+    except (pyarrow.ArrowException, OSError) as error:
+        raise OutputError(str(folder), f"cannot be read: {error}; write the table again") from error
+
+
+def read_sorted(folder: Path, index: PartsIndex) -> Iterator[TableRow]:
+    """The rows of all parts by category, then by id; of each part a few are in memory at once. Raises OutputError."""
+    streams = [_read_part(folder / part.name) for part in _files(index)]
+    return heapq.merge(*streams, key=lambda row: (row.category, row.id, row.library))
+
+
+def _read_part(path: Path) -> Iterator[TableRow]:
+    import pyarrow
+    import pyarrow.parquet
+
+    try:
+        with pyarrow.parquet.ParquetFile(path) as file:
+            for batch in file.iter_batches(batch_size=MERGED_ROWS, columns=_schema().names, use_threads=False):
+                yield from _rows(batch)
+    except (pyarrow.ArrowException, OSError) as error:
+        raise OutputError(str(path), f"cannot be read: {error}; write the table again") from error
+
+
+def _rows(batch: pyarrow.RecordBatch) -> Iterator[TableRow]:
+    return map(TableRow, *(batch.column(name).to_pylist() for name in _schema().names))
+
+
+def _batches(rows: Iterator[Sequence[Value]], library: str) -> Iterator[pyarrow.RecordBatch]:
+    import pyarrow
+
+    while some := list(islice(rows, BATCH_ROWS)):
+        columns = [*zip(*some, strict=True), (library,) * len(some)]
+        schema = _schema()
+        yield pyarrow.record_batch(
+            [pyarrow.array(values, field.type) for values, field in zip(columns, schema, strict=True)], schema=schema
+        )
+
+
+@cache
+def _schema() -> pyarrow.Schema:
+    import pyarrow
+
+    types = {name: pyarrow.type_for_alias(_ARROW_TYPES[kind.split()[0]]) for name, kind in COLUMNS.items()}
+    return pyarrow.schema([*types.items(), ("library", pyarrow.string())])
+
+
+def _files(index: PartsIndex) -> list[PartFile]:
+    return [part for library in index.libraries for part in library.parts]
+
+
+def _relative(root: Path, folder: Path) -> str:
+    return Path(os.path.relpath(root.resolve(), folder.resolve())).as_posix()
+
+
+def _state(library: disk.Library) -> str:
+    """State of a library's folders, which changes whenever an entry comes, goes or is replaced, and of this code."""
+    return digest_of(key_of(write_index), library.shelf_times())
+
+
+def _is_whole(library: LibraryParts, folder: Path) -> bool:
+    return all((folder / part.name).is_file() for part in library.parts)
+
+
+def _known(own: disk.Library) -> dict[str, tuple[str, LibraryParts]]:
+    """The parts of each library and the state in which they were written; of those that are known."""
+    try:
+        said: Mapping[str, str] = json.loads((own.cache / STATES).read_text(encoding="utf-8"))
+        index = read_index(own.root)
+    except (OSError, ValueError, OutputError):
+        return {}
+    if not isinstance(said, dict) or said.get("") != index.digest:  # the index is of another run
+        return {}
+    return {one.library: (str(said[one.library]), one) for one in index.libraries if one.library in said}
+
+
+def _publish(own: disk.Library, index: PartsIndex, states: Mapping[str, str]) -> None:
+    """Put index.json in place by one rename, then take away what it does not name."""
+    text = json.dumps(index.model_dump(mode="json"), sort_keys=True, indent=1) + "\n"
+    own.cache.mkdir(exist_ok=True)
+    _replace(own.cache / STATES, "{}")
+    _replace(own.root / NAME, text)
+    _replace(own.cache / STATES, json.dumps({**states, "": index.digest}))
+    named = {part.name for part in _files(index)}
+    for path in own.root.glob("*.parquet"):
+        if path.name not in named and _PART_NAME.fullmatch(path.name):
+            path.unlink(missing_ok=True)
+
+
+def _replace(target: Path, text: str) -> None:
+    fresh = target.with_name(f".{target.name}.{os.getpid()}")
+    fresh.write_text(text, encoding="utf-8")
+    fresh.replace(target)
+
+
+def _digest(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
