@@ -13,9 +13,14 @@ from typing import Any
 from casa_assets.ingest.sources.bounded_reads import utf8_escaped
 from casa_assets.ingest.sources.discover import discover
 from casa_assets.ingest.sources.found import Found, Refused
+from casa_assets.ingest.sources.places import folder_of
 from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.ingest.source import Source
 from casa_assets.pipeline.optional_packages import require
+
+# Names of pipeline/reports/index.py and attribution.py: every library has both. By value, as another report changes
+# nothing about what is found.
+LIBRARY_FILES = ("index.sqlite", "ATTRIBUTION.md")
 
 
 def discover_inputs(
@@ -40,12 +45,17 @@ def discover_inputs(
     is_output: dict[str, bool] = {}
     for found in discover(roots, others):
         if isinstance(found, Found):
-            places = [found.root / (found.archive or found.main)] if isinstance(found.root, Path) else []
+            places = [found.root / (found.archive or found.main)]
         else:
-            places = [root / found.path for root in roots if isinstance(root, Path)]
+            places = [root / found.path for root in roots]
         if not_after_ns is not None and any(has_changed_since(str(place), not_after_ns) for place in places):
             continue
-        if not any(_is_output(place, real_roots, own_library, is_output) for place in places):
+        if not any(
+            _is_output(place, real_roots, own_library, is_output)
+            if isinstance(place, Path)
+            else _is_in_library(place.parent, is_output)
+            for place in places
+        ):
             yield replace(found, source=_as_text(found.source)) if isinstance(found, Found) else found
 
 
@@ -84,6 +94,21 @@ def _is_output(place: Path, real_roots: Set[Path], own_library: Path, is_output:
     if folder not in is_output:
         is_output[folder] = _is_output_folder(Path(os.path.realpath(folder)), real_roots, own_library)
     return is_output[folder]
+
+
+def _is_in_library(folder: StoreRoot, is_output: dict[str, bool]) -> bool:
+    """True for a folder in a library on a store, below the folder that the user named.
+
+    Args:
+        is_output: takes up what is known of folders, by their address.
+    """
+    if not folder.path:
+        return False  # the user asked for what is in there
+    if (address := str(folder)) not in is_output:
+        files = folder_of(folder)
+        is_library = all(files.has(name) for name in LIBRARY_FILES)
+        is_output[address] = is_library or _is_in_library(folder.parent, is_output)
+    return is_output[address]
 
 
 def _is_output_folder(place: Path, real_roots: Set[Path], own_library: Path) -> bool:

@@ -211,6 +211,8 @@ def ingest(
         if recorder is not None and not options.dry_run:
             recorder.begin()
         with open_engine(options.jobs, _worker_limits(options), SURVEY_WARM, library.private) as pool:
+            if any(isinstance(root, StoreRoot) for root in roots):
+                pool.prepare("casa_assets.ingest.sources.stores.client:warm")
             surveys = SurveyTable(before.cache, options.category, options.limits, options.dry_run)
             answers: Answers = WorkerAnswers(pool, surveys, options.limits, show_work)
             if recorder is not None:

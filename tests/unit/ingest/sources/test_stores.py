@@ -17,8 +17,10 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.ingest.sources.stores import client, folder
 from casa_assets.ingest.sources.stores.address import StoreRoot, hide_secrets, root_of
+from casa_assets.pipeline.ingest.discover_inputs import LIBRARY_FILES, discover_inputs
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.survey import state_of
+from casa_assets.pipeline.reports import attribution, index
 from tests.format_files import tarred, zipped
 from tests.mesh_files import LIMITS, OBJ_TRIANGLE, QUARTERS, Gltf, png
 from tests.source_stores import PROTOCOL, TrialSystem, put, web_server
@@ -328,6 +330,22 @@ def test_refused_rows_are_known_by_their_file(tmp_path: Path) -> None:
     list(discover(roots))
     assert is_below(roots, "deliveries/manifest.jsonl")
     assert not is_below(roots, "gone.jsonl")
+
+
+def test_a_library_on_a_store_is_no_source_below_a_root() -> None:
+    assert LIBRARY_FILES == (index.NAME, attribution.NAME)
+    write(a__obj=OBJ)
+    for name in (*LIBRARY_FILES, "mug/mug_1/meshes/b.obj", "near.obj"):
+        TrialSystem().pipe_file(f"{ROOT}/library/{name}", OBJ)
+    TrialSystem().pipe_file(f"{ROOT}/other/{LIBRARY_FILES[0]}", b"")
+    TrialSystem().pipe_file(f"{ROOT}/other/c.obj", OBJ)
+
+    def paths(url: str) -> list[str]:
+        inputs = discover_inputs([root_of(url)], Path("library"))
+        return [one.source.path for one in inputs if isinstance(one, Found)]
+
+    assert paths(ROOT) == ["a.obj", "other/c.obj"]
+    assert paths(f"{ROOT}/library") == ["near.obj", "mug/mug_1/meshes/b.obj"]
 
 
 def test_a_bomb_on_a_store_is_refused(tmp_path: Path) -> None:
