@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import posixpath
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -62,8 +63,7 @@ def is_table(name: str) -> bool:
 
 def mesh_column(table: ParquetFile) -> MeshColumn | None:
     """The column that holds mesh files; None where there is none by any name that people use."""
-    from pyarrow import types
-
+    types = importlib.import_module("pyarrow.types")
     found: dict[str, MeshColumn] = {}
     for field in table.schema_arrow:
         if types.is_binary(field.type) or types.is_large_binary(field.type):
@@ -84,8 +84,9 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
     """
     name = printable(posixpath.basename(path))
     try:
-        import pyarrow
-        from pyarrow.parquet import ParquetFile
+        # Not by `import`, for the reason that stores.client has.
+        pyarrow = importlib.import_module("pyarrow")
+        parquet = importlib.import_module("pyarrow.parquet")
     except ImportError as error:
         message = f"{name}: a table is read by pyarrow, which is not installed; pip install 'pyarrow>=17'"
         raise Rejected(codes.NEEDS_PYARROW, message) from error
@@ -100,7 +101,7 @@ def opened_table(folder: Folder, path: str) -> Iterator[ParquetFile]:
                 message = f"{name}: a table whose head takes {head} bytes, more than {MAX_HEAD_BYTES}; divide it"
                 raise Rejected(codes.TOO_LARGE, message)
             # Bytes are read page by page, not a whole group of rows at once.
-            yield ParquetFile(stream, pre_buffer=False, buffer_size=BUFFER_BYTES)
+            yield parquet.ParquetFile(stream, pre_buffer=False, buffer_size=BUFFER_BYTES)
     except faults as error:
         why = printable(" ".join(str(error).split()), 80) or type(error).__name__
         raise Rejected(codes.BAD_ARCHIVE, f"{name}: a table that cannot be read ({why}); write it anew") from error

@@ -5,6 +5,7 @@ Standard input: pickled folder and path. Standard output: JSON lines, see `main`
 
 from __future__ import annotations
 
+import importlib
 import json
 import pickle
 import resource
@@ -64,8 +65,7 @@ def _lines(table: ParquetFile) -> Iterator[dict[str, Any]]:
 
 def _columns(table: ParquetFile, column: MeshColumn) -> list[str]:
     """Columns that say something of meshes: texts, whole numbers of ids, lists of texts of tags."""
-    from pyarrow import types
-
+    types = importlib.import_module("pyarrow.types")
     found = []
     texts = {*TEXTS, "url", "tags", *IDS, *PATHS, *FORMATS}
     for field in table.schema_arrow:

@@ -6,6 +6,7 @@ Stores are reached by what `fsspec` finds for an address: s3, gs, az, http and o
 
 from __future__ import annotations
 
+import importlib
 import posixpath
 import re
 import threading
@@ -16,9 +17,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Protocol, TypeVar
 from urllib.parse import quote, unquote, urlsplit
-
-import fsspec
-import fsspec.asyn
 
 from casa_assets.errors import CasaError
 from casa_assets.ingest.sources.stores.address import StoreRoot
@@ -85,7 +83,7 @@ def warm() -> None:
     """Load what reads from S3 and web servers, as far as it is installed, once for all workers; nothing connects."""
     for protocol in ("s3", "https"):
         with suppress(ImportError):
-            fsspec.get_filesystem_class(protocol)
+            _fsspec().get_filesystem_class(protocol)
 
 
 def open_client(root: StoreRoot) -> Client:
@@ -100,11 +98,22 @@ def open_client(root: StoreRoot) -> Client:
         # Bytes as they are: what a server packs would be unpacked without a bound.
         options |= {"headers": {"Accept-Encoding": "identity"}, "client_kwargs": {"auto_decompress": False}}
     try:
-        system, base = fsspec.core.url_to_fs(root.base, **options)
+        system, base = _fsspec().core.url_to_fs(root.base, **options)
     except (ImportError, ValueError) as error:
         why = root.hide(" ".join(str(error).split()))
         raise CasaError(f"{root}: {why}; `casa-assets doctor` says how to install what reads s3 and https") from None
     return _WebClient(system, root) if root.is_web else _ObjectClient(system, base)
+
+
+def _fsspec() -> Any:
+    """The package.
+
+    Not by `import`: keys of results count the versions of what is imported (pipeline/cache/cache_key.py). What carries
+    the bytes of a mesh takes no part in what is made of them; their digest is in the key.
+    """
+    importlib.import_module("fsspec.core")
+    importlib.import_module("fsspec.asyn")
+    return importlib.import_module("fsspec")
 
 
 @dataclass(frozen=True)
@@ -143,7 +152,7 @@ class _WebClient:
     root: StoreRoot
 
     def info(self, path: str) -> Info:
-        size, tag = fsspec.asyn.sync(self.system.loop, self._head, self._at(path))
+        size, tag = _fsspec().asyn.sync(self.system.loop, self._head, self._at(path))
         return Info(False, size, f"store {tag} {size}" if tag else "")
 
     def scan(self, folder: str) -> dict[str, Info]:
@@ -195,7 +204,7 @@ class _WebClient:
         raise AssertionError
 
     def _get(self, url: str, start: int, end: int) -> bytes:
-        data: bytes = fsspec.asyn.sync(self.system.loop, self._fetch, url, start, end)
+        data: bytes = _fsspec().asyn.sync(self.system.loop, self._fetch, url, start, end)
         return data
 
     async def _fetch(self, url: str, start: int, end: int) -> bytes:

@@ -17,6 +17,7 @@ from casa_assets.ingest import rejection_codes as codes
 from casa_assets.ingest.sources import Found, Refused, collect, discover
 from casa_assets.ingest.sources.stores import client, folder
 from casa_assets.ingest.sources.stores.address import StoreRoot, hide_secrets, root_of
+from casa_assets.pipeline.cache import cache_key
 from casa_assets.pipeline.ingest.discover_inputs import LIBRARY_FILES, discover_inputs
 from casa_assets.pipeline.ingest.refused_rows import is_below
 from casa_assets.pipeline.ingest.survey import state_of
@@ -354,3 +355,9 @@ def test_a_bomb_on_a_store_is_refused(tmp_path: Path) -> None:
     (tmp_path / "slip.tar").write_bytes(gzip.decompress(tarred(**{"../../a.obj": OBJ})))
     refused = list(discover([root_of(put(tmp_path))]))
     assert [one.code for one in refused if isinstance(one, Refused)] == [codes.TOO_LARGE, codes.PATH_TRAVERSAL]
+
+
+def test_what_carries_bytes_takes_no_part_in_keys() -> None:
+    packages = cache_key.reach("casa_assets.pipeline.ingest.worker:work").packages
+    assert "trimesh" in packages
+    assert not {"fsspec", "s3fs", "aiohttp", "pyarrow"} & set(packages)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import builtins
 import random
+import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -182,14 +182,7 @@ def test_rows_beyond_what_a_run_holds_are_refused(tmp_path: Path, monkeypatch: p
 def test_without_pyarrow_a_table_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(tmp_path / "t.parquet", {"mesh": meshes(1)})
     (one,), _ = read(tmp_path)
-    load_module = builtins.__import__
-
-    def without(name: str, *arguments: Any, **options: Any) -> Any:
-        if name.startswith("pyarrow"):
-            raise ImportError(name)
-        return load_module(name, *arguments, **options)
-
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(Rejected, match="pip install") as refused:
         collect(one, LIMITS)
     assert refused.value.code == codes.NEEDS_PYARROW
