@@ -7,6 +7,7 @@ A name has the same type and the same words of help in every verb; what follows 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from enum import StrEnum
 from itertools import chain
@@ -56,6 +57,14 @@ def more(help_: str, tail: str) -> str:
     return f"{help_.removesuffix('.')}; {tail}"
 
 
+def folder_of_library(folder: Path) -> Path:
+    """The folder as it is. Raises typer.BadParameter where it is the address of a store, which a Path takes for one."""
+    if folder.parts and re.fullmatch(r"[A-Za-z][A-Za-z0-9+.-]+:", folder.parts[0]):
+        message = "is the address of a store; name a folder, and the store with `ingest --store` or `library push`"
+        raise typer.BadParameter(f"{folder.parts[0]}// {message}")
+    return folder
+
+
 OUT_HELP = "Where to write."
 LIBRARY_HELP = "Folder of the library."
 WIDTH_HELP = "Width of each picture in pixels."
@@ -81,7 +90,7 @@ TablesFolder = Annotated[
     Path | None,
     typer.Option("--index", help="Folder that `casa-assets library index` wrote.", exists=True, file_okay=False),
 ]
-LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP)]
+LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP, callback=folder_of_library)]
 ScenesFolder = Annotated[
     Path, typer.Option("--scenes-folder", help="Folder of kitchens; a kitchen that is not there is built.")
 ]

@@ -118,7 +118,7 @@ class _Fetch:
             (made.staged / entry.manifest).write_bytes(manifest)
 
         try:
-            made.is_there = self.remote.fetch(path, write)
+            made.is_there = self.remote.fetch(path, self.entries[path], write)
         except DamagedEntry as error:
             return path, error
         return path, made

@@ -35,12 +35,13 @@ def push(
     there, books = remote.contents()
     lacking = set(there) - own.keys()
     removed = superseded(lacking, own) | (lacking & gone)
-    foreign = {path for path in sorted(lacking - removed) if has_manifest(path, remote.folder.files(path))}
+    names = {path: remote.folder.files(path).keys() for path in sorted(lacking - removed)}
+    foreign = {path for path, found in names.items() if has_manifest(path, found)}
     if extra is Extra.REFUSE:
         check_extra(remote.url, str(library.root), foreign)
         decisions.check_push(library, remote)
-    # What has no manifest is what an upload that was cut off left.
-    removed |= lacking - foreign - removed
+    # What has no manifest is what an upload that was cut off left. Some stores also list folders without a file.
+    removed |= {path for path, found in names.items() if found} - foreign
     removed |= foreign if extra is Extra.REMOVE else set()
     lock.check()
     remote.begin()

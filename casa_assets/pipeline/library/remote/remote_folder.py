@@ -35,11 +35,12 @@ MAX_SENT = 3
 _LASTING = (PermissionError, IsADirectoryError, NotADirectoryError, FileExistsError)
 _USER = re.compile(r"(?<=://)[^/@]*@")
 _MD5 = re.compile(r"[0-9a-f]{32}")
-# Options of file systems. Requests are repeated here and not by botocore too, whose times would multiply.
+# Options of file systems. Requests are repeated here and not by botocore too, whose times would multiply. Many files
+# are on their way at once, so the parts of one are not: it would be asked for its size first.
 _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "file": {"auto_mkdir": True},
-        "s3": {"config_kwargs": {"retries": {"mode": "standard", "total_max_attempts": 1}}},
+        "s3": {"config_kwargs": {"retries": {"mode": "standard", "total_max_attempts": 1}}, "max_concurrency": 1},
     }
 )
 
@@ -142,8 +143,8 @@ class RemoteFolder:
             OutputError: the store cannot be written to, or keeps other bytes than it is sent.
         """
         for _ in range(MAX_SENT):
-            self._ask(self._put, self._full(path), data)
-            if self.holds(path, data, self.find(path)):
+            answer = self._ask(self._put, self._full(path), data)
+            if answer == _md5(data) or self.holds(path, data, self.find(path)):
                 return
         message = f"keeps other bytes of {path} than were sent, {MAX_SENT} times; look at the store, then run again"
         raise OutputError(self.url, message)
@@ -173,14 +174,16 @@ class RemoteFolder:
                 return
             folder = folder.parent
 
-    def _put(self, path: str, data: bytes) -> None:
+    def _put(self, path: str, data: bytes) -> str:
+        """Write a file; returns the MD5 of what was received, empty where the store does not tell."""
         if not self._is_disk:
-            self._system.pipe_file(path, data)
-            return
+            answer = self._system.pipe_file(path, data)
+            return _stored(answer).md5 if isinstance(answer, Mapping) else ""
         # On a disk a file grows while it is written. An object appears whole.
         fresh = f"{path}.{process_name()}.part"
         self._system.pipe_file(fresh, data)
         os.replace(fresh, path)  # noqa: PTH105
+        return ""
 
     def _full(self, path: str) -> str:
         return f"{self._path}/{path}" if path else self._path
@@ -229,10 +232,11 @@ def _passing() -> tuple[type[Exception], ...]:
     """Exceptions of requests that may succeed a little later: OSError, and those of the packages that are there."""
     found: list[type[Exception]] = [OSError, EOFError]
     try:
+        from botocore.exceptions import ConnectionError as NoConnection
         from botocore.exceptions import HTTPClientError
         from botocore.parsers import ResponseParserError
 
-        found += [HTTPClientError, ResponseParserError]
+        found += [NoConnection, HTTPClientError, ResponseParserError]
     except ImportError:
         pass
     try:

@@ -101,12 +101,13 @@ class RemoteLibrary:
         names = self.folder.files(path)
         self.folder.remove(f"{path}/{name}" for name in sorted(names, key=lambda name: (name not in MANIFESTS, name)))
 
-    def fetch(self, path: str, write: Callable[[EntryFiles, bytes], None]) -> bool:
+    def fetch(self, path: str, there: Mapping[str, StoredFile], write: Callable[[EntryFiles, bytes], None]) -> bool:
         """Read an entry; False where it is gone.
 
         Args:
-            write: is given the entry and its manifest, and fetches the files; raises `Replaced` where one is missing
-                or is not what the manifest says.
+            there: what its folder holds.
+            write: is given the entry and its manifest, and fetches the files; raises `Replaced` where one is missing or
+                is not what the manifest says.
         Raises:
             DamagedEntry: the entry is damaged, or is replaced again and again.
             OutputError: the store does not answer, or refuses.
@@ -118,7 +119,7 @@ class RemoteLibrary:
             if manifest is None:
                 return False
             try:
-                write(entry_of(path, manifest, self.folder.files(path), place), manifest)
+                write(entry_of(path, manifest, there, place), manifest)
                 return True
             except DamagedEntry as error:
                 fault = error
