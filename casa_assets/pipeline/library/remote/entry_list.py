@@ -75,12 +75,13 @@ def entry_of(path: str, manifest: bytes, stored: Mapping[str, object], place: st
     Raises:
         DamagedEntry: the manifest is damaged, or names files outside of the entry.
     """
-    if manifest_name(path) == disk.REFUSAL:
-        return EntryFiles(path, {PICTURE: ""} if PICTURE in stored else {})
+    is_refusal = manifest_name(path) == disk.REFUSAL
     try:
-        certificate = json.loads(manifest)["certificate"]
+        certificate = json.loads(manifest)["code" if is_refusal else "certificate"]
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise DamagedEntry(place, "is damaged; push the entry again") from error
+    if is_refusal:
+        return EntryFiles(path, {PICTURE: ""} if PICTURE in stored else {})
     return EntryFiles(path, _named(certificate, place))
 
 

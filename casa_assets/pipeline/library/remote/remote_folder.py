@@ -19,6 +19,7 @@ from types import MappingProxyType
 from typing import Any, ParamSpec, TypeVar
 
 from casa_assets.errors import OutputError
+from casa_assets.ingest.sources.stores.address import hide_secrets
 from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.process_name import process_name
 
@@ -33,7 +34,6 @@ FIRST_PAUSE_S, LAST_PAUSE_S = 0.2, 10.0
 MAX_SENT = 3
 # What no repetition mends: rights, names, a store that lacks the operation.
 _LASTING = (PermissionError, IsADirectoryError, NotADirectoryError, FileExistsError)
-_USER = re.compile(r"(?<=://)[^/@]*@")
 _MD5 = re.compile(r"[0-9a-f]{32}")
 # Options of file systems. Requests are repeated here and not by botocore too, whose times would multiply. Many files
 # are on their way at once, so the parts of one are not: it would be asked for its size first.
@@ -74,7 +74,7 @@ class RemoteFolder:
         self._system, self._path, self._patience_s = system, path.rstrip("/"), patience_s
         self._is_disk = "file" in _protocols(system)
         self._closed, self._has_answered = threading.Event(), False
-        self.url = shown(url)
+        self.url = hide_secrets(url)
 
     @classmethod
     def open(cls, url: str, patience_s: float = PATIENCE_S) -> RemoteFolder:
@@ -84,23 +84,25 @@ class RemoteFolder:
             OutputError: the address cannot be understood, or names a kind of store that no installed package opens.
             CasaError: fsspec is not installed.
         """
-        require("fsspec", "stores", f"{shown(url)}: a library on a store")
+        require("fsspec", "stores", f"{hide_secrets(url)}: a library on a store")
         from fsspec.core import url_to_fs
         from fsspec.utils import get_protocol
 
         protocol = get_protocol(url)
         if "::" in url or protocol in ("http", "https"):
-            raise OutputError(shown(url), "is no store that can be written to; give an address such as s3://bucket/lib")
+            raise OutputError(
+                hide_secrets(url), "is no store that can be written to; give an address such as s3://bucket/lib"
+            )
         # Stores are written to by others too, so nothing that was listed before counts.
         options = {**_OPTIONS.get(protocol, {}), "use_listings_cache": False, "skip_instance_cache": True}
         if protocol == "s3":
-            require("s3fs", "stores", f"{shown(url)}: a library on a store")
+            require("s3fs", "stores", f"{hide_secrets(url)}: a library on a store")
         try:
             system, path = url_to_fs(url, **options)
         except ImportError as error:
-            raise OutputError(shown(url), f"needs a package that is not installed: {error}") from error
+            raise OutputError(hide_secrets(url), f"needs a package that is not installed: {error}") from error
         except (ValueError, TypeError, KeyError) as error:
-            raise OutputError(shown(url), f"is no address of a store: {error}") from error
+            raise OutputError(hide_secrets(url), f"is no address of a store: {error}") from error
         return cls(system, path, url, patience_s)
 
     def close(self) -> None:
@@ -215,11 +217,6 @@ class RemoteFolder:
         raise AssertionError("pauses have no end")
 
 
-def shown(url: str) -> str:
-    """An address without the user and password in it."""
-    return _USER.sub("", url)
-
-
 def _pauses() -> Iterator[float]:
     pause = FIRST_PAUSE_S
     while True:
@@ -269,7 +266,7 @@ def _is_whole_store_missing(error: FileNotFoundError) -> bool:
 
 def _words(error: BaseException) -> str:
     """What an exception says, without users and passwords in addresses, on one line."""
-    return shown(" ".join(str(error).split())) or type(error).__name__
+    return hide_secrets(" ".join(str(error).split())) or type(error).__name__
 
 
 def _protocols(system: Any) -> tuple[str, ...]:

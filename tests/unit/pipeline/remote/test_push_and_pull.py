@@ -244,6 +244,22 @@ def test_a_damaged_entry_is_told_and_all_others_are_copied(library: disk.Library
     assert len(entries_of(other.root)) == len(entries_of(library.root)) - 1
 
 
+@pytest.mark.parametrize("name", ["asset.json", "reject.json"])
+def test_a_manifest_that_was_cut_off_takes_no_place(library: disk.Library, tmp_path: Path, name: str) -> None:
+    """Where a store shows what is half written: on a disk and in an object store nothing is."""
+    store = FaultyStore()
+    pushed(library, store)
+    whole = files_of(library)
+    path = next(path for path in store.content if path.endswith(name))
+    store.pipe_file(f"{ROOT}/{path}", store.content[path][:200])
+    assert "failed" in kinds(pulled(store, library, Extra.KEEP))
+    assert files_of(library) == whole
+    with pytest.raises(OutputError, match="is damaged; push the entry again"):
+        pulled(store, disk.Library(tmp_path / "other"))
+    pushed(library, store)
+    assert public(store) == whole
+
+
 def test_what_the_store_alone_has_is_not_removed_unasked(library: disk.Library) -> None:
     store = FaultyStore()
     pushed(library, store)
