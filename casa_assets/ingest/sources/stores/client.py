@@ -7,6 +7,7 @@ Stores are reached by what `fsspec` finds for an address: s3, gs, az, http and o
 from __future__ import annotations
 
 import importlib
+import os
 import posixpath
 import re
 import threading
@@ -27,6 +28,7 @@ T = TypeVar("T")
 TRIES = 3
 REQUEST_S = 60.0
 PAUSE_S = 0.5
+_S3_TIMES = {"connect_timeout": 10.0, "read_timeout": 50.0}
 # The listing of a whole bucket is one call of many requests: a thousand names in each, a fifth of a second.
 LISTING_S = 3600.0
 # A page that lists more than a hundred thousand files is none that a server makes.
@@ -97,6 +99,11 @@ def open_client(root: StoreRoot) -> Client:
     if root.is_web:
         # Bytes as they are: what a server packs would be unpacked without a bound.
         options |= {"headers": {"Accept-Encoding": "identity"}, "client_kwargs": {"auto_decompress": False}}
+    if re.match(r"s3a?://", root.base):
+        # Requests are repeated by `steady`, and not by botocore too, whose times would multiply. Servers that give the
+        # checksum of a whole object with a part of it (rclone) would be taken to give wrong bytes.
+        options["config_kwargs"] = {"retries": {"mode": "standard", "total_max_attempts": 1}, **_S3_TIMES}
+        os.environ.setdefault("AWS_RESPONSE_CHECKSUM_VALIDATION", "when_required")
     try:
         system, base = _fsspec().core.url_to_fs(root.base, **options)
     except (ImportError, ValueError) as error:

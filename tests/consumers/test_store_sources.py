@@ -1,0 +1,94 @@
+"""Meshes on servers that speak S3: the library of the same folder on the disk, also where the server is away."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from tests.format_files import tarred, zipped
+from tests.libraries import BOXES, box_obj, casa, input_rows
+from tests.object_stores import BUCKET, SECRET, Server
+from tests.sharded_inputs import public_differences
+
+pytestmark = pytest.mark.consumers
+
+URL = f"s3://{BUCKET}/things"
+# Where one server is enough; the other one takes any password.
+only_rclone = pytest.mark.parametrize("server", ["rclone"], indirect=True)
+
+
+@pytest.fixture(params=["rclone", "seaweedfs"])
+def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
+    with Server(str(request.param), tmp_path / "server") as made:
+        yield made
+
+
+@pytest.fixture
+def things(server: Server, tmp_path: Path) -> Path:
+    """A folder with a loose mesh, a shard, a table and an archive, on the disk and on the store."""
+    folder = tmp_path / "in" / "things"
+    (folder / "deep").mkdir(parents=True)
+    boxes = {name: box_obj(size).encode() for name, size in BOXES.items()}
+    said = json.dumps({"category": "cutting_board", "license": "cc0"}).encode()
+    (folder / "cereal_box.obj").write_bytes(boxes["cereal_box"])
+    shard = tarred(**{"000001.json": said, "000001.obj": boxes["cutting_board"]})
+    (folder / "shard-000000.tar").write_bytes(gzip.decompress(shard))
+    pq.write_table(pa.table({"id": ["carton"], "obj": [boxes["milk_carton"]]}), folder / "t.parquet")
+    (folder / "deep" / "pack.zip").write_bytes(zipped(**{"empty.obj": b"v 0 0 0\n"}))
+    done = server.python(f"import s3fs; s3fs.S3FileSystem().put({str(folder)!r}, {BUCKET!r}, recursive=True)")
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def verdicts(printed: str) -> list[tuple[str, str]]:
+    return sorted((row["path"], row["verdict"]) for row in input_rows(printed))
+
+
+def test_the_library_is_that_of_the_disk(server: Server, things: Path, tmp_path: Path) -> None:
+    on_disk = casa("ingest", things, "--library", tmp_path / "disk", "--json")
+    done = server.casa("ingest", URL, "--library", tmp_path / "s3", "--json")
+    assert done.returncode == 1, done.stderr
+    assert verdicts(done.stdout) == verdicts(on_disk.stdout)
+    assert public_differences(tmp_path / "disk", tmp_path / "s3") == []
+    again = server.casa("ingest", URL, "--library", tmp_path / "s3", "--json")
+    assert {row["kept"] for row in input_rows(again.stdout)} == {True}
+    for path in (tmp_path / "s3").rglob("*"):
+        assert not path.is_file() or SECRET.encode() not in path.read_bytes(), path
+
+
+@only_rclone
+def test_a_server_that_is_away_rejects_and_ends_nothing_for_good(server: Server, things: Path, tmp_path: Path) -> None:
+    run = server.begin("ingest", URL, "--library", tmp_path / "s3", "--json", "--jobs", 1)
+    while not list((tmp_path / "s3").glob("*/*/asset.json")):
+        assert run.poll() is None, run.communicate()
+        time.sleep(0.05)
+    server.kill()
+    out, errors = run.communicate(timeout=600)
+    assert run.returncode == 1, errors
+    codes = {row["code"] for row in input_rows(out)}
+    assert codes <= {"", "SRC012", "SRC013", "SRC035"}, codes
+    gone = server.casa("ingest", URL, "--library", tmp_path / "none")
+    assert (gone.returncode, URL in gone.stderr) == (2, True), gone.stderr
+    server.start()
+    done = server.casa("ingest", URL, "--library", tmp_path / "s3", "--json")
+    assert done.returncode == 1, done.stderr
+    assert casa("ingest", things, "--library", tmp_path / "disk").returncode == 1
+    assert public_differences(tmp_path / "disk", tmp_path / "s3") == []
+
+
+@only_rclone
+def test_an_address_without_rights_or_objects_is_told(server: Server, things: Path, tmp_path: Path) -> None:
+    for address, words in ((f"s3://{BUCKET}/nothing", "nothing at this address"), ("s3://none/x", "s3://none/x")):
+        done = server.casa("ingest", address, "--library", tmp_path / "none")
+        assert done.returncode == 2
+        assert words in done.stderr
+    done = server.casa("ingest", URL, "--library", tmp_path / "none", AWS_SECRET_ACCESS_KEY="wrong")
+    assert done.returncode == 2
+    assert "may not be read; give the credentials" in done.stderr
