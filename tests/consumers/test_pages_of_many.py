@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports import home, kitchens, parts
-from casa_assets.pipeline.reports.library import models, report
+from casa_assets.pipeline.reports.library import models, paged, report
 from tests.browser import Browser, Page
 from tests.built_libraries import keep
 from tests.unit.pipeline.reports.test_kitchen_pages import scene
@@ -182,3 +183,26 @@ def test_the_page_about_a_folder_is_clean(browser: Browser, library: Path, tmp_p
         page.wait("text=was rejected")
         page.assert_clean()
         assert is_wide_enough(page)
+
+
+def test_a_page_of_a_large_report(browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The overview leads to the page of a category, which shows pictures and reasons out of its rows alone."""
+    library = Library(keep(tmp_path / "library", [FIRST, OTHER]))
+    refused(library.root, *CASES[0])
+    monkeypatch.setattr(paged, "MOST_ENTRIES", 1)
+    overview = browser.open(paged.write_library(library, library.root / "report.html").page)
+    overview.assert_clean()
+    overview.click("section:has(h2:text-is('Category')) a:text-is('mug')")
+    overview.wait(READY)
+    page = Page(browser, overview.url)
+    assert page.texts("#chips button") == ["category: mug  ×"]
+    page.click(f"#list .id:text-is('{FIRST.id}')")
+    page.wait("#detail-body .links")
+    assert page.evaluate("document.querySelector('#detail-body img').naturalWidth") > 0
+    assert page.evaluate("document.querySelector('#list img').naturalWidth") > 0
+    page.evaluate("location.hash = 'verdict=rejected'")
+    page.pause(0.2)
+    page.click(ROWS)
+    assert CASES[0][0] in " ".join(page.texts("#detail-body"))
+    assert page.strange_requests == []
+    assert page.violations() == []

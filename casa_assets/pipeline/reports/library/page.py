@@ -70,6 +70,7 @@ def render(
         "picture": PICTURE,
         "files": FILES,
         "refusal": REFUSAL,
+        "remedies": {code: words.rejections[code].remedy for code in totals.codes if code in words.rejections},
         "models": models.data if models else None,
         "meanings": {code: words.meaning(code) for code in code_counts(totals)},
         "checks": words.explanations,

@@ -7,6 +7,10 @@ import errno
 import json
 import os
 import shutil
+import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +25,7 @@ from casa_assets.pipeline.ingest.shards.record import NAME
 from casa_assets.pipeline.ingest.shards.shard import Shard, index_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library import review
-from tests.libraries import BOXES, box_obj, casa, entries_of
+from tests.libraries import BOXES, ROOT, box_obj, casa, entries_of
 from tests.sharded_inputs import make_sharded_inputs, public_differences, run_shards
 from tests.unit.pipeline.test_split import set_obj
 
@@ -164,6 +168,21 @@ def test_a_merge_that_was_killed_goes_on(
     list(merge(made.shards, tmp_path / "library"))
     assert public_differences(made.one, tmp_path / "library") == []
     assert list((tmp_path / "library" / ".casa" / "staging").iterdir()) == []
+
+
+def test_a_merge_that_is_killed_by_a_signal_goes_on(made: Made, tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    code = "import sys; from pathlib import Path; from casa_assets.pipeline.ingest.shards.merge import merge;"
+    code += "paths = [Path(word) for word in sys.argv[1:]]; list(merge(paths[1:], paths[0]))"
+    for published in (1, 5):
+        run = subprocess.Popen([sys.executable, "-c", code, str(library), *map(str, made.shards)], cwd=ROOT)
+        while run.poll() is None and len(list(library.glob("*/*/*.json"))) < published:
+            time.sleep(0.001)
+        run.kill()
+        assert run.wait() == -signal.SIGKILL, "it had ended before"
+    list(merge(made.shards, library))
+    assert public_differences(made.one, library) == []
+    assert list((library / ".casa" / "staging").iterdir()) == []
 
 
 def test_shards_may_come_one_after_the_other(made: Made, tmp_path: Path) -> None:

@@ -71,7 +71,7 @@ function in3d(row) {
 function brief(row) {
   const refused = row.verdict === "rejected";
   const files = refused ? (row.folder.endsWith(".jsonl") ? [] : [["reason", facts.refusal]]) : facts.files.map(function (file) { return [file[0], file[1].replace("{id}", row.id)]; });
-  return { results: [], seconds: {}, files: files, reason: refused ? row.message : "" };
+  return { results: [], seconds: {}, files: files, reason: refused ? row.message : "", fix: facts.remedies[row.codes[0]] };
 }
 function details(row, place) {
   place.append(large(row));
