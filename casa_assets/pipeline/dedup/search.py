@@ -124,12 +124,12 @@ class _Judge:
     def __call__(self, row: TableRow) -> tuple[int, float, str]:
         if not self._words:
             return 0, 0.0, ""
-        colors, said = dict(row.colors), _all((row.title, row.prompt, row.source_path))
+        colors, said = dict(row.colors), f"{row.title} {row.prompt} {row.source_path}".lower()
         found = [self._word(word, row.category, colors, said) for word in self._words]
         matched = [(value, why) for value, why in found if value > 0]
         return len(matched), sum(value for value, _ in matched), ", ".join(why for _, why in matched)
 
-    def _word(self, word: str, category: str, colors: Mapping[str, float], said: frozenset[str]) -> tuple[float, str]:
+    def _word(self, word: str, category: str, colors: Mapping[str, float], said: str) -> tuple[float, str]:
         """Score of a word for an asset, and the reason."""
         if word in colors:
             return colors[word], f"{colors[word]:.0%} {word}"
@@ -138,7 +138,7 @@ class _Judge:
             return BY_CATEGORY, f"{word!r} is its category"
         if word in classes:
             return BY_CLASS, f"{word!r} is a class of it"
-        if word in said:
+        if word in said and word in tokens(said):  # most texts have none of the words, which is told quickly
             return BY_SOURCE, f"its source says {word!r}"
         return 0.0, ""
 

@@ -39,14 +39,16 @@ def _copy(folder: Path, staged: Path, digests: Mapping[str, str]) -> None:
         digests: sha256 of the files by their path in the entry; empty where it is not known.
     """
     for name, digest in digests.items():
-        # What the entry has as a link within itself becomes a file.
-        source = os.path.realpath(file_inside(folder, name, folder, "files"))
+        source = file_inside(folder, name, folder, "files")
+        if source.is_symlink():  # within the entry: it becomes a file
+            source = source.resolve()
         target = staged / name
-        target.parent.mkdir(parents=True, exist_ok=True)
+        if "/" in name:
+            target.parent.mkdir(parents=True, exist_ok=True)
         try:
             os.link(source, target)
         except OSError:  # another file system, one without hard links, or a file of somebody else
-            data = Path(source).read_bytes()
+            data = source.read_bytes()
             if digest and hashlib.sha256(data).hexdigest() != digest:
                 message = "is not what the certificate says; copy the shard again, or run it again"
                 raise OutputError(str(folder / name), message) from None

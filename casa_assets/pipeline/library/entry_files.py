@@ -45,6 +45,8 @@ def file_inside(folder: Path, name: object, said_by: Path, pointer: str) -> Path
     if posixpath.isabs(name) or plain == ".." or plain.startswith("../"):
         raise OutputError(str(said_by), f"{pointer}: {shown} leaves the folder of the asset; {_ADVICE}")
     path = folder / name
+    if plain == name and _is_plain(str(folder), plain):
+        return path
     real = os.path.realpath(path)
     if not Path(real).is_relative_to(os.path.realpath(folder)):
         raise OutputError(str(said_by), f"{pointer}: {shown} is a link that leaves the folder of the asset; {_ADVICE}")
@@ -57,6 +59,19 @@ def file_inside(folder: Path, name: object, said_by: Path, pointer: str) -> Path
     if not is_regular:
         raise OutputError(str(said_by), f"{pointer}: {shown} is no regular file; {_ADVICE}")
     return path
+
+
+def _is_plain(folder: str, name: str) -> bool:
+    """True for a regular file in a folder, or in folders in it, with no link on the way; no path is resolved for it."""
+    *places, last = name.split("/")
+    try:
+        for place in places:
+            folder = f"{folder}/{place}"
+            if not stat.S_ISDIR(os.lstat(folder).st_mode):
+                return False
+        return stat.S_ISREG(os.lstat(f"{folder}/{last}").st_mode)
+    except OSError:
+        return False  # what is wrong is told by who looks closely
 
 
 def picture_of(folder: Path) -> bytes:
