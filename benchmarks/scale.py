@@ -33,7 +33,6 @@ from casa_assets.pipeline.workers.engine import RayCluster, Workers
 SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
 SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}
 GROWTH = 1.07  # of each copy of a sample: another asset, and not a copy
-LOOP = 30_000_000
 CORES = (1, 8, 64, 512, 1_000, 10_000)
 HEADS = ("seconds", "first after", "processor s", "of workers", "leading s")
 COUNTS = (10_000, 800_000, 10_000_000)
@@ -70,8 +69,6 @@ def main() -> None:
     parser.add_argument("--inputs", type=Path)
     parser.add_argument("--copies", type=int, default=3)
     given = parser.parse_args()
-    alone, beside = loop_s(1), loop_s(2)
-    print(f"an endless loop takes {alone:.1f} s alone and {beside:.1f} s beside another\n")
     with tempfile.TemporaryDirectory(prefix="casa-scale-") as folder:
         inputs = given.inputs or scaled_samples(Path(folder), given.copies)
         kinds: dict[str, Workers] = {"local, 1 worker": 1, "local, 2 workers": 2}
@@ -110,18 +107,9 @@ def print_engines(runs: dict[str, Run]) -> None:
                 print(f"Ray beside the local pool, {word}: {100 * (one.seconds / beside.seconds - 1):+.0f} %")
             overheads = measured_overheads(runs[f"{name}, 1 worker"])
             predicted = forecast(beside.costs, len(one.events), count, overheads).seconds
-            print(f"model of {name}, {word}: {predicted:.1f} s, {100 * (predicted / one.seconds - 1):+.0f} %")
-
-
-def loop_s(count: int) -> float:
-    """Seconds that each of some processes takes for the same work, side by side."""
-    processes = [multiprocessing.Process(target=_loop) for _ in range(count)]
-    begin = time.perf_counter()
-    for process in processes:
-        process.start()
-    for process in processes:
-        process.join()
-    return time.perf_counter() - begin
+            error = f"{100 * (predicted / one.seconds - 1):+.0f} %"
+            note = " (what it takes besides the work is of this very run)" if count == 1 else ""
+            print(f"model of {name}, {word}: {predicted:.1f} s, {error}{note}")
 
 
 def apart_s(inputs: Path, folder: Path) -> float:
@@ -140,12 +128,6 @@ def apart_s(inputs: Path, folder: Path) -> float:
         process.join()
         assert process.exitcode == 0
     return time.perf_counter() - begin
-
-
-def _loop() -> None:
-    total = 0
-    for number in range(LOOP):
-        total += number
 
 
 def scaled_samples(folder: Path, copies: int) -> Path:

@@ -187,16 +187,15 @@ def print_counts(events: list[Event], output: Output) -> int:
 
 def _print_cost(events: list[Event], output: Output) -> None:
     """A line about what the work took, where any was done."""
-    from casa_assets.pipeline.reports.library.summary import tail_share
+    from casa_assets.pipeline.reports.library.summary import cost
 
-    costs = [event.cost for event in events if event.cost is not None]
-    if not costs:
+    costs = {event.asset_id: event.cost for event in events if event.cost is not None}
+    if (told := cost(costs, costs)) is None:
         return
-    seconds = [cost.cpu_s for cost in costs]
-    tail = f", the slowest twentieth of them {100 * tail_share(seconds):.0f} %" if len(costs) > 1 else ""
-    most = max(cost.peak_bytes for cost in costs) / 1e9
-    hours = f"{sum(seconds) / 3600:.3g} core-hours"
-    output.line(f"Cost:    {hours} for {pluralize(len(costs), 'input')}{tail}; most memory of one {most:.2f} GB")
+    tail = f", the slowest twentieth of them {100 * told['tail_share']:.0f} %" if len(costs) > 1 else ""
+    most = told["largest"]["peak_bytes"] / 1e9
+    inputs = pluralize(told["inputs"], "input")
+    output.line(f"Cost:    {told['core_hours']:.3g} core-hours for {inputs}{tail}; most memory of one {most:.2f} GB")
 
 
 def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> None:

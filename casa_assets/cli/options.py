@@ -7,7 +7,6 @@ A name has the same type and the same words of help in every verb; what follows 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from enum import StrEnum
 from itertools import chain
@@ -44,7 +43,9 @@ def workers(engine: EngineName, address: str, jobs: int) -> Workers:
 
 def source(text: str) -> str:
     """A source as a user names it: a path that is there, or the address of a store. Raises typer.BadParameter."""
-    if "://" not in text:
+    from casa_assets.ingest.sources.stores.address import is_url
+
+    if not is_url(text):
         if not os.path.exists(text):  # noqa: PTH110
             raise typer.BadParameter(f"Path {text!r} does not exist.")
         if not os.access(text, os.R_OK):
@@ -59,9 +60,12 @@ def more(help_: str, tail: str) -> str:
 
 def folder_of_library(folder: Path) -> Path:
     """The folder as it is. Raises typer.BadParameter where it is the address of a store, which a Path takes for one."""
-    if folder.parts and re.fullmatch(r"[A-Za-z][A-Za-z0-9+.-]+:", folder.parts[0]):
+    from casa_assets.ingest.sources.stores.address import is_url
+
+    first = folder.parts[0] if folder.parts else ""
+    if first.endswith(":") and is_url(f"{first}//"):  # a Path keeps one of two slashes
         message = "is the address of a store; name a folder, and the store with `ingest --store` or `library push`"
-        raise typer.BadParameter(f"{folder.parts[0]}// {message}")
+        raise typer.BadParameter(f"{first}// {message}")
     return folder
 
 

@@ -81,12 +81,11 @@ def on_store(url: str, library: Path, output: Output) -> Iterator[Sending]:
         yield lambda events: events
         return
     from casa_assets.pipeline.library.library import Library
-    from casa_assets.pipeline.library.remote.remote_folder import RemoteFolder
     from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
     from casa_assets.pipeline.library.remote.stored_run import StoredRun
     from casa_assets.pipeline.library.remote.writer_lock import hold
 
-    remote = RemoteLibrary(RemoteFolder.open(url))
+    remote = RemoteLibrary.open(url)
     with hold(remote.folder, waiting(output)) as lock:
         run = StoredRun(Library(library), remote, lock)
         fetched = print_changes(run.fetch(), "fetching", output)

@@ -99,12 +99,11 @@ def push(
     """
     from casa_assets.pipeline.library.remote.change import Extra
     from casa_assets.pipeline.library.remote.push import push as run
-    from casa_assets.pipeline.library.remote.remote_folder import RemoteFolder
     from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
     from casa_assets.pipeline.library.remote.writer_lock import hold
 
     output, place = Output(json_, quiet, verbose), library_at(library)
-    remote = RemoteLibrary(RemoteFolder.open(url))
+    remote = RemoteLibrary.open(url)
     with place.locked(), hold(remote.folder, waiting(output)) as lock:
         changes = run(place, remote, lock, Extra.REMOVE if delete else Extra.REFUSE)
         told = print_changes(changes, "pushing", output, library)
@@ -135,11 +134,10 @@ def pull(
     from casa_assets.pipeline.library.library import Library
     from casa_assets.pipeline.library.remote.change import Extra
     from casa_assets.pipeline.library.remote.pull import pull as run
-    from casa_assets.pipeline.library.remote.remote_folder import RemoteFolder
     from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
 
     output, place = Output(json_, quiet, verbose), Library(library)
-    remote = RemoteLibrary(RemoteFolder.open(url))
+    remote = RemoteLibrary.open(url)
     with place.locked():
         place.sweep()
         changes = run(remote, place, Extra.REMOVE if delete else Extra.REFUSE, partial)

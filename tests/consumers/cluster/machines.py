@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from casa_assets.pipeline.workers.usage import trees
 from tests.libraries import ROOT, command
 
 PLACE = ROOT / os.environ.get("CASA_RAY", ".venv-ray")
@@ -113,8 +114,8 @@ class Machines:
         Returns:
             Its number; 0 where there is none.
         """
-        found = [pid for pid in _descendants(self._process.pid) if words in _command_line(pid)]
-        for pid in sorted(found, key=_started_at, reverse=True):
+        started = [process.pid for process in trees([self._process.pid])[self._process.pid]]
+        for pid in sorted((one for one in started if words in _command_line(one)), key=_started_at, reverse=True):
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
                 return pid
@@ -152,19 +153,6 @@ def wait_for(is_there: Callable[[], object], run: subprocess.Popen[str], most_s:
         assert run.poll() is None, f"the run ended before: {run.communicate()[0]}"
         assert time.monotonic() < give_up, "it took too long"
         time.sleep(0.1)
-
-
-def _descendants(pid: int) -> list[int]:
-    """Processes below one, children of children as well."""
-    parents: dict[int, int] = {}
-    for place in Path("/proc").iterdir():
-        if place.name.isdigit():
-            with suppress(OSError):
-                parents[int(place.name)] = int((place / "stat").read_text().rpartition(")")[2].split()[1])
-    found = {pid}
-    while more := {child for child, parent in parents.items() if parent in found} - found:
-        found |= more
-    return sorted(found - {pid})
 
 
 def _command_line(pid: int) -> str:

@@ -21,7 +21,7 @@ STORE_BYTES = 100_000_000
 
 
 @contextmanager
-def surroundings(more: dict[str, str]) -> Iterator[None]:
+def with_variables(more: dict[str, str]) -> Iterator[None]:
     """Variables of the environment besides ours; Ray's own argument for them cannot change LD_PRELOAD."""
     before = dict(os.environ)
     os.environ.update(more)
@@ -35,18 +35,18 @@ def surroundings(more: dict[str, str]) -> Iterator[None]:
 if __name__ == "__main__":
     environments = json.loads(sys.argv[1])
     settings = {"num_cpus": 1, "object_store_memory": STORE_BYTES, "resources": {}, "memory": MEMORY_BYTES}
-    with surroundings(environments[0]):
+    with with_variables(environments[0]):
         cluster = Cluster(initialize_head=True, head_node_args={**settings, "include_dashboard": False})
     nodes = []
     for one in environments[1:]:
-        with surroundings(one):
+        with with_variables(one):
             nodes.append(cluster.add_node(**settings))
     print(cluster.address, flush=True)
     for line in sys.stdin:
         if line.strip() == "kill":
             cluster.remove_node(nodes.pop(), allow_graceful=False)
         elif line.strip() == "add":
-            with surroundings(environments[-1]):
+            with with_variables(environments[-1]):
                 nodes.append(cluster.add_node(**settings))
         print("done", flush=True)
     cluster.shutdown()

@@ -41,6 +41,16 @@ class EntryFiles:
         return manifest_name(self.path)
 
 
+def entry_path(folder: Path) -> str:
+    """Path of the folder of an entry on this disk, relative to its library."""
+    return f"{folder.parent.name}/{folder.name}"
+
+
+def entry_folders(library: disk.Library) -> dict[str, Path]:
+    """Folders of all entries of a library on this disk by their paths relative to it, accepted ones first."""
+    return {entry_path(folder): folder for folder in (*library.accepted(), *library.refused())}
+
+
 def manifest_name(path: str) -> str:
     """Name of the file that makes the folder of an entry one: asset.json, of a rejected input reject.json."""
     return disk.REFUSAL if path.partition("/")[0] == disk.REJECTED else disk.CERTIFICATE
@@ -60,7 +70,7 @@ def is_safe_name(name: str) -> bool:
 
 def entry_at(folder: Path) -> EntryFiles:
     """The files of an entry on this disk. Raises OutputError where its manifest is damaged."""
-    path = f"{folder.parent.name}/{folder.name}"
+    path = entry_path(folder)
     if folder.parent.name == disk.REJECTED:
         return EntryFiles(path, {PICTURE: ""} if (folder / PICTURE).exists() else {})
     return EntryFiles(path, _named(disk.read_section(folder, "certificate"), str(folder / disk.CERTIFICATE)))

@@ -16,7 +16,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.derived_files import write_reports
 from casa_assets.pipeline.library.remote import decisions
 from casa_assets.pipeline.library.remote.change import Change, Extra, check_extra, check_failed, superseded
-from casa_assets.pipeline.library.remote.entry_list import DamagedEntry, EntryFiles, entry_at, read_file
+from casa_assets.pipeline.library.remote.entry_list import DamagedEntry, EntryFiles, entry_at, entry_folders, read_file
 from casa_assets.pipeline.library.remote.parallel import in_threads
 from casa_assets.pipeline.library.remote.push import books_at
 from casa_assets.pipeline.library.remote.remote_folder import StoredFile
@@ -42,7 +42,7 @@ def pull(remote: RemoteLibrary, library: disk.Library, extra: Extra, is_partial:
     is_unfinished = remote.is_unfinished
     if extra is not Extra.KEEP:
         _check_source(remote, bool(there or books), is_unfinished and not is_partial)
-    own = {f"{folder.parent.name}/{folder.name}": folder for folder in (*library.accepted(), *library.refused())}
+    own = entry_folders(library)
     lacking = own.keys() - set(there)
     replaced = superseded(lacking, there)
     if extra is Extra.REFUSE:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import groupby
 from pathlib import Path
 
 from casa_assets.errors import OutputError
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.remote import decisions
 from casa_assets.pipeline.library.remote.change import Change, Extra, check_extra, check_failed, superseded
-from casa_assets.pipeline.library.remote.entry_list import DamagedEntry, entry_at, read_file
+from casa_assets.pipeline.library.remote.entry_list import DamagedEntry, entry_at, entry_folders, read_file
 from casa_assets.pipeline.library.remote.parallel import in_threads
 from casa_assets.pipeline.library.remote.remote_folder import StoredFile
 from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary, has_manifest, is_book
@@ -31,7 +32,7 @@ def push(
         OutputError: the store has entries or decisions that the library lacks; it does not answer, or refuses; or an
             entry of the library is damaged: all others are copied then.
     """
-    own = {f"{folder.parent.name}/{folder.name}": folder for folder in (*library.accepted(), *library.refused())}
+    own = entry_folders(library)
     there, books = remote.contents()
     lacking = set(there) - own.keys()
     removed = superseded(lacking, own) | (lacking & gone)
@@ -46,9 +47,8 @@ def push(
     lock.check()
     remote.begin()
     failed = []
-    for shelf in sorted({path.split("/")[0] for path in own}):
-        paths = {path: folder for path, folder in own.items() if path.startswith(f"{shelf}/")}
-        for change in _push_shelf(shelf, paths, remote, lock, len(own)):
+    for shelf, paths in groupby(sorted(own), key=lambda path: path.split("/")[0]):
+        for change in _push_shelf(shelf, {path: own[path] for path in paths}, remote, lock, len(own)):
             failed += [change] if change.kind == "failed" else []
             yield change
     for path in sorted(removed):

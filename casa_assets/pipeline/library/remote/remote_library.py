@@ -37,6 +37,11 @@ class RemoteLibrary:
     def __init__(self, folder: RemoteFolder) -> None:
         self.folder = folder
 
+    @classmethod
+    def open(cls, url: str) -> RemoteLibrary:
+        """The library at an address. Raises as `RemoteFolder.open`."""
+        return cls(RemoteFolder.open(url))
+
     @property
     def url(self) -> str:
         """Address, as it is shown to people."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Set
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from casa_assets.errors import OutputError
 from casa_assets.pipeline.ingest.job import Event
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.remote.change import Change, Extra
-from casa_assets.pipeline.library.remote.entry_list import DamagedEntry
+from casa_assets.pipeline.library.remote.entry_list import DamagedEntry, entry_folders, entry_path
 from casa_assets.pipeline.library.remote.pull import pull
 from casa_assets.pipeline.library.remote.push import push, push_entry
 from casa_assets.pipeline.library.remote.remote_library import RemoteLibrary
@@ -36,13 +36,13 @@ class StoredRun:
 
     def __init__(self, library: disk.Library, remote: RemoteLibrary, lock: WriterLock) -> None:
         self._library, self._remote, self._lock = library, remote, lock
-        self._before: frozenset[str] = frozenset()
+        self._before: Set[str] = frozenset()
 
     def fetch(self) -> Iterator[Change]:
         """Bring what the store has and the library lacks; where both have an entry, that of the store counts."""
         with self._library.locked():
             yield from pull(self._remote, self._library, Extra.KEEP)
-        self._before = self._paths()
+        self._before = entry_folders(self._library).keys()
 
     def sending(self, events: Generator[Event, None, None]) -> Generator[Event, None, None]:
         """Pass the events of the run on, and send the entry of each that is new."""
@@ -59,12 +59,8 @@ class StoredRun:
     def finish(self) -> Iterator[Change]:
         """Send what is still to be sent, then the books, and remove from the store what the run has removed."""
         with self._library.locked():
-            gone = self._before - self._paths()
+            gone = frozenset(self._before - entry_folders(self._library).keys())
             yield from push(self._library, self._remote, self._lock, Extra.KEEP, gone)
-
-    def _paths(self) -> frozenset[str]:
-        folders = (*self._library.accepted(), *self._library.refused())
-        return frozenset(f"{folder.parent.name}/{folder.name}" for folder in folders)
 
     @contextmanager
     def _senders(self) -> Iterator[Callable[[Path], None]]:
@@ -90,8 +86,7 @@ class StoredRun:
         while (folder := waiting.get()) is not None and not ended.is_set():
             try:
                 self._lock.check()
-                path = f"{folder.parent.name}/{folder.name}"
-                push_entry(folder, self._remote, self._remote.folder.files(path))
+                push_entry(folder, self._remote, self._remote.folder.files(entry_path(folder)))
             except DamagedEntry:
                 pass  # `finish` tells
             except OutputError:
