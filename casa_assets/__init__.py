@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.ingest.in_memory import MeshInput
     from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
     from casa_assets.pipeline.reports.entry import Entry
+    from casa_assets.projects import use_project
 
 __version__ = "0.1.0"
 __all__ = [
@@ -61,6 +62,7 @@ __all__ = [
     "stable_poses",
     "Library",
     "cache_dir",
+    "use_project",
     "Kitchen",
     "Weight",
     "FixtureStates",
@@ -108,6 +110,7 @@ _SOURCES = {
     "SearchHit": "casa_assets.pipeline.dedup.search",
     "MeshInput": "casa_assets.pipeline.ingest.in_memory",
     "cache_dir": "casa_assets.pipeline.cache.cache_folder",
+    "use_project": "casa_assets.projects",
     "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",
 }
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import typer
 
-import casa_assets
+from casa_assets.projects import VARIABLE, data_root, find_project, layers
 
 _ROW = re.compile(r"([A-Za-z][\w-]*):")
 _PRESET = re.compile(r"  ([A-Za-z][\w-]*):")
@@ -60,7 +60,7 @@ def presets(ctx: typer.Context, incomplete: str) -> list[str]:
 
 def categories(incomplete: str) -> list[str]:
     """Ids of categories of things."""
-    return _starting(incomplete, sorted(_rows(_root() / "categories.yaml")))
+    return _starting(incomplete, sorted({name for layer in _layers() for name in _rows(layer / "categories.yaml")}))
 
 
 def objects(incomplete: str) -> list[str]:
@@ -117,39 +117,42 @@ def _starting(incomplete: str, names: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(name for name in names if name.startswith(incomplete)))
 
 
-def _root() -> Path:
-    """Folder of the registry. `registry.data_root` says the same, but importing it takes as long as all the rest."""
-    package = Path(casa_assets.__file__).parent
-    inside = package / "registry_data"
-    return inside if inside.is_dir() else package.parent / "registry"
-
-
 def _files(folder: str) -> list[str]:
-    return sorted(path.stem for path in (_root() / folder).glob("*.yaml"))
+    return sorted({path.stem for path in _paths_in(folder)})
+
+
+def _paths_in(folder: str) -> list[Path]:
+    """YAML files in a folder of the registry, and of the project in use."""
+    return sorted(path for layer in _layers() for path in (layer / folder).glob("*.yaml"))
+
+
+def _layers() -> tuple[Path, ...]:
+    """Folders of registry files. No verb has been called yet, so that a project is looked for here."""
+    if not os.environ.get(VARIABLE) and (found := find_project(Path())) is not None:
+        return (data_root(), found)
+    return layers()
 
 
 def _rows(path: Path) -> Iterator[str]:
     """Keys on the top level of a YAML file."""
-    for line in path.read_text(encoding="utf-8").splitlines():
+    for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
         if found := _ROW.match(line):
             yield found[1]
 
 
 def _rows_of_folder(folder: str) -> Iterator[str]:
-    for path in sorted((_root() / folder).glob("*.yaml")):
+    for path in _paths_in(folder):
         yield from _rows(path)
 
 
 def _presets(family: str) -> Iterator[str]:
-    path = _root() / "families" / f"{family}.yaml"
-    if not path.is_file():
-        return
-    inside = False
-    for line in path.read_text(encoding="utf-8").splitlines():
-        if found := _ROW.match(line):
-            inside = found[1] == "presets"
-        elif inside and (preset := _PRESET.match(line)):
-            yield preset[1]
+    for path in (layer / "families" / f"{family}.yaml" for layer in _layers()):
+        inside = False
+        for line in path.read_text(encoding="utf-8").splitlines() if path.is_file() else ():
+            if found := _ROW.match(line):
+                inside = found[1] == "presets"
+            elif inside and (preset := _PRESET.match(line)):
+                yield preset[1]
 
 
 def _paths(incomplete: str) -> list[str]:

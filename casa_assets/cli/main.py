@@ -33,6 +33,7 @@ from casa_assets.cli.verbs.ingest import fetch, ingest
 from casa_assets.cli.verbs.library import app as library
 from casa_assets.cli.verbs.objects import app as objects
 from casa_assets.cli.verbs.preview import preview
+from casa_assets.cli.verbs.project import init, make
 from casa_assets.cli.verbs.report import report
 from casa_assets.cli.verbs.review import review
 from casa_assets.cli.verbs.scenes import app as scenes
@@ -77,6 +78,8 @@ app.add_typer(families, rich_help_panel=MAKE)
 app.add_typer(objects, rich_help_panel=MAKE)
 app.add_typer(textures, rich_help_panel=MAKE)
 app.add_typer(scene, hidden=True)
+app.command(cls=Verb, rich_help_panel=MAKE)(init)
+app.command(cls=Verb, rich_help_panel=MAKE)(make)
 app.command(cls=Verb, rich_help_panel=LOOK)(view)
 app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}), rich_help_panel=LOOK)(preview)
 app.command(cls=verb(OLD_OUT), rich_help_panel=LOOK)(report)

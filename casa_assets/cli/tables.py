@@ -9,6 +9,9 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
+from casa_assets.projects import project_folder
+
+FROM = "from"  # heading of the column of where things come from
 GAP = 2  # columns of the terminal between two cells
 
 
@@ -36,6 +39,10 @@ class TextTable:
     def add(self, *cells: str | Text) -> None:
         """Add a row, a cell for each column. A string may hold what a user typed: it is not read as markup."""
         self.rows.append(tuple(cell if isinstance(cell, Text) else Text(cell) for cell in cells))
+
+    def add_from(self, *cells: str | Text) -> None:
+        """Add a row whose last cell says where it comes from, which is told where a project is in use."""
+        self.add(*cells[: len(self.columns)])
 
     def print(self, console: Console) -> None:
         """Print the table in the form for which there is room; nothing where it has no rows."""
@@ -118,6 +125,11 @@ class TextTable:
             for name, cell in zip(self.columns[1:], row[1:], strict=True):
                 if cell.plain:
                     console.print(Text.assemble(f"  {name}: ", cell), soft_wrap=True, highlight=False)
+
+
+def from_column() -> tuple[str, ...]:
+    """Heading of the last column of a list where a project is in use, so that not all comes from this package."""
+    return () if project_folder() is None else (FROM,)
 
 
 def _sum(widths: Sequence[int]) -> int:

@@ -1,4 +1,4 @@
-"""The class of every verb: takes names of options of the last release, with a note, and says how long it took."""
+"""The class of every verb: finds the project to use, takes old names of options with a note, says how long it took."""
 
 from __future__ import annotations
 
@@ -6,11 +6,16 @@ import resource
 import sys
 import time
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
 
 import typer
 from typer.core import TyperCommand
 
+from casa_assets.projects import NO_PROJECT, SETTINGS, VARIABLE, find_project, use_project
+
+PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest above it; '{NO_PROJECT}': none."
 UNTIL = "the old name goes away with the first release"
 
 
@@ -25,6 +30,10 @@ class Verb(TyperCommand):
     old_names: ClassVar[Mapping[str, str]] = {}
     old_path: ClassVar[str] = ""
     path: ClassVar[str] = ""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.params.append(_project_option())
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words behind the verb, with old names replaced and told about on standard error."""
@@ -48,6 +57,40 @@ class Verb(TyperCommand):
 def verb(old_names: Mapping[str, str] | None = None, old_path: str = "", path: str = "") -> type[Verb]:
     """The class of a verb whose options, or whose own words, had other names in the last release."""
     return type("Verb", (Verb,), {"old_names": old_names or {}, "old_path": old_path, "path": path})
+
+
+@lru_cache(maxsize=1)
+def _project_option() -> Any:
+    """The option --project, made by Typer of a command that has no other."""
+    single = typer.Typer(add_completion=False)
+    single.command()(_with_project)
+    return next(p for p in typer.main.get_command(single).params if "--project" in p.opts)
+
+
+def _on_project(ctx: typer.Context, named: str) -> None:
+    """Use the project that is named, or else the nearest at or above the working folder. Raises CasaError."""
+    if ctx.resilient_parsing:
+        return
+    if named:
+        use_project(None if named == NO_PROJECT else Path(named))
+    elif (found := find_project(Path())) is not None:
+        use_project(found)
+
+
+def _with_project(
+    project: Annotated[
+        str,
+        typer.Option(
+            "--project",
+            help=PROJECT_HELP,
+            envvar=VARIABLE,
+            show_envvar=False,
+            expose_value=False,
+            is_eager=True,
+            callback=_on_project,
+        ),
+    ] = "",
+) -> None: ...
 
 
 def used(args: list[str], old_names: Mapping[str, str]) -> list[str]:

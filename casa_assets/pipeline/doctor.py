@@ -15,8 +15,13 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from casa_assets.errors import CasaError
 from casa_assets.model.record import Record
 from casa_assets.pipeline.optional_packages import extras, install_command, requirements
+from casa_assets.projects import project_folder
+from casa_assets.registry.load import load
+from casa_assets.registry.project import load_project
+from casa_assets.registry.project_files import files_of
 
 SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
 RENDERERS = ("egl", "osmesa")
@@ -98,7 +103,23 @@ def findings(output: Path) -> tuple[Finding, ...]:
         loaded = pool.submit(_native)
         renderers = tuple((name, *future.result()) for name, future in drawn)
         native = loaded.result()
-    return (_python(), *_packages(), native, *_renderers(renderers), *_folder(output), _memory())
+    return (_python(), *_packages(), native, *_renderers(renderers), *_folder(output), _memory(), *_project())
+
+
+def _project() -> tuple[Finding, ...]:
+    """What the project in use lays over the package; nothing where there is none."""
+    folder = project_folder()
+    if folder is None:
+        return ()
+    try:
+        loaded = load_project()
+        load()
+    except CasaError as error:
+        return (Finding(subject="project", ok=False, message=str(error)),)
+    assert loaded is not None
+    names = [path.relative_to(folder).as_posix() for path in files_of(folder)]
+    laid = f"lays {', '.join(names)} over those of casa-assets" if names else "lays nothing over casa-assets"
+    return (Finding(subject="project", ok=True, message=f"{loaded[0].name} in {folder} {laid}"),)
 
 
 def renderer() -> str | None:

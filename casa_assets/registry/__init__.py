@@ -1,9 +1,11 @@
-"""The only door to registry/: YAML files into frozen records, with errors that name file, line and pointer."""
+"""Read registry/ and the project laid over it: YAML into frozen records; errors name file, line and pointer."""
 
 from casa_assets.model.registry.category import FALLBACK
+from casa_assets.projects import data_root
 from casa_assets.registry.confidence import load_confidence
 from casa_assets.registry.learned import learned_forest
-from casa_assets.registry.load import FILES, Registry, data_root, load, read_document, read_record
+from casa_assets.registry.load import FILES, Registry, load
+from casa_assets.registry.read import read_document, read_record
 
 __all__ = [
     "FALLBACK",

@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from casa_assets.model.registry.confidence import ConfidenceModel
-from casa_assets.registry.load import data_root, read_document, read_record
+from casa_assets.projects import data_root
+from casa_assets.registry.read import read_document, read_record
 
 
 @cache

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
-from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -20,7 +18,9 @@ from casa_assets.families.sampling import read_sample_rules
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.model.registry.fields import expected_one_of
-from casa_assets.registry import data_root, load, read_document, read_record
+from casa_assets.projects import read_once
+from casa_assets.registry import load, read_record
+from casa_assets.registry.layered import names_in, read_table_file
 
 FOLDER = "families"
 LOOKS = "looks.yaml"
@@ -58,7 +58,7 @@ def family_names() -> tuple[str, ...]:
     return tuple(MODELS)
 
 
-@cache
+@read_once
 def family(name: str) -> Family[Any]:
     """A family with its presets.
 
@@ -68,16 +68,16 @@ def family(name: str) -> Family[Any]:
     """
     if name not in MODELS:
         raise UnknownId("family", name, MODELS)
-    path = data_root() / FOLDER / f"{name}.yaml"
-    return read_family(MODELS[name], replace(read_document(path), file=f"{FOLDER}/{path.name}"))
+    return read_family(MODELS[name], read_table_file(f"{FOLDER}/{name}.yaml"))
 
 
 def families() -> Mapping[str, Family[Any]]:
     """All families by name. Raises RegistryError, also where a file belongs to no family."""
-    for path in sorted((data_root() / FOLDER).glob("*.yaml")):
-        if path.stem not in MODELS:
-            expected = expected_one_of(tuple(MODELS), path.stem)
-            raise RegistryError(f"{FOLDER}/{path.name}", 1, "", expected, f"a file called {path.stem!r}")
+    for name in names_in(FOLDER):
+        if name not in MODELS:
+            document = read_table_file(f"{FOLDER}/{name}.yaml")
+            expected = expected_one_of(tuple(MODELS), name)
+            raise RegistryError(document.file, 1, "", expected, f"a file called {name!r}")
     return MappingProxyType({name: family(name) for name in MODELS})
 
 
@@ -128,10 +128,10 @@ def _look(name: str, document: Document, at: KeyPath) -> CabinetLook:
     return named[name]
 
 
-@lru_cache(maxsize=1)
+@read_once
 def looks() -> Mapping[str, CabinetLook]:
     """The named looks of cabinets: kind of front, handle, finishes. Raises RegistryError."""
-    document = read_document(data_root() / LOOKS)
+    document = read_table_file(LOOKS)
     if not isinstance(document.value, dict):
         raise document.fault((), "a mapping of names to looks", type(document.value).__name__)
     return MappingProxyType(
@@ -139,10 +139,10 @@ def looks() -> Mapping[str, CabinetLook]:
     )
 
 
-@lru_cache(maxsize=1)
+@read_once
 def look_samplers() -> Mapping[type[Params], Callable[[np.random.Generator, AvailableFinishes], Params]]:
     """How a look of each type is drawn. Raises RegistryError."""
-    document = read_document(data_root() / LOOK_RULES)
+    document = read_table_file(LOOK_RULES)
     rules = read_record(LookRules, document.value, document, ())
     return {
         CabinetLook: read_sample_rules(CabinetLook, rules.cabinet, document, ("cabinet",)),

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 from casa_assets.model.kitchen.habit import Habits
-from casa_assets.registry import data_root, read_document, read_record
+from casa_assets.projects import read_once
+from casa_assets.registry import read_record
+from casa_assets.registry.layered import read_table_file
 from casa_assets.registry.objects import object_names
 
 FILE = "habits.yaml"
 
 
-@lru_cache(maxsize=1)
+@read_once
 def load_habits() -> Habits:
     """Kinds of spaces and habits. Raises RegistryError where the file is wrong, or names objects that there are not."""
-    document = read_document(data_root() / FILE)
+    document = read_table_file(FILE)
     habits = read_record(Habits, document.value, document, ())
     known = set(object_names())
     for name, habit in habits.habits.items():

@@ -1,8 +1,10 @@
-"""Plans and styles of registry/, each a file of its own, named after its id."""
+"""Plans and styles of registry/ and of the project in use, each a file of its own, named after its id."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar
 
 from casa_assets.errors import RegistryError, UnknownId
@@ -10,20 +12,24 @@ from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import Document
-from casa_assets.registry import data_root, read_document, read_record
+from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.projects import project_folder
+from casa_assets.registry import read_document, read_record
+from casa_assets.registry.layered import names_in, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
+LIKE = "like"  # key of a plan or a style: the name of one from which it differs by what else it states
 
 
 def plan_names() -> tuple[str, ...]:
     """Ids of all plans, sorted."""
-    return _names(PLANS)
+    return names_in(PLANS)
 
 
 def style_names() -> tuple[str, ...]:
     """Ids of all styles, sorted."""
-    return _names(STYLES)
+    return names_in(STYLES)
 
 
 def load_plan(name: str) -> tuple[Plan, Document]:
@@ -47,14 +53,37 @@ def read_plan(path: Path) -> tuple[Plan, Document]:
 
 
 def _load(kind: type[R], folder: str, noun: str, name: str) -> tuple[R, Document]:
-    path = data_root() / folder / f"{name}.yaml"
-    if name not in _names(folder):
-        raise UnknownId(noun, name, _names(folder))
-    document = read_document(path)
-    if not isinstance(document.value, dict):
-        raise RegistryError(path.name, 1, "", f"a {noun}", type(document.value).__name__)
+    if name not in names_in(folder):
+        raise UnknownId(noun, name, names_in(folder))
+    document = _document(folder, noun, name)
     return read_record(kind, document.value, document, (), id=name), document
 
 
-def _names(folder: str) -> tuple[str, ...]:
-    return tuple(sorted(p.stem for p in (data_root() / folder).glob("*.yaml")))
+def _document(
+    folder: str, noun: str, name: str, below: Path | None = None, seen: tuple[Document, ...] = ()
+) -> Document:
+    """A plan or a style as its file states it, laid over the one that it is `like`.
+
+    What is like one of its own name is laid over that of the package.
+
+    Args:
+        below: a layer below which the file is looked for. seen: what is laid over it.
+    """
+    document = read_topmost(f"{folder}/{name}.yaml", below)
+    if not isinstance(document.value, dict):
+        raise RegistryError(document.file, 1, "", f"a {noun}", type(document.value).__name__)
+    if document.file in {one.file for one in seen}:
+        raise seen[-1].fault((LIKE,), f"a {noun} that is not like this one", repr(name))
+    if LIKE not in document.value:
+        return document
+    base, known = str(document.value[LIKE]), names_in(folder)
+    if base not in known:
+        raise document.fault((LIKE,), expected_one_of(known, base), repr(base))
+    if base == name and len(stated_in(f"{folder}/{base}.yaml")) == 1:
+        raise document.fault((LIKE,), f"a {noun} that is not like this one", repr(base))
+    lower = _document(folder, noun, base, project_folder() if base == name else None, (*seen, document))
+    value = {key: value for key, value in document.value.items() if key != LIKE}
+    own = replace(document, value=value, lines={path: at for path, at in document.lines.items() if path[:1] != (LIKE,)})
+    joined = lower.overlaid(own)
+    files = {path: joined.files.get(path, lower.file) for path in joined.lines}
+    return replace(joined, file=document.file, files=MappingProxyType(files))

@@ -7,7 +7,8 @@ from functools import lru_cache
 
 from casa_assets.core.forest import Forest, forest_from_dict
 from casa_assets.errors import RegistryError
-from casa_assets.registry.load import LEARNED, data_root
+from casa_assets.projects import data_root
+from casa_assets.registry.load import LEARNED
 
 
 @lru_cache(maxsize=8)

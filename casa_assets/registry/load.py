@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any
 
-import yaml
-from pydantic import ValidationError
-
-from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.errors import UnknownId
 from casa_assets.model.asset.material import Density, Substance
-from casa_assets.model.record import Record
 from casa_assets.model.registry.category import FALLBACK, Category, Certainty, QCode
 from casa_assets.model.registry.contract import Contract
 from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.model.registry.fields import expected_one_of, fields_at
+from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.model.registry.finish import Plain
 from casa_assets.model.registry.rows import Limit, MisleadingWords, OtherThingsWords, Rejection, TaxonomyClass, Waiver
 from casa_assets.model.registry.vocabulary import Vocabulary
+from casa_assets.projects import data_root, read_once
+from casa_assets.registry.layered import names_in, read_table_file, stated_in
+from casa_assets.registry.project import load_project
+from casa_assets.registry.read import read_record, read_table
 
 FILES = (
     "categories",
@@ -37,14 +36,13 @@ FILES = (
     "waivers",
     "words",
 )
+CONTRACTS = "contracts"
 LEARNED = "learned"  # folder of what scripts have learned, read by learned.py
-YAML_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # libyaml, where PyYAML has it
-R = TypeVar("R", bound=Record)
 
 
 @dataclass(frozen=True, eq=False)
 class Registry:
-    """The decisions of this project, read from registry/.
+    """What registry/ and the project in use have decided.
 
     Attributes:
         categories, fixtures, materials, substances, classes, rejections: by id (rejections by code). Fixtures are the
@@ -102,71 +100,6 @@ class Registry:
         """
         match = self.vocabulary.find(hints)
         return (self.categories[match.id], match.confidence, match.evidence) if match else None
-
-
-def read_document(path: Path) -> Document:
-    """Parse one file. Raises RegistryError where it is missing, no YAML, or has a key twice."""
-    lines: dict[KeyPath, int] = {}
-    loader = yaml.SafeLoader("")
-
-    def parse(node: yaml.Node, at: KeyPath) -> Any:
-        lines.setdefault(at, node.start_mark.line + 1)
-        if isinstance(node, yaml.SequenceNode):
-            return [parse(item, (*at, i)) for i, item in enumerate(node.value)]
-        if not isinstance(node, yaml.MappingNode):
-            return loader.construct_object(node)
-        values: dict[str, Any] = {}
-        for key, item in node.value:
-            name, line = str(key.value), key.start_mark.line + 1
-            if name in values:
-                raise RegistryError(
-                    path.name, line, ".".join(map(str, (*at, name))), "each key once", f"{name!r} again"
-                )
-            lines[(*at, name)] = line
-            values[name] = parse(item, (*at, name))
-        return values
-
-    try:
-        text = path.read_text(encoding="utf-8")
-        try:
-            root = yaml.compose(text, Loader=YAML_LOADER)
-        except yaml.YAMLError:  # again in Python, whose messages are better than libyaml's
-            root = yaml.compose(text, Loader=yaml.SafeLoader)
-        value = parse(root, ()) if root else {}
-    except OSError as error:
-        raise RegistryError(path.name, 1, "", "a readable file", error.strerror or str(error)) from None
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise RegistryError(path.name, line, "", "YAML", f"what it cannot read: {error.problem}") from None
-    except (yaml.YAMLError, ValueError) as error:
-        raise RegistryError(path.name, 1, "", "YAML in UTF-8", str(error)) from None
-    return Document(path.name, value, MappingProxyType(lines))
-
-
-def read_record(kind: type[R], row: Any, document: Document, path: KeyPath, **given: Any) -> R:
-    """One validated record from a row of a file; `given` are fields that the row does not state."""
-    if not isinstance(row, dict):
-        raise document.fault(path, "a mapping", repr(row))
-    for name in row.keys() & given.keys():
-        raise document.fault((*path, name), f"no {name}: the key of the row is its {name}", repr(row[name]))
-    try:
-        return kind.model_validate({**row, **given})
-    except ValidationError as error:
-        # A misspelt name is reported as unknown and as missing: the former is more helpful.
-        first = next((e for e in error.errors() if e["type"] == "extra_forbidden"), error.errors()[0])
-        at = (*path, *first["loc"])
-        if first["type"] == "extra_forbidden":
-            got = str(first["loc"][-1])
-            raise document.fault(at, expected_one_of(fields_at(kind, first["loc"][:-1]), got), repr(got)) from None
-        got = "nothing" if first["type"] == "missing" else repr(first["input"])[:80]
-        raise document.fault(at, first["msg"].removeprefix("Input should be "), got) from None
-
-
-def read_table(kind: type[R], document: Document, key: str = "id") -> dict[str, R]:
-    """Records of a file that maps ids to rows."""
-    if not isinstance(document.value, dict):
-        raise document.fault((), "a mapping of ids to rows", type(document.value).__name__)
-    return {name: read_record(kind, row, document, (name,), **{key: name}) for name, row in document.value.items()}
 
 
 def read_classes(document: Document) -> dict[str, TaxonomyClass]:
@@ -266,13 +199,9 @@ def read_densities(document: Document, substances: Mapping[str, Substance]) -> d
     return found
 
 
-def read_contracts(paths: Sequence[Path]) -> dict[str, Contract]:
-    """The contracts, one file each, called after its id."""
-    contracts: dict[str, Contract] = {}
-    for path in paths:
-        document = replace(read_document(path), file=f"{path.parent.name}/{path.name}")
-        contracts[path.stem] = read_record(Contract, document.value, document, (), id=path.stem)
-    return contracts
+def read_contracts(documents: Mapping[str, Document]) -> dict[str, Contract]:
+    """The contracts by id, one file each."""
+    return {name: read_record(Contract, one.value, one, (), id=name) for name, one in documents.items()}
 
 
 def read_vocabulary(document: Document, categories: Mapping[str, Category], words: MisleadingWords) -> Vocabulary:
@@ -289,27 +218,29 @@ def read_vocabulary(document: Document, categories: Mapping[str, Category], word
             for field, row in (("aliases", c.aliases), ("lvis", c.lvis))
             if name in row
         ]
-        raise document.fault([(name,), *claims][-1], "a name that no other category has", repr(name)) from None
+        claims = [(name,), *claims] if name in categories else claims
+        # The later claim is at fault, and that of a project where it has one.
+        at = next((claim for claim in claims if claim in document.files), claims[-1])
+        others = ", ".join(dict.fromkeys(str(claim[0]) for claim in claims if claim != at))
+        raise document.fault(at, "a name that no other category has", f"{name!r}, also of {others}") from None
 
 
-def data_root() -> Path:
-    """Folder of the files: `registry_data` inside an installed package, `registry` beside it in a checkout."""
-    package = Path(__file__).parents[1]
-    inside = package / "registry_data"
-    return inside if inside.is_dir() else package.parent / "registry"
-
-
-@lru_cache(maxsize=8)
+@read_once
 def load(root: Path | None = None) -> Registry:
-    """Read and check every file of `root` (default: the one that comes with the package). Raises RegistryError."""
-    folder = data_root() if root is None else root
-    documents = {name: read_document(folder / f"{name}.yaml") for name in FILES}
+    """Read and check every file. Raises RegistryError.
+
+    Args:
+        root: the only folder to read; None reads the package's and, over it, that of the project in use.
+    """
+    if root is None:
+        load_project()
+    documents = {name: read_table_file(f"{name}.yaml", root) for name in FILES}
+    contracts = {name: read_table_file(f"{CONTRACTS}/{name}.yaml", root) for name in names_in(CONTRACTS, root)}
+    names = [*(f"{name}.yaml" for name in FILES), *(f"{CONTRACTS}/{name}.yaml" for name in contracts)]
+    learned = sorted(((data_root() if root is None else root) / LEARNED).glob("*.json"))
     digest = hashlib.sha256()
-    for name in FILES:
-        digest.update(name.encode() + b"\0" + hashlib.sha256((folder / f"{name}.yaml").read_bytes()).digest())
-    contracts = sorted((folder / "contracts").glob("*.yaml"))
-    for path in (*contracts, *sorted((folder / LEARNED).glob("*.json"))):
-        digest.update(path.name.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
+    for path in (*(path for name in names for path in stated_in(name, root)), *learned):
+        digest.update(path.stem.encode() + b"\0" + hashlib.sha256(path.read_bytes()).digest())
     substances = read_table(Substance, documents["substances"])
     classes = read_classes(documents["classes"])
     categories = read_categories(documents["categories"], classes, substances)

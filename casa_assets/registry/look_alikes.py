@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import lru_cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated
@@ -12,7 +11,10 @@ from pydantic import Field
 
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.fields import expected_one_of
-from casa_assets.registry.load import data_root, load, read_document, read_table
+from casa_assets.projects import read_once
+from casa_assets.registry.layered import read_table_file
+from casa_assets.registry.load import load
+from casa_assets.registry.read import read_table
 
 FILE = "look_alikes.yaml"
 
@@ -25,16 +27,16 @@ class LookAlikes(Record):
     reason: Annotated[str, Field(min_length=1)]
 
 
-@lru_cache(maxsize=4)
+@read_once
 def look_alikes(root: Path | None = None) -> Mapping[str, str]:
     """Category -> name of the kind that it is to the eye, of those that share one.
 
     Args:
-        root: folder of the registry; None takes the one that comes with the package.
+        root: the only folder to read; None reads the package's and the project's.
     Raises:
         RegistryError: a row names a category that there is not, or that another row has.
     """
-    document = read_document((data_root() if root is None else root) / FILE)
+    document = read_table_file(FILE, root)
     known = load(root).categories
     found: dict[str, str] = {}
     for name, row in read_table(LookAlikes, document).items():

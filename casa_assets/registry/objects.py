@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -17,7 +16,9 @@ from casa_assets.families.sampling import read_fixed, read_sample_rules
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.fields import expected_one_of
-from casa_assets.registry import data_root, load, read_document, read_record
+from casa_assets.projects import read_once
+from casa_assets.registry import load, read_record
+from casa_assets.registry.layered import names_in, read_table_file
 
 FOLDER = "objects"
 
@@ -38,7 +39,7 @@ class ObjectRow(Record):
     fixed: dict[str, Any] = Field(default_factory=dict)
 
 
-@lru_cache(maxsize=1)
+@read_once
 def object_files() -> Mapping[str, tuple[str, ...]]:
     """The categories of each file, by the name of the file, such as `fruit`. Raises RegistryError."""
     found: dict[str, list[str]] = {}
@@ -60,18 +61,19 @@ def object_names() -> tuple[str, ...]:
     return tuple(_rows())
 
 
-@lru_cache(maxsize=1)
+@read_once
 def _rows() -> Mapping[str, tuple[str, Family[Any]]]:
     """Of each category the name of its file and its family."""
     found: dict[str, tuple[str, Family[Any]]] = {}
-    for path in sorted((data_root() / FOLDER).glob("*.yaml")):
-        document = replace(read_document(path), file=f"{FOLDER}/{path.name}")
+    for stem in names_in(FOLDER):
+        document = read_table_file(f"{FOLDER}/{stem}.yaml")
         if not isinstance(document.value, dict):
             raise document.fault((), "a mapping of categories to objects", type(document.value).__name__)
         for name in document.value:
             if name in found:
-                raise document.fault((name,), "a category that no other file has", repr(name))
-            found[name] = (path.stem, _read(str(name), document))
+                message = f"a category that no other file has; to change its row, use {FOLDER}/{found[name][0]}.yaml"
+                raise document.fault((name,), message, repr(name))
+            found[name] = (stem, _read(str(name), document))
     return MappingProxyType(found)
 
 

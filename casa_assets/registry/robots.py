@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.kitchen.robot import Robot
-from casa_assets.registry.load import data_root, read_document, read_record
+from casa_assets.registry.layered import names_in, read_topmost
+from casa_assets.registry.read import read_record
 
 FOLDER = "robots"
 
 
 def robot_names() -> tuple[str, ...]:
     """Ids of all robots, sorted."""
-    return tuple(sorted(p.stem for p in (data_root() / FOLDER).glob("*.yaml")))
+    return names_in(FOLDER)
 
 
 def load_robot(name: str) -> Robot:
@@ -22,8 +23,7 @@ def load_robot(name: str) -> Robot:
     """
     if name not in robot_names():
         raise UnknownId("robot", name, robot_names())
-    path = data_root() / FOLDER / f"{name}.yaml"
-    document = read_document(path)
+    document = read_topmost(f"{FOLDER}/{name}.yaml")
     if not isinstance(document.value, dict):
-        raise RegistryError(path.name, 1, "", "a robot", type(document.value).__name__)
+        raise RegistryError(document.file, 1, "", "a robot", type(document.value).__name__)
     return read_record(Robot, document.value, document, (), id=name)

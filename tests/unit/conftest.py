@@ -1,9 +1,10 @@
-"""What several folders of tests share: a kitchen that was built and checked once."""
+"""What several folders of tests share: a kitchen that was built and checked once, a project."""
 
 from __future__ import annotations
 
 import fcntl
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.preview import kitchen
 from tests.libraries import with_cache
+from tests.projects import Project, project_in
 
 SMALLEST = kitchen.PictureSettings(64, 48, 1)
 RECIPE = SceneRecipe("one_wall_small", "coastal")
@@ -36,3 +38,10 @@ def checked_kitchen(common: Path, cache: Path, tmp_path_factory: pytest.TempPath
             check.check_one(RECIPE, first)
         shutil.copytree(first, out, symlinks=True, dirs_exist_ok=True)
         return out, check.check_one(RECIPE, out)
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Iterator[Project]:
+    """Write files into a project in the folder of the test, and use it until the test ends."""
+    with project_in(tmp_path) as written:
+        yield written

@@ -11,7 +11,6 @@ from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params
 from casa_assets.registry import data_root, read_document
-from casa_assets.registry import families as registry_families
 from casa_assets.registry.families import (
     families,
     family,
@@ -22,6 +21,7 @@ from casa_assets.registry.families import (
     read_family,
 )
 from tests.family_members import WOODS, available
+from tests.projects import Project
 
 GOOD = """\
 title: Vase
@@ -154,16 +154,12 @@ def test_an_unknown_look_is_told_with_the_nearest(tmp_path: Path) -> None:
     assert (caught.value.line, caught.value.pointer) == (5, "presets.blue.look")
 
 
-def test_a_fault_in_the_rules_of_looks_is_told_with_file_line_and_pointer(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text = "cabinet: {}\nappliance:\n  form: [flat, flatt]\n"
-    (tmp_path / "look_rules.yaml").write_text(text, encoding="utf-8")
-    monkeypatch.setattr(registry_families, "data_root", lambda: tmp_path)
+def test_a_fault_in_the_rules_of_looks_is_told_with_file_line_and_pointer(project: Project) -> None:
+    folder = project({"look_rules.yaml": "cabinet: {}\nappliance:\n  form: [flat, flatt]\n"})
     with pytest.raises(RegistryError, match="'flat'") as caught:
-        look_samplers.__wrapped__()
+        look_samplers()
     fault = caught.value
-    assert (fault.file, fault.line, fault.pointer) == ("look_rules.yaml", 3, "appliance.form.1")
+    assert (fault.file, fault.line, fault.pointer) == (f"{folder}/look_rules.yaml", 3, "appliance.form.1")
 
 
 def test_an_unknown_family_is_told_with_the_nearest() -> None:
@@ -171,10 +167,8 @@ def test_an_unknown_family_is_told_with_the_nearest() -> None:
         family("micro_wave")
 
 
-def test_a_file_of_no_family_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "families").mkdir()
-    (tmp_path / "families" / "vasse.yaml").write_text(GOOD, encoding="utf-8")
-    monkeypatch.setattr(registry_families, "data_root", lambda: tmp_path)
+def test_a_file_of_no_family_is_told(project: Project) -> None:
+    folder = project({"families/vasse.yaml": GOOD})
     with pytest.raises(RegistryError, match="'vase', or another one of") as caught:
         families()
-    assert caught.value.file == "families/vasse.yaml"
+    assert caught.value.file == f"{folder}/families/vasse.yaml"

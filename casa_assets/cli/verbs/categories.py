@@ -9,7 +9,7 @@ import typer
 from casa_assets.cli import completion
 from casa_assets.cli.options import AsJson
 from casa_assets.cli.output import Output
-from casa_assets.cli.tables import TextTable
+from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb
 
@@ -36,12 +36,12 @@ def list_categories(json_: AsJson = False) -> None:
     """
     output, builders = Output(json_), _builders()
     heads = ("longest, m", "mass, kg")
-    table = TextTable(("category", "class", *heads, "built by"), right=heads, sentences=("built by",))
+    table = TextTable(("category", "class", *heads, "built by", *from_column()), right=heads, sentences=("built by",))
     for category in _all().values():
         row = _row(category, builders.get(category.id, ()))
         output.row(row)
         usual = (f"{category.longest_m.typical:g}", f"{category.mass_kg.typical:g}")
-        table.add(category.id, category.parent, *usual, ", ".join(row["built_by"]))
+        table.add_from(category.id, category.parent, *usual, ", ".join(row["built_by"]), row["from"])
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "category"))
@@ -96,7 +96,9 @@ def _row(category: Category, builders: tuple[str, ...]) -> dict[str, Any]:
     """What `--json` tells of a category."""
     from casa_assets import registry
     from casa_assets.registry.look_alikes import look_alikes
+    from casa_assets.registry.project import origin_of_row
 
+    table = "categories.yaml" if category.id in registry.load().categories else "fixtures.yaml"
     kinds = look_alikes()
     kind = kinds.get(category.id)
     size = category.extents
@@ -120,6 +122,7 @@ def _row(category: Category, builders: tuple[str, ...]) -> dict[str, Any]:
         "looks_like": sorted(name for name, other in kinds.items() if kind and other == kind and name != category.id),
         "basis": {"size": category.basis.size.value, "mass": category.basis.mass.value},
         "built_by": list(builders),
+        "from": origin_of_row(table, category.id),
     }
 
 
@@ -142,6 +145,7 @@ def _print(row: dict[str, Any], output: Output) -> None:
         "other names": ", ".join(row["aliases"]),
         "looks like": ", ".join(row["looks_like"]),
         "built by": ", ".join(f"casa-assets {command}" for command in row["built_by"]),
+        "from": row["from"] if from_column() else "",
     }
     output.line(row["id"])
     for name, words in lines.items():

@@ -30,7 +30,7 @@ from casa_assets.cli.options import (
 )
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
-from casa_assets.cli.tables import TextTable
+from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
 
@@ -53,14 +53,16 @@ def list_families(json_: AsJson = False) -> None:
     Example:  casa-assets families list
     """
     from casa_assets.registry.families import family_groups
+    from casa_assets.registry.project import origin_of_row
 
     output = Output(json_)
-    table = TextTable(("family", "group", "what", "presets"), sentences=("what", "presets"))
+    table = TextTable(("family", "group", "what", "presets", *from_column()), sentences=("what", "presets"))
     for group, members in family_groups().items():
         for member in members:
             presets = list(member.presets)
-            output.row({"id": member.name, "group": group, "title": member.title, "presets": presets})
-            table.add(member.name, group, member.title, ", ".join(presets))
+            source = origin_of_row(f"families/{member.name}.yaml")
+            output.row({"id": member.name, "group": group, "title": member.title, "presets": presets, "from": source})
+            table.add_from(member.name, group, member.title, ", ".join(presets), source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "family"))

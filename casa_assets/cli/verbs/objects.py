@@ -30,7 +30,7 @@ from casa_assets.cli.options import (
 )
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
-from casa_assets.cli.tables import TextTable
+from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
 
@@ -54,15 +54,18 @@ def list_objects(json_: AsJson = False) -> None:
     Example:  casa-assets objects list
     """
     from casa_assets.registry.objects import object_family, object_files
+    from casa_assets.registry.project import origin_of_row
 
     output = Output(json_)
-    table = TextTable(("category", "group", "form", "about"), sentences=("about",))
+    table = TextTable(("category", "group", "form", "about", *from_column()), sentences=("about",))
     for group, names in object_files().items():
         for name in names:
             member = object_family(name)
             about = member.description
-            output.row({"id": name, "category": name, "group": group, "form": member.form, "about": about})
-            table.add(name, group, member.form or "", about)
+            source = origin_of_row(f"objects/{group}.yaml", name)
+            facts = {"group": group, "form": member.form, "about": about, "from": source}
+            output.row({"id": name, "category": name, **facts})
+            table.add_from(name, group, member.form or "", about, source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "category"))

@@ -36,7 +36,7 @@ from casa_assets.cli.options import (
     workers,
 )
 from casa_assets.cli.output import Output, measures_at
-from casa_assets.cli.tables import TextTable
+from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
 from casa_assets.cli.verbs.pack import pack
@@ -80,19 +80,26 @@ def list_scenes(json_: AsJson = False) -> None:
     Example:  casa-assets scenes list
     """
     from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+    from casa_assets.registry.project import origin
 
     output = Output(json_)
-    plans = TextTable(("plan", "what", "lengths that may vary, m"), sentences=("what", "lengths that may vary, m"))
+    plans = TextTable(
+        ("plan", "what", "lengths that may vary, m", *from_column()), sentences=("what", "lengths that may vary, m")
+    )
     for name in plan_names():
-        plan = load_plan(name)[0]
+        plan, document = load_plan(name)
+        source = origin(document.file)
         bounds = {k: [p.low, p.high] for k, p in plan.parameters.items()}
-        output.row({"kind": "plan", "id": name, "title": plan.title, "lengths": bounds})
-        plans.add(name, plan.title, ", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in bounds.items()))
-    styles = TextTable(("style", "what"), sentences=("what",))
+        output.row({"kind": "plan", "id": name, "title": plan.title, "lengths": bounds, "from": source})
+        lengths = ", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in bounds.items())
+        plans.add_from(name, plan.title, lengths, source)
+    styles = TextTable(("style", "what", *from_column()), sentences=("what",))
     for name in style_names():
-        style = load_style(name)[0]
-        output.row({"kind": "style", "id": name, "title": style.title, "about": style.description})
-        styles.add(name, style.description)
+        style, document = load_style(name)
+        source = origin(document.file)
+        about = style.description
+        output.row({"kind": "style", "id": name, "title": style.title, "about": about, "from": source})
+        styles.add_from(name, about, source)
     if json_:
         return
     plans.print(output.console)

@@ -12,7 +12,7 @@ from casa_assets.cli import completion
 from casa_assets.cli.options import OLD_OUT, OLD_WIDTH, WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
-from casa_assets.cli.tables import TextTable
+from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
 from casa_assets.model.kitchen.surface import Surface
@@ -47,14 +47,16 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
     Example:  casa-assets textures list --set floor
     """
     from casa_assets.pipeline.textures.check import select_recipes
+    from casa_assets.pipeline.textures.recipes import origin_of
 
     output = Output(json_)
-    table = TextTable(("set", "id", "kind", "size [m]", "substance"))
+    table = TextTable(("set", "id", "kind", "size [m]", "substance", *from_column()))
     for recipe in select_recipes([], surfaces or []):
         row = {**recipe.model_dump(mode="json"), "params": json.loads(recipe.params)}
-        output.row({**row, "size": list(recipe.tile_m)})
+        source = origin_of(recipe)
+        output.row({**row, "size": list(recipe.tile_m), "from": source})
         size = f"{recipe.tile_m[0]:g} x {recipe.tile_m[1]:g}"
-        table.add(_group(recipe), recipe.id, recipe.kind, size, recipe.substance)
+        table.add_from(_group(recipe), recipe.id, recipe.kind, size, recipe.substance, source)
     if not json_:
         table.print(output.console)
         output.line(pluralize(len(table.rows), "recipe"))

@@ -1,9 +1,10 @@
-"""A parsed YAML file that remembers where each value was written."""
+"""A parsed YAML file, or one laid over another, that remembers where each value was written."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 from casa_assets.errors import RegistryError
@@ -13,18 +14,51 @@ KeyPath = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Document:
-    """A parsed YAML file that remembers the line of every value by its path, such as `("mug", "longest_m")`."""
+    """A parsed YAML file that remembers the line of every value by its path, such as `("mug", "longest_m")`.
+
+    Attributes:
+        file: its name in messages. value: what YAML makes of it. lines: by path, counted from 1.
+        files: of values that another file has laid over it, the name of that file, by path.
+    """
 
     file: str
     value: Any
     lines: Mapping[KeyPath, int]
+    files: Mapping[KeyPath, str] = field(default_factory=lambda: MappingProxyType({}))
+
+    def overlaid(self, upper: Document) -> Document:
+        """This document with another one laid over it.
+
+        Mappings are joined key by key, at every depth; of two lists on the top level the second follows the first;
+        anything else in `upper` takes the place of what was there. A file without a value changes nothing.
+        """
+        if upper.value in ({}, [], None):
+            return self
+        if isinstance(self.value, list) and isinstance(upper.value, list):
+            count = len(self.value)
+            shifted = {(int(path[0]) + count, *path[1:]): line for path, line in upper.lines.items() if path}
+            joined = [*self.value, *upper.value]
+            named = MappingProxyType({**self.files, **dict.fromkeys(shifted, upper.file)})
+            return replace(self, value=joined, lines=MappingProxyType({**self.lines, **shifted}), files=named)
+        lines, files = dict(self.lines), dict(self.files)
+        value = _joined(self.value, upper.value, (), lines)
+        for path, line in upper.lines.items():
+            if path not in lines or not isinstance(_at(upper.value, path), dict):
+                lines[path], files[path] = line, upper.file
+        return replace(self, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))
+
+    def file_of(self, path: KeyPath) -> str:
+        """Name of the file that states the value at a path, or has a say in it."""
+        below = (file for at, file in self.files.items() if at[: len(path)] == path)
+        return self.files.get(path) or next(below, self.file)
 
     def fault(self, path: KeyPath, expected: str, got: str) -> RegistryError:
         """The error to raise about the value at `path`, or about its nearest ancestor in the file."""
         at = path = self._written(path)
         while at and at not in self.lines:
             at = at[:-1]
-        return RegistryError(self.file, self.lines.get(at, 1), ".".join(map(str, path)), expected, got)
+        file = self.files.get(at, self.file)
+        return RegistryError(file, self.lines.get(at, 1), ".".join(map(str, path)), expected, got)
 
     def _written(self, path: KeyPath) -> KeyPath:
         """The path as the file has it: lists of records may be written as mappings of ids to rows."""
@@ -34,3 +68,21 @@ class Document:
             here = here[key] if isinstance(here, dict) and key in here else None
             out.append(key)
         return tuple(out)
+
+
+def _joined(lower: Any, upper: Any, at: KeyPath, lines: dict[KeyPath, int]) -> Any:
+    """Two values as one; the lines of what is replaced are taken out of `lines`."""
+    if not isinstance(lower, dict) or not isinstance(upper, dict):
+        for path in [path for path in lines if len(path) > len(at) and path[: len(at)] == at]:
+            del lines[path]
+        return upper
+    joined = dict(lower)
+    for key, value in upper.items():
+        joined[key] = _joined(lower[key], value, (*at, key), lines) if key in lower else value
+    return joined
+
+
+def _at(value: Any, path: KeyPath) -> Any:
+    for step in path:
+        value = value[step]
+    return value

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 
 from casa_assets import registry
@@ -44,6 +43,7 @@ from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer
 from casa_assets.preview.still import CannotDraw
+from casa_assets.projects import read_once
 
 # The limits of ingest are options of a run; those of `articulate` stand in the registry and so in the key of an entry.
 # What broke one of them breaks it again.
@@ -164,7 +164,7 @@ def entry_key(request: ArticulateRequest, sha256: str, source: Source) -> EntryK
     return EntryKey(Identity(Producer.ARTICULATE, sha256), digest_of("articulate", _code_key(), options, source.digest))
 
 
-@cache
+@read_once
 def _code_key() -> str:
     """Return the key of the code that makes an entry."""
     return key_of(build, limit_ranges, mend, with_contract, _write_and_check, certify)

@@ -8,8 +8,9 @@ key of the function that made it is a sha256 over
   inside a function, and modules named in text such as `"casa_assets.pipeline.ingest.worker:work"`, which are loaded by
   name. What is imported under TYPE_CHECKING is not there when the program runs, and is left out;
 - the `__init__.py` of each package on the way, but for that of `casa_assets` itself;
-- the files of registry/ that those modules can read: a module that calls `data_root` reads the files and folders that
-  it names in text; and other files of the package, such as style sheets, that they name;
+- the files of registry/, and of the project in use, that those modules can read: a module that calls `data_root` or a
+  function of `registry/layered.py` reads the files and folders that it names in text; and other files of the package,
+  such as style sheets, that they name;
 - the installed versions of all third-party packages that those modules import.
 
 Nobody raises a number. The rule may count too much, never too little: where a module is reached, all of it counts. What
@@ -34,7 +35,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from casa_assets.registry import data_root
+from casa_assets.projects import data_root, project_folder, read_once
+from casa_assets.registry.layered import stated_in
+from casa_assets.registry.project_files import files_of
 
 PACKAGE = __name__.partition(".")[0]
 # Name of folders of templates.
@@ -55,7 +58,7 @@ _IMPORT = re.compile(
 _TYPES_ONLY = re.compile(r"^([ \t]*)if TYPE_CHECKING:[^\n]*\n(?:(?:\1[ \t]+[^\n]*)?\n)*", re.MULTILINE)
 _TEXT_NAME = re.compile(rf"""["']({PACKAGE}(?:\.\w+)+)(?::\w+)?["']""")
 _TEXT = re.compile(r"""["']([\w./*-]+)["']""")
-_READS_REGISTRY = re.compile(r"\bdata_root\b")
+_READS_REGISTRY = re.compile(r"\b(?:data_root|read_table_file|read_topmost|names_in)\b")
 
 
 @dataclass(frozen=True)
@@ -134,20 +137,19 @@ def modules_holding(value: object, within: str) -> tuple[ModuleType, ...]:
     return tuple(found)
 
 
-@lru_cache(maxsize=512)
+@read_once
 def _key(addresses: tuple[tuple[str, str], ...]) -> str:
     found = _reach(addresses)
-    root = data_root()
     return digest_of(
         list(found.own),
         [(name, _source_digest(name)) for name in found.modules],
-        [(name, _file_digest(root / name)) for name in found.registry],
+        [(name, _registry_digest(name)) for name in found.registry],
         [(name, _file_digest(_root() / name)) for name in found.data],
         found.versions,
     )
 
 
-@lru_cache(maxsize=512)
+@read_once
 def _reach(addresses: tuple[tuple[str, str], ...]) -> Reach:
     own: list[str] = []
     starts: set[str] = set()
@@ -417,11 +419,21 @@ def _registry_files(named: Iterable[_Named]) -> tuple[str, ...]:
     return tuple(p for p in _registry() if p.partition("/")[0] in words or p.rpartition(".")[0] in words)
 
 
-@lru_cache(maxsize=1)
+@read_once
 def _registry() -> tuple[str, ...]:
-    """Every file of registry/, relative to it, sorted."""
-    root = data_root()
-    return tuple(sorted(path.relative_to(root).as_posix() for path in root.rglob("*") if path.is_file()))
+    """Every file of registry/, and those of the project in use that are laid over it; relative to these, sorted."""
+    found = {path.relative_to(data_root()).as_posix() for path in data_root().rglob("*") if path.is_file()}
+    project = project_folder()
+    if project is not None:
+        found |= {path.relative_to(project).as_posix() for path in files_of(project)}
+    return tuple(sorted(found))
+
+
+@read_once
+def _registry_digest(name: str) -> str:
+    """Digest of a file of registry/, and of what a project lays over it."""
+    lowest, *above = (hashlib.sha256(path.read_bytes()).hexdigest() for path in stated_in(name))
+    return digest_of(lowest, *above) if above else lowest
 
 
 @cache

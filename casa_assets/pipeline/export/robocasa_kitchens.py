@@ -6,7 +6,7 @@ import os
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,7 @@ from casa_assets.pipeline.kitchens.scene_folders import is_whole, scene_key
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states, write_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.reports import attribution
+from casa_assets.projects import read_once
 
 
 @dataclass(frozen=True)
@@ -117,7 +118,7 @@ def afforded_tasks(kitchen: KitchenRequest, scene: Scene) -> tuple[str, ...]:
     return tuple(task.task for task in subject.atomic_tasks if not task.wants)
 
 
-@lru_cache(maxsize=1)
+@read_once
 def classes() -> dict[str, str]:
     """Contract -> the class of RoboCasa v1.0 that reads it; contracts that none reads are not in it."""
     contracts = registry.load().contracts

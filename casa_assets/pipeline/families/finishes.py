@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
 from pathlib import Path
 
 from casa_assets import registry
@@ -15,6 +14,7 @@ from casa_assets.model.record import Vec4
 from casa_assets.model.registry.finish import Finish, Plain, Surface
 from casa_assets.pipeline.cache.cache_key import digest_of
 from casa_assets.pipeline.textures.recipes import every_recipe, find_recipe, finish_key, finish_of, recipes
+from casa_assets.projects import read_once
 from casa_assets.registry.families import look_samplers
 
 
@@ -25,7 +25,7 @@ def available_finishes() -> AvailableFinishes:
     return AvailableFinishes(surfaces, tuple(sorted(data.materials)), look_samplers())
 
 
-@lru_cache(maxsize=1)
+@read_once
 def plain() -> Mapping[str, Finish]:
     """Every plain finish of the registry."""
     data = registry.load()
@@ -51,7 +51,7 @@ def linear(color: str, opacity: float = 1.0) -> Vec4:
     return (r, g, b, opacity)
 
 
-@lru_cache(maxsize=1)
+@read_once
 def plain_key() -> str:
     """Digest of every plain finish."""
     return digest_of([(name, finish.digest) for name, finish in sorted(plain().items())])

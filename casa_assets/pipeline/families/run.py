@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 from statistics import median
 from types import ModuleType
@@ -48,6 +48,7 @@ from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.camera import View
+from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names
 
@@ -180,7 +181,7 @@ def asset_key(member_family: Family[Any], params: Params) -> str:
     return digest_of("asset", member_family.name, code, *values)
 
 
-@cache
+@read_once
 def _code_key(name: str, form: str) -> str:
     return key_of(*_modules(name, form))
 
@@ -270,7 +271,7 @@ def _entry_key(member_family: Family[Any], params: Params, drawn: bool) -> str:
     return digest_of("family", asset_key(member_family, params), _writing_key(), size_px)
 
 
-@cache
+@read_once
 def _writing_key() -> str:
     return key_of(write_package, check_package, check_member, certificate)
 

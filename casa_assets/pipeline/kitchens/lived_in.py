@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 
 from casa_assets.checks.scene.motion.settling import Rest, come_to_rest
 from casa_assets.core.sampling import rng_for
@@ -19,6 +19,7 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.families.run import FamilyRequest, asset_key, family_of, params_of
+from casa_assets.projects import read_once
 from casa_assets.registry.habits import load_habits
 
 LANE = "scene/objects"
@@ -90,7 +91,7 @@ def objects_key(count: int, seed: int) -> str:
     return digest_of("objects", count, seed, load_habits().digest, _members_key(), key_of(put_into))
 
 
-@cache
+@read_once
 def _members_key() -> str:
     requests = [_request(category, number) for category in load_habits().categories for number in range(MEMBERS)]
     return digest_of("members", [asset_key(family_of(r), params_of(r)) for r in requests])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +28,7 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
+from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
 
@@ -42,7 +42,7 @@ def warm() -> None:
     registry.load()
 
 
-@lru_cache(maxsize=1)
+@read_once
 def preset_params() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
     """Numbers of all presets of all families."""
     return {

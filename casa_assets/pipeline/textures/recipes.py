@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -17,6 +16,9 @@ from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.cache.cache_folder import max_cache_bytes
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.cache.store import Store
+from casa_assets.projects import read_once
+from casa_assets.registry.layered import names_in, read_table_file
+from casa_assets.registry.project import origin_of_row
 from casa_assets.textures import kinds
 from casa_assets.textures.finish import finish
 from casa_assets.textures.kinds import KINDS
@@ -28,21 +30,20 @@ SKIN_PX = 384  # longer side of the picture of an object
 CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
 
 
-@lru_cache(maxsize=4)
+@read_once
 def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRecipe]]:
     """All recipes by surface and id.
 
     Args:
-        root: folder of the registry; None takes the one that comes with the package.
+        root: the only folder to read; None reads the package's and the project's.
     Raises:
         RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
     """
-    folder = (registry.data_root() if root is None else root) / FOLDER
     substances = _known(root).substances
     found: dict[Surface, Mapping[str, TextureRecipe]] = {}
     taken: dict[str, str] = {}
     for surface in Surface:
-        document = registry.read_document(folder / f"{surface.value}.yaml")
+        document = read_table_file(f"{FOLDER}/{surface.value}.yaml", root)
         if not isinstance(document.value, dict):
             raise document.fault((), "a mapping of ids to recipes", type(document.value).__name__)
         rows: dict[str, TextureRecipe] = {}
@@ -57,19 +58,18 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
     return MappingProxyType(found)
 
 
-@lru_cache(maxsize=4)
+@read_once
 def skins(root: Path | None = None) -> Mapping[str, TextureRecipe]:
     """All pictures of objects by id, of every file under registry/skins/.
 
     Raises:
         RegistryError: a row names an unknown key, kind or substance, or its id is taken.
     """
-    folder = (registry.data_root() if root is None else root) / SKINS
     substances = _known(root).substances
     taken = {name: rows for rows, names in (recipes() if root is None else recipes(root)).items() for name in names}
     found: dict[str, TextureRecipe] = {}
-    for path in sorted(folder.glob("*.yaml")):
-        document = replace(registry.read_document(path), file=f"{SKINS}/{path.name}")
+    for stem in names_in(SKINS, root):
+        document = read_table_file(f"{SKINS}/{stem}.yaml", root)
         if not isinstance(document.value, dict):
             raise document.fault((), "a mapping of ids to recipes", type(document.value).__name__)
         for name, stated in document.value.items():
@@ -98,7 +98,7 @@ def _recipe(document: Document, name: str, stated: Any, surface: Surface | None)
     return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
 
 
-@lru_cache(maxsize=1)
+@read_once
 def every_recipe() -> Mapping[str, TextureRecipe]:
     """The recipes of all surfaces and of all objects, by id."""
     return MappingProxyType({n: r for group in (*recipes().values(), skins()) for n, r in group.items()})
@@ -110,6 +110,14 @@ def find_recipe(name: str) -> TextureRecipe:
     if name not in rows:
         raise UnknownId("texture", name, rows)
     return rows[name]
+
+
+def origin_of(recipe: TextureRecipe) -> str:
+    """Where a recipe comes from: the name of the project, or of this package."""
+    if recipe.surface is not None:
+        return origin_of_row(f"{FOLDER}/{recipe.surface.value}.yaml", recipe.id)
+    tables = (f"{SKINS}/{stem}.yaml" for stem in names_in(SKINS))
+    return origin_of_row(next(table for table in tables if recipe.id in read_table_file(table).value), recipe.id)
 
 
 def picture_px(recipe: TextureRecipe) -> int:

@@ -14,15 +14,16 @@ import re
 import socket
 import time
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from casa_assets import registry
+from casa_assets.errors import CasaError
 from casa_assets.pipeline.optional_packages import requirements
 from casa_assets.pipeline.workers.free_disk import full_disk
 from casa_assets.pipeline.workers.limits import Limits
 from casa_assets.pipeline.workers.pool import Pool
+from casa_assets.projects import data_root, project_folder, read_once, use_project
+from casa_assets.registry.project_files import files_of
 
 # Seconds that a new file may take to be seen through a shared disk; NFS keeps what it knows of a folder for up to 60 s,
 # but looks again where a name is not known.
@@ -40,6 +41,7 @@ class Order:
         folder: working folder of the run, to which paths in jobs are relative.
         marker: file that the run has written on the shared disk.
         version: of the code of the run, see `version`.
+        project: folder of the project in use, on the shared disk; None where there is none.
     """
 
     function: str
@@ -49,6 +51,7 @@ class Order:
     folder: Path
     marker: Path
     version: str
+    project: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -83,12 +86,15 @@ class _Pools:
 _POOLS = _Pools()
 
 
-@lru_cache(maxsize=1)
+@read_once
 def version() -> str:
-    """Digest of this package with its registry, and of the versions of the packages that it needs and of Python."""
+    """Digest of this package with its registry and the project in use, of what packages it needs, and of Python."""
     digest = hashlib.sha256(platform.python_version().encode())
-    for root in (PACKAGE, registry.data_root()):
-        for path in sorted(root.rglob("*")):
+    roots = {root: sorted(root.rglob("*")) for root in (PACKAGE, data_root())}
+    if (project := project_folder()) is not None:
+        roots[project] = list(files_of(project))
+    for root, paths in roots.items():
+        for path in paths:
             if path.is_file() and "__pycache__" not in path.parts:
                 digest.update(path.relative_to(root).as_posix().encode() + b"\0")
                 digest.update(hashlib.sha256(path.read_bytes()).digest())
@@ -127,6 +133,11 @@ def _node_id() -> str:
 
 
 def _unfit(order: Order) -> str:
+    if order.project != project_folder():
+        try:
+            use_project(order.project)
+        except CasaError as error:
+            return f"does not see the project of the run: {error}"
     if order.version != version():
         return (
             "has another version of casa-assets, of a package that it uses, or of Python than the machine that started "

@@ -1,0 +1,28 @@
+"""What `casa.yaml` of a project says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field, StringConstraints
+
+from casa_assets.model.record import Id, Record
+
+# Words of a command, such as `ingest` or `scenes build`.
+CommandName = Annotated[str, StringConstraints(pattern=r"^[a-z]+( [a-z-]+)?$")]
+# Values of arguments and options of a command, by their names without `--`.
+Values = Mapping[str, Any]
+
+
+class Project(Record):
+    """A folder of plans, styles, categories and so on of one's own, laid over those of the package.
+
+    Attributes:
+        name: what lists call it. about: one sentence.
+        runs: what `casa-assets make` does, in this order: a command -> the values of its arguments and options.
+    """
+
+    name: Id
+    about: str = ""
+    runs: tuple[Annotated[Mapping[CommandName, Values | None], Field(min_length=1, max_length=1)], ...] = ()

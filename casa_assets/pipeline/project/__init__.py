@@ -1,0 +1,1 @@
+"""The starter of a project, which `casa-assets init` copies."""

@@ -1,0 +1,86 @@
+"""Which project is in use, and the folders that registry files are read from: the package's, and the project's over it.
+
+A project is a folder with a file `casa.yaml`. The plans, styles, categories and so on in it are laid over those of the
+package (`registry/layered.py`). It is named by an environment variable, so that all processes of a run have the same.
+This module is imported at the start of every command and by the completion of shells: it imports nothing large.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import update_wrapper
+from pathlib import Path
+from typing import Any, Generic, ParamSpec, TypeVar
+
+from casa_assets.errors import CasaError
+
+SETTINGS = "casa.yaml"
+VARIABLE = "CASA_ASSETS_PROJECT"
+NO_PROJECT = "none"  # value of the variable, and of --project, that keeps one from being looked for
+P = ParamSpec("P")
+R = TypeVar("R")
+
+# How often a project was chosen in this process: what was read before may not be what its files hold now.
+_chosen = [0]
+
+
+def data_root() -> Path:
+    """Folder of the package's registry: `registry_data` inside an installed package, `registry` beside a checkout's."""
+    package = Path(__file__).parent
+    inside = package / "registry_data"
+    return inside if inside.is_dir() else package.parent / "registry"
+
+
+def project_folder() -> Path | None:
+    """Folder of the project in use, absolute; None where there is none."""
+    named = os.environ.get(VARIABLE, "")
+    return Path(named) if named and named != NO_PROJECT else None
+
+
+def find_project(below: Path) -> Path | None:
+    """The nearest folder with a `casa.yaml`, this one or above it; None where there is none."""
+    at = below.absolute()
+    return next((folder for folder in (at, *at.parents) if (folder / SETTINGS).is_file()), None)
+
+
+def use_project(folder: Path | None) -> None:
+    """Have this process, and those that it starts, use a project, or none. Its files are read again.
+
+    Raises:
+        CasaError: the folder has no `casa.yaml`.
+    """
+    if folder is not None and not (folder / SETTINGS).is_file():
+        raise CasaError(f"{folder}: is no project, it has no {SETTINGS}; write one with `casa-assets init {folder}`")
+    os.environ[VARIABLE] = NO_PROJECT if folder is None else str(folder.absolute())
+    _chosen[0] += 1
+
+
+def layers() -> tuple[Path, ...]:
+    """Folders of registry files, the lowest first."""
+    project = project_folder()
+    return (data_root(),) if project is None else (data_root(), project)
+
+
+class read_once(Generic[P, R]):  # noqa: N801  a decorator
+    """Keep what a function has made of registry files, as long as no other project is used."""
+
+    def __init__(self, function: Callable[P, R]) -> None:
+        update_wrapper(self, function)
+        self._function = function
+        self._kept: dict[Any, R] = {}
+        self._of: tuple[Path | None, int] | None = None
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """What the function returns, made once for these arguments."""
+        now = (project_folder(), _chosen[0])
+        if now != self._of:
+            self._kept, self._of = {}, now
+        key = (args, tuple(sorted(kwargs.items())))
+        if key not in self._kept:
+            self._kept[key] = self._function(*args, **kwargs)
+        return self._kept[key]
+
+    def cache_clear(self) -> None:
+        """Forget what was kept."""
+        self._kept.clear()

@@ -1,0 +1,254 @@
+"""What a project states is laid over the package, file by file and key by key, and errors name its own lines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from casa_assets import registry
+from casa_assets.errors import CasaError, RegistryError, UnknownId
+from casa_assets.model.registry.document import Document
+from casa_assets.pipeline.cache.cache_key import key_of
+from casa_assets.pipeline.families.finishes import available_finishes, plain
+from casa_assets.pipeline.kitchens.resolve import preset_params
+from casa_assets.pipeline.textures.recipes import find_recipe, origin_of
+from casa_assets.projects import find_project, project_folder, use_project
+from casa_assets.registry.families import family
+from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.registry.objects import object_family, object_files
+from casa_assets.registry.project import load_project, origin_of_row
+from casa_assets.registry.read import read_document
+from tests.projects import Project
+
+
+def document(path: Path, text: str) -> Document:
+    path.write_text(text, encoding="utf-8")
+    return read_document(path)
+
+
+class TestOverlaid:
+    def test_mappings_are_joined_and_all_else_replaced(self, tmp_path: Path) -> None:
+        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
+        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
+        joined = lower.overlaid(upper)
+        assert joined.value == {
+            "mug": {"mass": [5], "size": {"x": 1, "y": 7}},
+            "cup": {"mass": 4},
+            "bowl": {"mass": 6},
+        }
+        assert list(joined.value) == ["mug", "cup", "bowl"]
+
+    @pytest.mark.parametrize(
+        ("path", "expected"),
+        [
+            (("mug", "mass", 0), "b.yaml:2"),
+            (("mug", "mass", 2), "b.yaml:2"),
+            (("mug", "size", "x"), "a.yaml:1"),
+            (("mug", "size", "y"), "b.yaml:3"),
+            (("mug", "colour"), "a.yaml:1"),
+            (("cup", "mass"), "a.yaml:2"),
+            (("bowl", "size"), "b.yaml:4"),
+        ],
+    )
+    def test_faults_name_the_file_and_the_line_that_state_it(
+        self, tmp_path: Path, path: tuple[str | int, ...], expected: str
+    ) -> None:
+        lower = document(tmp_path / "a.yaml", "mug: {mass: [1, 2, 3], size: {x: 1, y: 2}}\ncup: {mass: 4}\n")
+        upper = document(tmp_path / "b.yaml", "mug:\n  mass: [5]\n  size: {y: 7}\nbowl: {mass: 6}\n")
+        assert str(lower.overlaid(upper).fault(path, "a", "b")).startswith(f"{expected}: ")
+
+    def test_lists_on_the_top_follow_each_other(self, tmp_path: Path) -> None:
+        lower = document(tmp_path / "a.yaml", "- {code: A}\n- {code: B}\n")
+        upper = document(tmp_path / "b.yaml", "# ours\n- {code: C}\n")
+        joined = lower.overlaid(upper)
+        assert [row["code"] for row in joined.value] == ["A", "B", "C"]
+        assert str(joined.fault((2, "code"), "a", "b")).startswith("b.yaml:2: ")
+        assert str(joined.fault((1, "code"), "a", "b")).startswith("a.yaml:2: ")
+
+    def test_a_file_of_comments_changes_nothing(self, tmp_path: Path) -> None:
+        lower = document(tmp_path / "a.yaml", "- {code: A}\n")
+        assert lower.overlaid(document(tmp_path / "b.yaml", "# nothing yet\n")) == lower
+
+
+class TestTables:
+    def test_a_category_is_added_and_another_changed(self, project: Project) -> None:
+        before = registry.load()
+        project(
+            {
+                "categories.yaml": "mug: {mass_kg: [0.2, 0.3, 0.6]}\n"
+                "tin_canteen: {parent: drinkware, longest_m: [0.1, 0.2, 0.3], mass_kg: [0.1, 0.2, 0.3], "
+                "shape: [1, 0.5, 0.5], upright: stands, build: vessel, substance: steel, aliases: [field flask]}\n"
+            }
+        )
+        known = registry.load()
+        assert known.categories["mug"].mass_kg.typical == 0.3
+        assert known.categories["mug"].longest_m == before.categories["mug"].longest_m
+        assert set(known.categories) - set(before.categories) == {"tin_canteen"}
+        found = known.find_category(["my field flask"])
+        assert found is not None
+        assert found[0].id == "tin_canteen"
+        assert known.digest != before.digest
+        assert origin_of_row("categories.yaml", "tin_canteen") == "ours"
+        assert origin_of_row("categories.yaml", "mug") == "ours"
+        assert origin_of_row("categories.yaml", "bowl") == "casa-assets"
+        use_project(None)
+        assert registry.load().digest == before.digest
+
+    def test_a_name_that_another_category_has_is_told_with_both(self, project: Project) -> None:
+        folder = project({"categories.yaml": "mug:\n  aliases: [tea mug, canteen]\n"})
+        message = "expected a name that no other category has, got 'canteen', also of water_bottle"
+        with pytest.raises(RegistryError, match=message) as told:
+            registry.load()
+        assert str(told.value).startswith(f"{folder}/categories.yaml:2: mug.aliases.1: ")
+
+    def test_limits_and_waivers(self, project: Project) -> None:
+        project(
+            {
+                "limits.yaml": "work_aisle_m: {value: 1.2}\n",
+                "waivers.yaml": "- {code: GEO001, subject: loft__modern_1, reason: known}\n",
+            }
+        )
+        assert registry.load().limits["work_aisle_m"] == 1.2
+        assert registry.load().waived("loft__modern_1") == {"GEO001": "known"}
+
+    def test_a_preset_of_a_family(self, project: Project) -> None:
+        project({"families/hob.yaml": "presets:\n  ours: {burners: 4, width: 0.59}\n"})
+        assert family("hob").presets["ours"].model_dump()["burners"] == 4
+        assert "gas_five" in family("hob").presets
+        assert preset_params()["hob"]["ours"]["width"] == 0.59
+        assert origin_of_row("families/hob.yaml", "presets", "ours") == "ours"
+
+    def test_finishes(self, project: Project) -> None:
+        project(
+            {
+                "materials.yaml": 'enamel_ours: {color: "#7d8c78", roughness: 0.2, substance: steel}\n',
+                "textures/wall.yaml": "limewash_ours: {kind: plaster, seed: 1, tile_m: [2, 2], substance: stone,"
+                ' params: {color: "#c9c3b4", second: "#b3ac9b", technique: limewash}}\n',
+            }
+        )
+        assert "enamel_ours" in plain()
+        assert any("limewash_ours" in names for names in available_finishes().surfaces.values())
+        assert origin_of(find_recipe("limewash_ours")) == "ours"
+        assert origin_of(find_recipe("stucco_white")) == "casa-assets"
+
+    def test_a_row_of_objects_stands_in_one_file(self, project: Project) -> None:
+        project({"objects/fruit.yaml": "apple: {about: Ours.}\n"})
+        assert object_family("apple").description == "Ours."
+        assert "apple" in object_files()["fruit"]
+        project({"objects/more.yaml": "apple: {about: Theirs.}\n"})
+        with pytest.raises(RegistryError, match=r"to change its row, use objects/fruit\.yaml"):
+            object_files()
+
+
+class TestPlansAndStyles:
+    def test_a_plan_of_ones_own_takes_the_place_of_one_of_that_name(self, project: Project) -> None:
+        whole = load_plan("galley")[0]
+        folder = project({"plans/galley.yaml": "like: galley\ntitle: Our galley\nheight: 2.9\n"})
+        plan, read = load_plan("galley")
+        assert (plan.title, plan.height) == ("Our galley", 2.9)
+        assert plan.walls == whole.walls
+        assert read.file == str(folder / "plans" / "galley.yaml")
+        assert str(read.fault(("height",), "a", "b")).startswith(f"{folder}/plans/galley.yaml:3: ")
+        assert str(read.fault(("walls", "back"), "a", "b")).startswith("plans/galley.yaml:")
+
+    def test_a_style_like_another(self, project: Project) -> None:
+        project({"styles/beach.yaml": "like: coastal\ntitle: Beach\nmodels: {hob: hob/induction}\n"})
+        assert "beach" in style_names()
+        style, coastal = load_style("beach")[0], load_style("coastal")[0]
+        assert style.title == "Beach"
+        assert style.models["hob"].preset == "hob/induction"
+        assert style.models["range"] == coastal.models["range"]
+        assert style.cabinets == coastal.cabinets
+
+    def test_chains(self, project: Project) -> None:
+        project({"styles/a.yaml": "like: b\ntitle: A\n", "styles/b.yaml": "like: coastal\ndescription: Of b.\n"})
+        style = load_style("a")[0]
+        assert (style.title, style.description) == ("A", "Of b.")
+
+    @pytest.mark.parametrize(
+        ("files", "message"),
+        [
+            ({"styles/a.yaml": "like: costal\n"}, r"a\.yaml:1: like: expected 'coastal', or another one of"),
+            ({"styles/a.yaml": "title: A\nlike: a\n"}, r"a\.yaml:2: like: expected a style that is not like this one"),
+            (
+                {"styles/a.yaml": "like: b\n", "styles/b.yaml": "like: a\n"},
+                r"b\.yaml:1: like: expected a style that is",
+            ),
+            ({"styles/a.yaml": "- 1\n"}, r"a\.yaml:1: \(top\): expected a style, got list"),
+            ({"styles/a.yaml": "like: coastal\nlamps: 3\n"}, r"a\.yaml:2: lamps: expected"),
+        ],
+    )
+    def test_what_is_wrong_is_told_with_file_and_line(
+        self, project: Project, files: dict[str, str], message: str
+    ) -> None:
+        folder = project(files)
+        with pytest.raises(RegistryError, match=message) as told:
+            load_style("a")
+        assert str(told.value).startswith(f"{folder}/styles/")
+
+    def test_an_unknown_name_is_told_with_those_of_the_project(self, project: Project) -> None:
+        project({"plans/loft.yaml": "like: galley\n"})
+        assert "loft" in plan_names()
+        with pytest.raises(UnknownId, match="loft"):
+            load_plan("lofft")
+
+
+class TestProject:
+    def test_it_is_found_upwards(self, tmp_path: Path) -> None:
+        (tmp_path / "casa.yaml").write_text("name: ours\n", encoding="utf-8")
+        below = tmp_path / "a" / "b"
+        below.mkdir(parents=True)
+        assert find_project(below) == tmp_path
+        assert find_project(tmp_path) == tmp_path
+
+    def test_a_folder_without_settings_is_none(self, tmp_path: Path) -> None:
+        with pytest.raises(CasaError, match=r"it has no casa\.yaml; write one with `casa-assets init"):
+            use_project(tmp_path)
+
+    def test_files_are_read_again_when_it_is_chosen_again(self, project: Project) -> None:
+        project({"limits.yaml": "work_aisle_m: {value: 1.2}\n"})
+        assert registry.load().limits["work_aisle_m"] == 1.2
+        project({"limits.yaml": "work_aisle_m: {value: 1.3}\n"})
+        assert registry.load().limits["work_aisle_m"] == 1.3
+
+    @pytest.mark.parametrize(
+        ("files", "message"),
+        [
+            ({"casa.yaml": "nam: ours\n"}, r"casa\.yaml:1: nam: expected 'name'"),
+            ({"casa.yaml": "name: Our Kitchens\n"}, r"casa\.yaml:1: name: "),
+            ({"casa.yaml": "name: ours\nruns:\n  - ingest: {a: 1}\n    find: {}\n"}, r"casa\.yaml:3: runs\.0"),
+            ({"catgories.yaml": ""}, r"catgories\.yaml:1: \(top\): expected 'categories\.yaml'"),
+            ({"plan/loft.yaml": ""}, r"plan:1: \(top\): expected 'plans'"),
+        ],
+    )
+    def test_slips_are_told(self, project: Project, files: dict[str, str], message: str) -> None:
+        project(files)
+        with pytest.raises(RegistryError, match=message):
+            registry.load()
+
+    def test_other_files_may_stand_beside(self, project: Project) -> None:
+        project({"README.md": "", "meshes/a.obj": "", "out/x.yaml": "", "compose.yaml": "a: 1\n"})
+        registry.load()
+        loaded = load_project()
+        assert loaded is not None
+        assert loaded[0].name == "ours"
+
+    def test_none_is_in_use_unless_one_is_named(self) -> None:
+        assert project_folder() is None
+        assert load_project() is None
+
+
+class TestCacheKeys:
+    def test_a_key_takes_in_what_the_project_states_of_what_the_code_reads(self, project: Project) -> None:
+        habits, load = "casa_assets.registry.habits:load_habits", "casa_assets.registry.load:load"
+        before = key_of(habits), key_of(load)
+        project({})
+        assert (key_of(habits), key_of(load)) == before
+        project({"habits.yaml": "# ours\n"})
+        assert key_of(habits) != before[0]
+        assert key_of(load) == before[1]
+        project({"categories.yaml": "mug: {mass_kg: [0.2, 0.3, 0.6]}\n"})
+        assert key_of(load) != before[1]
+        use_project(None)
+        assert (key_of(habits), key_of(load)) == before

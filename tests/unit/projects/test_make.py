@@ -1,0 +1,112 @@
+"""`casa-assets init` writes a project that `casa-assets make` makes; slips in its runs are told with their lines."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from casa_assets.pipeline.project.starter import name_of
+from tests.libraries import ROOT, command
+
+
+def casa(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the program in a folder."""
+    environment = {**os.environ, "COLUMNS": "200", "PYTHONPATH": str(ROOT)}
+    return subprocess.run(command(*words), cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(("folder", "name"), [("My kitchens 2", "my_kitchens_2"), ("2nd", "project_2nd")])
+def test_a_project_is_called_after_its_folder(folder: str, name: str) -> None:
+    assert name_of(Path(folder)) == name
+
+
+@pytest.fixture
+def starter(tmp_path: Path) -> Path:
+    done = casa("init", "My kitchens", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "cd 'My kitchens' && casa-assets make" in done.stderr
+    return tmp_path / "My kitchens"
+
+
+def test_what_is_there_is_not_written_over(starter: Path) -> None:
+    settings = starter / "casa.yaml"
+    settings.write_text("name: ours\n", encoding="utf-8")
+    (starter / "limits.yaml").unlink()
+    done = casa("init", starter, folder=starter.parent)
+    assert done.returncode == 2
+    assert "casa.yaml" in done.stderr
+    assert "is there already" in done.stderr
+    assert settings.read_text(encoding="utf-8") == "name: ours\n"
+    assert not (starter / "limits.yaml").exists()
+
+
+def test_lists_say_where_things_come_from(starter: Path) -> None:
+    below = starter / "plans"
+    rows = [json.loads(line) for line in casa("scenes", "list", "--json", folder=below).stdout.splitlines()]
+    assert {row["id"]: row["from"] for row in rows if row["id"] in ("loft", "workshop", "galley")} == {
+        "loft": "my_kitchens",
+        "workshop": "my_kitchens",
+        "galley": "casa-assets",
+    }
+    shown = casa("categories", "list", folder=starter).stdout
+    assert "enamel_mug" in shown
+    assert "my_kitchens" in shown
+    elsewhere = casa("categories", "list", folder=starter.parent).stdout
+    assert "enamel_mug" not in elsewhere
+    assert "casa-assets" not in elsewhere.splitlines()[0]
+    named = casa("textures", "list", "--project", starter, "--set", "wall", folder=starter.parent).stdout
+    assert "limewash_workshop" in named
+    assert "limewash_workshop" not in casa("textures", "list", "--project", "none", folder=starter).stdout
+
+
+def test_the_commands_are_shown_before_they_are_called(starter: Path) -> None:
+    done = casa("make", "--dry-run", "--json", folder=starter)
+    assert done.returncode == 0, done.stderr
+    assert [json.loads(line)["id"] for line in done.stdout.splitlines()] == [
+        "casa-assets scenes build --out=out/scenes -- loft__workshop",
+        "casa-assets scenes check --out=out/scenes -- loft__workshop",
+        "casa-assets families build --library=out/library -- hob",
+        "casa-assets objects build --count=4 --library=out/library -- enamel_mug",
+    ]
+    assert not (starter / "out").exists()
+
+
+def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path) -> None:
+    folder = tmp_path / "ours"
+    folder.mkdir()
+    runs = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
+    runs += "  - find: {query: mug, words: true}\n"
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{runs}", encoding="utf-8")
+    done = casa("make", "--project", folder, "--quiet", folder=tmp_path)
+    assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
+    assert done.returncode == 2, "there is no library in which to find anything"
+    assert "is no library" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("runs", "message"),
+    [
+        ("[{ingst: {}}]", "casa.yaml:2: runs.0.ingst: expected 'ingest', or another one of"),
+        ("[{make: {}}]", "casa.yaml:2: runs.0.make: expected"),
+        ("[{scenes build: {scense: [a]}}]", "casa.yaml:2: runs.0.scenes build.scense: expected 'scenes', or another"),
+        ("[{scenes build: {all: 3}}]", "casa.yaml:2: runs.0.scenes build.all: expected true or false, got 3"),
+        ("[{scenes build: {out: [a, b]}}]", "casa.yaml:2: runs.0.scenes build.out: expected one value"),
+        ("[{scenes build: {scenes: [[a]]}}]", "casa.yaml:2: runs.0.scenes build.scenes: expected a text or a number"),
+        ("[]", "casa.yaml: lists no runs"),
+    ],
+)
+def test_slips_in_the_runs_are_told(tmp_path: Path, runs: str, message: str) -> None:
+    (tmp_path / "casa.yaml").write_text(f"name: ours\nruns: {runs}\n", encoding="utf-8")
+    done = casa("make", folder=tmp_path)
+    assert done.returncode == 2
+    assert message in done.stderr
+
+
+def test_without_a_project_the_way_to_one_is_told(tmp_path: Path) -> None:
+    done = casa("make", folder=tmp_path)
+    assert done.returncode == 2
+    assert "casa-assets init DIR" in done.stderr
