@@ -40,7 +40,7 @@ def init(
     with writing(folder):
         paths = write_starter(folder)
     for path in paths:
-        output.row({"id": path.relative_to(folder).as_posix(), "verdict": "made", "folder": str(path.parent)})
+        output.made(path.relative_to(folder).as_posix(), path.parent)
         output.line(str(path))
     if not json_ and not quiet:
         output.error(f"Make what it describes: cd {shlex.quote(str(folder))} && casa-assets make")

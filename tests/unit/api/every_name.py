@@ -59,6 +59,7 @@ hits: list[casa.SearchHit] = library.search("red mug", limit=3)
 kept: casa.Asset = library.get(hits[0].id)
 print(len(library), library.folder("mug_0"), "mug_0" in library)
 cache: Path = casa.cache_dir()
+casa.use_project(None)
 version: str = casa.__version__
 try:
     casa.kitchen("galley", "rustik")

@@ -19,7 +19,9 @@ from casa_assets.ingest.sources import objaverse
 from casa_assets.pipeline.kitchens import check, scene_folders
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.project.starter import write_starter
 from casa_assets.preview.kitchen import PictureSettings
+from casa_assets.projects import NO_PROJECT, VARIABLE
 from tests.architecture.test_commands import SERVERS, VERBS
 
 KITCHEN = "one_wall_small__coastal"
@@ -84,11 +86,15 @@ CASES = [
     Case("doctor", JUDGED),
     Case("schemas", NAMED),
     Case("schemas behavior", NAMED),
+    Case("init {new}", MADE),
+    Case("make --project {project} --dry-run", JUDGED),
 ]
 
 
 @pytest.fixture
-def places(boxes: Path, checked_kitchen: tuple[Path, SceneResult], tmp_path: Path) -> dict[str, Path]:
+def places(
+    boxes: Path, checked_kitchen: tuple[Path, SceneResult], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> dict[str, Path]:
     """Small inputs by the words that stand for them; each may be written to."""
     scenes = tmp_path / "outputs" / "scenes"
     shutil.copytree(checked_kitchen[0], scenes, symlinks=True)
@@ -99,8 +105,18 @@ def places(boxes: Path, checked_kitchen: tuple[Path, SceneResult], tmp_path: Pat
     stripes = np.indices((512, 512)).sum(axis=0) % 64 * 2 + 90
     Image.fromarray(np.repeat(stripes.astype(np.uint8)[..., None], 3, axis=2)).save(tiles / "stripes.png")
     asset = next(Library(library).accepted())
+    monkeypatch.setenv(VARIABLE, NO_PROJECT)  # a verb that uses a project sets it; it is as it was after the test
+    project = tmp_path / "project"
+    write_starter(project)
     found = {"meshes": boxes / "in", "library": library, "outputs": tmp_path / "outputs", "scenes": scenes}
-    return {**found, "asset": asset, "tiles": tiles, "new": tmp_path / "new", "shard": tmp_path / "shard"}
+    return {
+        **found,
+        "asset": asset,
+        "tiles": tiles,
+        "new": tmp_path / "new",
+        "shard": tmp_path / "shard",
+        "project": project,
+    }
 
 
 def download(uids: Sequence[str], lvis: str, most: int, out: Path) -> Path:

@@ -52,7 +52,7 @@ def test_a_fault_names_its_file_line_and_place(root: Path, old: str, new: str, l
     (root / "textures" / "wall.yaml").write_text("# walls\n\n" + PLAIN.replace(old, new))
     with pytest.raises(RegistryError) as caught:
         recipes(root)
-    assert (caught.value.file, caught.value.line) == ("wall.yaml", line)
+    assert (caught.value.file, caught.value.line) == ("textures/wall.yaml", line)
     assert caught.value.pointer.startswith(pointer)
 
 
