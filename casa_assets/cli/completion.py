@@ -6,6 +6,7 @@ begin a row, and the records behind them are not read; tests hold that they are 
 
 from __future__ import annotations
 
+import json
 import os
 import re
 from collections.abc import Iterable, Iterator
@@ -70,7 +71,7 @@ def objects(incomplete: str) -> list[str]:
 
 def textures(incomplete: str) -> list[str]:
     """Ids of textures."""
-    return _starting(incomplete, sorted({*_rows_of_folder("textures"), *_rows_of_folder("skins")}))
+    return _starting(incomplete, sorted({*_rows_of_folder("textures"), *_rows_of_folder("skins"), *_pictures()}))
 
 
 def robots(incomplete: str) -> list[str]:
@@ -143,6 +144,15 @@ def _rows(path: Path) -> Iterator[str]:
 def _rows_of_folder(folder: str) -> Iterator[str]:
     for path in _paths_in(folder):
         yield from _rows(path)
+
+
+def _pictures() -> Iterator[str]:
+    """Ids of the pictures of the packs of the project in use."""
+    for path in sorted(path for layer in _layers() for path in layer.glob("textures/*/pack.json")):
+        try:
+            yield from (picture["id"] for picture in json.loads(path.read_text(encoding="utf-8"))["pictures"])
+        except (OSError, ValueError, TypeError, KeyError):
+            continue  # a verb tells what is wrong with it
 
 
 def _presets(family: str) -> Iterator[str]:

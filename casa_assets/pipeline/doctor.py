@@ -118,8 +118,10 @@ def _project() -> tuple[Finding, ...]:
         return (Finding(subject="project", ok=False, message=str(error)),)
     assert loaded is not None
     names = [path.relative_to(folder).as_posix() for path in files_of(folder)]
+    packs = [path.parent.relative_to(folder).as_posix() for path in sorted(folder.glob("textures/*/pack.json"))]
     laid = f"lays {', '.join(names)} over those of casa-assets" if names else "lays nothing over casa-assets"
-    return (Finding(subject="project", ok=True, message=f"{loaded[0].name} in {folder} {laid}"),)
+    shown = f"; texture packs: {', '.join(packs)}" if packs else ""
+    return (Finding(subject="project", ok=True, message=f"{loaded[0].name} in {folder} {laid}{shown}"),)
 
 
 def renderer() -> str | None:

@@ -189,6 +189,7 @@ def check(
 
 @app.command(cls=Verb)
 def ingest(
+    ctx: typer.Context,
     folder: Annotated[
         Path, typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True, file_okay=False)
     ],
@@ -205,15 +206,17 @@ def ingest(
 ) -> None:
     """Make a pack of a folder of pictures: repair borders, derive normals and roughness, refuse what cannot be used.
 
-    pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all were taken, 1 when some were left
-    out, 2 on misuse.
+    In a project the pack is written to its textures/, unless --library is given: kitchens can use its pictures by their
+    ids. pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all were taken, 1 when some were
+    left out, 2 on misuse.
 
     Example:  casa-assets textures ingest painted_tiles --surface wall --tile 1.2 1.2 --licence CC0-1.0
     """
     from pydantic import ValidationError
 
     from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.textures.packs import PackOptions, ingest_pack
+    from casa_assets.pipeline.textures.packs.ingest import PackOptions, ingest_pack
+    from casa_assets.projects import project_folder
     from casa_assets.textures.packs.entry import PictureDescription
 
     try:
@@ -224,6 +227,8 @@ def ingest(
         first = error.errors()[0]
         option = "--" + str(first["loc"][0]).removesuffix("_m")
         raise typer.BadParameter(first["msg"].removeprefix("Input "), param_hint=option) from None
+    if (project := project_folder()) is not None and not _is_given(ctx, "library"):
+        library = project
     with writing(library):
         report = ingest_pack(folder, PackOptions(library=library, pack=pack, flags=description))
     output = Output(json_, quiet, verbose)
@@ -235,6 +240,12 @@ def ingest(
         output.look_at_file(report.folder / report.pack.pictures[0].files[0])
     if report.pack.refused:
         raise typer.Exit(1)
+
+
+def _is_given(ctx: typer.Context, name: str) -> bool:
+    """True if the user gave an option a value."""
+    source = ctx.get_parameter_source(name)
+    return source is not None and source.name != "DEFAULT"
 
 
 def _print_pack(pack: Pack, folder: Path, output: Output) -> None:

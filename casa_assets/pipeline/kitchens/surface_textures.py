@@ -18,6 +18,7 @@ from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.asset.material import Material
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.record import Vec2
+from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.kitchens.resolve import ordered_surfaces
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of
 
@@ -109,7 +110,9 @@ def _covering(model: mujoco.MjModel, finish: str) -> _Covering:
 
 def _show(model: mujoco.MjModel, covering: _Covering, name: str, cache: Path) -> None:
     for number in covering.pictures:
-        material, pixels = _picture(name, int(model.tex_width[number]), int(model.tex_height[number]), cache)
+        material, pixels = _picture(
+            find_recipe(name), int(model.tex_width[number]), int(model.tex_height[number]), cache
+        )
         start = int(model.tex_adr[number])
         model.tex_data[start : start + pixels.size] = pixels.ravel()
     assert material.tile_m is not None, "the finish of a texture has a size"
@@ -124,9 +127,9 @@ def _show(model: mujoco.MjModel, covering: _Covering, name: str, cache: Path) ->
 
 
 @lru_cache(maxsize=KEPT_PICTURES)
-def _picture(name: str, width: int, height: int, cache: Path) -> tuple[Material, NDArray[np.uint8]]:
+def _picture(recipe: TextureRecipe, width: int, height: int, cache: Path) -> tuple[Material, NDArray[np.uint8]]:
     """The material of a texture, and its picture as (height, width, 3)."""
-    material = finish_of(find_recipe(name), cache).material
+    material = finish_of(recipe, cache).material
     assert material.base_color_texture is not None, "the finish of a texture has a picture"
     with Image.open(io.BytesIO(material.base_color_texture.png)) as picture:
         return material, np.asarray(picture.convert("RGB").resize((width, height)))

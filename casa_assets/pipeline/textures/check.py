@@ -12,12 +12,11 @@ from casa_assets.errors import BatchFault
 from casa_assets.model.issue import Report
 from casa_assets.model.registry.finish import Surface
 from casa_assets.model.registry.texture_recipe import TextureRecipe
-from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, recipes
+from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, layers_of, recipes
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.textures.check import check_pictures, check_set, pictures_of
 from casa_assets.textures.distance import TextureDescriptor, describe_texture
-from casa_assets.textures.make import make
 
 COMPARISON_PX = 256
 DEFAULT_JOBS = 2
@@ -36,7 +35,7 @@ class CheckedTexture:
 def check_one(texture_recipe: TextureRecipe, cache: Path) -> CheckedTexture:
     """Paint a recipe, or take it from the store at `cache`, and check it."""
     report = check_pictures(pictures_of(finish_of(texture_recipe, cache)), registry.load().limits)
-    small = make(texture_recipe, COMPARISON_PX)
+    small = layers_of(texture_recipe, COMPARISON_PX)
     descriptor = describe_texture(small.albedo, texture_recipe.tile_m, small.roughness, small.height_m)
     return CheckedTexture(texture_recipe, report, descriptor)
 

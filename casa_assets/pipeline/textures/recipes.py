@@ -1,28 +1,44 @@
-"""Recipes of textures from the registry, and the finishes that are painted from them, kept in the cache."""
+"""Recipes of textures from the registry, and pictures of packs beside them; the finishes of both.
+
+What is painted is kept in the cache; the files of a picture are read where they stand.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.errors import UnknownId
+from casa_assets.errors import RegistryError, UnknownId
 from casa_assets.model.registry.document import Document
 from casa_assets.model.registry.finish import Finish, Surface
 from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.cache.cache_folder import max_cache_bytes
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.projects import read_once
+from casa_assets.pipeline.textures.packs.pictures import (
+    KIND,
+    PACK,
+    check_files,
+    finish_of_picture,
+    layers_of_picture,
+    pack_of,
+    packs_of,
+    recipe_of,
+    resized_finish,
+)
+from casa_assets.projects import project_folder, read_once
 from casa_assets.registry.layered import names_in, read_table_file
-from casa_assets.registry.project import origin_of_row
+from casa_assets.registry.project import load_project, origin_of_row
 from casa_assets.textures import kinds
+from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish
 from casa_assets.textures.kinds import KINDS
 from casa_assets.textures.make import SIZE_PX, kind_of, make, paint
+from casa_assets.textures.packs.entry import Pack
 
 FOLDER = "textures"  # of the registry, and within a cache
 SKINS = "skins"  # of the registry
@@ -32,15 +48,16 @@ CACHE_SHARE = 0.5  # part of the bound of a cache that finishes may take
 
 @read_once
 def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRecipe]]:
-    """All recipes by surface and id.
+    """All recipes by surface and id; pictures of the packs of the project in use are among them.
 
     Args:
         root: the only folder to read; None reads the package's and the project's.
     Raises:
         RegistryError: a file is missing, or a row names an unknown key, kind or substance, or an id occurs twice.
+        OutputError: a pack.json is damaged.
     """
     substances = _known(root).substances
-    found: dict[Surface, Mapping[str, TextureRecipe]] = {}
+    found: dict[Surface, dict[str, TextureRecipe]] = {}
     taken: dict[str, str] = {}
     for surface in Surface:
         document = read_table_file(f"{FOLDER}/{surface.value}.yaml", root)
@@ -54,8 +71,29 @@ def recipes(root: Path | None = None) -> Mapping[Surface, Mapping[str, TextureRe
             rows[name] = _recipe(document, name, stated, surface)
             if rows[name].substance not in substances:
                 raise document.fault((name, "substance"), "a substance of substances.yaml", repr(rows[name].substance))
-        found[surface] = MappingProxyType(rows)
-    return MappingProxyType(found)
+        found[surface] = rows
+    project = project_folder() if root is None else None
+    for folder, pack in packs_of(project) if project is not None else ():
+        for recipe in _pictures(folder, pack, taken):
+            assert recipe.surface is not None
+            found[recipe.surface][recipe.id] = recipe
+    return MappingProxyType({surface: MappingProxyType(rows) for surface, rows in found.items()})
+
+
+def _pictures(folder: Path, pack: Pack, taken: dict[str, str]) -> Iterator[TextureRecipe]:
+    """The pictures of a pack as recipes; their ids are put into `taken`. Raises RegistryError."""
+    known, file = registry.load(), str(folder / PACK)
+    for number, picture in enumerate(pack.pictures):
+        if picture.id in taken or picture.id in known.materials:
+            held = taken.get(picture.id, "materials.yaml")
+            expected = "an id that nothing else has; ingest the pack anew under another name (--pack)"
+            raise RegistryError(file, 1, f"pictures.{number}.id", expected, f"{picture.id!r}, also in {held}")
+        if picture.substance not in known.substances:
+            raise RegistryError(
+                file, 1, f"pictures.{number}.substance", "a substance of substances.yaml", repr(picture.substance)
+            )
+        taken[picture.id] = file
+        yield recipe_of(folder.name, picture)
 
 
 @read_once
@@ -113,7 +151,11 @@ def find_recipe(name: str) -> TextureRecipe:
 
 
 def origin_of(recipe: TextureRecipe) -> str:
-    """Where a recipe comes from: the name of the project, or of this package."""
+    """Where a recipe comes from: the name of the project, with that of the pack of a picture, or of this package."""
+    if pack := pack_of(recipe):
+        loaded = load_project()
+        assert loaded is not None
+        return f"{loaded[0].name}/{pack}"
     if recipe.surface is not None:
         return origin_of_row(f"{FOLDER}/{recipe.surface.value}.yaml", recipe.id)
     tables = (f"{SKINS}/{stem}.yaml" for stem in names_in(SKINS))
@@ -125,27 +167,48 @@ def picture_px(recipe: TextureRecipe) -> int:
     return SKIN_PX if recipe.surface is None else SIZE_PX
 
 
+def layers_of(recipe: TextureRecipe, size_px: int) -> Layers:
+    """What is painted of a recipe, or the picture of a pack, with at most `size_px` pixels on the longer side."""
+    return layers_of_picture(recipe, size_px) if recipe.kind == KIND else make(recipe, size_px)
+
+
 def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
-    """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance."""
+    """Key of `finish_of`: the code of the recipe's own kind and of no other, the recipe and its substance.
+
+    Raises:
+        OutputError: a file of a picture is missing, or is not the one that was written.
+    """
     size_px = size_px or picture_px(recipe)
     substance = registry.load().substances[recipe.substance]
+    if recipe.kind == KIND:
+        check_files(recipe)
     return digest_of("texture", _code_key(recipe.kind), recipe.digest, substance.digest, size_px)
 
 
 @cache
 def _code_key(kind: str) -> str:
+    if kind == KIND:
+        return key_of(finish_of_picture)
     return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
 
 
 def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) -> Finish:
-    """The finish of a recipe, from `<cache>/textures` or painted now. Finishes used longest ago make room for it."""
+    """The finish of a recipe, from `<cache>/textures` or painted now. Finishes used longest ago make room for it.
+
+    Pictures of packs are read from their files.
+
+    Raises:
+        OutputError: a file of a picture is missing, or is not the one that was written.
+    """
     size_px = size_px or picture_px(recipe)
+    substance = registry.load().substances[recipe.substance]
+    if recipe.kind == KIND:
+        return resized_finish(recipe, substance, size_px) if size_px < SIZE_PX else finish_of_picture(recipe, substance)
     store = Store(cache / FOLDER)
     key = finish_key(recipe, size_px)
     kept = store.get(key)
     if kept is not None:
         return Finish.from_json(kept)
-    substance = registry.load().substances[recipe.substance]
     made = finish(recipe.id, recipe.tile_m, make(recipe, size_px), substance)
     if recipe.surface is None:  # it covers a whole thing and does not repeat
         made = made.replace(material=made.material.replace(tile_m=None))

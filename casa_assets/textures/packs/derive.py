@@ -56,7 +56,7 @@ def tile(pixels: Floats, size_px: int = SIZE_PX) -> TiledPicture:
     Raises:
         Rejected: the border is still plain to see.
     """
-    small = _scaled(pixels, size_px)
+    small = scaled(pixels, size_px)
     before = seam(small).worst
     is_seen = before > _REPAIR_SEAM or jump(small).worst > _REPAIR_JUMP
     whole = repair(small) if is_seen else small
@@ -94,21 +94,12 @@ def layers(base: Floats, surface: Surface, roughness: float | None) -> Layers:
     return Layers.of(base, _RELIEF_M * detail, mean - _UNEVEN * detail)
 
 
-def png(image: Floats) -> bytes:
-    """(H, W, 3) 0..1 as PNG, the same bytes every time."""
-    out = io.BytesIO()
-    Image.fromarray(np.rint(np.clip(image, 0.0, 1.0) * 255.0).astype(np.uint8)).save(out, "PNG", compress_level=6)
-    return out.getvalue()
+def scaled(pixels: Floats, size_px: int) -> Floats:
+    """(H, W, 3) scaled down around the border, so that what tiled before does so after; nothing is scaled up.
 
-
-def pixels_of(data: bytes) -> Floats:
-    """(H, W, 3) float32 0..1 of a PNG that this package wrote."""
-    with Image.open(io.BytesIO(data)) as image:
-        return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0)
-
-
-def _scaled(pixels: Floats, size_px: int) -> Floats:
-    """Scaled down around the border, so that what tiled before does so after."""
+    Args:
+        size_px: longer side of the result.
+    """
     height, width = pixels.shape[:2]
     scale = size_px / max(height, width)
     if scale >= 1.0:
@@ -122,3 +113,16 @@ def _scaled(pixels: Floats, size_px: int) -> Floats:
         for c in range(3)
     ]
     return np.asarray(np.clip(np.stack(planes, axis=-1), 0.0, 1.0), dtype=np.float32)
+
+
+def png(image: Floats) -> bytes:
+    """(H, W, 3) 0..1 as PNG, the same bytes every time."""
+    out = io.BytesIO()
+    Image.fromarray(np.rint(np.clip(image, 0.0, 1.0) * 255.0).astype(np.uint8)).save(out, "PNG", compress_level=6)
+    return out.getvalue()
+
+
+def pixels_of(data: bytes) -> Floats:
+    """(H, W, 3) float32 0..1 of a PNG that this package wrote."""
+    with Image.open(io.BytesIO(data)) as image:
+        return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0)

@@ -13,6 +13,8 @@ from casa_assets.model.registry.finish import Surface
 
 Text = Annotated[str, StringConstraints(max_length=4000)]
 Share = Annotated[float, Field(ge=0, le=1)]
+# A file right in the folder of its pack.
+FileName = Annotated[str, StringConstraints(pattern=r"^[a-z0-9_]+\.png$", max_length=200)]
 UNKNOWN = "unknown"
 
 
@@ -78,7 +80,7 @@ class PackPicture(Record):
     seam_after: float
     repaired: bool
     derived: tuple[str, ...]
-    files: tuple[str, str, str]
+    files: tuple[FileName, FileName, FileName]
     sha256: tuple[Sha256, Sha256, Sha256]
     notes: tuple[str, ...] = ()
 

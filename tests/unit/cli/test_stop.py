@@ -42,7 +42,7 @@ VERBS = {
     "textures make oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
     "textures sheet oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
     "textures check oak_natural_plank --out {out}": "pipeline.textures.recipes:finish_of",
-    "textures ingest {folder} --library {out}": "pipeline.textures.pack_survey:survey",
+    "textures ingest {folder} --library {out}": "pipeline.textures.packs.survey:survey",
     "scenes build l_small__coastal --out {out}": "pipeline.kitchens.scene_folders:build_with_options",
     "scenes check l_small__coastal --out {out}": "pipeline.kitchens.check:check_one",
     "scenes sample 2 --out {out}": "pipeline.kitchens.check:check_one",

@@ -1,26 +1,25 @@
-"""A folder of pictures into `<library>/textures/<pack>/`, and such a pack back into finishes."""
+"""A folder of pictures into `<library>/textures/<pack>/`."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from casa_assets import registry
 from casa_assets.errors import CasaError, OutputError
-from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.files import Files
 from casa_assets.model.record import Record
-from casa_assets.model.registry.finish import Finish
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
-from casa_assets.pipeline.textures.pack_survey import AcceptedPicture, PackOptions, read_description, survey
+from casa_assets.pipeline.textures.packs.pictures import FOLDER, PACK, pack_of
+from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
+from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
 from casa_assets.preview.sheet import SheetCell, contact_sheet
+from casa_assets.projects import SETTINGS, project_folder, use_project
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
 from casa_assets.textures.finish import finish
 from casa_assets.textures.packs import derive
@@ -28,9 +27,9 @@ from casa_assets.textures.packs.derive import layers, pixels_of
 from casa_assets.textures.packs.entry import UNKNOWN, Pack, PackPicture, SimilarPair
 from casa_assets.textures.packs.naming import slug, unique_ids
 
-__all__ = ["PackOptions", "PackReport", "ingest_pack", "load_finishes", "load_pack"]
+__all__ = ["PackOptions", "PackReport", "ingest_pack"]
 
-FOLDER, PACK, SHEET = "textures", "pack.json", "sheet.png"
+SHEET = "sheet.png"
 # Version of the format of pack.json.
 FORMAT = 2
 _LOOK_STEP = 4  # pixels are compared at a quarter of the size
@@ -54,19 +53,24 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
     """Take in every picture under a folder. One bad picture is left out with its reason, the others go on.
 
     Raises:
-        CasaError: the folder is not there.
+        CasaError: the folder is not there, or an id is taken in the project that is written to.
         RegistryError: pack.yaml is no YAML or has keys that nobody knows.
-        OutputError: the library cannot be written to, or another run holds it.
+        OutputError: the library cannot be written to, another run holds it, or what stands in its place is no pack.
     """
     if not folder.is_dir():
         raise CasaError(f"{folder}: no such folder")
     description = read_description(folder)
     name = slug(options.pack or description.pack or folder.absolute().name)
     library = Library(options.library)
+    target = library.root / FOLDER / name
+    _check_place(folder, target)
+    taken = _taken(library.root, name)
     with library.locked():
+        _keep_out_of_git(library)
         found = survey(folder, description, options, Store(library.cache))
         staged = library.stage(name)
         ids = unique_ids(name, [accepted.fields.name or Path(accepted.source).stem for accepted in found.accepted])
+        _check_ids(ids, taken, name)
         pictures: list[PackPicture] = []
         descriptors: dict[str, TextureDescriptor] = {}
         shots: list[SheetCell] = []
@@ -87,30 +91,47 @@ def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
         )
         page = contact_sheet(shots, f"{name}: {len(pictures)} pictures, {len(found.refused)} left out")
         write_files(staged, Files(entries={PACK: _text(pack), SHEET: page}))
-        target = library.root / FOLDER / name
-        return PackReport(target, pack, _put_if_changed(library, staged, target))
+        report = PackReport(target, pack, _put_if_changed(library, staged, target))
+    if _is_in_use(library.root):
+        use_project(library.root)  # so that this process sees the pack
+    return report
 
 
-def load_pack(folder: Path) -> Pack:
-    """The pack in a folder. Raises OutputError where pack.json is missing or damaged."""
-    try:
-        return Pack.from_json((folder / PACK).read_text(encoding="utf-8"))
-    except (OSError, ValidationError, ValueError) as error:
-        raise OutputError(
-            str(folder / PACK), f"cannot be read: {str(error).splitlines()[0]}; ingest it again"
-        ) from error
+def _is_in_use(root: Path) -> bool:
+    project = project_folder()
+    return project is not None and project.resolve() == root.resolve()
 
 
-def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str, Finish]:
-    """Every picture of a pack as a finish, by id.
+def _check_place(folder: Path, target: Path) -> None:
+    """Raise OutputError where the pack would take the place of what it is made of, or of something that is no pack."""
+    source, place = folder.resolve(), target.resolve()
+    if source.is_relative_to(place) or place.is_relative_to(source):
+        message = "the pack would stand among the pictures that it is made of; move these elsewhere, or choose --pack"
+        raise OutputError(str(target), message)
+    if target.exists() and not (target / PACK).is_file():
+        raise OutputError(str(target), "is there already and is no pack; choose another name with --pack")
 
-    Args:
-        folder: `<library>/textures/<pack>`.
-        substances: of the registry.
-    Raises:
-        OutputError: a file is missing, or is not the one that was written.
-    """
-    return {p.id: _finish(folder, p, substances[p.substance]) for p in load_pack(folder).pictures}
+
+def _taken(root: Path, name: str) -> Mapping[str, str]:
+    """Ids that a pack in the project in use may not have, with what has them; none in a library."""
+    if not _is_in_use(root):
+        return {}
+    textures = {i: f"a texture of {origin_of(r)}" for i, r in every_recipe().items() if pack_of(r) != name}
+    return {**textures, **dict.fromkeys(registry.load().materials, "a finish of materials.yaml")}
+
+
+def _check_ids(ids: Iterable[str], taken: Mapping[str, str], name: str) -> None:
+    """Raise CasaError where an id is taken."""
+    for id_ in ids:
+        if id_ in taken:
+            raise CasaError(f"{id_}: is the id of {taken[id_]}; call the pack {name!r} otherwise, with --pack")
+
+
+def _keep_out_of_git(library: Library) -> None:
+    """Have git pass over what a library keeps for itself, where the library is a project."""
+    note = library.private / ".gitignore"
+    if (library.root / SETTINGS).is_file() and not note.exists():
+        note.write_text("*\n", encoding="utf-8")
 
 
 def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str, bytes], TextureDescriptor]:
@@ -155,36 +176,6 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     )
     coarse = slice(None, None, _LOOK_STEP)
     return picture, files, describe_texture(base[coarse, coarse], size)
-
-
-def _finish(folder: Path, picture: PackPicture, substance: Substance) -> Finish:
-    spaces = (ColorSpace.SRGB, ColorSpace.RAW, ColorSpace.RAW)
-    textures = []
-    for path, digest, space in zip(picture.files, picture.sha256, spaces, strict=True):
-        try:
-            data = (folder / path).read_bytes()
-        except OSError as error:
-            raise OutputError(str(folder / path), f"cannot be read: {error.strerror}; ingest the pack again") from error
-        if hashlib.sha256(data).hexdigest() != digest:
-            raise OutputError(str(folder / path), "is not the file that was written; ingest the pack again")
-        width, height = int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")  # IHDR
-        name = path.removesuffix(".png")
-        textures.append(Texture(name=name, png=data, width_px=width, height_px=height, color_space=space))
-    return Finish(
-        id=picture.id,
-        material=Material(
-            id=picture.id,
-            base_color=(1.0, 1.0, 1.0, 1.0),
-            metallic=1.0,  # multiplied with the blue of the picture, which is 0
-            roughness=1.0,
-            base_color_texture=textures[0],
-            normal_texture=textures[1],
-            metallic_roughness_texture=textures[2],
-            tile_m=picture.tile_m,
-            substance=substance.id,
-        ),
-        substance=substance,
-    )
 
 
 def _text(record: Record) -> bytes:

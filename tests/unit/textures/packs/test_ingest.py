@@ -14,12 +14,11 @@ import pytest
 from PIL import Image, PngImagePlugin
 
 from casa_assets import registry
-from casa_assets.core.sampling import rng_for
 from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.library.library import file_digests
-from casa_assets.pipeline.textures.packs import PackOptions, PackReport, ingest_pack, load_finishes, load_pack
-from casa_assets.textures import noise
+from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
+from casa_assets.pipeline.textures.packs.pictures import load_finishes, load_pack
 from casa_assets.textures.packs.decode import decode
 from casa_assets.textures.packs.derive import layers, tile
 from casa_assets.textures.packs.entry import PictureDescription
@@ -27,22 +26,9 @@ from casa_assets.textures.packs.limits import MAX_SIDE_PX
 from casa_assets.textures.packs.naming import slug, unique_ids
 from casa_assets.textures.packs.rejections import REMEDIES, PictureRejection
 from casa_assets.textures.seam import seam
+from tests.pictures import encoded, pixels
 
-Pixels = npt.NDArray[np.uint8]
 FLAGS = PictureDescription(surface=Surface.WALL, tile_m=(1.0, 1.0), licence="CC0-1.0")
-
-
-def pixels(seed: int = 1, width: int = 520, height: int = 520, color: tuple[int, int, int] = (150, 120, 90)) -> Pixels:
-    """A stone-like picture that does not tile: a cut from a larger one."""
-    rng = rng_for(seed, "stone")
-    tone = noise.fbm((height + 100, width + 100), (9, 9), rng, 5)[:height, :width]
-    return np.asarray(np.clip(np.array(color) * (1.0 + 0.5 * tone[..., None]), 0, 255), dtype=np.uint8)
-
-
-def encoded(image: Pixels, kind: str = "PNG") -> bytes:
-    out = io.BytesIO()
-    Image.fromarray(image).save(out, kind)
-    return out.getvalue()
 
 
 def taken(folder: Path, library: Path, flags: PictureDescription = FLAGS) -> PackReport:
@@ -136,7 +122,7 @@ def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkey
             raise KeyboardInterrupt
         return tile(image, size_px)
 
-    monkeypatch.setattr("casa_assets.pipeline.textures.pack_survey.tile", counted)
+    monkeypatch.setattr("casa_assets.pipeline.textures.packs.survey.tile", counted)
     with pytest.raises(KeyboardInterrupt):
         taken(folder, tmp_path / "lib")
     assert not (tmp_path / "lib" / "textures").exists()

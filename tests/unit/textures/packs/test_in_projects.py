@@ -1,0 +1,217 @@
+"""The pictures of a pack in a project are finishes of kitchens beside ours: by name, in styles, drawn at random."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import casa_assets as casa
+from casa_assets.cli import completion
+from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
+from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline import doctor
+from casa_assets.pipeline.families.finishes import finishes, finishes_key
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, resolve
+from casa_assets.pipeline.kitchens.sample import draw_recipes
+from casa_assets.pipeline.textures.check import check_one
+from casa_assets.pipeline.textures.packs import pictures as pack_pictures
+from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
+from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, origin_of, recipes
+from casa_assets.projects import use_project
+from casa_assets.textures.packs.entry import PictureDescription
+from tests.libraries import ROOT, command, with_cache
+from tests.pictures import encoded, pixels, tiling, write_pictures
+from tests.projects import Project
+
+FLOOR = PictureDescription(surface=Surface.FLOOR, tile_m=(1.0, 1.0), licence="CC0-1.0", substance="stone")
+Ingested = Callable[..., PackReport]
+
+
+@pytest.fixture
+def ingested(project: Project, tmp_path: Path) -> Ingested:
+    """Take pictures into the project in use: `count` of them, or those in a folder."""
+    ours = project({})
+
+    def take(count: int = 2, pack: str = "slates", flags: PictureDescription = FLOOR) -> PackReport:
+        folder = write_pictures(tmp_path / f"in_{pack}", count)
+        return ingest_pack(folder, PackOptions(library=ours, pack=pack, flags=flags))
+
+    return take
+
+
+def test_pictures_stand_beside_recipes(ingested: Ingested, tmp_path: Path) -> None:
+    report = ingested()
+    assert report.folder == tmp_path / "textures" / "slates"
+    rows = recipes()[Surface.FLOOR]
+    assert len(rows) == 102
+    recipe = rows["slates_stone_01"]
+    assert (recipe.kind, recipe.substance, recipe.tile_m) == ("picture", "stone", report.pack.pictures[1].tile_m)
+    assert origin_of(recipe) == "ours/slates"
+    assert "slates_stone_01" in casa.surfaces()["floor"]
+    assert "slates_stone_01" not in casa.surfaces()["wall"]
+    assert completion.textures("slates_") == ["slates_stone_00", "slates_stone_01"]
+    assert "texture packs: textures/slates" in doctor._project()[0].message
+    use_project(None)
+    assert "slates_stone_01" not in casa.surfaces()["floor"]
+    with pytest.raises(UnknownId):
+        find_recipe("slates_stone_01")
+
+
+def test_the_finish_is_what_stands_in_the_files(ingested: Ingested, tmp_path: Path) -> None:
+    report = ingested()
+    picture = report.pack.pictures[0]
+    made = finishes([picture.id], tmp_path / "cache")[picture.id]
+    texture = made.material.base_color_texture
+    assert texture is not None
+    assert texture.png == (report.folder / picture.files[0]).read_bytes()
+    assert (made.tile_m, made.substance.id) == (picture.tile_m, "stone")
+    small = finish_of(find_recipe(picture.id), tmp_path / "cache", 64).material.base_color_texture
+    assert small is not None
+    assert (small.width_px, small.height_px) == (64, 64)
+    assert not (tmp_path / "cache").exists(), "the files of a pack are not kept a second time"
+
+
+def test_pictures_go_through_the_checks_of_recipes(ingested: Ingested, tmp_path: Path) -> None:
+    report = ingested(1)
+    checked = check_one(find_recipe(report.pack.pictures[0].id), tmp_path / "cache")
+    assert [result.code for result in checked.report.results] == [f"TEX{n:03d}" for n in range(1, 12)]
+    assert checked.report.passed, checked.report.issues
+    coarse = ingested(1, "coarse", FLOOR.replace(tile_m=(4.0, 4.0)))
+    failed = check_one(find_recipe(coarse.pack.pictures[0].id), tmp_path / "cache").report
+    assert [issue.code for issue in failed.issues] == ["TEX008"]
+
+
+def test_a_file_that_was_changed_is_told_and_a_new_pack_is_another_key(ingested: Ingested, tmp_path: Path) -> None:
+    report = ingested(1)
+    name = report.pack.pictures[0].id
+    key = finishes_key([name])
+    base = report.folder / report.pack.pictures[0].files[0]
+    whole = base.read_bytes()
+    base.write_bytes(encoded(pixels(8)))
+    use_project(tmp_path)
+    with pytest.raises(OutputError, match="is not the file that was written; ingest the pack again"):
+        finishes_key([name])
+    with pytest.raises(OutputError, match="is not the file that was written"):
+        finish_of(find_recipe(name), tmp_path / "cache")
+    base.write_bytes(whole)
+    use_project(tmp_path)
+    assert finishes_key([name]) == key
+    (tmp_path / "in_slates" / "stone 00.png").write_bytes(encoded(tiling(9, color=(90, 100, 110))))
+    ingest_pack(tmp_path / "in_slates", PackOptions(library=tmp_path, pack="slates", flags=FLOOR))
+    assert finishes_key([name]) != key
+
+
+def test_names_that_are_taken(ingested: Ingested, tmp_path: Path) -> None:
+    write_pictures(tmp_path / "clash", 1, "natural plank")
+    (tmp_path / "clash" / "natural plank 00.png").rename(tmp_path / "clash" / "natural plank.png")
+    with pytest.raises(CasaError, match=r"oak_natural_plank: is the id of a texture of casa-assets; .* --pack"):
+        ingest_pack(tmp_path / "clash", PackOptions(library=tmp_path, pack="oak", flags=FLOOR))
+    assert not (tmp_path / "textures" / "oak").exists()
+    ingested()
+    assert not ingested().changed, "the pictures of the pack itself are not in its way"
+    shutil.copytree(tmp_path / "textures" / "slates", tmp_path / "textures" / "moved")
+    use_project(tmp_path)
+    with pytest.raises(RegistryError, match=r"slates/pack\.json:1: pictures\.0\.id: expected an id that nothing else"):
+        recipes()
+
+
+def test_a_pack_does_not_take_the_place_of_pictures(ingested: Ingested, tmp_path: Path) -> None:
+    folder = write_pictures(tmp_path / "textures" / "raw", 1)
+    for source in (folder, tmp_path / "textures"):
+        with pytest.raises(OutputError, match="among the pictures that it is made of"):
+            ingest_pack(source, PackOptions(library=tmp_path, pack="raw", flags=FLOOR))
+    with pytest.raises(OutputError, match="is no pack; choose another name"):
+        ingest_pack(write_pictures(tmp_path / "other", 1), PackOptions(library=tmp_path, pack="raw", flags=FLOOR))
+    assert (folder / "stone 00.png").is_file()
+
+
+@pytest.mark.parametrize("text", ["{}", "[", '{"id": "slates", "version": 3, "pictures": [{"files": ["../a.png"]}]}'])
+def test_a_damaged_pack_is_told_with_its_file(ingested: Ingested, tmp_path: Path, text: str) -> None:
+    (ingested().folder / "pack.json").write_text(text, encoding="utf-8")
+    use_project(tmp_path)
+    with pytest.raises(OutputError, match=r"textures/slates/pack\.json: cannot be read"):
+        recipes()
+
+
+def test_a_hundred_pictures_are_read_once_and_drawn(
+    ingested: Ingested, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    report = ingested(1)
+    path = report.folder / "pack.json"
+    pack = json.loads(path.read_text(encoding="utf-8"))
+    pack["pictures"] = [{**pack["pictures"][0], "id": f"slates_no_{n}"} for n in range(100)]
+    path.write_text(json.dumps(pack), encoding="utf-8")
+    use_project(tmp_path)
+    read: list[Path] = []
+
+    def counted(folder: Path) -> object:
+        read.append(folder)
+        return load_pack(folder)
+
+    load_pack = pack_pictures.load_pack
+    monkeypatch.setattr(pack_pictures, "load_pack", counted)
+    drawn = [dict(draw_surfaces(seed))[Surface.FLOOR] for seed in range(60)]
+    assert 15 < sum(name.startswith("slates_no_") for name in drawn) < 45
+    sampled = [dict(recipe.surfaces)[Surface.FLOOR] for recipe in draw_recipes(30, 7)]
+    assert any(name.startswith("slates_no_") for name in sampled)
+    assert read == [report.folder]
+
+
+def test_a_style_names_a_picture(ingested: Ingested, project: Project) -> None:
+    ingested()
+    project({"styles/slated.yaml": "like: coastal\ntitle: Slated\nroom: {floor: slates_stone_01}\n"})
+    wanted = resolve(SceneRecipe("one_wall_small", "slated"))
+    assert wanted.style.room.floor == "slates_stone_01"
+    assert "slates_stone_01" in wanted.style.replace(id="x").room.to_json()
+
+
+def run(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run the program in a folder."""
+    environment = {**os.environ, "COLUMNS": "200", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command(*words), cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr + done.stdout
+    return done
+
+
+def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path, cache: Path) -> None:
+    """By the command line: a project, a pack, a style that uses it, and the other pack by name; then from Python."""
+    run("init", "ours", folder=tmp_path)
+    ours = tmp_path / "ours"
+    with_cache(ours / "out" / "scenes", cache)
+    write_pictures(tmp_path / "slates", 2)
+    stated = ("--tile", "1", "1", "--licence", "CC0-1.0")
+    done = run("textures", "ingest", "../slates", "--surface", "floor", *stated, folder=ours)
+    assert "2 pictures taken" in done.stdout
+    run("textures", "ingest", "../slates", "--pack", "plaster", "--surface", "wall", *stated, folder=ours)
+    rows = [json.loads(line) for line in run("textures", "list", "--json", folder=ours).stdout.splitlines()]
+    found = {row["id"]: row["from"] for row in rows if row["kind"] == "picture"}
+    assert found == {
+        "slates_stone_00": "ours/slates",
+        "slates_stone_01": "ours/slates",
+        "plaster_stone_00": "ours/plaster",
+        "plaster_stone_01": "ours/plaster",
+    }
+    style = "like: coastal\ntitle: Slated\nroom: {floor: slates_stone_01}\n"
+    (ours / "styles" / "slated.yaml").write_text(style, encoding="utf-8")
+    words = ("scenes", "new", "one_wall_small", "--style", "slated", "--textures", "wall=plaster_stone_00", "--json")
+    row = json.loads(run(*words, folder=ours).stdout.splitlines()[-1])
+    checked = run("scenes", "check", row["id"], "--jobs", "1", "--no-pictures", "--json", folder=ours)
+    assert json.loads(checked.stdout.splitlines()[-1])["verdict"] == "passed"
+    use_project(ours)
+    try:
+        kitchen = casa.kitchen("one_wall_small", "slated", surfaces={"wall": "plaster_stone_00"})
+        model = kitchen.to_mjmodel()
+        shown = {model.material(i).name.partition("__")[2] for i in range(model.nmat)}
+        assert {"slates_stone_01", "plaster_stone_00"} <= shown
+        before = model.tex_data.copy()
+        kitchen.textures_of(model).show({"wall": "plaster_stone_01"})
+        assert (model.tex_data != before).any()
+    finally:
+        use_project(None)
+        del os.environ["CASA_ASSETS_PROJECT"]
