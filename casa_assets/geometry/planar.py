@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats, Ints
-
-Outline = Sequence[tuple[float, float]] | Floats
+from casa_assets.geometry.outline import Outline
 
 
 def signed_area(outline: Floats) -> float:
@@ -56,17 +53,6 @@ def distance(outline: Outline, points: Floats) -> Floats:
     inside = ((edge[:, 0] * from_a[..., 1] - edge[:, 1] * from_a[..., 0]) >= 0).all(axis=1)
     found: Floats = np.where(inside, 0.0, away)
     return found
-
-
-def contains_point(outline: Outline, point: tuple[float, float]) -> bool:
-    """True where a point lies in an outline, which need not be convex."""
-    x, y = point
-    odd = False
-    corners = [(float(a), float(b)) for a, b in outline]
-    for (ax, ay), (bx, by) in zip(corners, (*corners[1:], corners[0]), strict=True):
-        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-            odd = not odd
-    return odd
 
 
 def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float, float]) -> float:

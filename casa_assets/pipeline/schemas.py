@@ -1,4 +1,4 @@
-"""JSON Schemas of the files that other programs read, made of records; who writes a file holds it against its own."""
+"""JSON Schemas of files that other programs read or write, made of records; who writes one holds it against its own."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ from casa_assets.errors import UnknownId
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.formats.behavior_schema import BehaviorFile
 from casa_assets.model.formats.scene_schema import SceneFile
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.style import Style
 from casa_assets.model.record import Record
 from casa_assets.pipeline.kitchens.scene_page import SceneReport
 from casa_assets.pipeline.library.asset_json import SLOTS
 from casa_assets.pipeline.library.library import Certificate
+from casa_assets.pipeline.plans.schema import plan_as_written, style_as_written
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 # In asset.json a mesh and a picture are files beside it.
@@ -89,10 +92,12 @@ def _asset() -> dict[str, Any]:
 SCHEMAS: dict[str, Callable[[], dict[str, Any]]] = {
     "asset": _asset,
     "behavior": lambda: _of(BehaviorFile),
+    "plan": lambda: plan_as_written(_of(Plan)),
     "scene": lambda: _of(SceneFile),
     "scene_report": lambda: _of(SceneReport),
+    "style": lambda: style_as_written(_of(Style)),
 }
-TITLES = {"scene_report": "report.json of a scene"}
+TITLES = {"plan": "plan, a YAML file", "scene_report": "report.json of a scene", "style": "style, a YAML file"}
 
 
 def title_of(name: str) -> str:

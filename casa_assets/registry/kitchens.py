@@ -74,8 +74,15 @@ def _document(
         raise RegistryError(document.file, 1, "", f"a {noun}", type(document.value).__name__)
     if document.file in {one.file for one in seen}:
         raise seen[-1].fault((LIKE,), f"a {noun} that is not like this one", repr(name))
-    if LIKE not in document.value:
-        return document
+    return document if LIKE not in document.value else _laid_over_like(document, folder, noun, name, seen)
+
+
+def laid_over_like(document: Document, name: str) -> Document:
+    """The document of a plan that is `like` another, laid over that one. Raises RegistryError."""
+    return _laid_over_like(document, PLANS, "plan", name, ())
+
+
+def _laid_over_like(document: Document, folder: str, noun: str, name: str, seen: tuple[Document, ...]) -> Document:
     base, known = str(document.value[LIKE]), names_in(folder)
     if base not in known:
         raise document.fault((LIKE,), expected_one_of(known, base), repr(base))

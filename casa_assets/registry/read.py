@@ -25,6 +25,21 @@ def read_document(path: Path, name: str = "") -> Document:
         name: what messages call it; by default the name of the file without its folder.
     """
     called = name or path.name
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise RegistryError(called, 1, "", "a readable file", error.strerror or str(error)) from None
+    except ValueError as error:
+        raise RegistryError(called, 1, "", "YAML in UTF-8", str(error)) from None
+    return parse_document(text, called)
+
+
+def parse_document(text: str, called: str) -> Document:
+    """The document that a text is. Raises RegistryError where it is no YAML, or has a key twice.
+
+    Args:
+        called: name of its file in messages.
+    """
     lines: dict[KeyPath, int] = {}
     loader = yaml.SafeLoader("")
 
@@ -44,14 +59,11 @@ def read_document(path: Path, name: str = "") -> Document:
         return values
 
     try:
-        text = path.read_text(encoding="utf-8")
         try:
             root = yaml.compose(text, Loader=YAML_LOADER)
         except yaml.YAMLError:  # again in Python, whose messages are better than libyaml's
             root = yaml.compose(text, Loader=yaml.SafeLoader)
         value = parse(root, ()) if root else {}
-    except OSError as error:
-        raise RegistryError(called, 1, "", "a readable file", error.strerror or str(error)) from None
     except yaml.MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise RegistryError(called, line, "", "YAML", f"what it cannot read: {error.problem}") from None

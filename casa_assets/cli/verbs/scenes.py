@@ -1,4 +1,4 @@
-"""casa-assets scenes: new, list, build, check, sample, preview, pack, diff, robots, states."""
+"""casa-assets scenes: new, list, build, check, sample, preview, pack, diff, robots, states, and the verbs of plans."""
 
 from __future__ import annotations
 
@@ -40,6 +40,7 @@ from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
 from casa_assets.cli.verbs.pack import pack
+from casa_assets.cli.verbs.plans import check_plan
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
@@ -383,6 +384,7 @@ def diff(
 
 
 app.command(cls=verb({"--scenes": "--scenes-folder"}))(pack)
+app.command("check-plan", cls=Verb)(check_plan)
 
 
 @app.command("new", cls=Verb)

@@ -1,4 +1,4 @@
-"""casa-assets schemas: print JSON Schemas of the files that other programs read."""
+"""casa-assets schemas: print JSON Schemas of the files that other programs read or write."""
 
 from __future__ import annotations
 
@@ -13,11 +13,14 @@ from casa_assets.cli.output import Output
 
 def schemas(
     name: Annotated[
-        str, typer.Argument(help="scene, scene_report, asset or behavior; none: list them.", show_default=False)
+        str,
+        typer.Argument(
+            help="scene, scene_report, asset, behavior, plan or style; none: list them.", show_default=False
+        ),
     ] = "",
     json_: AsJson = False,
 ) -> None:
-    """Print the JSON Schema of scene.json, asset.json, behavior.json or the report.json of a kitchen.
+    """Print the JSON Schema of scene.json, asset.json, behavior.json, the report.json of a kitchen, a plan or a style.
 
     With --json each is one line, with the file that it describes. Exit 0 when it is printed, 2 when there is no schema
     of this name.

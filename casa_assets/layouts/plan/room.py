@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from casa_assets.errors import PlanConflict
-from casa_assets.geometry.planar import contains_point
+from casa_assets.geometry.outline import contains_point
 from casa_assets.layouts.plan.wall_frame import QUARTERS, WallFrame
 from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, PlanOpening
 from casa_assets.model.kitchen.units import Length

@@ -21,7 +21,7 @@ from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.project.starter import write_starter
 from casa_assets.preview.kitchen import PictureSettings
-from casa_assets.projects import NO_PROJECT, VARIABLE
+from casa_assets.projects import NO_PROJECT, VARIABLE, data_root
 from tests.architecture.test_commands import SERVERS, VERBS
 
 KITCHEN = "one_wall_small__coastal"
@@ -82,6 +82,7 @@ CASES = [
     Case("scenes preview one_wall_small__coastal --camera overview --width-px 64 --out {scenes}", MADE, True),
     Case("scenes diff {scenes}/one_wall_small__coastal {scenes}/one_wall_small__coastal", JUDGED),
     Case("scenes pack one_wall_small__coastal --zip --scenes-folder {scenes} --out {new}.zip", MADE, measured=True),
+    Case("scenes check-plan {plan}", JUDGED),
     Case("checks", NAMED),
     Case("doctor", JUDGED),
     Case("schemas", NAMED),
@@ -116,6 +117,7 @@ def places(
         "new": tmp_path / "new",
         "shard": tmp_path / "shard",
         "project": project,
+        "plan": data_root() / "plans" / "galley.yaml",
     }
 
 

@@ -9,7 +9,8 @@ import numpy as np
 from scipy import ndimage
 
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.geometry.planar import Outline, contains_point, distance
+from casa_assets.geometry.outline import Outline, contains_point
+from casa_assets.geometry.planar import distance
 from casa_assets.model.kitchen.floor import Corners, Fixture, KitchenFacts, PlacedRun, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2

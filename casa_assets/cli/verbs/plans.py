@@ -1,0 +1,85 @@
+"""casa-assets scenes check-plan and fit: plans looked at, mended and fitted to a room, without building anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from casa_assets.cli import completion
+from casa_assets.cli.options import OUT_HELP, AsJson, Quiet, Verbose, more
+from casa_assets.cli.output import Output
+from casa_assets.cli.text import pluralize
+
+if TYPE_CHECKING:
+    from casa_assets.pipeline.plans.check import PlanCheck
+
+STYLE = "modern_1"
+PlanFile = Annotated[Path, typer.Argument(help="A plan, a YAML file anywhere.", exists=True, dir_okay=False)]
+TriedStyle = Annotated[
+    str,
+    typer.Option(
+        "--style",
+        help="Name of a style, see `scenes list`; the plan is tried with it.",
+        autocompletion=completion.styles,
+    ),
+]
+OutFile = Annotated[
+    Path | None, typer.Option("--out", help=more(OUT_HELP, "a YAML file that is not there yet."), dir_okay=False)
+]
+
+
+def check_plan(
+    file: PlanFile,
+    style: TriedStyle = STYLE,
+    fix: Annotated[bool, typer.Option("--fix", help="Write the plan with all mends made, to --out.")] = False,
+    out: OutFile = None,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Check a plan without building it: every fault with its line, and the nearest mend of each.
+
+    Mends are to be made in the order in which they are printed. --json has them as edits: op, pointer, old and new
+    value. Exit 0 when the plan fits, 1 when it has faults, 2 on misuse.
+
+    Example:  casa-assets scenes check-plan plans/studio.yaml --fix --out plans/studio_2.yaml
+    """
+    from casa_assets.pipeline.plans.check import check_plan as check
+    from casa_assets.pipeline.plans.files import read_plan_text, write_new
+    from casa_assets.registry.kitchens import load_style
+
+    if fix != (out is not None):
+        raise typer.BadParameter("--fix and --out go together: name a file for the mended plan")
+    output = Output(json_, quiet, verbose)
+    found = check(read_plan_text(file), str(file), load_style(style)[0])
+    output.row(
+        {
+            "id": file.stem,
+            "verdict": "fits" if found.fits else "faulty",
+            "file": str(file),
+            "style": style,
+            "mended": found.mended,
+            "faults": [told.facts for told in found.faults],
+        }
+    )
+    if not json_:
+        _print(found, file, output)
+    if out is not None and found.mended:
+        write_new(out, found.text)
+        output.line(f"{out}: {pluralize(len(found.faults), 'mend')} made")
+    if not found.fits:
+        raise typer.Exit(1)
+
+
+def _print(found: PlanCheck, file: Path, output: Output) -> None:
+    for told in found.faults:
+        pointer = ".".join(map(str, told.fault.pointer)) or "(top)"
+        output.wrong(f"{file}:{told.line}: {pointer}: expected {told.fault.expected}, got {told.fault.got}")
+        output.wrong(f"    mend: {told.fault.mend.sentence if told.fault.mend else 'none is near'}")
+    if found.fits:
+        output.line(f"{file}: fits")
+        return
+    after = "with these mends it fits" if found.mended else "what has no mend has to be written anew"
+    output.wrong(f"{pluralize(len(found.faults), 'fault')}; {after}")

@@ -1,0 +1,263 @@
+"""Check a plan without building anything: every fault, each with the nearest mend, and the plan with all of them made.
+
+Faults are found in rounds: what is no YAML, then the form, then values, names, the walls, and what is in the way of
+what. The mends of a round are made in a copy of the text before the next round looks at it: one call tells all.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from casa_assets.errors import CasaError, PlanConflict, UnknownId
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.style import Style
+from casa_assets.model.registry.document import Document, KeyPath
+from casa_assets.pipeline.plans.clashes import clash_faults
+from casa_assets.pipeline.plans.conflicts import mend_of
+from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
+from casa_assets.pipeline.plans.form import form_faults
+from casa_assets.pipeline.plans.references import reference_faults
+from casa_assets.pipeline.plans.sizes import PresetSizes
+from casa_assets.pipeline.plans.syntax import text_fault
+from casa_assets.pipeline.plans.values import value_faults
+from casa_assets.pipeline.plans.walls import wall_faults
+from casa_assets.pipeline.plans.words import spelt
+from casa_assets.pipeline.plans.written import row_at
+from casa_assets.registry.edit import EditKind, block_text, edited, edited_value
+from casa_assets.registry.kitchens import LIKE, laid_over_like
+from casa_assets.registry.read import parse_document
+
+MAX_ROUNDS = 60
+
+
+@dataclass(frozen=True)
+class ToldFault:
+    """A fault with the line of the file that was given, counted from 1; lines of what mends add are those before it."""
+
+    fault: Fault
+    line: int
+    old: tuple[Any, ...] = ()
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """As JSON has it."""
+        mend = self.fault.mend
+        return {
+            "line": self.line,
+            "pointer": list(self.fault.pointer),
+            "expected": self.fault.expected,
+            "got": self.fault.got,
+            "mend": None
+            if mend is None
+            else {
+                "sentence": mend.sentence,
+                "edits": [
+                    {"op": e.kind.value, "pointer": list(e.pointer), "old": old, "new": e.value}
+                    for e, old in zip(mend.edits, self.old, strict=True)
+                ],
+                "text": mend.text,
+            },
+        }
+
+
+@dataclass(frozen=True)
+class PlanCheck:
+    """What a check found.
+
+    Attributes:
+        faults: in the order in which their mends are to be made.
+        text: of the file with all mends made.
+        kitchen: of that text; None where a fault is left that has no mend.
+    """
+
+    faults: tuple[ToldFault, ...]
+    text: str
+    kitchen: KitchenRequest | None
+
+    @property
+    def fits(self) -> bool:
+        """True if the plan is right as it is."""
+        return not self.faults
+
+    @property
+    def mended(self) -> bool:
+        """True if all mends together make a plan that fits."""
+        return self.kitchen is not None
+
+
+def check_plan(text: str, file: str, style: Style) -> PlanCheck:
+    """Check the text of a plan. Raises RegistryError or UnknownId where a file that it needs is wrong, not for its own.
+
+    Args:
+        file: its name, whose stem is the plan's id.
+        style: that it is tried with.
+    """
+    told: list[ToldFault] = []
+    seen, now = {text}, text
+    for _ in range(MAX_ROUNDS):
+        faults, kitchen = find_faults(now, file, style)
+        if not faults:
+            return PlanCheck(tuple(told), now, kitchen)
+        after, made = _mended(now, file, faults)
+        told += [_told(fault, text, now, file) for fault in made]
+        if after == now or after in seen:
+            told += [_told(fault, text, now, file) for fault in faults if fault not in made]
+            return PlanCheck(tuple(told), now, None)
+        seen.add(after)
+        now = after
+    return PlanCheck(tuple(told), now, None)
+
+
+def find_faults(text: str, file: str, style: Style) -> tuple[list[Fault], KitchenRequest | None]:
+    """The faults of the first kind that has any, and the kitchen of a text that has none."""
+    unread = text_fault(text, file)
+    if unread is not None:
+        return [unread], None
+    document, wrong = _document(text, file)
+    if wrong is not None:
+        return [wrong], None
+    raw, stem = document.value, plan_id(file)
+    for faults in (form_faults, value_faults):
+        if found := faults(raw, stem):
+            return found, None
+    plan = Plan.model_validate({**raw, "id": stem})
+    if found := reference_faults(raw, plan, style) or wall_faults(raw, plan, plan.defaults):
+        return found, None
+    return _fitted(raw, plan, style)
+
+
+def plan_id(file: str) -> str:
+    """Id of a plan, after the name of its file."""
+    stem = spelt(file.replace("\\", "/").rsplit("/", 1)[-1].rsplit(".", 1)[0])
+    return stem if stem[:1].isalpha() else f"plan_{stem}".rstrip("_")
+
+
+def _document(text: str, file: str) -> tuple[Document, Fault | None]:
+    """The document of a text, laid over the plan that it is like."""
+    document = parse_document(text, file)
+    if not isinstance(document.value, dict) or LIKE not in document.value:
+        return document, None
+    try:
+        return laid_over_like(document, plan_id(file)), None
+    except CasaError as error:
+        names = getattr(error, "expected", str(error))
+        near = names.split("'")[1] if names.startswith("'") else None
+        if near:
+            mend = Mend(f"Name {near!r}.", (replaced((LIKE,), near),))
+        elif "walls" in document.value:
+            mend = Mend(f"Take out '{LIKE}'.", (removed((LIKE,)),))
+        else:
+            return document, Fault((LIKE,), names, repr(document.value[LIKE]), None)
+        return document, Fault((LIKE,), names, repr(document.value[LIKE]), mend)
+
+
+def _fitted(raw: Any, plan: Plan, style: Style) -> tuple[list[Fault], KitchenRequest | None]:
+    sizes = PresetSizes()
+    models = StyleModels(style, sizes)
+    try:
+        kitchen = request_kitchen(plan, style, sizes)
+    except PlanConflict as error:
+        return [
+            Fault(
+                _pointer(raw, error.pointer),
+                error.expected,
+                error.got,
+                mend_of(error, raw, plan, models, plan.defaults),
+            )
+        ], None
+    except UnknownId as error:
+        return [Fault((), "models that the style has", str(error), None)], None
+    return clash_faults(raw, kitchen), kitchen
+
+
+def _pointer(raw: Any, pointer: KeyPath) -> KeyPath:
+    """A pointer of a conflict, which names rows and units by their ids, as the file has them."""
+    if len(pointer) < 2 or not isinstance(pointer[1], str):
+        return pointer
+    at = (*row_at(raw, str(pointer[0]), pointer[1]), *pointer[2:])
+    while at and value_at(raw, at) is None:
+        at = at[:-1]
+    return at
+
+
+def _mended(text: str, file: str, faults: list[Fault]) -> tuple[str, list[Fault]]:
+    """The text after the mends of faults, and those whose mend was made: one waits where another changed its place."""
+    made: list[Fault] = []
+    touched: list[tuple[KeyPath, bool]] = []
+    for fault in faults:
+        mend = fault.mend
+        if mend is None:
+            continue
+        if mend.text is not None:
+            return mend.text, [*made, fault]
+        if any(_waits(edit.pointer, touched) for edit in mend.edits):
+            continue
+        after = text
+        for edit in mend.edits:
+            after = _edited(after, file, edit)
+        if after != text:
+            text = after
+            made.append(fault)
+            touched += [(e.pointer, e.kind in (EditKind.REMOVE, EditKind.INSERT, EditKind.RENAME)) for e in mend.edits]
+    return text, made
+
+
+def _waits(pointer: KeyPath, touched: list[tuple[KeyPath, bool]]) -> bool:
+    """True if an edit that was made may have changed what a pointer leads to."""
+    for at, moves in touched:
+        if pointer[: len(at)] == at or at[: len(pointer)] == pointer:
+            return True
+        if moves and isinstance(at[-1], int) and pointer[: len(at) - 1] == at[:-1]:
+            return True
+    return False
+
+
+def _edited(text: str, file: str, edit: Any) -> str:
+    """The text with an edit; of a plan that is like another, what that one states is copied to where it changes."""
+    try:
+        return edited(text, edit)
+    except (KeyError, IndexError, TypeError):
+        document, wrong = _document(text, file)
+        if wrong is not None:
+            raise
+        own: Mapping[str, Any] = parse_document(text, file).value
+        whole = edited_value(document.value, edit)
+        top = edit.pointer[0]
+        if edit.kind is EditKind.REMOVE or not isinstance(top, str):
+            return block_text(whole)
+        change = replaced((top,), whole[top]) if top in own else added((top,), whole[top])
+        return edited(text, change)
+
+
+def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
+    """A fault with its line in the text that was given, which earlier mends have changed."""
+    line = fault.line
+    old: tuple[Any, ...] = ()
+    try:
+        document, _ = _document(now, file)
+    except CasaError:
+        document = None
+    if document is not None:
+        at = fault.pointer
+        while at and at not in document.lines:
+            at = at[:-1]
+        line = line or document.lines.get(at, 1)
+        old = tuple(value_at(document.value, e.pointer) for e in fault.mend.edits) if fault.mend else ()
+        if document.files.get(at):
+            return ToldFault(fault, line, old)
+    if fault.mend and len(old) != len(fault.mend.edits):
+        old = (None,) * len(fault.mend.edits)
+    return ToldFault(fault, line if first == now else _first_line(first, now, line), old)
+
+
+def _first_line(first: str, now: str, line: int) -> int:
+    matcher = difflib.SequenceMatcher(None, now.splitlines(), first.splitlines(), autojunk=False)
+    for op, a0, a1, b0, b1 in matcher.get_opcodes():
+        if a0 <= line - 1 < a1:
+            return (b0 + line - 1 - a0 if op == "equal" else min(b0 + (line - 1 - a0), max(b1 - 1, b0))) + 1
+    return max(1, min(line, len(first.splitlines())))

@@ -1,0 +1,515 @@
+"""Things of a kitchen that are in each other's way, found on its floor and walls before anything is built."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.room import WallHole, WallLine
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.units import BaseKind, UpperKind
+from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced
+from casa_assets.pipeline.plans.sizes import PresetSizes, width_bounds
+from casa_assets.pipeline.plans.written import (
+    appended,
+    inserted,
+    key_edit,
+    row_at,
+    unit_at,
+    unit_edit,
+    with_unit,
+    without_width,
+)
+from casa_assets.registry.edit import Edit, flow_text
+
+TOUCH_M = 0.01
+# Ref: NKBA kitchen planning guideline 7: walkways 36 inches wide.
+LEAST_AISLE_M = 0.914
+CASING_M = 0.08  # beside the hole of a door or window
+DOOR_WIDTHS_M = (0.93, 0.83, 0.73)
+WINDOW_WIDTHS_M = (1.2, 0.9, 0.6)
+FROM_END_M = 0.05
+LEAST_DOOR_M = 1.9
+UNIT_ROLES = ("base", "upper", "sink_base", "pantry", "shelf", "filler", "housing")
+WIDER_THAN_MODEL_M = 0.03  # how much wider than its appliance a place may be before a gap shows
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle on the floor, metres."""
+
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+
+    def overlaps(self, other: Box) -> bool:
+        """True if the two share more than an edge."""
+        return self.gap(other) < -TOUCH_M
+
+    def gap(self, other: Box) -> float:
+        """Distance along the axis on which they are apart, metres; negative where they overlap."""
+        return max(other.x0 - self.x1, self.x0 - other.x1, other.y0 - self.y1, self.y0 - other.y1)
+
+
+def clash_faults(raw: Any, kitchen: KitchenRequest) -> list[Fault]:
+    """All of them; where rows clash, what hangs on them is looked at when they no longer do."""
+    found = [*_widths(raw, kitchen)]
+    found = found or [*_rows(raw, kitchen)]
+    return found or [*_openings(raw, kitchen), *_hoods(raw, kitchen), *_on_walls(raw, kitchen)]
+
+
+# Widths ----------------------------------------------------------------------------------------------------------
+
+
+def _widths(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Units that are narrower than their appliance, or than can be built, or wider."""
+    places = {
+        u.id: (r.id, row, k)
+        for r in kitchen.plan.runs
+        for row, units in (("base", r.base), ("upper", r.upper))
+        for k, u in enumerate(units)
+    }
+    told: set[str] = set()
+    models = _usual_widths(kitchen)
+    for name, (run, row, k) in places.items():
+        slot = next((s for s in kitchen.slots[run] if s.name == name), None)
+        if slot is None or name not in models or slot.unit is None or slot.unit.width is None:
+            continue
+        least, most = models[name]
+        if slot.width < least - 0.0015 or slot.width > most + WIDER_THAN_MODEL_M:
+            told.add(name)
+            at = unit_at(raw, run, row, k)
+            mend = Mend(f"Take the width of {name} out: it follows from its model.", (without_width(raw, at),))
+            yield Fault(at, f"{least:g} to {most:g} m, by the style's model", f"{slot.width:g} m", mend)
+    for item in kitchen.items:
+        bounds, width = width_bounds(item.choice.family), item.choice.params.get("width")
+        if bounds is None or width is None or item.unit not in places or item.unit in told:
+            continue
+        if not bounds[0] - 1e-6 <= width <= bounds[1] + 1e-6 and item.role in UNIT_ROLES:
+            told.add(item.unit)
+            yield _unbuildable(raw, kitchen, item.unit, places[item.unit], width, bounds)
+
+
+def _usual_widths(kitchen: KitchenRequest) -> dict[str, tuple[float, float]]:
+    """Unit -> least and greatest width by the model of its appliance."""
+    models = StyleModels(kitchen.style, PresetSizes())
+    out = {}
+    for run in kitchen.plan.runs:
+        for unit in run.base:
+            if unit.kind in (BaseKind.RANGE, BaseKind.DISHWASHER):
+                span = standard_sizes.base_span(unit.replace(width=None), models)
+                out[unit.id] = (span.minimum, span.maximum)
+            elif unit.kind in (BaseKind.FRIDGE, BaseKind.OVEN, BaseKind.SINK, BaseKind.HOB):
+                span = standard_sizes.base_span(unit.replace(width=None), models)
+                out[unit.id] = (span.minimum, max(span.maximum, 1.2))
+    return out
+
+
+def _unbuildable(
+    raw: Any, kitchen: KitchenRequest, name: str, place: tuple[str, str, int], width: float, bounds: tuple[float, float]
+) -> Fault:
+    run, row, k = place
+    at = unit_at(raw, run, row, k)
+    expected, got = f"a width from {bounds[0]:g} to {bounds[1]:g} m", f"{width:g} m"
+    unit = next(s for s in kitchen.slots[run] if s.name == name).unit
+    stated = unit.width if unit is not None else None
+    if width > bounds[1] and not isinstance(stated, tuple):
+        count = int(-(-width // min(bounds[1], 0.9)))
+        each = round(width / count, 3)
+        kind = unit.kind.value if unit is not None else ""
+        edits = (
+            unit_edit(raw, at, "width", each),
+            *(inserted((*at[:-1], k + 1), {kind: each}) for _ in range(count - 1)),
+        )
+        return Fault(at, expected, got, Mend(f"Write {count} of {each:g} m.", edits))
+    low = max(stated[0], bounds[0]) if isinstance(stated, tuple) else bounds[0]
+    high = min(max(stated[1], low), bounds[1]) if isinstance(stated, tuple) else max(low, min(width, bounds[1]))
+    value: Any = [low, high] if isinstance(stated, tuple) else low
+    return Fault(at, expected, got, Mend(f"Write {flow_text(value)}.", (unit_edit(raw, at, "width", value),)))
+
+
+# Rows ------------------------------------------------------------------------------------------------------------
+
+
+def box_of(line: RunLine, left: float, right: float, back: float, front: float) -> Box:
+    """The rectangle between two places along a run and two before it."""
+    points = [line.frame.at(u, v)[:2] for u in (left, right) for v in (back, front)]
+    xs, ys = zip(*points, strict=True)
+    return Box(min(xs), min(ys), max(xs), max(ys))
+
+
+def row_box(kitchen: KitchenRequest, name: str) -> Box | None:
+    """The rectangle of the units of a run that stand on the floor, with its overhang; None where it has none."""
+    slots = [s for s in kitchen.slots[name] if not s.is_upper and s.kind is not BaseKind.GAP]
+    if not slots:
+        return None
+    line = kitchen.lines[name]
+    back = 0.0 if line.at_wall else -line.run.overhang
+    return box_of(line, min(s.left for s in slots), max(s.right for s in slots), back, line.depth)
+
+
+def _rows(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Runs that overlap, leave too narrow an aisle, or stand outside."""
+    boxes = {name: box for name in kitchen.lines if (box := row_box(kitchen, name)) is not None}
+    corners = {frozenset(c.runs) for c in kitchen.plan.corners}
+    joined = {frozenset((r.id, r.joins.run)) for r in kitchen.plan.runs if r.joins}
+    names = list(boxes)
+    for i, name in enumerate(names):
+        line = kitchen.lines[name]
+        if not line.at_wall and (outside := _outside(raw, kitchen, name, boxes[name])):
+            yield outside
+            return
+        for other in names[:i]:
+            pair = frozenset((name, other))
+            if pair in corners or (pair in joined and boxes[name].overlaps(boxes[other]) is False):
+                continue
+            gap = boxes[name].gap(boxes[other])
+            both_at_wall = line.at_wall and kitchen.lines[other].at_wall
+            if gap < -TOUCH_M:
+                yield _overlap(raw, kitchen, name, other, boxes)
+                return
+            if (
+                gap < LEAST_AISLE_M
+                and pair not in joined
+                and _face(line, kitchen.lines[other], boxes[name], boxes[other])
+            ):
+                yield _narrow(raw, kitchen, name, other, gap, both_at_wall)
+                return
+
+
+def _face(line: RunLine, other: RunLine, a: Box, b: Box) -> bool:
+    """True if people walk between two runs: they lie beside each other, and one has its front there."""
+    beside_x = min(a.x1, b.x1) - max(a.x0, b.x0) > 0.3
+    beside_y = min(a.y1, b.y1) - max(a.y0, b.y0) > 0.3
+    if not (beside_x or beside_y):
+        return False
+    return not (line.at_wall and other.at_wall and line.frame.quarter_turns == other.frame.quarter_turns)
+
+
+def _outside(raw: Any, kitchen: KitchenRequest, name: str, box: Box) -> Fault | None:
+    room = kitchen.room
+    (x0, y0), (x1, y1) = room.bounds()
+    corners = [(x, y) for x in (box.x0 + 0.01, box.x1 - 0.01) for y in (box.y0 + 0.01, box.y1 - 0.01)]
+    beyond = max(x0 - box.x0, y0 - box.y0, box.x1 - x1, box.y1 - y1)
+    closed = [w for w in room.walls if not w.open]
+    near = min((_to_wall(w, box) for w in closed), default=LEAST_AISLE_M)
+    inside = all(room.contains(*p) for p in corners)
+    is_island = kitchen.lines[name].is_island
+    if inside and (not is_island or near >= LEAST_AISLE_M - 0.2):
+        return None
+    expected = f"a row inside the room, {LEAST_AISLE_M} m from its walls"
+    got = f"{max(beyond, 0.0):.2f} m outside" if not inside else f"{near:.2f} m"
+    return Fault(row_at(raw, "runs", name), expected, got, _smaller_island(raw, kitchen, name))
+
+
+def _to_wall(wall: WallLine, box: Box) -> float:
+    """Distance of a rectangle from a wall that it lies before; large where it does not."""
+    points = [wall.frame.to_local(x, y) for x in (box.x0, box.x1) for y in (box.y0, box.y1)]
+    along = [u for u, _ in points]
+    if max(along) < 0.05 or min(along) > wall.length - 0.05:
+        return 99.0
+    return min(v for _, v in points)
+
+
+def _smaller_island(raw: Any, kitchen: KitchenRequest, name: str) -> Mend:
+    """What makes room round an island or peninsula: no overhang, a narrower aisle, the middle, less length, none."""
+    run = kitchen.lines[name].run
+    at = row_at(raw, "runs", name)
+    if run.faces is not None:
+        if run.faces.shift:
+            return Mend(f"Take out 'shift' of {name}.", (removed((*at, "faces", "shift")),))
+        if run.faces.aisle > 1.0:
+            return Mend(f"Write `aisle: 1.0` for {name}.", (key_edit(raw, (*at, "faces"), "aisle", 1.0),))
+        if run.faces.in_front_of:
+            return Mend(f"Take out 'in_front_of' of {name}.", (removed((*at, "faces", "in_front_of")),))
+    if run.overhang:
+        edits = [removed((*at, "overhang"))]
+        edits += [
+            removed(("seats", k))
+            for k in range(len(kitchen.plan.seats) - 1, -1, -1)
+            if kitchen.plan.seats[k].run == name
+        ]
+        return Mend(f"Take out the overhang and the seats of {name}.", tuple(edits))
+    if [u.kind for u in run.base] == [BaseKind.ISLAND] and kitchen.lines[name].length > 0.95:
+        width = round(max(kitchen.lines[name].length - 0.3, 0.9), 2)
+        return Mend(f"Write `island: {width:g}`.", (unit_edit(raw, unit_at(raw, name, "base", 0), "width", width),))
+    soft = [
+        k
+        for k, u in enumerate(run.base)
+        if u.kind in (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SHELF, BaseKind.PANEL)
+    ]
+    if len(soft) > 1:
+        k = soft[-1]
+        edits = [removed(unit_at(raw, name, "base", k))]
+        edits += [removed((*at, "length"))] if run.length is not None else []
+        return Mend(f"Take out {run.base[k].id}.", tuple(edits))
+    return without_run(raw, kitchen, name)
+
+
+def without_run(raw: Any, kitchen: KitchenRequest, name: str) -> Mend:
+    """Take a run out, with its seats, corners and lamps, and those that stand before it."""
+    plan = kitchen.plan
+    edits: list[Edit] = []
+    for table, rows in (("seats", plan.seats), ("lamps", plan.lamps), ("corners", plan.corners)):
+        for k in range(len(rows) - 1, -1, -1):
+            row: Any = rows[k]
+            named = row.runs if table == "corners" else (row.run if table == "seats" else row.over,)
+            if name in named:
+                edits.append(removed((table, k)))
+    edits.append(removed(row_at(raw, "runs", name)))
+    return Mend(f"Take out the run {name}: there is no room for it.", tuple(edits))
+
+
+def _overlap(raw: Any, kitchen: KitchenRequest, name: str, other: str, boxes: dict[str, Box]) -> Fault:
+    one, two = kitchen.lines[name], kitchen.lines[other]
+    at = row_at(raw, "runs", name)
+    expected, got = f"a place of its own, apart from {other}", "the two overlap"
+    if not (one.at_wall and two.at_wall):
+        free = name if not one.at_wall else other
+        return Fault(row_at(raw, "runs", free), expected, got, _smaller_island(raw, kitchen, free))
+    if one.run.on == two.run.on:
+        return Fault(at, expected, got, _side_by_side(raw, kitchen, one, two))
+    walls = [w.id for w in kitchen.room.walls]
+    i, j = walls.index(str(two.run.on)), walls.index(str(one.run.on))
+    pair = [other, name] if (i + 1) % len(walls) == j else [name, other] if (j + 1) % len(walls) == i else None
+    if pair is None:
+        return Fault(at, expected, got, without_run(raw, kitchen, name))
+    row = {"runs": pair, "base": "blind"}
+    return Fault(
+        ("corners",),
+        f"a corner of {pair[0]} and {pair[1]}",
+        "none",
+        Mend(f"Add the corner {flow_text(row)}.", (appended(raw, "corners", row),)),
+    )
+
+
+def _side_by_side(raw: Any, kitchen: KitchenRequest, one: RunLine, two: RunLine) -> Mend:
+    """Two runs at one wall: each has the half on its side."""
+    length = next(w for w in kitchen.room.walls if w.id == one.run.on).length
+    half = round(length / 2, 2)
+    a, b = row_at(raw, "runs", two.id), row_at(raw, "runs", one.id)
+    edits = (key_edit(raw, a, "end", round(length - half, 2)), key_edit(raw, b, "start", half))
+    return Mend(f"Let {two.id} end, and {one.id} begin, in the middle of the wall.", edits)
+
+
+def _narrow(raw: Any, kitchen: KitchenRequest, name: str, other: str, gap: float, both_at_wall: bool) -> Fault:
+    expected, got = f"an aisle of at least {LEAST_AISLE_M} m", f"{gap:.2f} m between {other} and {name}"
+    at = row_at(raw, "runs", name)
+    if not both_at_wall:
+        free = name if not kitchen.lines[name].at_wall else other
+        line = kitchen.lines[free]
+        faces = line.run.faces
+        if faces is not None and faces.run in (name, other) and line.run.faces is not None:
+            return Fault(at, expected, got, Mend("Write `aisle: 1.2`.", (key_edit(raw, (*at, "faces"), "aisle", 1.2),)))
+        return Fault(row_at(raw, "runs", free), expected, got, _smaller_island(raw, kitchen, free))
+    mend = _wider_room(raw, kitchen, kitchen.lines[name], LEAST_AISLE_M + 0.12 - gap)
+    return Fault(at, expected, got, mend or without_run(raw, kitchen, name))
+
+
+def _wider_room(raw: Any, kitchen: KitchenRequest, line: RunLine, more: float) -> Mend | None:
+    """Walls between two rows made longer, where they are numbers or one parameter."""
+    across = [w for w in kitchen.plan.walls if (kitchen_turns(kitchen, w.id) - line.frame.quarter_turns) % 2]
+    names = {w.length for w in across if w.length is not None}
+    edits, said = [], []
+    if len(across) != 2 or len(names) != 1:
+        return None
+    (name,) = names
+    if isinstance(name, str):
+        p = kitchen.plan.parameters[name]
+        value = [round(p.default + more + 0.005, 2), round(p.low + more + 0.005, 2), round(p.high + more + 0.005, 2)]
+        return Mend(f"Write {name}: {flow_text(value)}.", (replaced(("parameters", name), value),))
+    for wall in across:
+        if wall.length is not None:
+            length = round(float(wall.length) + more + 0.005, 2)
+            edits.append(key_edit(raw, row_at(raw, "walls", wall.id), "length", length))
+            said.append(f"`length: {length:g}` for {wall.id}")
+    return Mend(f"Write {' and '.join(said)}.", tuple(edits))
+
+
+def kitchen_turns(kitchen: KitchenRequest, wall: str) -> int:
+    """Quarter turns of a wall's frame."""
+    return next(w for w in kitchen.room.walls if w.id == wall).frame.quarter_turns
+
+
+# Openings --------------------------------------------------------------------------------------------------------
+
+
+def stretches(kitchen: KitchenRequest, wall: WallLine, low: float, high: float) -> list[tuple[float, float]]:
+    """Stretches of a wall that units stand or hang before between two heights, metres from its left end."""
+    out = []
+    for name, line in kitchen.lines.items():
+        for slot in kitchen.slots[name]:
+            if slot.kind in (BaseKind.GAP, UpperKind.GAP) or slot.top <= low or slot.bottom >= high:
+                continue
+            back = 0.0 if line.at_wall else -line.run.overhang
+            points = [
+                wall.frame.to_local(*line.frame.at(u, v)[:2])
+                for u in (slot.left, slot.right)
+                for v in (back, slot.depth)
+            ]
+            along, before = [u for u, _ in points], [v for _, v in points]
+            if min(before) < 0.05 and max(before) > 0.02 and max(along) > 0.0 and min(along) < wall.length:
+                out.append((round(min(along), 4), round(max(along), 4)))
+    return sorted(out)
+
+
+def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    for k, hole in enumerate(kitchen.holes):
+        at = row_at(raw, "openings", hole.opening.id)
+        others = [h for h in kitchen.holes[:k] if h.wall.id == hole.wall.id]
+        beside = next((h for h in others if h.left < hole.right + 0.05 and h.right > hole.left - 0.05), None)
+        low = max(hole.bottom, 0.05)
+        blocked = [
+            s
+            for s in stretches(kitchen, hole.wall, low, hole.top)
+            if s[0] < hole.right - TOUCH_M and s[1] > hole.left + TOUCH_M
+        ]
+        if not hole.is_window and hole.top < LEAST_DOOR_M:
+            mend = Mend("Write `height: 2.04`.", (key_edit(raw, at, "height", 2.04),))
+            yield Fault(at, "a door or passage that people walk through", f"{hole.top:g} m high", mend)
+        elif hole.is_window and blocked and (gap := _gap_over(raw, kitchen, hole)):
+            yield Fault(at, "no wall units before the window", f"one from {blocked[0][0]:.2f} m", gap)
+        elif beside is not None or blocked:
+            what = beside.opening.id if beside else "units"
+            got = f"{hole.left:.2f} to {hole.right:.2f} m, where {what} {'is' if beside else 'are'}"
+            yield Fault(at, "a place on a wall where nothing else is", got, _moved(raw, kitchen, hole))
+
+
+def _gap_over(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend | None:
+    """A gap in the row of wall units over the unit that a window is over, where only these are in its way."""
+    over, wall = hole.opening.over, hole.wall
+    run = next((r for r in kitchen.plan.runs if any(u.id == over for u in r.base)), None)
+    if run is None or not run.upper or run.on != wall.id or any(u.over == over for u in run.upper):
+        return None
+    if any(
+        a < hole.right and b > hole.left
+        for a, b in stretches(kitchen, wall, max(hole.bottom, 0.05), standard_sizes.UPPER_FROM - 0.1)
+    ):
+        return None
+    slots = {s.name: s for s in kitchen.slots[run.id]}
+    middle = slots[str(over)].middle
+    before = [k for k, u in enumerate(run.upper) if u.id in slots and slots[u.id].middle < middle]
+    at = (*row_at(raw, "runs", run.id), "upper", (max(before) + 1) if before else 0)
+    unit = {"gap": {"over": over, "width": round(hole.right - hole.left + 0.2, 2)}}
+    return Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (inserted(at, unit),))
+
+
+def _moved(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend:
+    """The nearest place that holds an opening, on its wall, then on another, narrower if need be; else it goes."""
+    opening, at = hole.opening, row_at(raw, "openings", hole.opening.id)
+    usual = WINDOW_WIDTHS_M if hole.is_window else DOOR_WIDTHS_M
+    walls = [hole.wall, *(w for w in kitchen.room.walls if w.id != hole.wall.id and not w.open)]
+    for wall in walls:
+        for width in (opening.width, *(w for w in usual if w < opening.width)):
+            middle = _free_place(kitchen, wall, hole, width)
+            if middle is None:
+                continue
+            edits = [removed((*at, "over"))] if opening.over is not None else []
+            edits.append(added((*at, "at"), middle) if opening.over is not None else key_edit(raw, at, "at", middle))
+            said = f"at: {middle:g}"
+            if width != opening.width:
+                edits.append(key_edit(raw, at, "width", width))
+                said += f", width: {width:g}"
+            if wall.id != hole.wall.id:
+                edits.append(key_edit(raw, at, "wall", wall.id))
+                said = f"wall: {wall.id}, {said}"
+            return Mend(f"Write `{said}` for {opening.id}.", tuple(edits))
+    return Mend(f"Take out {opening.id}: no wall has a place for it.", (removed(at),))
+
+
+def _free_place(kitchen: KitchenRequest, wall: WallLine, hole: WallHole, width: float) -> float | None:
+    """Middle of the free place on a wall that is nearest to where an opening is, metres from its left end."""
+    taken = stretches(kitchen, wall, max(hole.bottom, 0.05), hole.top)
+    taken += [(h.left - CASING_M, h.right + CASING_M) for h in kitchen.holes if h.wall.id == wall.id and h is not hole]
+    wanted = (hole.left + hole.right) / 2 if wall.id == hole.wall.id else wall.length / 2
+    best: float | None = None
+    start = FROM_END_M
+    for left, right in [*sorted(taken), (wall.length - FROM_END_M, wall.length)]:
+        low, high = start + width / 2, left - width / 2
+        # Beside units and other openings a casing has to find room too.
+        low, high = (
+            (low + CASING_M if start > FROM_END_M else low),
+            (high - CASING_M if left < wall.length - FROM_END_M else high),
+        )
+        if low <= high + 1e-6:
+            middle = min(max(wanted, low), high)
+            if best is None or abs(middle - wanted) < abs(best - wanted):
+                best = middle
+        start = max(start, right)
+    return None if best is None else round(best, 3)
+
+
+# Hoods and walls -------------------------------------------------------------------------------------------------
+
+
+def _hoods(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Cookers at a wall that have no hood over them."""
+    for name, line in kitchen.lines.items():
+        if not line.at_wall:
+            continue
+        slots = kitchen.slots[name]
+        hoods = [s for s in slots if s.kind in (UpperKind.HOOD, UpperKind.MICROWAVE)]
+        for slot in slots:
+            if slot.kind not in (BaseKind.RANGE, BaseKind.HOB) or any(h.left < slot.middle < h.right for h in hoods):
+                continue
+            uppers = line.run.upper
+            index = sum(
+                1 for u in uppers if (s := next((x for x in slots if x.name == u.id), None)) and s.middle < slot.middle
+            )
+            index = max(index, _behind_gaps(uppers, slots, slot))
+            own = next((k for k, u in enumerate(uppers) if u.over == slot.name), None)
+            if own is not None:
+                at = unit_at(raw, name, "upper", own)
+                edits = (replaced(at, {"hood": {"over": slot.name}}),)
+            else:
+                edits = (with_unit(raw, name, "upper", index, {"hood": {"over": slot.name}}),)
+            mend = Mend(f"Add `- hood: {{over: {slot.name}}}` to the wall units of {name}.", edits)
+            yield Fault((*row_at(raw, "runs", name), "upper"), f"a hood over {slot.name}", "none", mend)
+
+
+def _behind_gaps(uppers: Sequence[Any], slots: Sequence[UnitSlot], slot: UnitSlot) -> int:
+    """Index behind the last wall unit that is over something further left."""
+    middles = {s.name: s.middle for s in slots}
+    return max((k + 1 for k, u in enumerate(uppers) if u.over in middles and middles[u.over] < slot.middle), default=0)
+
+
+def _on_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Things beyond the end of their wall or the ceiling, and things on the floor outside the room or inside units."""
+    plan, room = kitchen.plan, kitchen.room
+    walls = {w.id: w for w in room.walls}
+    for item in plan.wall_items:
+        at = row_at(raw, "wall_items", item.id)
+        if item.at is not None:
+            u, length = plan.length(item.at, kitchen.parameters), walls[item.wall].length
+            if not 0.05 <= u + item.shift <= length - 0.05:
+                middle = round(min(max(u, 0.2), length - 0.2), 3)
+                edits = [key_edit(raw, at, "at", middle)]
+                edits += [removed((*at, "shift"))] if item.shift else []
+                yield Fault(
+                    at,
+                    f"a place on {item.wall}, up to {length:.2f} m",
+                    f"{u + item.shift:.2f} m",
+                    Mend(f"Write `at: {middle:g}`.", tuple(edits)),
+                )
+        if item.height > room.height - 0.2:
+            yield Fault(
+                at,
+                f"a height below {room.height:g} m",
+                f"{item.height:g} m",
+                Mend("Write `height: 1.8`.", (key_edit(raw, at, "height", 1.8),)),
+            )
+    boxes = [box for name in kitchen.lines if (box := row_box(kitchen, name)) is not None]
+    for floor_item in plan.floor_items:
+        wall = walls[floor_item.wall]
+        u, v = (plan.length(x, kitchen.parameters) for x in (floor_item.at, floor_item.from_wall))
+        x, y, _ = wall.frame.at(u, v)
+        around = Box(x - 0.15, y - 0.15, x + 0.15, y + 0.15)
+        if not room.contains(x, y) or any(around.overlaps(box) for box in boxes):
+            at = row_at(raw, "floor_items", floor_item.id)
+            mend = Mend(f"Take out {floor_item.id}.", (removed(at),))
+            yield Fault(at, "a free place on the floor", f"{x:.2f}, {y:.2f} m", mend)

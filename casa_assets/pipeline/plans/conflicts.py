@@ -1,0 +1,307 @@
+"""Mends of what keeps a plan from being made into a kitchen: rows too long or too short, things beyond a wall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from casa_assets.errors import PlanConflict
+from casa_assets.layouts.order.furnish import SEAT_SPACING_M
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.place import place_runs
+from casa_assets.layouts.plan.room import Room, build_room
+from casa_assets.layouts.plan.rows import WidthRange, share_widths
+from casa_assets.layouts.plan.runs import RunLine, base_slots
+from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening, Run
+from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.pipeline.plans.fault import Mend, removed, replaced
+from casa_assets.pipeline.plans.rows import LEAST_ADDED, RowChange, shrunk, widened
+from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit
+from casa_assets.registry.edit import Edit, flow_text
+
+FROM_END_M = 0.05  # what has to remain of a wall beside an opening
+BELOW_CEILING_M = 0.1
+
+
+def mend_of(
+    conflict: PlanConflict, raw: Any, plan: Plan, models: StyleModels, lengths: Mapping[str, float]
+) -> Mend | None:
+    """The nearest mend of a conflict; None where there is none."""
+    at = conflict.pointer
+    if at[:1] == ("openings",) and len(at) == 2:
+        return _opening(raw, plan, str(at[1]), models, lengths)
+    if at == ("seats",):
+        return _seats(raw, plan, lengths, models)
+    if at[:1] == ("runs",) and len(at) > 1:
+        run = next(r for r in plan.runs if r.id == at[1])
+        if at[2:3] == ("base",) and len(at) == 3:
+            return _base(raw, plan, run, models, lengths)
+        if at[2:3] == ("upper",):
+            return _upper(raw, plan, run, at[3:], models, lengths)
+        return _place(raw, run, at[2:])
+    return None
+
+
+def row_edits(raw: Any, run: str, row: str, changes: Sequence[RowChange]) -> tuple[Edit, ...]:
+    """The edits of changes of a row: widths first, then what is taken out, from the right."""
+    widths = [unit_edit(raw, unit_at(raw, run, row, c.index), "width", list(c.width)) for c in changes if c.width]
+    out = [removed(unit_at(raw, run, row, c.index)) for c in sorted(changes, key=lambda c: -c.index) if c.width is None]
+    return (*widths, *out)
+
+
+def said_of(units: Sequence[Any], changes: Sequence[RowChange]) -> str:
+    """Changes as words."""
+    out = [units[c.index].id for c in changes if c.width is None]
+    narrow = [f"{units[c.index].id} {flow_text(list(c.width))}" for c in changes if c.width]
+    parts = [f"take out {', '.join(out)}" if out else "", f"write {', '.join(narrow)}" if narrow else ""]
+    text = " and ".join(part for part in parts if part)
+    return text[:1].upper() + text[1:] + "."
+
+
+def _base(raw: Any, plan: Plan, run: Run, models: StyleModels, lengths: Mapping[str, float]) -> Mend | None:
+    line = place_runs(plan, build_room(plan, lengths), lengths, models)[run.id]
+    spans = [standard_sizes.base_span(u, models) for u in run.base]
+    available = line.length - line.left.base_length - line.right.base_length
+    if share_widths(spans, available) is None:
+        changes = shrunk(run.base, spans, available)
+        if changes is None:
+            return _longer(raw, plan, run, sum(s.minimum for s in spans) - available, lengths)
+        return Mend(said_of(run.base, changes), row_edits(raw, run.id, "base", changes))
+    rest = round(available - sum(s.maximum for s in spans), 3)
+    return _filled(raw, run, spans, rest)
+
+
+def _filled(raw: Any, run: Run, spans: list[WidthRange], rest: float) -> Mend:
+    """Widen units, then add cabinets, until a row fills its wall."""
+    changes, left = widened(run.base, spans, rest)
+    edits = list(row_edits(raw, run.id, "base", changes))
+    said = [said_of(run.base, changes)] if changes else []
+    tail = len(run.base)
+    while tail and run.base[tail - 1].kind in (BaseKind.FILLER, BaseKind.PANEL, BaseKind.FRIDGE):
+        tail -= 1
+    at = (*row_at(raw, "runs", run.id), "base", tail)
+    count = -(-int(left * 1000) // 900) if left > 0.24 else 0
+    for _ in range(count):
+        width = [LEAST_ADDED, round(max(left / count, LEAST_ADDED), 3)]
+        edits.append(inserted(at, {"doors": width}) if run.base else key_edit(raw, at[:-2], "base", [{"doors": width}]))
+        said.append(f"Add `- doors: {flow_text(width)}`.")
+    return Mend(" ".join(said), tuple(edits))
+
+
+def _longer(raw: Any, plan: Plan, run: Run, more: float, lengths: Mapping[str, float]) -> Mend | None:
+    """Where nothing can be given up: all of the wall, or a longer wall."""
+    at = row_at(raw, "runs", run.id)
+    for key, none in (("length", None), ("end", 0.0), ("start", 0.0)):
+        if getattr(run, key) not in (none, 0.0):
+            return Mend(f"Take out '{key}' of {run.id}.", (removed((*at, key)),))
+    wall = next((w for w in plan.walls if w.id == run.on), None)
+    if wall is None:
+        return None
+    own = [w for w in plan.walls if w.length == wall.length] if isinstance(wall.length, str) else []
+    if own and isinstance(wall.length, str) and wall.length in plan.parameters:
+        parameter = plan.parameters[wall.length]
+        low = round(parameter.default + more + 0.005, 2)
+        value = [low, low, max(low, parameter.high)]
+        return Mend(f"Write {wall.length}: {flow_text(value)}.", (replaced(("parameters", wall.length), value),))
+    length = round(plan.length(wall.length or 0.0, lengths) + more + 0.005, 2)
+    return Mend(
+        f"Write `length: {length:g}` for {wall.id}.", (key_edit(raw, row_at(raw, "walls", wall.id), "length", length),)
+    )
+
+
+def _upper(
+    raw: Any, plan: Plan, run: Run, rest: tuple[str | int, ...], models: StyleModels, lengths: Mapping[str, float]
+) -> Mend | None:
+    line = place_runs(plan, build_room(plan, lengths), lengths, models)[run.id]
+    below = {s.name: s for s in base_slots(plan, line, models)}
+    ordered = _in_order(run, below)
+    at = (*row_at(raw, "runs", run.id), "upper")
+    if ordered is not None:
+        units = _raw_units(raw, run)
+        made = [units[k] for k in ordered]
+        return Mend("Write wall units in the order of what is below them.", (replaced(at, made),))
+    if rest:
+        k = next(k for k, u in enumerate(run.upper) if u.id == rest[0])
+        return _fixed_unit(raw, run, k, line, below, models)
+    # The groups between two fixed units, as `upper_slots` has them.
+    here, end = line.left.upper_length, round(line.length - line.right.upper_length, 4)
+    group: list[int] = []
+    for k, unit in enumerate([*run.upper, None]):
+        if unit is not None and unit.over is None:
+            group.append(k)
+            continue
+        left, right = end, end
+        if unit is not None and unit.over is not None:
+            width = below[unit.over].width if unit.width is None and unit.kind.value != "hood" else None
+            width = width or standard_sizes.upper_span(unit, models).usual
+            left, right = below[unit.over].middle - width / 2, below[unit.over].middle + width / 2
+        spans = [standard_sizes.upper_span(run.upper[i], models) for i in group]
+        if share_widths(spans, left - here) is None:
+            changes = shrunk([run.upper[i] for i in group], spans, max(left - here, 0.0), keep_last=0)
+            if changes is None:
+                return None
+            moved = [RowChange(group[c.index], c.width) for c in changes]
+            return Mend(said_of(run.upper, moved), row_edits(raw, run.id, "upper", moved))
+        group, here = [], right
+    return None
+
+
+def _raw_units(raw: Any, run: Run) -> list[Any]:
+    here = raw
+    for step in (*row_at(raw, "runs", run.id), "upper"):
+        here = here[step]
+    return list(here)
+
+
+def _in_order(run: Run, below: Mapping[str, Any]) -> list[int] | None:
+    """Order of wall units in which those over units come as these do; None where they are in it."""
+    fixed = [k for k, u in enumerate(run.upper) if u.over in below]
+    wanted = sorted(fixed, key=lambda k: below[str(run.upper[k].over)].middle)
+    if wanted == fixed:
+        return None
+    free = [k for k in range(len(run.upper)) if k not in fixed]
+    out: list[int] = []
+    for k in range(len(run.upper)):
+        out.append(wanted.pop(0) if k in fixed else free.pop(0))
+    return out
+
+
+def _fixed_unit(
+    raw: Any, run: Run, k: int, line: RunLine, below: Mapping[str, Any], models: StyleModels
+) -> Mend | None:
+    """A wall unit over another that reaches beyond its place: narrower, or taken out."""
+    unit = run.upper[k]
+    slot = below[str(unit.over)]
+    start = line.left.upper_length
+    for other in run.upper[:k]:
+        if other.over in below:
+            start = max(start, below[str(other.over)].right)
+    end = round(line.length - line.right.upper_length, 4)
+    room = round(2 * min(slot.middle - start, end - slot.middle), 3)
+    at = unit_at(raw, run.id, "upper", k)
+    if unit.kind.value != "hood" and room >= 0.25:
+        return Mend(f"Write `width: {room:g}` for {unit.id}.", (unit_edit(raw, at, "width", room),))
+    others = [j for j, u in enumerate(run.upper) if j < k and u.over in below and u.kind.value != "hood"]
+    if unit.kind.value == "hood" and others:
+        j = others[-1]
+        return Mend(
+            f"Take out {run.upper[j].id}, which is where the hood goes.", (removed(unit_at(raw, run.id, "upper", j)),)
+        )
+    if unit.kind.value == "hood" and (room < standard_sizes.upper_span(unit, models).usual):
+        moved = _away_from_end(raw, run, str(unit.over))
+        if moved:
+            return moved
+    return Mend(f"Take out {unit.id}.", (removed(at),))
+
+
+def _away_from_end(raw: Any, run: Run, name: str) -> Mend | None:
+    """Change places of a cooker at the end of a row with the unit beside it, so that its hood has room."""
+    k = next((k for k, u in enumerate(run.base) if u.id == name), None)
+    if k is None or len(run.base) < 2:
+        return None
+    other = k + 1 if k < len(run.base) / 2 else k - 1
+    beside = run.base[other]
+    if beside.kind not in (BaseKind.DOORS, BaseKind.DRAWERS):
+        return None
+    at = (*row_at(raw, "runs", run.id), "base")
+    here = raw
+    for step in at:
+        here = here[step]
+    units = list(here)
+    units[k], units[other] = units[other], units[k]
+    return Mend(f"Let {name} and {beside.id} change places, so that the hood has room.", (replaced(at, units),))
+
+
+def _place(raw: Any, run: Run, rest: tuple[str | int, ...]) -> Mend | None:
+    at = row_at(raw, "runs", run.id)
+    if rest == ("length",):
+        return Mend(f"Take out 'length' of {run.id}.", (removed((*at, "length")),))
+    edits = tuple(removed((*at, key)) for key in ("start", "end") if getattr(run, key) != 0.0)
+    return Mend(f"Take out 'start' and 'end' of {run.id}.", edits) if edits else None
+
+
+def _opening(raw: Any, plan: Plan, name: str, models: StyleModels, lengths: Mapping[str, float]) -> Mend | None:
+    """An opening that reaches beyond its wall: moved, then made smaller, then taken out."""
+    opening = next(o for o in plan.openings if o.id == name)
+    room = build_room(plan, lengths)
+    wall = next(w for w in room.walls if w.id == opening.wall)
+    at = row_at(raw, "openings", name)
+    edits: list[Edit] = []
+    said: list[str] = []
+
+    def put(key: str, value: float) -> None:
+        edits.append(key_edit(raw, at, key, value))
+        said.append(f"{key}: {value:g}")
+
+    top = room.height - BELOW_CEILING_M
+    if round(opening.bottom + opening.height, 4) > top:
+        _lowered(opening, top, put)
+    most = round(wall.length - 2 * FROM_END_M, 3)
+    width = opening.width
+    if width > most:
+        if most < 0.4:
+            return Mend(f"Take out {name}.", (removed(at),))
+        width = most
+        put("width", width)
+    if opening.at is not None:
+        middle = plan.length(opening.at, lengths)
+        fits = round(min(max(middle, FROM_END_M + width / 2), wall.length - FROM_END_M - width / 2), 3)
+        if fits != middle:
+            put("at", fits)
+    else:
+        return _over_unit(raw, plan, opening, room, wall.id, models, lengths, edits)
+    return Mend(f"Write `{', '.join(said)}`.", tuple(edits)) if edits else None
+
+
+def _lowered(opening: PlanOpening, top: float, put: Callable[[str, float], None]) -> None:
+    if opening.kind is not OpeningKind.WINDOW:
+        put("height", round(top, 3))
+        return
+    sill = round(top - opening.height, 3)
+    if sill < 0.9:
+        put("height", round(max(top - 1.02, 0.4), 3))
+        sill = 1.02
+    put("sill", min(sill, opening.sill))
+
+
+def _over_unit(
+    raw: Any,
+    plan: Plan,
+    opening: PlanOpening,
+    room: Room,
+    wall_id: str,
+    models: StyleModels,
+    lengths: Mapping[str, float],
+    edits: list[Edit],
+) -> Mend | None:
+    """An opening over a unit whose middle is too near to the end of its wall, or which stands at another."""
+    wall = next(w for w in room.walls if w.id == wall_id)
+    at = row_at(raw, "openings", opening.id)
+    run = next((r for r in plan.runs if any(u.id == opening.over for u in (*r.base, *r.upper))), None)
+    if run is not None and run.on is not None and run.on != wall_id:
+        return Mend(f"Write `wall: {run.on}`, where {opening.over} stands.", (*edits, replaced((*at, "wall"), run.on)))
+    lines = place_runs(plan, room, lengths, models)
+    slots = {s.name: s for line in lines.values() for s in base_slots(plan, line, models)}
+    if opening.over not in slots:
+        return Mend(f"Take out {opening.id}.", (removed(at),))
+    slot = slots[opening.over]
+    middle = wall.frame.to_local(*slot.line.frame.at(slot.middle, 0.0)[:2])[0]
+    width = round(2 * min(middle - FROM_END_M, wall.length - FROM_END_M - middle) - 0.002, 3)
+    if width >= 0.4:
+        return Mend(f"Write `width: {width:g}`.", (*edits, key_edit(raw, at, "width", width)))
+    return Mend(f"Take out {opening.id}.", (removed(at),)) if not edits else Mend("Make it lower.", tuple(edits))
+
+
+def _seats(raw: Any, plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> Mend | None:
+    lines = place_runs(plan, build_room(plan, lengths), lengths, models)
+    edits, said = [], []
+    for k in range(len(plan.seats) - 1, -1, -1):
+        seats = plan.seats[k]
+        line = lines[seats.run]
+        most = int((line.length - (0.45 if line.run.joins else 0.0) + 0.001) / SEAT_SPACING_M)
+        if most >= seats.count:
+            continue
+        edits.append(replaced(("seats", k, "count"), most) if most else removed(("seats", k)))
+        said.append(f"Write `count: {most}`." if most else f"Take out the seats at {seats.run}.")
+    return Mend(" ".join(said), tuple(edits)) if edits else None

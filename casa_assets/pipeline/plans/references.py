@@ -1,0 +1,289 @@
+"""Names in a plan that nothing answers to: walls, runs, units, parameters and roles, each with the nearest."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.style import Style
+from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.registry.document import KeyPath
+from casa_assets.model.registry.fields import expected_one_of
+from casa_assets.pipeline.plans.fault import Fault, Mend, removed, replaced
+from casa_assets.pipeline.plans.words import meant, plan_words, spelt
+from casa_assets.pipeline.plans.written import key_edit, row_at, unit_at, unit_edit
+from casa_assets.registry.edit import Edit, EditKind, flow_text
+
+CORNERS = ("left_corner", "right_corner", "left_filler", "right_filler")
+
+
+class References:
+    """All names of a plan, and the faults of those that are wrong.
+
+    Attributes:
+        raw: the plan as its file has it. plan: the record of it.
+    """
+
+    def __init__(self, raw: Any, plan: Plan, style: Style) -> None:
+        self.raw, self.plan = raw, plan
+        self.walls = [w.id for w in plan.walls]
+        self.runs = [r.id for r in plan.runs]
+        self.units = {u.id: (r.id, u.kind.value) for r in plan.runs for u in r.base}
+        self.uppers = {u.id: (r.id, u.kind.value) for r in plan.runs for u in r.upper}
+        self.corners = {f"{r}_{end}": (r, "") for c in plan.corners for r in c.runs for end in CORNERS}
+        self.roles = sorted({*style.models, *plan_words()["roles"].values()})
+        self.of_style = style
+        self.faults: list[Fault] = []
+
+    def wrong(self, at: KeyPath, known: Sequence[str], got: str, sentence: str, *edits: Edit) -> None:
+        """Add a fault."""
+        self.faults.append(Fault(at, expected_one_of(known, got), repr(got), Mend(sentence, edits)))
+
+    def name(self, at: KeyPath, got: str | None, known: Sequence[str], table: str = "", instead: str = "") -> None:
+        """Check a name; where none is near, `instead` is named, or what holds the key `at` is taken out."""
+        if got is None or got in known:
+            return
+        near = meant(got, known, table) or instead
+        if near:
+            self.wrong(at, known, got, f"Name {near!r}.", replaced(at, near))
+        else:
+            self.wrong(at, known, got, f"Take out {flow_text(at[-2])}.", removed(at[:-1]))
+
+    def unit(
+        self, at: KeyPath, got: str | None, run: str = "", wall: str = "", with_corners: bool = True
+    ) -> str | None:
+        """The unit that is meant by a name: the name itself where it is right, None where nothing is near.
+
+        Args:
+            run: that it should be of. wall: that its run should stand at.
+        """
+        units = {**self.units, **(self.corners if with_corners else {}), **(self.uppers if with_corners else {})}
+        known = {k: v for k, v in units.items() if not run or v[0] == run}
+        if got is None or got in known:
+            return got
+        on = {r.id for r in self.plan.runs if not wall or r.on == wall}
+        kind = meant(spelt(got).removeprefix(f"{run}_"), [k.value for k in BaseKind], "base", 0.7)
+        of_kind = [k for k, (r, its) in known.items() if its == kind]
+        near = [k for k in of_kind if known[k][0] in on] or of_kind
+        return (
+            near[0] if near else next(iter(difflib.get_close_matches(spelt(got), list(known), n=1, cutoff=0.72)), None)
+        )
+
+
+def reference_faults(raw: Any, plan: Plan, style: Style) -> list[Fault]:
+    """All names that nothing answers to."""
+    names = References(raw, plan, style)
+    _lengths(names)
+    _runs(names)
+    _same_names(names)
+    if not names.faults:
+        _openings(names)
+        _items(names)
+    return names.faults
+
+
+def _lengths(names: References) -> None:
+    """Lengths that name no parameter."""
+    known = sorted(names.plan.parameters)
+    rows: list[tuple[str, str, str, Any, float | None]] = []
+    for w in names.plan.walls:
+        rows.append(("walls", w.id, "length", w.length, 4.0 if w.heading.value in ("left", "right") else 3.6))
+    rows += [("openings", o.id, "at", o.at, 1.0) for o in names.plan.openings]
+    for run in names.plan.runs:
+        rows += [("runs", run.id, key, getattr(run, key), None) for key in ("start", "end", "length")]
+    rows += [("wall_items", i.id, "at", i.at, 1.0) for i in names.plan.wall_items]
+    rows += [
+        ("floor_items", f.id, key, getattr(f, key), 0.5) for f in names.plan.floor_items for key in ("at", "from_wall")
+    ]
+    for table, name, key, value, instead in rows:
+        if not isinstance(value, str) or value in known:
+            continue
+        at = (*row_at(names.raw, table, name), key)
+        near = meant(value, known)
+        if near:
+            names.wrong(at, known, value, f"Name {near!r}.", replaced(at, near))
+        elif instead is None:
+            names.wrong(at, known, value, f"Take out '{key}'.", removed(at))
+        else:
+            names.wrong(at, known, value, f"Write {instead:g} metres.", replaced(at, instead))
+
+
+def _runs(names: References) -> None:
+    """Walls and runs that runs and corners name."""
+    for n, run in enumerate(names.plan.runs):
+        at = row_at(names.raw, "runs", run.id)
+        free = [w for w in names.walls if w not in {r.on for r in names.plan.runs}]
+        names.name((*at, "on"), run.on, names.walls, "walls", instead=(free or names.walls)[0])
+        others = [r for r in names.runs if r != run.id]
+        placed = run.faces or run.joins
+        if placed is None:
+            continue
+        key, before = ("faces" if run.faces else "joins"), names.runs[:n]
+        if placed.run not in others:
+            names.name((*at, key, "run"), placed.run, others, instead=(before or others or [""])[0])
+        elif placed.run not in before:
+            _moved_behind(names, run.id, placed.run)
+        elif run.faces and run.faces.in_front_of is not None:
+            inner = (*at, "faces", "in_front_of")
+            found = names.unit(inner, run.faces.in_front_of, placed.run, with_corners=False)
+            if found != run.faces.in_front_of:
+                known = [k for k, (r, _) in names.units.items() if r == placed.run]
+                edit = replaced(inner, found) if found else removed(inner)
+                sentence = f"Name {found!r}." if found else "Take out 'in_front_of'."
+                names.wrong(inner, known, run.faces.in_front_of, sentence, edit)
+    for k, corner in enumerate(names.plan.corners):
+        at = ("corners", k)
+        for i, name in enumerate(corner.runs):
+            if name not in names.runs:
+                near = meant(name, [r for r in names.runs if r not in corner.runs], "walls")
+                edits = (replaced((*at, "runs", i), near),) if near else (removed(at),)
+                sentence = f"Name {near!r}." if near else "Take out this corner."
+                names.wrong((*at, "runs", i), names.runs, name, sentence, *edits)
+                break
+        else:
+            if corner.owner is not None and corner.owner not in corner.runs:
+                near = meant(corner.owner, corner.runs, "walls") or corner.runs[0]
+                names.wrong(
+                    (*at, "owner"), corner.runs, corner.owner, f"Name {near!r}.", replaced((*at, "owner"), near)
+                )
+
+
+def _moved_behind(names: References, run: str, other: str) -> None:
+    """A run that stands before the one that it needs."""
+    runs, at = names.raw["runs"], row_at(names.raw, "runs", run)
+    if isinstance(runs, dict):
+        order: Any = {**{k: v for k, v in runs.items() if k != run}, run: runs[run]}
+    else:
+        order = [*(r for r in runs if r.get("id") != run), next(r for r in runs if r.get("id") == run)]
+    names.wrong(
+        at, [r for r in names.runs if r != run], other, f"Write {run!r} behind {other!r}.", replaced(("runs",), order)
+    )
+
+
+def _same_names(names: References) -> None:
+    """Two things of one name."""
+    seen: set[str] = set()
+    raw, plan = names.raw, names.plan
+    for run in plan.runs:
+        for row, units in (("base", run.base), ("upper", run.upper)):
+            for k, unit in enumerate(units):
+                if unit.id in seen:
+                    new = _free(unit.id if row == "base" else f"{unit.id}_upper", seen)
+                    at = unit_at(raw, run.id, row, k)
+                    names.wrong(at, ["a name of its own"], unit.id, f"Call it {new!r}.", unit_edit(raw, at, "id", new))
+                seen.add(unit.id)
+    others: tuple[tuple[str, Iterable[str]], ...] = (
+        ("openings", [o.id for o in plan.openings]),
+        ("worktop_items", [i.id for i in plan.worktop_items]),
+        ("wall_items", [i.id for i in plan.wall_items]),
+        ("floor_items", [i.id for i in plan.floor_items]),
+    )
+    for table, ids in others:
+        for k, name in enumerate(ids):
+            if name in seen:
+                _other_name(names, table, k, name, _free(f"{name}_{table.split('_')[0].removesuffix('s')}", seen))
+            seen.add(name)
+
+
+def _other_name(names: References, table: str, k: int, name: str, new: str) -> None:
+    rows = names.raw[table]
+    at: KeyPath = (table, k) if isinstance(rows, list) else (table, list(rows)[k])
+    if table == "worktop_items":  # the name is the role, which there is once
+        names.wrong(at, ["each role once"], name, "Take it out.", removed(at))
+    elif isinstance(rows, list):
+        names.wrong(at, ["a name of its own"], name, f"Call it {new!r}.", replaced((*at, "id"), new))
+    else:
+        names.wrong(at, ["a name of its own"], name, f"Call it {new!r}.", Edit(EditKind.RENAME, at, new))
+
+
+def _free(name: str, taken: set[str]) -> str:
+    n = 2
+    while f"{name}_{n}" in taken:
+        n += 1
+    return name if name not in taken else f"{name}_{n}"
+
+
+def _openings(names: References) -> None:
+    for opening in names.plan.openings:
+        at = row_at(names.raw, "openings", opening.id)
+        names.name((*at, "wall"), opening.wall, names.walls, "walls", instead=names.walls[0])
+        if opening.wall in names.walls:
+            _over(names, at, opening.over, opening.wall)
+    for run in names.plan.runs:
+        for k, unit in enumerate(run.upper):
+            found = names.unit((), unit.over, run.id, with_corners=False)
+            if found == unit.over or unit.over is None:
+                continue
+            at = unit_at(names.raw, run.id, "upper", k)
+            known = [u.id for u in run.base]
+            edit = unit_edit(names.raw, at, "over", found) if found else removed(at)
+            sentence = f"Name {found!r}." if found else f"Take out the {unit.kind.value}."
+            names.wrong(at, known, unit.over, sentence, edit)
+
+
+def _over(names: References, at: KeyPath, over: str | None, wall: str) -> None:
+    """The unit that an opening or a wall item is over; in the place of one that is nowhere, a place on the wall."""
+    found = names.unit((*at, "over"), over, wall=wall)
+    if found == over or over is None:
+        return
+    if found:
+        edits: tuple[Edit, ...] = (replaced((*at, "over"), found),)
+        sentence = f"Name {found!r}."
+    else:
+        edits = (Edit(EditKind.RENAME, (*at, "over"), "at"), replaced((*at, "at"), 1.0))
+        sentence = "Write `at: 1.0`, metres from the left end of the wall."
+    names.wrong((*at, "over"), list(names.units), over, sentence, *edits)
+
+
+def _items(names: References) -> None:
+    raw, plan = names.raw, names.plan
+    for item in plan.worktop_items:
+        at = row_at(raw, "worktop_items", item.id)
+        role = item.id if item.id in names.of_style.models else meant(item.id, names.of_style.models, "roles", 0.75)
+        if role is None or (role != item.id and role in {i.id for i in plan.worktop_items}):
+            names.wrong(at, names.roles, item.id, f"Take out {item.id!r}.", removed(at))
+            continue
+        if role != item.id:
+            edit = replaced((*at, "id"), role) if isinstance(at[-1], int) else Edit(EditKind.RENAME, at, role)
+            names.wrong(at, names.roles, item.id, f"Call it {role!r}.", edit)
+            continue
+        found = names.unit((*at, "on"), item.on)
+        if found != item.on:
+            edit = replaced((*at, "on"), found) if found else removed(at)
+            sentence = f"Name {found!r}." if found else f"Take out {item.id!r}."
+            names.wrong((*at, "on"), list(names.units), item.on, sentence, edit)
+    for wall_item in plan.wall_items:
+        at = row_at(raw, "wall_items", wall_item.id)
+        names.name((*at, "wall"), wall_item.wall, names.walls, "walls", instead=names.walls[0])
+        _over(names, at, wall_item.over, wall_item.wall)
+        _role(names, at, wall_item.item)
+    for floor_item in plan.floor_items:
+        at = row_at(raw, "floor_items", floor_item.id)
+        names.name((*at, "wall"), floor_item.wall, names.walls, "walls", instead=names.walls[0])
+        _role(names, at, floor_item.item)
+    for k, seats in enumerate(plan.seats):
+        free = [r.id for r in plan.runs if r.on is None]
+        names.name(("seats", k, "run"), seats.run, names.runs, instead=free[0] if free else "")
+    for k, lamps in enumerate(plan.lamps):
+        _role(names, ("lamps", k), lamps.item)
+        if lamps.over is not None and lamps.over not in names.runs:
+            near = meant(lamps.over, names.runs, "walls")
+            edit = replaced(("lamps", k, "over"), near) if near else removed(("lamps", k, "over"))
+            names.wrong(
+                ("lamps", k, "over"), names.runs, lamps.over, f"Name {near!r}." if near else "Take out 'over'.", edit
+            )
+
+
+def _role(names: References, at: KeyPath, item: str) -> None:
+    if item in names.roles:
+        return
+    near = meant(item, names.roles, "roles", 0.7)
+    edit = key_edit(names.raw, at, "item", near) if near else removed(at)
+    names.wrong((*at, "item"), names.roles, item, f"Name {near!r}." if near else f"Take out {item!r}.", edit)
+
+
+def lengths_of(plan: Plan) -> Mapping[str, float]:
+    """Values of the parameters."""
+    return plan.defaults

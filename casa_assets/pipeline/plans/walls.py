@@ -1,0 +1,146 @@
+"""Mend walls that do not go round a room: lengths that do not close, wrong turns, the wrong way round."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from casa_assets.layouts.plan.wall_frame import QUARTERS
+from casa_assets.model.kitchen.plan import Heading, Plan, Wall
+from casa_assets.pipeline.plans.fault import Fault, Mend, removed, replaced
+from casa_assets.pipeline.plans.form import HEADINGS
+from casa_assets.pipeline.plans.words import meant
+from casa_assets.pipeline.plans.written import key_edit, row_at
+from casa_assets.registry.edit import flow_text
+
+OPPOSITE = {
+    Heading.RIGHT: Heading.LEFT,
+    Heading.LEFT: Heading.RIGHT,
+    Heading.BACK: Heading.FRONT,
+    Heading.FRONT: Heading.BACK,
+}
+ALONG = ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT))
+MIN_WALL_M = 0.3
+
+
+def wall_faults(raw: Any, plan: Plan, lengths: Mapping[str, float]) -> list[Fault]:
+    """What is wrong with the outline of a room; turns first, since lengths follow them."""
+    turned = _turns(raw, plan)
+    return [turned] if turned else _lengths(raw, plan, lengths)
+
+
+def _turns(raw: Any, plan: Plan) -> Fault | None:
+    walls = plan.walls
+    quarters = [QUARTERS[w.heading] for w in walls]
+    turns = [(quarters[i] - quarters[(i + 1) % len(walls)]) % 4 for i in range(len(walls))]
+    if turns.count(1) - turns.count(3) == 4 and not any(t in (0, 2) for t in turns):
+        return None
+    got = ", ".join(f"{w.id}: {w.heading.value}" for w in walls)
+    expected = "walls that go round clockwise once, seen from above, such as right, front, left, back"
+    for order in _orders(walls):
+        if order is not None:
+            rows = _rows(raw, order)
+            named = ", ".join(f"{wall.id}: {heading.value}" for wall, heading in order)
+            return Fault(("walls",), expected, got, Mend(f"Write them as {named}.", (replaced(("walls",), rows),)))
+    return Fault(("walls",), expected, got, None)
+
+
+def _orders(walls: Sequence[Wall]) -> list[list[tuple[Wall, Heading]] | None]:
+    """Orders with headings that might be meant, and go round; the likeliest first."""
+    turned_round = [(w, OPPOSITE[w.heading]) for w in reversed(walls)]
+    found = [_begun_at_right(turned_round)]
+    if len(walls) == 4:
+        sides = {meant(w.id, HEADINGS, "walls", 0.8): w for w in walls}
+        if sides.keys() == HEADINGS.keys():
+            found.insert(0, [(sides[side], Heading(heading)) for side, heading in HEADINGS.items()])
+        found.append([(w, Heading(h)) for w, h in zip(walls, HEADINGS.values(), strict=True)])
+    return [order if order and _goes_round([h for _, h in order]) else None for order in found]
+
+
+def _begun_at_right(order: list[tuple[Wall, Heading]]) -> list[tuple[Wall, Heading]]:
+    first = next((k for k, (_, heading) in enumerate(order) if heading is Heading.RIGHT), 0)
+    return [*order[first:], *order[:first]]
+
+
+def _goes_round(headings: Sequence[Heading]) -> bool:
+    quarters = [QUARTERS[h] for h in headings]
+    turns = [(quarters[i] - quarters[(i + 1) % len(quarters)]) % 4 for i in range(len(quarters))]
+    return turns.count(1) - turns.count(3) == 4 and not any(t in (0, 2) for t in turns)
+
+
+def _rows(raw: Any, order: Sequence[tuple[Wall, Heading]]) -> Any:
+    rows = raw["walls"]
+    if isinstance(rows, dict):
+        return {w.id: {**rows[w.id], "heading": h.value} for w, h in order}
+    by_id = {row["id"]: row for row in rows}
+    return [{**by_id[w.id], "heading": h.value} for w, h in order]
+
+
+def _lengths(raw: Any, plan: Plan, lengths: Mapping[str, float]) -> list[Fault]:
+    """Lengths of walls along and across the room that do not lead back to where they begin."""
+    faults = []
+    for headings in ALONG:
+        own = [w for w in plan.walls if w.heading in headings]
+        unknown = [w for w in own if w.length is None]
+        fixed = [w for w in own if w.length is not None]
+        ahead, back = (sum(plan.length(w.length or 0.0, lengths) for w in fixed if w.heading is h) for h in headings)
+        if not unknown and abs(ahead - back) < 1e-3:
+            continue
+        if len(unknown) == 1:
+            rest = back - ahead if unknown[0].heading is headings[0] else ahead - back
+            if rest >= MIN_WALL_M:
+                continue
+        faults.append(_unclosed(raw, plan, own, unknown, (ahead, back), headings, lengths))
+    return faults
+
+
+def _unclosed(
+    raw: Any,
+    plan: Plan,
+    own: Sequence[Wall],
+    unknown: Sequence[Wall],
+    sums: tuple[float, float],
+    headings: tuple[Heading, Heading],
+    lengths: Mapping[str, float],
+) -> Fault:
+    """The fault of lengths that do not close; the last wall gives way, or the one whose length is not stated."""
+    expected = f"walls to the {headings[0].value} and to the {headings[1].value} that are as long together"
+    got = f"{sums[0]:g} and {sums[1]:g} m"
+    wall = (unknown or own)[-1]
+    others = [w for w in own if w is not wall]
+    same = [w for w in others if w.heading is not wall.heading]
+    at = (*row_at(raw, "walls", wall.id), "length")
+    if len(others) == len(same) == 1 and same[0].length is not None:
+        value: Any = same[0].length
+    else:
+        known = [w for w in others if w.length is not None]
+        signed = sum(plan.length(w.length or 0.0, lengths) * (1 if w in same else -1) for w in known)
+        if signed < MIN_WALL_M or len(known) < len(others):
+            if len(unknown) > 1:
+                value = sums[0] or sums[1] or 3.0
+                return Fault(
+                    at, expected, got, Mend(f"Write `length: {value:g}`.", (key_edit(raw, at[:-1], "length", value),))
+                )
+            return _longer_opposite(raw, plan, wall, same, expected, got, lengths)
+        value = round(signed, 4)
+    sentence = f"Write `length: {flow_text(value)}` for {wall.id}."
+    return Fault(at, expected, got, Mend(sentence, (key_edit(raw, at[:-1], "length", value),)))
+
+
+def _longer_opposite(
+    raw: Any, plan: Plan, wall: Wall, same: Sequence[Wall], expected: str, got: str, lengths: Mapping[str, float]
+) -> Fault:
+    """Where the last wall would have no length, the longest opposite one is made longer."""
+    at = (*row_at(raw, "walls", wall.id), "length")
+    if not same:
+        return Fault(at, expected, got, None)
+    longest = max(same, key=lambda w: plan.length(w.length or 0.0, lengths))
+    ahead = sum(
+        plan.length(w.length or 0.0, lengths) for w in plan.walls if w.heading is wall.heading and w is not wall
+    )
+    rest = sum(plan.length(w.length or 0.0, lengths) for w in same if w is not longest)
+    value = round(max(ahead - rest + 1.0, MIN_WALL_M), 3)
+    edits = [key_edit(raw, row_at(raw, "walls", longest.id), "length", value)]
+    if wall.length is not None:
+        edits.append(removed(at))
+    return Fault(at, expected, got, Mend(f"Write `length: {value:g}` for {longest.id}.", tuple(edits)))

@@ -1,0 +1,164 @@
+"""Plans are checked without being built: each fault with its line and a mend, and the mends together make a plan."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import casa_assets as casa
+from casa_assets.cli.main import app
+from casa_assets.model.kitchen.style import Style
+from casa_assets.pipeline.plans.check import PlanCheck, check_plan
+from casa_assets.projects import data_root
+from casa_assets.registry.kitchens import load_style, plan_names, style_names
+
+STYLE = "modern_1"
+ROOM = """title: Studio
+walls:
+  back: {heading: right, length: 4.6}
+  right: {heading: front, length: 3.0}
+  front: {heading: left, length: 4.6, open: true}
+  left: {heading: back, length: 3.0}
+"""
+ROW = """runs:
+  main:
+    on: back
+    base: # from left to right
+      - filler: [0.05, 0.12]
+      - drawers: [0.4, 0.9]
+      - sink
+      - dishwasher
+      - range
+      - doors: [0.4, 0.9]
+      - fridge
+    upper:
+      - hood: {over: main_range}
+"""
+
+
+def checked(text: str, style: str = STYLE) -> PlanCheck:
+    return check_plan(text, "studio.yaml", load_style(style)[0])
+
+
+def told(found: PlanCheck) -> list[tuple[int, str, str]]:
+    """Line, pointer and sentence of the mend of each fault."""
+    return [
+        (t.line, ".".join(map(str, t.fault.pointer)), t.fault.mend.sentence if t.fault.mend else "")
+        for t in found.faults
+    ]
+
+
+@pytest.mark.parametrize("name", plan_names())
+def test_plans_of_the_package_fit_every_style(name: str) -> None:
+    text = (data_root() / "plans" / f"{name}.yaml").read_text(encoding="utf-8")
+    styles: list[Style] = [load_style(style)[0] for style in style_names()]
+    assert [told(check_plan(text, f"{name}.yaml", style)) for style in styles] == [[]] * len(styles)
+
+
+def test_faults_of_several_kinds_are_told_in_one_call_with_their_lines() -> None:
+    text = (ROOM + ROW).replace("dishwasher", "dishwahser").replace("length: 3.0}", "length: 310cm}", 1)
+    found = checked(text)
+    assert told(found) == [
+        (14, "runs.main.base.3", "Write `dishwasher`."),
+        (4, "walls.right.length", "Write 3.1."),
+        (6, "walls.left.length", "Write `length: 3.1` for left."),
+    ]
+    assert found.mended
+    assert checked(found.text).fits
+    assert "base: # from left to right" in found.text
+    assert found.text.splitlines()[:2] == text.splitlines()[:2]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("- drawers: [0.4, 0.9]", "- drawers: [0.9, 0.4]", "Write [0.4, 0.9]."),
+        ("over: main_range", "over: rnage", "Name 'main_range'."),
+        ("on: back", "on: north", "Name 'back'."),
+        ("heading: front", "heading: down", "Write front."),
+        ("- sink\n", "- {type: sink, width: 36 in}\n", 'Write `sink: {width: "36 in"}`.'),
+        (
+            "    upper:\n      - hood: {over: main_range}\n",
+            "",
+            "Add `- hood: {over: main_range}` to the wall units of main.",
+        ),
+        ("- doors: [0.4, 0.9]", "- doors: 1.9", "Write main_filler [0.03, 0.12], main_doors [1.0"),
+        ("- doors: [0.4, 0.9]\n", "", "Write main_drawers"),
+        ("length: 3.0}", "length: 3.5}", "Write `length: 3.5` for left."),
+        ("{heading: right, length: 4.6}", "{heading: right, length: 4.6", "Close the brackets"),
+        ("    on: back", "\ton: back", "Indent with spaces"),
+        ("- range", "- range: {over: main_sink}", "Take out 'over'."),
+    ],
+)
+def test_a_fault_has_the_nearest_mend(old: str, new: str, sentence: str) -> None:
+    found = checked((ROOM + ROW).replace(old, new, 1))
+    assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
+    assert found.mended
+    assert checked(found.text).fits
+
+
+def test_doors_and_windows_move_out_of_the_way() -> None:
+    openings = "openings:\n  door: {kind: door, wall: left, at: 2.4, width: 0.93, height: 2.04}\n"
+    openings += "  window: {kind: window, wall: back, at: 3.2, sill: 1.2}\n"
+    found = checked(ROOM + openings + ROW)
+    assert found.mended, told(found)
+    assert [pointer for _, pointer, _ in told(found)] == ["openings.door", "openings.window"]
+
+
+def test_runs_that_meet_are_given_a_corner() -> None:
+    found = checked(ROOM + ROW + "  left:\n    on: left\n    start: 1.2\n    base: [drawers]\n")
+    assert ("corners", "Add the corner {runs: [left, main], base: blind}.") in [row[1:] for row in told(found)]
+    assert found.mended, told(found)
+
+
+def test_a_plan_like_another_states_its_mends_itself() -> None:
+    found = checked("like: galley\nopenings:\n  door: {at: 9}\nheigth: 2.6\n")
+    assert found.mended, told(found)
+    assert found.text.startswith("like: galley\n")
+    assert checked(found.text).fits
+    assert checked("like: galey\n").text == "like: galley\n"
+
+
+def test_what_cannot_be_mended_is_refused() -> None:
+    found = checked("Sorry, I cannot draw kitchens.\n")
+    assert not found.fits
+    assert not found.mended
+    assert [t.fault.mend for t in found.faults] == [None]
+
+
+def test_the_command_prints_faults_and_writes_the_mended_plan(tmp_path: Path) -> None:
+    plan, better = tmp_path / "studio.yaml", tmp_path / "better.yaml"
+    plan.write_text((ROOM + ROW).replace("fridge", "refrigerator"), encoding="utf-8")
+    run = CliRunner()
+    words = ["scenes", "check-plan", str(plan)]
+    said = run.invoke(app, words)
+    assert said.exit_code == 1
+    assert "studio.yaml:17: runs.main.base.6: expected 'fridge'" in said.stdout
+    row = json.loads(run.invoke(app, [*words, "--json"]).stdout)
+    assert (row["verdict"], row["mended"]) == ("faulty", True)
+    assert row["faults"][0]["mend"]["edits"] == [
+        {"op": "replace", "pointer": ["runs", "main", "base", 6], "old": "refrigerator", "new": "fridge"}
+    ]
+    assert run.invoke(app, [*words, "--fix"]).exit_code == 2
+    assert run.invoke(app, [*words, "--fix", "--out", str(better)]).exit_code == 1
+    assert run.invoke(app, ["scenes", "check-plan", str(better)]).exit_code == 0
+    with pytest.raises(casa.CasaError, match="there already"):
+        run.invoke(app, [*words, "--fix", "--out", str(better)], catch_exceptions=False)
+
+
+def test_it_loads_nothing_large() -> None:
+    """What takes seconds to load would take longer than the check."""
+    code = (
+        "import sys; from casa_assets.pipeline.plans.check import check_plan; "
+        "from casa_assets.registry.kitchens import load_style; "
+        f"assert check_plan(open(sys.argv[1]).read(), sys.argv[1], load_style({STYLE!r})[0]).fits; "
+        "print([m for m in ('scipy', 'mujoco', 'pxr', 'trimesh', 'casa_assets.families') if m in sys.modules])"
+    )
+    plan = data_root() / "plans" / "u_large.yaml"
+    done = subprocess.run([sys.executable, "-c", code, str(plan)], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
