@@ -87,7 +87,14 @@ class Form:
 @cache
 def _words() -> frozenset[str]:
     """All keys of the plan language."""
-    records = (*(record for record, _ in ROWS.values()), Plan, BaseUnit, UpperUnit, IslandPosition, PeninsulaPosition)
+    records: tuple[type[Record], ...] = (
+        *(record for record, _ in ROWS.values()),
+        Plan,
+        BaseUnit,
+        UpperUnit,
+        IslandPosition,
+        PeninsulaPosition,
+    )
     return frozenset(field for record in records for field in record.model_fields)
 
 
