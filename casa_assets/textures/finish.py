@@ -30,8 +30,8 @@ def finish(name: str, tile_m: Vec2, layers: Layers, substance: Substance) -> Fin
     color = np.rint(np.clip(layers.albedo, 0, 1) * 255).astype(np.uint8)
     half = Layers(
         albedo=layers.albedo[:1, :1],
-        height_m=_halved(layers.height_m),
-        roughness=_halved(layers.roughness),
+        height_m=halved(layers.height_m),
+        roughness=halved(layers.roughness),
         metallic=layers.metallic,
     )
     rough = np.rint(np.clip(half.roughness, 0, 1) * 255).astype(np.uint8)
@@ -43,11 +43,11 @@ def finish(name: str, tile_m: Vec2, layers: Layers, substance: Substance) -> Fin
             base_color=(1.0, 1.0, 1.0, 1.0),
             metallic=1.0,
             roughness=1.0,
-            base_color_texture=_texture(f"{name}_color", color, ColorSpace.SRGB),
-            metallic_roughness_texture=_texture(
+            base_color_texture=encode_texture(f"{name}_color", color, ColorSpace.SRGB),
+            metallic_roughness_texture=encode_texture(
                 f"{name}_metallic_roughness", np.stack([np.full_like(rough, 255), rough, metal], axis=2), ColorSpace.RAW
             ),
-            normal_texture=_texture(f"{name}_normal", normals(half.height_m, tile_m), ColorSpace.RAW),
+            normal_texture=encode_texture(f"{name}_normal", normals(half.height_m, tile_m), ColorSpace.RAW),
             tile_m=tile_m,
             substance=substance.id,
         ),
@@ -70,14 +70,19 @@ def normals(height_m: Map, tile_m: Vec2) -> Pixels:
     return np.rint((vectors * 0.5 + 0.5) * 255).astype(np.uint8)
 
 
-def _halved(image: Map) -> Map:
+def halved(image: Map) -> Map:
     """Mean of each block of two by two."""
     h, w = (n - n % DETAIL_SCALE for n in image.shape)
     blocks = image[:h, :w].reshape(h // DETAIL_SCALE, DETAIL_SCALE, w // DETAIL_SCALE, DETAIL_SCALE)
     return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.float32)
 
 
-def _texture(name: str, pixels: Pixels, space: ColorSpace) -> Texture:
+def encode_texture(name: str, pixels: Pixels, space: ColorSpace) -> Texture:
+    """A picture as PNG, the same bytes every time.
+
+    Args:
+        pixels: (H, W, 3).
+    """
     out = io.BytesIO()
     Image.fromarray(pixels, "RGB").save(out, "PNG", compress_level=PNG_LEVEL)
     height, width = pixels.shape[:2]

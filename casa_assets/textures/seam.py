@@ -67,18 +67,21 @@ def jump(picture: npt.NDArray[np.floating]) -> Seam:
     return Seam(x=found[0], y=found[1])
 
 
-def repair(picture: npt.NDArray[np.floating]) -> Picture:
+def repair(picture: npt.NDArray[np.floating], shown: int | None = None) -> Picture:
     """Make a picture tile: even out its light, cut it where the ends match best, blend both ends.
 
     Args:
         picture: (H, W, C), 0..1.
+        shown: number of its channels, the first ones, that are seen: they decide where it is cut, and theirs is the
+            light. The others are maps of the same surface, which are cut alike. None: all are seen.
     Returns:
         (h, w, C) float32 0..1 with h, w between 0.6 and 1 of H, W; it tiles in both directions.
     """
     image = np.asarray(picture, dtype=np.float32)
-    image = _without_drift(image)
-    image = _closed(image, ring=False)
-    return np.clip(_closed(image.swapaxes(0, 1), ring=True).swapaxes(0, 1), 0.0, 1.0)
+    seen = image.shape[2] if shown is None else shown
+    image = np.concatenate([_without_drift(image[..., :seen]), image[..., seen:]], axis=2)
+    image = _closed(image, seen, ring=False)
+    return np.clip(_closed(image.swapaxes(0, 1), seen, ring=True).swapaxes(0, 1), 0.0, 1.0)
 
 
 def smooth_part(picture: Picture) -> Picture:
@@ -139,19 +142,19 @@ def _without_drift(image: Picture) -> Picture:
     return np.asarray(np.clip(evened - smooth_part(broad), 0.0, 1.0), dtype=np.float32)
 
 
-def _closed(image: Picture, ring: bool) -> Picture:
+def _closed(image: Picture, seen: int, ring: bool) -> Picture:
     """Cut columns away at both ends so that they fit, and let the ends overlap along the least visible path.
 
     Args:
-        image: (H, W, C).
+        image: (H, W, C). seen: number of the channels that decide.
         ring: the rows are already periodic, so the path has to end where it began.
     """
     width = image.shape[1]
     overlap = max(4, round(_OVERLAP * width))
-    start, length = _best_cut(image, overlap)
+    start, length = _best_cut(image[..., :seen], overlap)
     kept = image[:, start : start + length].copy()
     over = image[:, start + length : start + length + overlap]
-    path = _path(((over - kept[:, :overlap]) ** 2).sum(axis=2), ring)
+    path = _path(((over - kept[:, :overlap])[..., :seen] ** 2).sum(axis=2), ring)
     feather = max(2.0, overlap / 20.0)
     share = np.clip((np.arange(overlap)[None, :] - path[:, None]) / feather + 0.5, 0.0, 1.0)
     # The first column has to go on from the last one, and the last of the overlap into the picture.

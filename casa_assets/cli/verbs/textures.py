@@ -190,8 +190,9 @@ def check(
 @app.command(cls=Verb)
 def ingest(
     ctx: typer.Context,
-    folder: Annotated[
-        Path, typer.Argument(help="Folder of pictures, with a pack.yaml if there is one.", exists=True, file_okay=False)
+    source: Annotated[
+        Path,
+        typer.Argument(help="Folder of pictures and zips, with a pack.yaml if there is one; or a zip.", exists=True),
     ],
     library: LibraryOut = Path("out/library"),
     pack: Annotated[str | None, typer.Option(help="Name of the pack; else that of the folder.")] = None,
@@ -204,11 +205,12 @@ def ingest(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Make a pack of a folder of pictures: repair borders, derive normals and roughness, refuse what cannot be used.
+    """Make a pack of pictures: repair borders, derive normals and roughness, refuse what cannot be used.
 
-    In a project the pack is written to its textures/, unless --library is given: kitchens can use its pictures by their
-    ids. pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all were taken, 1 when some were
-    left out, 2 on misuse.
+    Maps of one material are grouped by their names, as ambientCG and Poly Haven call them, in zips too; those that it
+    comes with are kept. In a project the pack is written to its textures/, unless --library is given: kitchens can use
+    its pictures by their ids. pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all were
+    taken, 1 when some were left out, 2 on misuse.
 
     Example:  casa-assets textures ingest painted_tiles --surface wall --tile 1.2 1.2 --licence CC0-1.0
     """
@@ -230,7 +232,7 @@ def ingest(
     if (project := project_folder()) is not None and not _is_given(ctx, "library"):
         library = project
     with writing(library):
-        report = ingest_pack(folder, PackOptions(library=library, pack=pack, flags=description))
+        report = ingest_pack(source, PackOptions(library=library, pack=pack, flags=description))
     output = Output(json_, quiet, verbose)
     _print_pack(report.pack, report.folder, output)
     state = "written" if report.changed else "unchanged"
@@ -254,6 +256,11 @@ def _print_pack(pack: Pack, folder: Path, output: Output) -> None:
         facts = picture.model_dump(mode="json", exclude={"id"})
         output.made(picture.id, folder, _size(picture.tile_m), "accepted", **facts)
         output.detail(f"taken {picture.source}: {picture.id}")
+    faults = TextTable(("taken, with faults", "fault"), sentences=("fault",))
+    for picture in pack.pictures:
+        for fault in picture.faults:
+            faults.add(picture.id, fault)
+    faults.print(output.failures)
     table = TextTable(("left out", "code", "why", "what to do"), sentences=("why", "what to do"))
     for refused in pack.refused:
         output.made("", "", None, "rejected", **refused.model_dump(mode="json"))

@@ -256,6 +256,20 @@ class SpaceRow(Record):
     objects: tuple[str, ...]
 
 
+class TextureRow(Record):
+    """A picture of a texture pack.
+
+    Attributes:
+        id: of its finish.
+        licence, author, generator: as its pack states them, `unknown` where nothing was said.
+    """
+
+    id: str
+    licence: str
+    author: str
+    generator: str
+
+
 class CameraRow(PoseRow):
     """A camera; it looks along -z of its frame, y is up.
 
@@ -334,6 +348,7 @@ class SceneFile(Record):
         parameters: lengths of the plan, metres.
         surfaces: surface -> its main texture.
         covers: surface -> all finishes that cover it.
+        textures: pictures of texture packs that it shows, and their makers; left out where there are none.
         generator: what wrote the file.
         room: walls and openings.
         fixtures: all that is part of the kitchen.
@@ -356,6 +371,7 @@ class SceneFile(Record):
     parameters: dict[str, float]
     surfaces: dict[Surface, str]
     covers: dict[Surface, tuple[str, ...]]
+    textures: tuple[TextureRow, ...] = ()
     generator: str
     room: RoomRow
     fixtures: tuple[FixtureRow, ...]

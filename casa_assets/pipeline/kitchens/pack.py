@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 import os
 import re
 import struct
@@ -188,7 +189,7 @@ def _read(path: Path) -> bytes:
 
 
 def _credits(members: dict[str, bytes]) -> Iterator[attribution.Credit]:
-    """What the layers of the assets of a scene say of their makers."""
+    """What the layers of the assets of a scene, and its scene.json of pictures, say of their makers."""
     for path in sorted(p for p in members if p.startswith(f"{SHARED}/{usd.LAYERS}/")):
         licence, author = LICENCE_FIELD.search(members[path]), AUTHOR_FIELD.search(members[path])
         if licence is None:
@@ -196,6 +197,9 @@ def _credits(members: dict[str, bytes]) -> Iterator[attribution.Credit]:
         name = author[1].decode() if author else ""
         name = "" if name == "unknown" else name
         yield attribution.Credit(PurePosixPath(path).stem, licence[1].decode(), author=name)
+    for row in json.loads(members[SCENE_JSON]).get("textures", ()):
+        author_of, generator = (row[key] if row[key] != "unknown" else "" for key in ("author", "generator"))
+        yield attribution.Credit(row["id"], row["licence"], author=author_of, generator=generator)
 
 
 def _put(out: Path, data: bytes) -> None:

@@ -19,6 +19,7 @@ from casa_assets.model.kitchen.scene import Placement, Scene
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.pose import Pose
+from casa_assets.pipeline.textures.packs.read import credits_of_pictures
 from casa_assets.registry.habits import load_habits
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ FORMAT = 1
 def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
     """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
     items = {w.name: w for w in kitchen.items}
+    pictures = credits_of_pictures({material.id for asset in scene.assets for material in asset.materials})
     shell, style = kitchen.style.room, kitchen.style
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     return {
@@ -46,6 +48,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
             "cabinet": style.cabinets.base.face,
         },
         "covers": surface_finishes(style),
+        **({"textures": pictures} if pictures else {}),
         "generator": f"casa-assets {version('casa-assets')}",
         "room": {
             "outline": [list(p) for p in kitchen.room.outline],

@@ -21,15 +21,14 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_hold
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.textures.packs.pictures import (
     KIND,
-    PACK,
     check_files,
     finish_of_picture,
     layers_of_picture,
     pack_of,
-    packs_of,
     recipe_of,
     resized_finish,
 )
+from casa_assets.pipeline.textures.packs.read import PACK, packs_of
 from casa_assets.projects import project_folder, read_once
 from casa_assets.registry.layered import names_in, read_table_file
 from casa_assets.registry.project import load_project, origin_of_row

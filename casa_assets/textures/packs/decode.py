@@ -45,6 +45,18 @@ def decode(data: bytes) -> DecodedPicture:
     Raises:
         Rejected: it is none, is broken, has a wrong size, can be seen through, or shows one colour.
     """
+    found = _decoded(data)
+    if float(np.abs(found.pixels - found.pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
+        raise rejection_error(PictureRejection.BLANK, "shows one colour")
+    return found
+
+
+def decode_map(data: bytes) -> Floats:
+    """(H, W, 3) 0..1 of a map of normals, roughness and so on; it may be one colour all over. Raises as `decode`."""
+    return _decoded(data).pixels
+
+
+def _decoded(data: bytes) -> DecodedPicture:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of metadata and of sizes, which are checked here
@@ -62,8 +74,6 @@ def decode(data: bytes) -> DecodedPicture:
         raise rejection_error(
             PictureRejection.BROKEN, f"cannot be decoded: {type(error).__name__}: {str(error)[:120]}"
         ) from None
-    if float(np.abs(pixels - pixels.mean(axis=(0, 1))).mean()) * 255.0 < _BLANK / 2.0:
-        raise rejection_error(PictureRejection.BLANK, "shows one colour")
     return DecodedPicture(pixels, prompt, notes)
 
 

@@ -59,9 +59,11 @@ class PackPicture(Record):
         licence, prompt, generator, author: as they were given, `unknown` where nothing was said.
         seam_before, seam_after: worst score of the border, see `textures.seam`.
         repaired: whether the border was repaired.
-        derived: maps that were computed from the colour and are therefore guesses.
+        given: maps that it came with (normal, roughness, metalness, height) -> the file of each, relative as `source`.
+        derived: maps that were computed from the colour, or normals from heights, and are therefore guesses.
         files: base, normal and roughness, relative to the pack; sha256 of each in the same order.
         notes: what was done or is doubtful, one sentence each.
+        faults: checks of textures that it fails, with their numbers; `textures check` fails on it too.
     """
 
     id: Id
@@ -79,10 +81,12 @@ class PackPicture(Record):
     seam_before: float
     seam_after: float
     repaired: bool
+    given: dict[str, str] = Field(default_factory=dict)
     derived: tuple[str, ...]
     files: tuple[FileName, FileName, FileName]
     sha256: tuple[Sha256, Sha256, Sha256]
     notes: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()
 
 
 class RejectedPicture(Record):

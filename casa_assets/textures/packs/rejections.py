@@ -25,6 +25,8 @@ class PictureRejection(StrEnum):
     NOT_DESCRIBED = "PCK011"
     BAD_ROW = "PCK012"
     MISSING = "PCK013"
+    BAD_ARCHIVE = "PCK014"
+    NO_COLOR = "PCK015"
 
 
 REMEDIES = {
@@ -41,10 +43,13 @@ REMEDIES = {
     PictureRejection.DUPLICATE: "Remove one of the two files.",
     PictureRejection.SEAM: "Generate it with a tiling option, or choose a picture with an even pattern.",
     PictureRejection.NOT_DESCRIBED: (
-        "State the surface, tile size and licence in pack.yaml, or for all pictures by --surface, --tile and --licence."
+        "State the surface, tile size and licence in pack.yaml, or for all pictures with --surface, --tile, --licence; "
+        "the size may stand in the JSON of ambientCG or Poly Haven beside it."
     ),
     PictureRejection.BAD_ROW: "Correct that row of pack.yaml.",
-    PictureRejection.MISSING: "Add the file, or remove its row from pack.yaml.",
+    PictureRejection.MISSING: "Add the file, or remove its row.",
+    PictureRejection.BAD_ARCHIVE: "Get the zip again, or unpack what you need of it and name that folder.",
+    PictureRejection.NO_COLOR: "Add the map of the colour (`..._Color.jpg`, `..._diff_1k.jpg`) to the other maps.",
 }
 
 

@@ -1,4 +1,4 @@
-"""A folder of pictures into `<library>/textures/<pack>/`."""
+"""Pictures of a folder or a zip into `<library>/textures/<pack>/`."""
 
 from __future__ import annotations
 
@@ -11,19 +11,24 @@ from pathlib import Path
 
 from casa_assets import registry
 from casa_assets.errors import CasaError, OutputError
+from casa_assets.model.asset.material import Substance
 from casa_assets.model.files import Files
-from casa_assets.model.record import Record
+from casa_assets.model.issue import Report
+from casa_assets.model.record import Record, Vec2
+from casa_assets.model.registry.finish import Finish, Surface
 from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.library.library import Library, file_digests, write_files
-from casa_assets.pipeline.textures.packs.pictures import FOLDER, PACK, pack_of
+from casa_assets.pipeline.textures.packs.pictures import pack_of
+from casa_assets.pipeline.textures.packs.read import FOLDER, PACK
+from casa_assets.pipeline.textures.packs.sources import ZIP, list_files
 from casa_assets.pipeline.textures.packs.survey import AcceptedPicture, PackOptions, read_description, survey
 from casa_assets.pipeline.textures.recipes import every_recipe, origin_of
 from casa_assets.preview.sheet import SheetCell, contact_sheet
 from casa_assets.projects import SETTINGS, project_folder, use_project
+from casa_assets.textures.check import check_pictures, pictures_of
 from casa_assets.textures.distance import NEARLY_ALIKE, TextureDescriptor, closest_pairs, describe_texture
-from casa_assets.textures.finish import finish
 from casa_assets.textures.packs import derive
-from casa_assets.textures.packs.derive import layers, pixels_of
+from casa_assets.textures.packs.derive import TiledPicture, finish_of_tile, pixels_of
 from casa_assets.textures.packs.entry import UNKNOWN, Pack, PackPicture, SimilarPair
 from casa_assets.textures.packs.naming import slug, unique_ids
 
@@ -31,8 +36,10 @@ __all__ = ["PackOptions", "PackReport", "ingest_pack"]
 
 SHEET = "sheet.png"
 # Version of the format of pack.json.
-FORMAT = 2
+FORMAT = 3
 _LOOK_STEP = 4  # pixels are compared at a quarter of the size
+# Longer side of a picture: the first whose files are small enough; photographs pack badly.
+SIZES_PX = (1024, 896, 768, 640, 512)
 
 
 @dataclass(frozen=True)
@@ -49,27 +56,31 @@ class PackReport:
     changed: bool
 
 
-def ingest_pack(folder: Path, options: PackOptions) -> PackReport:
-    """Take in every picture under a folder. One bad picture is left out with its reason, the others go on.
+def ingest_pack(source: Path, options: PackOptions) -> PackReport:
+    """Take in every picture of a folder with the zips in it, or of a zip.
+
+    One bad picture is left out with its reason, the others go on.
 
     Raises:
-        CasaError: the folder is not there, or an id is taken in the project that is written to.
+        CasaError: the source is not there or is no zip, a list of prompts is wrong, or an id is taken in the project
+            that is written to.
         RegistryError: pack.yaml is no YAML or has keys that nobody knows.
         OutputError: the library cannot be written to, another run holds it, or what stands in its place is no pack.
     """
-    if not folder.is_dir():
-        raise CasaError(f"{folder}: no such folder")
-    description = read_description(folder)
-    name = slug(options.pack or description.pack or folder.absolute().name)
+    if not source.is_dir() and not (source.is_file() and source.suffix.lower() == ZIP):
+        raise CasaError(f"{source}: {'is no zip' if source.is_file() else 'no such folder'}")
+    listed = list_files(source)
+    description = read_description(source, listed)
+    name = slug(options.pack or description.pack or source.absolute().stem)
     library = Library(options.library)
     target = library.root / FOLDER / name
-    _check_place(folder, target)
+    _check_place(source, target)
     taken = _taken(library.root, name)
     with library.locked():
         _keep_out_of_git(library)
-        found = survey(folder, description, options, Store(library.cache))
+        found = survey(listed, description, options, Store(library.cache))
         staged = library.stage(name)
-        ids = unique_ids(name, [accepted.fields.name or Path(accepted.source).stem for accepted in found.accepted])
+        ids = unique_ids(name, [accepted.fields.name or accepted.name for accepted in found.accepted])
         _check_ids(ids, taken, name)
         pictures: list[PackPicture] = []
         descriptors: dict[str, TextureDescriptor] = {}
@@ -102,10 +113,10 @@ def _is_in_use(root: Path) -> bool:
     return project is not None and project.resolve() == root.resolve()
 
 
-def _check_place(folder: Path, target: Path) -> None:
+def _check_place(source: Path, target: Path) -> None:
     """Raise OutputError where the pack would take the place of what it is made of, or of something that is no pack."""
-    source, place = folder.resolve(), target.resolve()
-    if source.is_relative_to(place) or place.is_relative_to(source):
+    origin, place = source.resolve(), target.resolve()
+    if origin.is_relative_to(place) or place.is_relative_to(origin):
         message = "the pack would stand among the pictures that it is made of; move these elsewhere, or choose --pack"
         raise OutputError(str(target), message)
     if target.exists() and not (target / PACK).is_file():
@@ -140,17 +151,22 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
     assert fields.surface is not None
     assert fields.tile_m is not None
     assert fields.licence is not None
-    base = pixels_of(tile.base)
     size = (round(fields.tile_m[0] * tile.kept[0], 4), round(fields.tile_m[1] * tile.kept[1], 4))
-    texture_layers = layers(base, fields.surface, fields.roughness)
-    substance = registry.load().substances[fields.substance or UNKNOWN]
-    images = finish(id_, size, texture_layers, substance).material.textures
+    known = registry.load()
+    substance = known.substances[fields.substance or UNKNOWN]
+    made, checked = _finish(id_, tile, size, (fields.surface, fields.roughness), substance)
+    images, base = made.material.textures, made.material.base_color_texture
+    assert base is not None
     names = {"color": "base", "metallic_roughness": "roughness", "normal": "normal"}
     files = {f"{id_}_{names[t.name.removeprefix(f'{id_}_')]}.png": t.png for t in images}
     paths = tuple(f"{id_}_{role}.png" for role in ("base", "normal", "roughness"))
     notes = list(accepted.prepared.notes)
     if tile.repaired:
         notes.append(f"was cut to {tile.kept[0]:.0%} x {tile.kept[1]:.0%} and its border repaired")
+    if base.width_px < tile.width_px:
+        notes.append(
+            f"was scaled down to {base.width_px} x {base.height_px} pixels, so that its files are not too large"
+        )
     if tile.seam_after > derive.VISIBLE_SEAM:
         notes.append("its border can still be found by who looks for it")
     picture = PackPicture(
@@ -160,8 +176,8 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
         surface=fields.surface,
         substance=substance.id,
         tile_m=size,
-        width_px=tile.width_px,
-        height_px=tile.height_px,
+        width_px=base.width_px,
+        height_px=base.height_px,
         licence=fields.licence,
         prompt=fields.prompt or accepted.prepared.prompt or UNKNOWN,
         generator=fields.generator or UNKNOWN,
@@ -169,13 +185,28 @@ def _picture(id_: str, accepted: AcceptedPicture) -> tuple[PackPicture, dict[str
         seam_before=tile.seam_before,
         seam_after=tile.seam_after,
         repaired=tile.repaired,
-        derived=("normal", "roughness"),
+        given=dict(accepted.maps),
+        derived=tuple(name for name in ("normal", "roughness") if name not in accepted.maps),
         files=(paths[0], paths[1], paths[2]),
         sha256=tuple(hashlib.sha256(files[p]).hexdigest() for p in paths),
         notes=tuple(notes),
+        faults=tuple(f"{issue.code} {issue.message}" for issue in checked.issues),
     )
     coarse = slice(None, None, _LOOK_STEP)
-    return picture, files, describe_texture(base[coarse, coarse], size)
+    return picture, files, describe_texture(pixels_of(base.png)[coarse, coarse], size)
+
+
+def _finish(
+    name: str, made: TiledPicture, tile_m: Vec2, look: tuple[Surface, float | None], substance: Substance
+) -> tuple[Finish, Report]:
+    """The finish of a picture and its checks, in the largest size whose files are as small as a check asks for."""
+    limits = registry.load().limits
+    for size_px in SIZES_PX:
+        whole = finish_of_tile(name, made, tile_m, look, substance, size_px)
+        report = check_pictures(pictures_of(whole), limits)
+        if "TEX011" not in [issue.code for issue in report.issues]:
+            break
+    return whole, report
 
 
 def _text(record: Record) -> bytes:

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-
-from pydantic import ValidationError
 
 from casa_assets.errors import OutputError
 from casa_assets.model.asset.material import ColorSpace, Material, Substance, Texture
 from casa_assets.model.record import Id, Record, Sha256, Vec2
 from casa_assets.model.registry.finish import Finish
 from casa_assets.model.registry.texture_recipe import TextureRecipe
+from casa_assets.pipeline.textures.packs.read import FOLDER, load_pack
 from casa_assets.projects import project_folder, read_once
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.packs import derive
-from casa_assets.textures.packs.entry import FileName, Pack, PackPicture
+from casa_assets.textures.packs.entry import FileName, PackPicture
 from casa_assets.textures.packs.limits import MAX_FILE_BYTES, MAX_SIDE_PX
 
-# Folder of packs in a project or a library, and the file in each that says what it holds.
-FOLDER, PACK = "textures", "pack.json"
 # Kind of a recipe that is not painted, but is a picture of a pack.
 KIND = "picture"
 _PNG = b"\x89PNG\r\n\x1a\n"
@@ -34,21 +31,15 @@ class PictureParams(Record):
     Attributes:
         pack: its id, which is the name of its folder too.
         files: base, normal and roughness, in the folder of the pack. sha256: of each.
+        licence, author, generator: as the pack has them; kitchens name them too.
     """
 
     pack: Id
     files: tuple[FileName, FileName, FileName]
     sha256: tuple[Sha256, Sha256, Sha256]
-
-
-def load_pack(folder: Path) -> Pack:
-    """The pack in a folder. Raises OutputError where pack.json is missing or damaged."""
-    try:
-        return Pack.from_json((folder / PACK).read_text(encoding="utf-8"))
-    except (OSError, ValidationError, ValueError) as error:
-        raise OutputError(
-            str(folder / PACK), f"cannot be read: {str(error).splitlines()[0]}; ingest it again"
-        ) from error
+    licence: str
+    author: str
+    generator: str
 
 
 def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str, Finish]:
@@ -64,12 +55,6 @@ def load_finishes(folder: Path, substances: Mapping[str, Substance]) -> dict[str
     return {recipe.id: finish_of_picture(recipe, substances[recipe.substance], folder) for recipe in recipes}
 
 
-def packs_of(project: Path) -> Iterator[tuple[Path, Pack]]:
-    """The packs of a project with their folders, sorted by name. Raises OutputError where a pack.json is damaged."""
-    for path in sorted((project / FOLDER).glob(f"*/{PACK}")):
-        yield path.parent, load_pack(path.parent)
-
-
 def recipe_of(pack: str, picture: PackPicture) -> TextureRecipe:
     """A picture of a pack as a recipe.
 
@@ -83,7 +68,14 @@ def recipe_of(pack: str, picture: PackPicture) -> TextureRecipe:
         seed=0,
         tile_m=picture.tile_m,
         substance=picture.substance,
-        params=PictureParams(pack=pack, files=picture.files, sha256=picture.sha256).to_json(),
+        params=PictureParams(
+            pack=pack,
+            files=picture.files,
+            sha256=picture.sha256,
+            licence=picture.licence,
+            author=picture.author,
+            generator=picture.generator,
+        ).to_json(),
     )
 
 

@@ -1,27 +1,38 @@
-"""Survey a folder of pictures: pack.yaml, the pictures that can be used, and the reasons why others cannot."""
+"""Survey pictures: what is said of them, those that can be used, and the reasons why others cannot."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
+import numpy as np
+
 from casa_assets import registry
-from casa_assets.errors import RegistryError, Rejected
+from casa_assets.errors import CasaError, RegistryError, Rejected
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
-from casa_assets.textures.packs.decode import SUFFIXES, decode
-from casa_assets.textures.packs.derive import SIZE_PX, TiledPicture, tile
+from casa_assets.pipeline.textures.packs.sources import SourceFile, SourceFiles
+from casa_assets.textures.packs.decode import SUFFIXES, decode, decode_map
+from casa_assets.textures.packs.derive import SIZE_PX, Floats, GivenMaps, TiledPicture, scaled, tile
 from casa_assets.textures.packs.entry import UNKNOWN, PictureDescription, RejectedPicture
-from casa_assets.textures.packs.limits import MAX_FILE_BYTES
+from casa_assets.textures.packs.maps import MapRole, MaterialFiles, group_maps
+from casa_assets.textures.packs.naming import slug
 from casa_assets.textures.packs.rejections import PictureRejection, rejection_error, rejection_row
+from casa_assets.textures.packs.statements import PROMPT_LISTS, read_prompts, read_sizes
 
 MANIFESTS = ("pack.yaml", "pack.yml", "pack.json")
 _KEYS = ("pack", "defaults", "pictures")
 _MAX_PROMPT_BYTES = 4000
+_MAX_LIST_BYTES = 16 << 20
+# Roles of files that are not read as maps.
+_NO_MAPS = frozenset({MapRole.COLOR, MapRole.OTHER})
+_SAME_ASPECT = 0.02  # by which the shape of a map may differ from that of the colour
+# Formats of maps that are not read: a material is taken without them.
+_OTHER_SUFFIXES = (".exr", ".tif", ".tiff")
 
 
 @dataclass(frozen=True)
@@ -42,11 +53,13 @@ class PackOptions:
 
 @dataclass(frozen=True)
 class PackDescription:
-    """Content of pack.yaml.
+    """What is said of the pictures of a source.
 
     Attributes:
         pack: name, or None. defaults: for all pictures.
-        rows: by source. faults: sources whose row is wrong, and how.
+        rows: by file, or by name of the material. faults: those whose row is wrong, and how.
+        prompts: by file, of lists and of files beside the pictures.
+        sizes: by slug of the material, of the JSON of a library of textures.
         used: files that are no pictures and were read.
     """
 
@@ -54,6 +67,8 @@ class PackDescription:
     defaults: PictureDescription
     rows: Mapping[str, PictureDescription]
     faults: Mapping[str, str]
+    prompts: Mapping[str, str]
+    sizes: Mapping[str, PictureDescription]
     used: tuple[str, ...]
 
 
@@ -67,10 +82,18 @@ class PreparedPicture(Record):
 
 @dataclass(frozen=True)
 class AcceptedPicture:
-    """A picture that can be used: file relative to the folder, sha256 of its bytes, what is said of it, its tile."""
+    """A picture that can be used.
 
+    Attributes:
+        name: of the material. source: file of the colour, relative to the folder. sha256: of its bytes.
+        maps: name of a map that it came with -> its file.
+        fields: what is said of it. prepared: its tile.
+    """
+
+    name: str
     source: str
     sha256: str
+    maps: Mapping[str, str]
     fields: PictureDescription
     prepared: PreparedPicture
 
@@ -84,19 +107,23 @@ class PackSurvey:
     ignored: tuple[str, ...]
 
 
-def read_description(folder: Path) -> PackDescription:
-    """Read pack.yaml (or pack.json) of a folder, and a prompt beside each picture (`oak.txt` for `oak.png`).
+def read_description(source: Path, found: SourceFiles) -> PackDescription:
+    """Read what is said of the pictures of a source.
+
+    That is pack.yaml (or pack.json) of a folder, a list of prompts, a prompt beside each picture (`oak.txt` for
+    `oak.png`), and the JSON of a library of textures.
 
     Raises:
-        RegistryError: the file is no YAML, has a key that nobody knows, or its defaults are wrong. A wrong row is kept
+        RegistryError: pack.yaml is no YAML, has a key that nobody knows, or its defaults are wrong. A wrong row is kept
             for its picture.
+        CasaError: a list of prompts is wrong.
     """
-    used = [name for name in MANIFESTS if (folder / name).is_file()][:1]
+    used = [name for name in MANIFESTS if source.is_dir() and (source / name).is_file()][:1]
     pack, defaults = None, PictureDescription()
     rows: dict[str, PictureDescription] = {}
     faults: dict[str, str] = {}
     if used:
-        document = registry.read_document(folder / used[0])
+        document = registry.read_document(source / used[0])
         top = document.value if isinstance(document.value, dict) else {}
         if not isinstance(document.value, dict):
             raise document.fault((), "a mapping with pack, defaults, pictures", type(document.value).__name__)
@@ -108,80 +135,102 @@ def read_description(folder: Path) -> PackDescription:
         listed: Any = top.get("pictures") or {}
         if not isinstance(listed, dict):
             raise document.fault(("pictures",), "a mapping of file names to rows", type(listed).__name__)
-        for source, row in listed.items():
+        for name, row in listed.items():
             try:
-                rows[source] = registry.read_record(PictureDescription, row or {}, document, ("pictures", source))
+                rows[name] = registry.read_record(PictureDescription, row or {}, document, ("pictures", name))
             except RegistryError as error:
-                faults[source] = str(error)
-    for path in _files(folder):
-        picture = next((p for s in SUFFIXES if (p := path.with_suffix(s)).is_file()), None)
-        if path.suffix.lower() == ".txt" and picture is not None and path.stat().st_size <= _MAX_PROMPT_BYTES:
-            source = picture.relative_to(folder).as_posix()
-            prompt = " ".join(path.read_text(encoding="utf-8", errors="replace").split())
-            rows[source] = rows.get(source, PictureDescription()).over(PictureDescription(prompt=prompt))
-            used.append(path.relative_to(folder).as_posix())
-    return PackDescription(pack, defaults, rows, faults, tuple(used))
+                faults[name] = str(error)
+    beside = dict(_prompts_beside(found.files))
+    prompts = {**dict(_listed_prompts(found.files)), **beside}
+    stated = _statements(found.files)
+    sizes = {name: row for rows_ in stated.values() for name, row in rows_.items()}
+    lists = [file.path for file in found.files if PurePosixPath(file.path).name in PROMPT_LISTS]
+    texts = [f"{picture.rpartition('.')[0]}.txt" for picture in beside]
+    return PackDescription(pack, defaults, rows, faults, prompts, sizes, (*used, *lists, *texts, *stated))
 
 
-def survey(folder: Path, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
-    """Look at every file under a folder; what is wrong with one does not touch the others."""
-    found: list[AcceptedPicture] = []
-    refusals: list[RejectedPicture] = []
-    ignored: list[str] = []
+def survey(found: SourceFiles, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
+    """Look at every file of a source; what is wrong with one does not touch the others."""
+    accepted: list[AcceptedPicture] = []
+    refusals = list(found.refused)
     by_bytes: dict[str, str] = {}
-    present: list[str] = []
-    for path in _files(folder):
-        source = path.relative_to(folder).as_posix()
-        if path.suffix.lower() not in SUFFIXES:
-            if source not in description.used:
-                ignored.append(source)
-            continue
-        present.append(source)
+    by_path = {file.path: file for file in found.files}
+    # Of two files of one map the one that can be read is taken.
+    shown = [file.path for suffixes in (SUFFIXES, _OTHER_SUFFIXES) for file in found.files if file.suffix in suffixes]
+    materials = [one for one in group_maps(shown) if _is_picture(one)]
+    for files in materials:
         try:
-            data = _bytes(path, folder)
-            digest = hashlib.sha256(data).hexdigest()
-            if digest in by_bytes:
-                raise rejection_error(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
-            by_bytes[digest] = source
-            fields = _picture_fields(source, description, options.flags)
-            found.append(AcceptedPicture(source, digest, fields, _prepared(data, digest, options.size_px, store)))
+            accepted.append(_accepted(files, by_path, by_bytes, description, options, store))
         except Rejected as error:
-            refusals.append(rejection_row(source, error))
-    for source in description.rows:
-        if source not in present:
-            refusals.append(
-                rejection_row(
-                    source, rejection_error(PictureRejection.MISSING, "is named in pack.yaml and is not there")
-                )
-            )
-    return PackSurvey(tuple(found), tuple(sorted(refusals, key=lambda r: r.source)), tuple(ignored))
+            refusals.append(rejection_row(_source(files), error))
+    present = {name for files in materials for name in (*files.maps.values(), slug(files.name))}
+    for name in (*description.rows, *description.faults):
+        if name not in present and slug(name) not in present:
+            missing = rejection_error(PictureRejection.MISSING, "is named in pack.yaml and is not there")
+            refusals.append(rejection_row(name, missing))
+    for name in sorted(set(description.prompts) - set(by_path)):
+        missing = rejection_error(PictureRejection.MISSING, "is named in a list of prompts and is not there")
+        refusals.append(rejection_row(name, missing))
+    read = {*description.used, *(path for files in materials for path in files.maps.values())}
+    ignored = tuple(file.path for file in found.files if file.path not in read)
+    return PackSurvey(tuple(accepted), tuple(sorted(refusals, key=lambda r: r.source)), ignored)
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    for path in sorted(folder.rglob("*")):
-        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if not hidden and (path.is_symlink() or not path.is_dir()):
-            yield path
+def _accepted(
+    files: MaterialFiles,
+    by_path: Mapping[str, SourceFile],
+    by_bytes: dict[str, str],
+    description: PackDescription,
+    options: PackOptions,
+    store: Store,
+) -> AcceptedPicture:
+    """A material that can be used. Raises Rejected."""
+    source = files.maps.get(MapRole.COLOR)
+    if source is None:
+        raise rejection_error(PictureRejection.NO_COLOR, f"{files.name} has {', '.join(files.maps)} and no colour")
+    data = by_path[source].read()
+    digest = hashlib.sha256(data).hexdigest()
+    if digest in by_bytes:
+        raise rejection_error(PictureRejection.DUPLICATE, f"holds the same bytes as {by_bytes[digest]}")
+    by_bytes[digest] = source
+    fields = _picture_fields(files, description, options.flags)
+    maps = {role: by_path[path] for role, path in files.maps.items() if role not in _NO_MAPS}
+    prepared = _prepared(data, digest, maps, options.size_px, store)
+    return AcceptedPicture(files.name, source, digest, _origins(prepared, maps), fields, prepared)
 
 
-def _bytes(path: Path, folder: Path) -> bytes:
-    try:
-        if not path.resolve(strict=True).is_relative_to(folder.resolve()):
-            raise rejection_error(PictureRejection.UNREADABLE, "is a link that leaves the folder")
-        if not path.is_file():
-            raise rejection_error(PictureRejection.UNREADABLE, "is no regular file")
-        if path.stat().st_size > MAX_FILE_BYTES:
-            raise rejection_error(PictureRejection.TOO_LARGE, f"has over {MAX_FILE_BYTES // 2**20} MiB")
-        return path.read_bytes()
-    except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
-        raise rejection_error(PictureRejection.UNREADABLE, f"cannot be read: {error}") from None
+def _source(files: MaterialFiles) -> str:
+    return files.maps.get(MapRole.COLOR, next(iter(files.maps.values())))
 
 
-def _picture_fields(source: str, description: PackDescription, flags: PictureDescription) -> PictureDescription:
-    """Merge the fields stated for a picture: its row, then the flags, then the defaults of the file."""
-    if source in description.faults:
-        raise rejection_error(PictureRejection.BAD_ROW, description.faults[source])
-    fields = description.rows.get(source, PictureDescription()).over(flags).over(description.defaults)
+def _is_picture(files: MaterialFiles) -> bool:
+    """False for a file of a format that is not read and is of no material."""
+    return len(files.maps) > 1 or PurePosixPath(_source(files)).suffix.lower() in SUFFIXES
+
+
+def _origins(prepared: PreparedPicture, maps: Mapping[MapRole, SourceFile]) -> dict[str, str]:
+    """The maps that a picture came with, and the file of each."""
+    roles = {
+        "normal": (MapRole.NORMAL_GL, MapRole.NORMAL_DX),
+        "roughness": (MapRole.ROUGHNESS, MapRole.PACKED),
+        "metalness": (MapRole.METALNESS, MapRole.PACKED),
+        "height": (MapRole.HEIGHT,),
+    }
+    return {name: next(maps[r].path for r in roles[name] if r in maps) for name in sorted(prepared.tile.maps)}
+
+
+def _picture_fields(
+    files: MaterialFiles, description: PackDescription, flags: PictureDescription
+) -> PictureDescription:
+    """Merge the fields stated for a picture: its row, the flags, the JSON of its library, the defaults of the file."""
+    source = files.maps[MapRole.COLOR]
+    keys = [key for key in (*description.rows, *description.faults) if key == source or slug(key) == slug(files.name)]
+    if keys and keys[0] in description.faults:
+        raise rejection_error(PictureRejection.BAD_ROW, description.faults[keys[0]])
+    row = description.rows[keys[0]] if keys else PictureDescription()
+    stated = description.sizes.get(slug(files.name), PictureDescription())
+    stated = PictureDescription(prompt=description.prompts.get(source)).over(stated)
+    fields = row.over(flags).over(stated).over(description.defaults)
     missing = [name for name in ("surface", "tile_m", "licence") if getattr(fields, name) is None]
     if missing:
         raise rejection_error(PictureRejection.NOT_DESCRIBED, f"nobody says its {', '.join(missing)}")
@@ -192,12 +241,106 @@ def _picture_fields(source: str, description: PackDescription, flags: PictureDes
     return fields
 
 
-def _prepared(data: bytes, digest: str, size_px: int, store: Store) -> PreparedPicture:
+def _prepared(
+    data: bytes, digest: str, maps: Mapping[MapRole, SourceFile], size_px: int, store: Store
+) -> PreparedPicture:
     """The tile, from the store or made now: a run that was cut off goes on where it was."""
-    key = digest_of("texture_pack", key_of(decode, tile, PreparedPicture), digest, size_px)
+    read: dict[MapRole, bytes] = {}
+    notes: list[str] = []
+    for role, file in maps.items():
+        try:
+            if file.suffix in _OTHER_SUFFIXES:
+                raise rejection_error(
+                    PictureRejection.NOT_A_PICTURE, f"is a {file.suffix} file, which is not read; get a PNG or JPEG"
+                )
+            read[role] = file.read()
+        except Rejected as error:
+            notes.append(_without(role, error))
+    digests = {role.value: hashlib.sha256(found).hexdigest() for role, found in sorted(read.items())}
+    key = digest_of("texture_pack", key_of(decode, tile, _given, PreparedPicture), digest, digests, size_px)
     if (kept := store.get(key)) is not None:
-        return PreparedPicture.from_json(kept)
+        found = PreparedPicture.from_json(kept)
+        return found.replace(notes=(*found.notes, *notes))
     decoded = decode(data)
-    prepared = PreparedPicture(tile=tile(decoded.pixels, size_px), prompt=decoded.prompt, notes=decoded.notes)
-    store.put(key, prepared.to_json().encode())
-    return prepared
+    small = scaled(decoded.pixels, size_px)
+    given, left_out = _given(read, small.shape[1] / small.shape[0], size_px)
+    made = PreparedPicture(tile=tile(small, size_px, given), prompt=decoded.prompt, notes=(*decoded.notes, *left_out))
+    store.put(key, made.to_json().encode())
+    return made.replace(notes=(*made.notes, *notes))
+
+
+def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[GivenMaps, tuple[str, ...]]:
+    """Maps by the bytes of their files, and notes on those that cannot be used.
+
+    Args:
+        aspect: width over height of the colour. size_px: longer side to which they are scaled down.
+    """
+    planes: dict[MapRole, Floats] = {}
+    notes: list[str] = []
+    for role, data in read.items():
+        try:
+            pixels = decode_map(data)
+            if abs(pixels.shape[1] / pixels.shape[0] / aspect - 1.0) > _SAME_ASPECT:
+                raise rejection_error(PictureRejection.TOO_LONG, "has another shape than the colour")
+            planes[role] = scaled(pixels, size_px)
+        except Rejected as error:
+            notes.append(_without(role, error))
+    normal = planes.get(MapRole.NORMAL_GL)
+    if normal is None and MapRole.NORMAL_DX in planes:  # green points down
+        normal = planes[MapRole.NORMAL_DX] * (1.0, -1.0, 1.0) + (0.0, 1.0, 0.0)
+    packed = planes.get(MapRole.PACKED)
+    single = {role: plane[..., :1] for role, plane in planes.items()}
+    given = GivenMaps(
+        normal=None if normal is None else normal.astype(np.float32),
+        roughness=single.get(MapRole.ROUGHNESS, None if packed is None else packed[..., 1:2]),
+        metalness=single.get(MapRole.METALNESS, None if packed is None else packed[..., 2:3]),
+        height=single.get(MapRole.HEIGHT),
+    )
+    return given, tuple(notes)
+
+
+def _without(role: MapRole, error: Rejected) -> str:
+    return f"its map of the {role.value.replace('_', ' ')} was left out: it {error.message}"
+
+
+def _listed_prompts(files: Sequence[SourceFile]) -> Iterator[tuple[str, str]]:
+    """Prompts of lists, by file. Raises CasaError."""
+    for file in files:
+        folder, name = file.path.rpartition("/")[::2]
+        if name in PROMPT_LISTS:
+            prefix = f"{folder}/" if folder else ""
+            inside = [one.path.removeprefix(prefix) for one in files if one.path.startswith(prefix)]
+            pictures = [path for path in inside if PurePosixPath(path).suffix.lower() in SUFFIXES]
+            text = _text(file)
+            try:
+                found = read_prompts(name, text, pictures)
+            except CasaError as error:
+                raise CasaError(f"{prefix}{error}") from None
+            yield from ((prefix + picture, prompt) for picture, prompt in found.items())
+
+
+def _prompts_beside(files: Sequence[SourceFile]) -> Iterator[tuple[str, str]]:
+    """Prompts of text files that are called as a picture, by that picture."""
+    pictures = {file.path.rpartition(".")[0]: file.path for file in files if file.suffix in SUFFIXES}
+    for file in files:
+        picture = pictures.get(file.path.rpartition(".")[0])
+        if file.suffix == ".txt" and picture is not None:
+            text = " ".join(_text(file).split())
+            if len(text) <= _MAX_PROMPT_BYTES:
+                yield picture, text
+
+
+def _statements(files: Sequence[SourceFile]) -> dict[str, Mapping[str, PictureDescription]]:
+    """Files of JSON that state sizes, each with these by slug of the material."""
+    jsons = [file for file in files if file.suffix == ".json" and PurePosixPath(file.path).name not in PROMPT_LISTS]
+    found = {file.path: read_sizes(file.path, _text(file)) for file in jsons if file.path not in MANIFESTS}
+    return {path: rows for path, rows in found.items() if rows}
+
+
+def _text(file: SourceFile) -> str:
+    """Content of a text file; empty where it cannot be read or is too long."""
+    try:
+        data = file.read()
+    except Rejected:
+        return ""
+    return data.decode("utf-8", errors="replace") if len(data) <= _MAX_LIST_BYTES else ""

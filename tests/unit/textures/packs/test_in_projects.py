@@ -17,10 +17,11 @@ from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline import doctor
 from casa_assets.pipeline.families.finishes import finishes, finishes_key
+from casa_assets.pipeline.kitchens import pack as scene_pack
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, resolve
 from casa_assets.pipeline.kitchens.sample import draw_recipes
 from casa_assets.pipeline.textures.check import check_one
-from casa_assets.pipeline.textures.packs import pictures as pack_pictures
+from casa_assets.pipeline.textures.packs import read as pack_files
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, origin_of, recipes
 from casa_assets.projects import use_project
@@ -154,8 +155,8 @@ def test_a_hundred_pictures_are_read_once_and_drawn(
         read.append(folder)
         return load_pack(folder)
 
-    load_pack = pack_pictures.load_pack
-    monkeypatch.setattr(pack_pictures, "load_pack", counted)
+    load_pack = pack_files.load_pack
+    monkeypatch.setattr(pack_files, "load_pack", counted)
     drawn = [dict(draw_surfaces(seed))[Surface.FLOOR] for seed in range(60)]
     assert 15 < sum(name.startswith("slates_no_") for name in drawn) < 45
     sampled = [dict(recipe.surfaces)[Surface.FLOOR] for recipe in draw_recipes(30, 7)]
@@ -203,6 +204,11 @@ def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path, cache: Path) 
     row = json.loads(run(*words, folder=ours).stdout.splitlines()[-1])
     checked = run("scenes", "check", row["id"], "--jobs", "1", "--no-pictures", "--json", folder=ours)
     assert json.loads(checked.stdout.splitlines()[-1])["verdict"] == "passed"
+    place = ours / "out" / "scenes" / row["id"]
+    credit = {"licence": "CC0-1.0", "author": "unknown", "generator": "unknown"}
+    told = json.loads((place / "scene.json").read_text(encoding="utf-8"))["textures"]
+    assert told == [{"id": "plaster_stone_00", **credit}, {"id": "slates_stone_01", **credit}]
+    assert "slates_stone_01" in scene_pack.members_of(place)["ATTRIBUTION.md"].decode()
     use_project(ours)
     try:
         kitchen = casa.kitchen("one_wall_small", "slated", surfaces={"wall": "plaster_stone_00"})

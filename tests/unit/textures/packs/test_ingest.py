@@ -18,9 +18,10 @@ from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.library.library import file_digests
 from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, ingest_pack
-from casa_assets.pipeline.textures.packs.pictures import load_finishes, load_pack
+from casa_assets.pipeline.textures.packs.pictures import load_finishes
+from casa_assets.pipeline.textures.packs.read import load_pack
 from casa_assets.textures.packs.decode import decode
-from casa_assets.textures.packs.derive import layers, tile
+from casa_assets.textures.packs.derive import GivenMaps, layers, tile
 from casa_assets.textures.packs.entry import PictureDescription
 from casa_assets.textures.packs.limits import MAX_SIDE_PX
 from casa_assets.textures.packs.naming import slug, unique_ids
@@ -116,11 +117,11 @@ def test_a_run_goes_on_where_it_was_cut_off(folder: Path, tmp_path: Path, monkey
     calls: list[int] = []
 
     @wraps(tile)  # what is kept has a key of the code of `tile`, whichever function counts its calls
-    def counted(image: npt.NDArray[np.float32], size_px: int) -> object:
+    def counted(image: npt.NDArray[np.float32], size_px: int, given: GivenMaps) -> object:
         calls.append(1)
         if len(calls) == 2:
             raise KeyboardInterrupt
-        return tile(image, size_px)
+        return tile(image, size_px, given)
 
     monkeypatch.setattr("casa_assets.pipeline.textures.packs.survey.tile", counted)
     with pytest.raises(KeyboardInterrupt):
@@ -168,7 +169,7 @@ def test_a_header_that_lies_is_not_unpacked(folder: Path, tmp_path: Path) -> Non
 def test_a_picture_that_cannot_be_fixed_is_refused(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("casa_assets.textures.packs.derive.repair", lambda image: image)
+    monkeypatch.setattr("casa_assets.textures.packs.derive.repair", lambda image, shown: image[..., :shown])
     refused = taken(folder, tmp_path / "lib").pack.refused
     assert {r.code for r in refused} == {PictureRejection.SEAM.value}
 
