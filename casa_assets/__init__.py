@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
     from casa_assets.pipeline.reports.entry import Entry
     from casa_assets.projects import use_project
+    from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
 
 __version__ = "0.1.0"
 __all__ = [
@@ -63,6 +64,9 @@ __all__ = [
     "Library",
     "cache_dir",
     "use_project",
+    "Plugin",
+    "Source",
+    "Exporter",
     "Kitchen",
     "Weight",
     "FixtureStates",
@@ -111,6 +115,7 @@ _SOURCES = {
     "MeshInput": "casa_assets.pipeline.ingest.in_memory",
     "cache_dir": "casa_assets.pipeline.cache.cache_folder",
     "use_project": "casa_assets.projects",
+    **dict.fromkeys(("Plugin", "Source", "Exporter"), "casa_assets.registry.plugins.plugin"),
     "to_trimesh": "casa_assets.geometry.mesh.trimesh_exchange",
 }
 

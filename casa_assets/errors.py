@@ -6,6 +6,7 @@ CasaError
 +-- Rejected           an input that a stage cannot accept: code, message
 |   +-- DegenerateShape   points that span no volume (code GEO001)
 +-- OutputError        the output folder cannot be used: path, message
++-- PluginFailure      code of a plug-in has failed: plug-in, message, trace
 +-- PlanConflict       a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
 
 BatchFault stands beside the tree: some items of a batch met a fault of the program, the others are done.
@@ -71,6 +72,18 @@ class DegenerateShape(Rejected):
 
     def __reduce__(self) -> tuple[type, tuple[str, str]]:
         return (type(self), (self.message, self.code))
+
+
+class PluginFailure(CasaError):
+    """Code of a plug-in has failed on one thing; the others go on.
+
+    Attributes:
+        plugin: its name. trace: where it failed, as Python prints it.
+    """
+
+    def __init__(self, plugin: str, message: str, trace: str) -> None:
+        self.plugin, self.trace = plugin, trace
+        super().__init__(f"plug-in {plugin}: {message}")
 
 
 class OutputError(CasaError):

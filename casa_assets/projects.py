@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from enum import StrEnum
 from functools import update_wrapper
 from pathlib import Path
 from typing import Any, Generic, ParamSpec, TypeVar
@@ -17,9 +18,19 @@ from casa_assets.errors import CasaError
 
 SETTINGS = "casa.yaml"
 VARIABLE = "CASA_ASSETS_PROJECT"
+PLUGINS = "CASA_ASSETS_PLUGINS"  # environment variable, with a value of PluginUse
 NO_PROJECT = "none"  # value of the variable, and of --project, that keeps one from being looked for
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+class PluginUse(StrEnum):
+    """Which plug-ins run: of installed packages and of trusted projects, those of the project in use too, or none."""
+
+    INSTALLED = "installed"
+    ALL = "all"
+    NONE = "none"
+
 
 # How often a project was chosen in this process: what was read before may not be what its files hold now.
 _chosen = [0]
@@ -44,16 +55,39 @@ def find_project(below: Path) -> Path | None:
     return next((folder for folder in (at, *at.parents) if (folder / SETTINGS).is_file()), None)
 
 
-def use_project(folder: Path | None) -> None:
+def use_project(folder: str | Path | None, *, plugins: bool = False) -> None:
     """Have this process, and those that it starts, use a project, or none. Its files are read again.
 
+    Args:
+        folder: with a `casa.yaml`. plugins: run the code in its `plugins/`, which can do whatever you can.
     Raises:
         CasaError: the folder has no `casa.yaml`.
     """
-    if folder is not None and not (folder / SETTINGS).is_file():
+    place = None if folder is None else Path(folder).absolute()
+    if place is not None and not (place / SETTINGS).is_file():
         raise CasaError(f"{folder}: is no project, it has no {SETTINGS}; write one with `casa-assets init {folder}`")
-    os.environ[VARIABLE] = NO_PROJECT if folder is None else str(folder.absolute())
+    os.environ[VARIABLE] = NO_PROJECT if place is None else str(place)
+    if plugins:
+        choose_plugins(PluginUse.ALL)
     _chosen[0] += 1
+
+
+def plugin_use() -> PluginUse:
+    """Which plug-ins run."""
+    named = os.environ.get(PLUGINS, "")
+    return PluginUse(named) if named in set(PluginUse) else PluginUse.INSTALLED
+
+
+def choose_plugins(use: PluginUse) -> None:
+    """Have this process, and those that it starts, run these plug-ins."""
+    os.environ[PLUGINS] = use.value
+    _chosen[0] += 1
+
+
+def user_settings() -> Path:
+    """The user's own configuration, which need not be there: `casa-assets/config.yaml` in XDG_CONFIG_HOME."""
+    home = os.environ.get("XDG_CONFIG_HOME", "")
+    return (Path(home) if home else Path.home() / ".config") / "casa-assets" / "config.yaml"
 
 
 def layers() -> tuple[Path, ...]:

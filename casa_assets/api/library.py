@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 from casa_assets.errors import CasaError, OutputError, Rejected, UnknownId
 from casa_assets.geometry.mesh.trimesh_exchange import MeshOrScene
-from casa_assets.ingest.sources.stores.address import StoreRoot, root_of
+from casa_assets.ingest.sources.stores.address import StoreRoot
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.ingest.source import Up
 from casa_assets.model.issue import Decision, Issue, Report, subjects_to_decide
@@ -21,6 +21,7 @@ from casa_assets.pipeline.dedup.search import SearchHit, search_by_words
 from casa_assets.pipeline.ingest.answers import FAILURE_CODES
 from casa_assets.pipeline.ingest.in_memory import MeshInput, UpAxis, ingest_mesh
 from casa_assets.pipeline.ingest.job import Event, first_error
+from casa_assets.pipeline.ingest.plugin_sources import roots_of
 from casa_assets.pipeline.ingest.run import Options
 from casa_assets.pipeline.ingest.run import ingest as run_ingest
 from casa_assets.pipeline.library import library as disk
@@ -203,8 +204,9 @@ class Library:
             UnknownId: no such category. OutputError: there is no such file, the library cannot be written to, or
             another run is writing to it. CasaError: this machine cannot make assets.
         """
-        paths, meshes = _sorted_inputs(inputs, name, up)
-        options = Options(self.path, category, jobs)
+        words, meshes = _sorted_inputs(inputs, name, up)
+        paths, refused = roots_of(words, self.path)
+        options = Options(self.path, category, jobs, refused=refused)
         _check_exist(paths)
         with closing(run_ingest(paths, options, meshes)) as running:
             for event in running:
@@ -238,13 +240,13 @@ def _refusal_report(folder: Path | None) -> Report | None:
 
 def _sorted_inputs(
     inputs: Sequence[Input | Sequence[Input]], name: str, up: UpAxis
-) -> tuple[list[Path | StoreRoot], list[MeshInput]]:
+) -> tuple[list[str | Path], list[MeshInput]]:
     """Paths and addresses, and meshes in memory under names that differ."""
-    paths: list[Path | StoreRoot] = []
+    paths: list[str | Path] = []
     meshes: list[MeshInput] = []
     for item in chain.from_iterable([item] if isinstance(item, Input) else item for item in inputs):
         if isinstance(item, str | Path):
-            paths.append(root_of(item) if isinstance(item, str) else item)
+            paths.append(item)
         elif isinstance(item, MeshInput):
             meshes.append(item)
         else:

@@ -45,12 +45,21 @@ def source(text: str) -> str:
     """A source as a user names it: a path that is there, or the address of a store. Raises typer.BadParameter."""
     from casa_assets.ingest.sources.stores.address import is_url
 
-    if not is_url(text):
+    if not is_url(text) and not _is_of_plugin(text):
         if not os.path.exists(text):  # noqa: PTH110
             raise typer.BadParameter(f"Path {text!r} does not exist.")
         if not os.access(text, os.R_OK):
             raise typer.BadParameter(f"Path {text!r} is not readable.")
     return text
+
+
+def _is_of_plugin(text: str) -> bool:
+    """True for an address whose scheme a plug-in has; what has no colon is told without looking for plug-ins."""
+    if ":" not in text:
+        return False
+    from casa_assets.pipeline.ingest.plugin_sources import is_of_plugin
+
+    return is_of_plugin(text)
 
 
 def more(help_: str, tail: str) -> str:

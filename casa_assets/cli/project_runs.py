@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from casa_assets.model.registry.project import Project
 
 # Verbs that serve a page or write a project are no part of making a registry.
+OF_ALL = ("project", "plugins")  # options that hold for all runs, and are given to `make`
 LEFT_OUT = ("make", "init", "view", "review")
 
 
@@ -57,7 +58,8 @@ def _commands(group: Any, before: str = "") -> Iterator[tuple[str, Any]]:
 
 def _words(command: Any, values: Mapping[str, Any], document: Document, at: KeyPath) -> Iterator[str]:
     """Options, then what stands behind them."""
-    parameters = {name: p for p in command.params if not p.hidden and p.name != "project" for name in _names(p)}
+    own = [p for p in command.params if not p.hidden and p.name not in OF_ALL]
+    parameters = {name: p for p in own for name in _names(p)}
     behind: list[str] = []
     for key, value in values.items():
         here = (*at, key)

@@ -1,4 +1,4 @@
-"""The class of every verb: finds the project to use, takes old names of options with a note, says how long it took."""
+"""The class of every verb: finds the project, takes old names of options with a note, says how long it took."""
 
 from __future__ import annotations
 
@@ -13,9 +13,20 @@ from typing import Annotated, Any, ClassVar
 import typer
 from typer.core import TyperCommand
 
-from casa_assets.projects import NO_PROJECT, SETTINGS, VARIABLE, find_project, use_project
+from casa_assets.projects import (
+    NO_PROJECT,
+    SETTINGS,
+    VARIABLE,
+    PluginUse,
+    choose_plugins,
+    find_project,
+    plugin_use,
+    project_folder,
+    use_project,
+)
 
 PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest above it; '{NO_PROJECT}': none."
+PLUGINS_HELP = "Run the code in plugins/ of the project; or none, not even of installed packages."
 UNTIL = "the old name goes away with the first release"
 
 
@@ -33,7 +44,7 @@ class Verb(TyperCommand):
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self.params.append(_project_option())
+        self.params += _options_of_all()
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words behind the verb, with old names replaced and told about on standard error."""
@@ -60,11 +71,12 @@ def verb(old_names: Mapping[str, str] | None = None, old_path: str = "", path: s
 
 
 @lru_cache(maxsize=1)
-def _project_option() -> Any:
-    """The option --project, made by Typer of a command that has no other."""
+def _options_of_all() -> tuple[Any, ...]:
+    """The options of every verb, made by Typer of a command that has no others."""
     single = typer.Typer(add_completion=False)
     single.command()(_with_project)
-    return next(p for p in typer.main.get_command(single).params if "--project" in p.opts)
+    named = {name: p for p in typer.main.get_command(single).params for name in p.opts}
+    return (named["--project"], named["--plugins"])
 
 
 def _on_project(ctx: typer.Context, named: str) -> None:
@@ -75,6 +87,21 @@ def _on_project(ctx: typer.Context, named: str) -> None:
         use_project(None if named == NO_PROJECT else Path(named))
     elif (found := find_project(Path())) is not None:
         use_project(found)
+
+
+def _on_plugins(ctx: typer.Context, wanted: bool | None) -> None:
+    """Have the plug-ins run that are asked for; say which of the project do not."""
+    if ctx.resilient_parsing:
+        return
+    if wanted is not None:
+        choose_plugins(PluginUse.ALL if wanted else PluginUse.NONE)
+    folder = project_folder()
+    if folder is not None and plugin_use() is PluginUse.INSTALLED and any((folder / "plugins").glob("*.py")):
+        from casa_assets.registry.plugins import ignored_files
+
+        if ignored_files():
+            message = f"the code in {folder / 'plugins'} does not run; add --plugins if you trust it"
+            typer.echo(f"note: {message}, or --no-plugins", err=True)
 
 
 def _with_project(
@@ -90,6 +117,16 @@ def _with_project(
             callback=_on_project,
         ),
     ] = "",
+    plugins: Annotated[
+        bool | None,
+        typer.Option(
+            "--plugins/--no-plugins",
+            help=PLUGINS_HELP,
+            show_default=False,
+            expose_value=False,
+            callback=_on_plugins,
+        ),
+    ] = None,
 ) -> None: ...
 
 

@@ -20,6 +20,7 @@ from casa_assets.model.record import Record
 from casa_assets.pipeline.optional_packages import extras, install_command, requirements
 from casa_assets.projects import project_folder
 from casa_assets.registry.load import load
+from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.project import load_project
 from casa_assets.registry.project_files import files_of
 
@@ -103,7 +104,25 @@ def findings(output: Path) -> tuple[Finding, ...]:
         loaded = pool.submit(_native)
         renderers = tuple((name, *future.result()) for name, future in drawn)
         native = loaded.result()
-    return (_python(), *_packages(), native, *_renderers(renderers), *_folder(output), _memory(), *_project())
+    machine = (_python(), *_packages(), native, *_renderers(renderers), *_folder(output), _memory())
+    return (*machine, *_project(), *_plugins())
+
+
+def _plugins() -> tuple[Finding, ...]:
+    """The plug-ins in use, and the code of the project that does not run."""
+    try:
+        found = [
+            Finding(subject=f"plug-in {one.plugin.name}", ok=True, message=f"{one.version}, {one.where}")
+            for one in load_plugins()
+        ]
+        left_out = ignored_files()
+    except CasaError as error:
+        return (Finding(subject="plug-ins", ok=False, message=str(error)),)
+    if left_out:
+        names = ", ".join(path.name for path in left_out)
+        message = f"{names} of the project do not run; --plugins lets them"
+        found.append(Finding(subject="plug-ins", ok=False, needed=False, message=message))
+    return tuple(found)
 
 
 def _project() -> tuple[Finding, ...]:

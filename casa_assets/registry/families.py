@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from casa_assets.errors import RegistryError, UnknownId
+from casa_assets.errors import CasaError, RegistryError, UnknownId
 from casa_assets.families.catalog import GROUPS, MODELS
 from casa_assets.families.family import AvailableFinishes, Family, Params
 from casa_assets.families.parametric_model import ParametricModel
@@ -21,8 +22,10 @@ from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.layered import names_in, read_table_file
+from casa_assets.registry.plugins.families import plugin_families
 
 FOLDER = "families"
+PLUGIN_GROUP = "plug-ins"  # of families that plug-ins add
 LOOKS = "looks.yaml"
 LOOK_RULES = "look_rules.yaml"
 
@@ -46,6 +49,12 @@ class FamilyFile(Record):
     presets: dict[Id, Any]
 
 
+class AddedPresets(Record):
+    """A file of a project about a family of a plug-in: preset -> what differs from the defaults."""
+
+    presets: dict[Id, Any]
+
+
 class LookRules(Record):
     """The rules of registry/look_rules.yaml: field -> the rule by which its value is drawn."""
 
@@ -54,8 +63,8 @@ class LookRules(Record):
 
 
 def family_names() -> tuple[str, ...]:
-    """Names of all families, group by group."""
-    return tuple(MODELS)
+    """Names of all families, group by group; those of plug-ins come last."""
+    return (*MODELS, *plugin_families())
 
 
 @read_once
@@ -66,24 +75,43 @@ def family(name: str) -> Family[Any]:
         UnknownId: there is none of that name; it names the nearest that do exist.
         RegistryError: registry/families/<name>.yaml does not say what the family's Params accept.
     """
-    if name not in MODELS:
-        raise UnknownId("family", name, MODELS)
-    return read_family(MODELS[name], read_table_file(f"{FOLDER}/{name}.yaml"))
+    if name in MODELS:
+        return read_family(MODELS[name], read_table_file(f"{FOLDER}/{name}.yaml"))
+    if name in plugin_families():
+        return _of_plugin(name)
+    raise UnknownId("family", name, family_names())
 
 
 def families() -> Mapping[str, Family[Any]]:
     """All families by name. Raises RegistryError, also where a file belongs to no family."""
     for name in names_in(FOLDER):
-        if name not in MODELS:
+        if name not in family_names():
             document = read_table_file(f"{FOLDER}/{name}.yaml")
-            expected = expected_one_of(tuple(MODELS), name)
+            expected = expected_one_of(family_names(), name)
             raise RegistryError(document.file, 1, "", expected, f"a file called {name!r}")
-    return MappingProxyType({name: family(name) for name in MODELS})
+    return MappingProxyType({name: family(name) for name in family_names()})
 
 
 def family_groups() -> Mapping[str, tuple[Family[Any], ...]]:
     """All families by their group, such as `cabinets` or `cooking`."""
-    return MappingProxyType({group: tuple(family(m.name) for m in models) for group, models in GROUPS.items()})
+    groups = {group: tuple(family(m.name) for m in models) for group, models in GROUPS.items()}
+    added = {PLUGIN_GROUP: tuple(map(family, plugin_families()))} if plugin_families() else {}
+    return MappingProxyType({**groups, **added})
+
+
+def _of_plugin(name: str) -> Family[Any]:
+    """A family that a plug-in adds, with the presets that a project states for it."""
+    plugin, made = plugin_families()[name]
+    known = load().fixtures
+    if made.category not in known:
+        expected = f"its category to be {expected_one_of(tuple(known), made.category)}; a row of fixtures.yaml"
+        raise CasaError(f"{plugin.where}: family {name}: expected {expected}, got {made.category!r}")
+    if name not in names_in(FOLDER):
+        return made
+    document = read_table_file(f"{FOLDER}/{name}.yaml")
+    rows = read_record(AddedPresets, document.value, document, ()).presets
+    added = {preset: read_record(made.params, row, document, ("presets", preset)) for preset, row in rows.items()}
+    return replace(made, presets=MappingProxyType({**made.presets, **added}))
 
 
 def read_family(model: ParametricModel[Any], document: Document) -> Family[Any]:

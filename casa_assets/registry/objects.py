@@ -11,7 +11,6 @@ from pydantic import Field
 
 from casa_assets.errors import UnknownId
 from casa_assets.families.family import Family, Params
-from casa_assets.families.objects import FORMS
 from casa_assets.families.sampling import read_fixed, read_sample_rules
 from casa_assets.model.record import Id, Record
 from casa_assets.model.registry.document import Document
@@ -19,6 +18,7 @@ from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.layered import names_in, read_table_file
+from casa_assets.registry.plugins.families import forms
 
 FOLDER = "objects"
 
@@ -83,9 +83,9 @@ def _read(name: str, document: Document) -> Family[Any]:
     if name not in categories:
         raise document.fault((name,), expected_one_of(tuple(categories), name), repr(name))
     row = read_record(ObjectRow, document.value[name], document, (name,))
-    if row.form not in FORMS:
-        raise document.fault((name, "form"), expected_one_of(tuple(FORMS), row.form), repr(row.form))
-    form = replace(FORMS[row.form], name=name)
+    if row.form not in forms():
+        raise document.fault((name, "form"), expected_one_of(tuple(forms()), row.form), repr(row.form))
+    form = replace(forms()[row.form], name=name)
     fixed = read_fixed(form.params, row.fixed, document, (name, "fixed"))
     rules = read_sample_rules(form.params, row.sample, document, (name, "sample"), fixed)
     family: Family[Params] = Family(

@@ -28,12 +28,13 @@ def test_page(page: str, tmp_path: Path, samples: Path, cache: Path) -> None:
     for block in blocks(page):
         if block.reason:
             continue
-        if block.language == "python":
+        if name := re.match(r"# (out/\S+\.(?:yaml|py))\n", block.code):
+            (place / name[1]).parent.mkdir(parents=True, exist_ok=True)
+            (place / name[1]).write_text(block.code, encoding="utf-8")  # a reader saves it there
+        elif block.language == "python":
             _python(block, place)
         elif block.language == "sh":
             _lines(block, place)
-        elif block.language == "yaml" and (name := re.match(r"# (out/\S+\.yaml)\n", block.code)):
-            (place / name[1]).write_text(block.code, encoding="utf-8")  # a reader saves it there
     assert {p.name for p in place.iterdir()} - before <= {"out", "script.py"}
     if page == "docs/howto/meshes/mesh.md":
         _stands_upright(place / "out" / "table.usda")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
+from casa_assets.checks.check import Check
 from casa_assets.checks.run import NO_WAIVERS, report_not_run, run
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.table.table import TABLE
@@ -13,17 +14,23 @@ LOADS = "SCN001"
 UNLOADED = "MuJoCo cannot read scene.xml (SCN001)"
 
 
-def run_scene(subject: SceneSubject, limits: Mapping[str, float], waived: Mapping[str, str] = NO_WAIVERS) -> Report:
+def run_scene(
+    subject: SceneSubject,
+    limits: Mapping[str, float],
+    waived: Mapping[str, str] = NO_WAIVERS,
+    table: Iterable[Check] = TABLE,
+) -> Report:
     """Report of every check of a scene and its file; where MuJoCo cannot read the file all but the first are not run.
 
     Args:
         subject: the scene, and the folder it was written to.
         limits: key to number, as registry/limits.yaml has it.
         waived: code -> reason of the checks that are not run on this scene.
+        table: rows, of which those of scenes are run.
     Raises:
         KeyError: a row names a limit that the registry does not have.
     """
-    rows = [row for row in TABLE if row.subject is SceneSubject]
+    rows = [row for row in table if row.subject is SceneSubject]
     name = subject.scene.id
     if not subject.loaded.error:
         return run(subject, name, limits, waived, rows)

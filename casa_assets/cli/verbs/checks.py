@@ -24,16 +24,16 @@ def checks(
     Example:  casa-assets checks --json
     """
     from casa_assets import registry
-    from casa_assets.checks.table.table import TABLE
     from casa_assets.pipeline.reports.checks_page import checks_markdown
+    from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 
     if as_markdown:
         typer.echo(checks_markdown(), nl=False)
         return
-    output, limits = Output(json_), registry.load().limits
+    output, limits = Output(json_), with_plugin_limits(registry.load().limits)
     about = "what is tested, and what to do"
     table = TextTable(("code", "title", "severity", "limit", about), sentences=("title", about))
-    for row in TABLE:
+    for row in check_table():
         value = limits[row.limit] if row.limit else None
         facts = {"title": row.title, "severity": row.severity.value, "limit": value, "unit": row.unit}
         output.row({"id": row.code, **facts, "about": row.describe(limits)})

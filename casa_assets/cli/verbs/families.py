@@ -53,6 +53,7 @@ def list_families(json_: AsJson = False) -> None:
     Example:  casa-assets families list
     """
     from casa_assets.registry.families import family_groups
+    from casa_assets.registry.plugins.families import plugin_families
     from casa_assets.registry.project import origin_of_row
 
     output = Output(json_)
@@ -60,7 +61,8 @@ def list_families(json_: AsJson = False) -> None:
     for group, members in family_groups().items():
         for member in members:
             presets = list(member.presets)
-            source = origin_of_row(f"families/{member.name}.yaml")
+            added = plugin_families().get(member.name)
+            source = f"plug-in {added[0].plugin.name}" if added else origin_of_row(f"families/{member.name}.yaml")
             output.row({"id": member.name, "group": group, "title": member.title, "presets": presets, "from": source})
             table.add_from(member.name, group, member.title, ", ".join(presets), source)
     if not json_:

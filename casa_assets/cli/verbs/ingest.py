@@ -151,25 +151,25 @@ def ingest(
     Exit 0 when all were accepted, 1 when some were rejected, 4 when none was rejected but a person has to decide about
     some (review.csv in the library), 2 on misuse.
     """
+    from casa_assets.pipeline.ingest.plugin_sources import roots_of
     from casa_assets.pipeline.ingest.run import Options
 
-    if explain and dry_run:
-        raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
     where = workers(engine, address, jobs)
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
     codes = _codes(again), _codes(only)
     options = Options(
         library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
-    options = replace(options, shard=_shard(shard))
+    roots, refused = roots_of(sources, library)
+    options = replace(options, shard=_shard(shard), refused=refused)
     output = Output(json_, quiet, verbose)
     _check_together(bool(store), bool(estimate), {"watch": watch, "explain": explain, "dry-run": dry_run}, bool(shard))
     if estimate:
-        _estimate(_roots(sources), options, estimate, cores or (), output)
+        _estimate(roots, options, estimate, cores or (), output)
     elif watch:
-        _watch(_roots(sources), options, output)
+        _watch(roots, options, output)
     else:
-        _ingest(_roots(sources), options, output, explain, store)
+        _ingest(roots, options, output, explain, store)
 
 
 ingest.__doc__ = f"{ingest.__doc__}\n{EXAMPLES}"
@@ -181,18 +181,13 @@ def _check_together(store: bool, estimate: bool, flags: Mapping[str, bool], shar
     Args:
         flags: --watch, --explain and --dry-run, by their names; true where they were given.
     """
+    if flags["explain"] and flags["dry-run"]:
+        raise typer.BadParameter("--dry-run keeps no guesses; name another --library and leave --dry-run out")
     if estimate and (store or shard or any(flags.values())):
         message = "goes with none of --watch, --explain, --dry-run, --shard and --store"
         raise typer.BadParameter(message, param_hint="--estimate")
     if store and (flags["watch"] or flags["dry-run"]):
         raise typer.BadParameter("goes with neither --watch nor --dry-run", param_hint="--store")
-
-
-def _roots(words: list[str]) -> list[Path | StoreRoot]:
-    """Paths and addresses that a user named."""
-    from casa_assets.ingest.sources.stores.address import root_of
-
-    return [root_of(word) for word in words]
 
 
 def _ingest(sources: list[Path | StoreRoot], options: Options, output: Output, explain: bool, store: str) -> None:

@@ -37,6 +37,7 @@ from typing import Any
 
 from casa_assets.projects import data_root, project_folder, read_once
 from casa_assets.registry.layered import stated_in
+from casa_assets.registry.plugins.load import load_plugins
 from casa_assets.registry.project_files import files_of
 
 PACKAGE = __name__.partition(".")[0]
@@ -44,6 +45,8 @@ PACKAGE = __name__.partition(".")[0]
 TEMPLATES = "templates"
 # What stands for the version of a package that is not installed.
 ABSENT = "absent"
+# What reaches this module runs the checks of plug-ins.
+CHECKS_OF_PLUGINS = f"{PACKAGE}.registry.plugins.checks"
 # The folder of a wheel that holds registry/.
 REGISTRY_INSIDE = "registry_data"
 # A function, class or module, or the name of one such as `casa_assets.pipeline.ingest.worker:work`; what is named is
@@ -146,7 +149,14 @@ def _key(addresses: tuple[tuple[str, str], ...]) -> str:
         [(name, _registry_digest(name)) for name in found.registry],
         [(name, _file_digest(_root() / name)) for name in found.data],
         found.versions,
+        # Which plug-ins there are stands in no module. Families and textures have the digests of theirs in their keys.
+        *(checks_of_plugins() if CHECKS_OF_PLUGINS in found.modules else ()),
     )
+
+
+def checks_of_plugins() -> tuple[str, ...]:
+    """Digests of the plug-ins that have checks; none where there are none, so that keys are what they were."""
+    return tuple(one.digest for one in load_plugins() if one.plugin.checks)
 
 
 @read_once

@@ -19,6 +19,7 @@ from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
 from casa_assets.families.catalog import MODELS
 from casa_assets.families.family import Family, Params, Supplies
+from casa_assets.families.kit.assemble import assemble
 from casa_assets.families.objects import FORMS
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
@@ -51,6 +52,8 @@ from casa_assets.preview.camera import View
 from casa_assets.projects import read_once
 from casa_assets.registry.families import family, family_names
 from casa_assets.registry.objects import object_family, object_names
+from casa_assets.registry.plugins import LoadedPlugin
+from casa_assets.registry.plugins.families import plugin_families, plugin_forms
 
 # The package that the code of all families is below.
 FAMILIES_PACKAGE = "casa_assets.families"
@@ -183,7 +186,14 @@ def asset_key(member_family: Family[Any], params: Params) -> str:
 
 @read_once
 def _code_key(name: str, form: str) -> str:
-    return key_of(*_modules(name, form))
+    owner = _plugin(name, form)
+    return key_of(*_modules(name, form)) if owner is None else digest_of("plug-in", owner.digest, key_of(assemble))
+
+
+def _plugin(name: str, form: str) -> LoadedPlugin | None:
+    """The plug-in that a family, or a form of objects, is of; None where it is of the package."""
+    owner = plugin_forms().get(form) if form else plugin_families().get(name)
+    return None if owner is None else owner[0]
 
 
 def _modules(name: str, form: str) -> tuple[ModuleType, ...]:
@@ -260,8 +270,11 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
 
 def _made_by(member_family: Family[Any], params: Params, drawn: bool) -> disk.MadeBy:
     """Producer, cache key and versions for the certificate of a member."""
-    modules = _modules(member_family.name, member_family.form)
-    versions = versions_of({"family": modules, **WRITING})
+    owner = _plugin(member_family.name, member_family.form)
+    if owner is None:
+        versions = versions_of({"family": _modules(member_family.name, member_family.form), **WRITING})
+    else:
+        versions = {**versions_of(WRITING), f"plugin:{owner.plugin.name}": owner.version}
     return disk.MadeBy(Producer.FAMILY, _entry_key(member_family, params, drawn), versions)
 
 

@@ -82,6 +82,7 @@ class Options:
             of two is the first is known once all inputs are there.
         not_after_ns: time in nanoseconds since 1970; an input of which a file has changed since may be half-written
             and is left as it is, for a later run. None: none is.
+        refused: inputs that are rejected without being looked for, beside those under the roots.
     """
 
     library: Path
@@ -99,6 +100,7 @@ class Options:
     sample: int = 0
     not_after_ns: int | None = None
     shard: Shard | None = None
+    refused: tuple[Refused, ...] = ()
 
     @property
     def keeps_copies(self) -> bool:
@@ -194,7 +196,8 @@ def ingest(
         clip.require_weights(options.weights)
     for category in {options.category, *(mesh.category for mesh in meshes)} - {""}:
         known.category(category)
-    inputs = discover_inputs(roots, options.library, others, options.not_after_ns)
+    discovered = discover_inputs(roots, options.library, others, options.not_after_ns)
+    inputs: Iterator[Found | Refused] = chain(options.refused, discovered)
     first = next(inputs, None)
     if first is None and not meshes:
         return

@@ -11,7 +11,7 @@ from pathlib import Path
 from casa_assets import registry
 from casa_assets.checks.package import usd
 from casa_assets.checks.run import load_table
-from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected
+from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.load.dispatch import warm as warm_readers
 from casa_assets.ingest.sources.bundle import collect
@@ -28,6 +28,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.run_times import Cost
+from casa_assets.pipeline.workers.batch import keep_trace
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
 
@@ -101,6 +102,11 @@ def _work(job: Job) -> Outcome:
         with times.of("certify"):
             certify(asset, report, staged, made_by)
         return Outcome(True, warnings=report.issues, staged=staged, seconds=times.seconds)
+    except PluginFailure as error:
+        told = Rejected("RUN009", f"{error}; the trace: {keep_trace(error, library)}")
+        return Outcome(
+            False, told.code, told.message, staged=stage_refusal(library, job, told, report), seconds=times.seconds
+        )
     except Rejected as error:
         picture = None if bundle is None else _picture(bundle, staged, job.limits)
         refused = stage_refusal(library, job, error, report, picture)

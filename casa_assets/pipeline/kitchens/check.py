@@ -59,6 +59,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.preview import kitchen as room
+from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 
 FLOOR_MAP = "floor_map.png"
 # Enough to tell whether a camera shows something, by its shares of black and white pixels.
@@ -157,11 +158,11 @@ def run_checks_on_scene(
         subject of the design checks, from which a map of the floor can be drawn.
     """
     begin, records = time.perf_counter(), registry.load()
-    limits, waived = records.limits, records.waived(scene.id)
+    limits, waived, table = with_plugin_limits(records.limits), records.waived(scene.id), check_table()
     subject, design = SceneSubject(scene, folder), DesignSubject(facts_of(kitchen, scene))
-    report = run_scene(subject, limits, waived)
+    report = run_scene(subject, limits, waived, table)
     for part in (SceneFiles(subject), design):
-        report += run(part, scene.id, limits, waived)
+        report += run(part, scene.id, limits, waived, table)
     measured: dict[str, Any] = {
         "grade": grade(design).model_dump(mode="json"),
         "tasks": [t.model_dump(mode="json") for t in design.tasks],
@@ -171,13 +172,13 @@ def run_checks_on_scene(
         load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)
         speed = MeasuredSpeed(load_s * 1000.0, steps_per_s, timestep_s)
         for measurable in (speed, _views(subject.loaded.model, folder)):
-            report += run(measurable, scene.id, limits, waived)
+            report += run(measurable, scene.id, limits, waived, table)
         duration = {"check_s": round(time.perf_counter() - begin, 1)}
         measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | duration}
     else:
         report += report_not_run((MeasuredSpeed, PreviewImages), scene.id, limits, UNLOADED, waived)
     if (folder / START_STATES).is_file():
-        report += run(StatesSubject(read_states(folder), Stage(folder)), scene.id, limits, waived)
+        report += run(StatesSubject(read_states(folder), Stage(folder)), scene.id, limits, waived, table)
     ordered = sorted(report.results, key=lambda r: r.code)
     return report.replace(results=tuple(ordered)), measured, design
 

@@ -29,6 +29,7 @@ from casa_assets.pipeline.dedup.signature import signature
 from casa_assets.pipeline.library import library as disk
 from casa_assets.preview.camera import View
 from casa_assets.preview.still import render
+from casa_assets.registry.plugins.checks import check_table, checks_versions, with_plugin_limits
 
 PREVIEW_PX = 512
 THUMBNAIL_PX = 256
@@ -88,11 +89,11 @@ def check_package(
         notes: issues that are known already; they come first in the report.
     """
     records = registry.load()
-    waived = records.waived(asset.id)
+    waived, limits = records.waived(asset.id), with_plugin_limits(records.limits)
     package = Package(asset, category or category_of(asset), folder, records.contracts.get(asset.contract or ""))
     report = Report(subject=asset.id, issues=notes)
     for subject in (asset, package):
-        report = report + run_checks(subject, asset.id, records.limits, waived)
+        report = report + run_checks(subject, asset.id, limits, waived, check_table())
     return report
 
 
@@ -119,7 +120,7 @@ def certificate(asset: Asset, report: Report, folder: Path, made_by: disk.MadeBy
         asset_digest=asset.digest,
         producer=made_by.producer,
         cache_key=made_by.cache_key,
-        versions=made_by.versions,
+        versions={**made_by.versions, **checks_versions()},
         report=report,
         summary=disk.Summary(
             extents=(x, y, z),

@@ -6,7 +6,6 @@ What is painted is kept in the cache; the files of a picture are read where they
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -31,12 +30,12 @@ from casa_assets.pipeline.textures.packs.pictures import (
 from casa_assets.pipeline.textures.packs.read import PACK, packs_of
 from casa_assets.projects import project_folder, read_once
 from casa_assets.registry.layered import names_in, read_table_file
+from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
 from casa_assets.registry.project import load_project, origin_of_row
 from casa_assets.textures import kinds
 from casa_assets.textures.canvas import Layers
 from casa_assets.textures.finish import finish
-from casa_assets.textures.kinds import KINDS
-from casa_assets.textures.make import SIZE_PX, kind_of, make, paint
+from casa_assets.textures.make import SIZE_PX, kind_of, paint
 from casa_assets.textures.packs.entry import Pack
 
 FOLDER = "textures"  # of the registry, and within a cache
@@ -127,9 +126,10 @@ def _known(root: Path | None) -> registry.Registry:
 def _recipe(document: Document, name: str, stated: Any, surface: Surface | None) -> TextureRecipe:
     """A checked row; its params are those of its kind, with everything spelled out."""
     row = dict(stated) if isinstance(stated, dict) else {}
-    kind = KINDS.get(str(row.get("kind")))
+    known = texture_kinds()
+    kind = known.get(str(row.get("kind")))
     if kind is None:
-        raise document.fault((name, "kind"), f"one of {', '.join(sorted(KINDS))}", repr(row.get("kind")))
+        raise document.fault((name, "kind"), f"one of {', '.join(sorted(known))}", repr(row.get("kind")))
     params = registry.read_record(kind.params, row.pop("params", {}), document, (name, "params"))
     row["params"] = params.to_json()
     return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)
@@ -184,10 +184,12 @@ def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
     return digest_of("texture", _code_key(recipe.kind), recipe.digest, substance.digest, size_px)
 
 
-@cache
+@read_once
 def _code_key(kind: str) -> str:
     if kind == KIND:
         return key_of(finish_of_picture)
+    if kind in plugin_kinds():
+        return digest_of("plug-in", plugin_kinds()[kind][0].digest, key_of(paint, finish))
     return key_of(*modules_holding(kind_of(kind), kinds.__name__), paint, finish)
 
 
@@ -208,7 +210,7 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) ->
     kept = store.get(key)
     if kept is not None:
         return Finish.from_json(kept)
-    made = finish(recipe.id, recipe.tile_m, make(recipe, size_px), substance)
+    made = finish(recipe.id, recipe.tile_m, paint(texture_kinds()[recipe.kind], recipe, size_px), substance)
     if recipe.surface is None:  # it covers a whole thing and does not repeat
         made = made.replace(material=made.material.replace(tile_m=None))
     store.put(key, made.to_json().encode())

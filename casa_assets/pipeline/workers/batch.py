@@ -7,13 +7,14 @@ program, of the machine, or of the user's request, and these are told apart here
 from __future__ import annotations
 
 import gc
+import hashlib
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 from casa_assets import registry
-from casa_assets.errors import CasaError, OutputError
+from casa_assets.errors import CasaError, OutputError, PluginFailure
 from casa_assets.pipeline.ingest.job import RunAborted, writing
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.workers.engine import Workers, open_engine
@@ -25,6 +26,7 @@ T = TypeVar("T")
 
 # Processor seconds after which a job does not end by itself; the slowest known takes three minutes.
 CPU_S = 7200.0
+TRACES = "traces"  # folder in the cache of a library
 # Errors of the machine, which every other item of a batch would meet too.
 ABORTS = (OutputError, NoRenderer, MemoryError)
 
@@ -84,7 +86,18 @@ def attempt(make: Callable[[], T], failed: Callable[[str, bool], T], root: Path)
             return make()
     except ABORTS:
         raise
+    except PluginFailure as error:
+        return failed(f"{error}; the trace: {keep_trace(error, Library(root))}", False)
     except CasaError as error:
         return failed(str(error), False)
     except Exception:  # noqa: BLE001  the other items go on; the trace is reported and the run ends with exit 3
         return failed(traceback.format_exc(limit=-4), True)
+
+
+def keep_trace(error: PluginFailure, library: Library) -> Path:
+    """Write where code of a plug-in has failed into a file of a library, called after its text; the file."""
+    folder = library.cache / TRACES
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{error.plugin}_{hashlib.sha256(error.trace.encode()).hexdigest()[:10]}.txt"
+    path.write_text(error.trace, encoding="utf-8")
+    return path

@@ -60,6 +60,9 @@ kept: casa.Asset = library.get(hits[0].id)
 print(len(library), library.folder("mug_0"), "mug_0" in library)
 cache: Path = casa.cache_dir()
 casa.use_project(None)
+plugin: casa.Plugin = casa.Plugin("ours", "1.0")
+sources: tuple[casa.Source, ...] = plugin.sources
+exporters: tuple[casa.Exporter, ...] = plugin.exporters
 version: str = casa.__version__
 try:
     casa.kitchen("galley", "rustik")

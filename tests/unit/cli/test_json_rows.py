@@ -21,8 +21,9 @@ from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.project.starter import write_starter
 from casa_assets.preview.kitchen import PictureSettings
-from casa_assets.projects import NO_PROJECT, VARIABLE, data_root
+from casa_assets.projects import NO_PROJECT, PLUGINS, VARIABLE, data_root
 from tests.architecture.test_commands import SERVERS, VERBS
+from tests.plugin_code import PLUGIN
 
 KITCHEN = "one_wall_small__coastal"
 # What a row says at least, by what its verb does.
@@ -88,6 +89,7 @@ CASES = [
     Case("schemas", NAMED),
     Case("schemas behavior", NAMED),
     Case("init {new}", MADE),
+    Case("export plugin blocks {library} --out {new} --project {project} --plugins", MADE, measured=True),
     Case("make --project {project} --dry-run", JUDGED),
 ]
 
@@ -107,8 +109,11 @@ def places(
     Image.fromarray(np.repeat(stripes.astype(np.uint8)[..., None], 3, axis=2)).save(tiles / "stripes.png")
     asset = next(Library(library).accepted())
     monkeypatch.setenv(VARIABLE, NO_PROJECT)  # a verb that uses a project sets it; it is as it was after the test
+    monkeypatch.setenv(PLUGINS, "")
     project = tmp_path / "project"
     write_starter(project)
+    (project / "plugins").mkdir()
+    (project / "plugins" / "testing.py").write_text(PLUGIN, encoding="utf-8")
     found = {"meshes": boxes / "in", "library": library, "outputs": tmp_path / "outputs", "scenes": scenes}
     return {
         **found,

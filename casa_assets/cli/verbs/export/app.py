@@ -6,6 +6,7 @@ import typer
 
 from casa_assets.cli.verb import Verb, verb
 from casa_assets.cli.verbs.export.glb import glb
+from casa_assets.cli.verbs.export.plugin import plugin
 from casa_assets.cli.verbs.export.robocasa import robocasa
 from casa_assets.cli.verbs.export.urdf import urdf
 
@@ -22,3 +23,4 @@ def common() -> None:
 app.command(cls=Verb)(glb)
 app.command(cls=verb({"--objects": "--library"}))(robocasa)
 app.command(cls=Verb)(urdf)
+app.command(cls=Verb)(plugin)

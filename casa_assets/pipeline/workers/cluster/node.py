@@ -22,7 +22,16 @@ from casa_assets.pipeline.optional_packages import requirements
 from casa_assets.pipeline.workers.free_disk import full_disk
 from casa_assets.pipeline.workers.limits import Limits
 from casa_assets.pipeline.workers.pool import Pool
-from casa_assets.projects import data_root, project_folder, read_once, use_project
+from casa_assets.projects import (
+    PluginUse,
+    choose_plugins,
+    data_root,
+    plugin_use,
+    project_folder,
+    read_once,
+    use_project,
+)
+from casa_assets.registry.plugins.load import load_plugins
 from casa_assets.registry.project_files import files_of
 
 # Seconds that a new file may take to be seen through a shared disk; NFS keeps what it knows of a folder for up to 60 s,
@@ -42,6 +51,7 @@ class Order:
         marker: file that the run has written on the shared disk.
         version: of the code of the run, see `version`.
         project: folder of the project in use, on the shared disk; None where there is none.
+        plugins: which plug-ins run.
     """
 
     function: str
@@ -52,6 +62,7 @@ class Order:
     marker: Path
     version: str
     project: Path | None = None
+    plugins: PluginUse = PluginUse.INSTALLED
 
 
 @dataclass(frozen=True)
@@ -93,6 +104,8 @@ def version() -> str:
     roots = {root: sorted(root.rglob("*")) for root in (PACKAGE, data_root())}
     if (project := project_folder()) is not None:
         roots[project] = list(files_of(project))
+    for one in load_plugins():
+        digest.update(f"{one.plugin.name} {one.digest}\0".encode())
     for root, paths in roots.items():
         for path in paths:
             if path.is_file() and "__pycache__" not in path.parts:
@@ -133,9 +146,10 @@ def _node_id() -> str:
 
 
 def _unfit(order: Order) -> str:
-    if order.project != project_folder():
+    if (order.project, order.plugins) != (project_folder(), plugin_use()):
         try:
             use_project(order.project)
+            choose_plugins(order.plugins)
         except CasaError as error:
             return f"does not see the project of the run: {error}"
     if order.version != version():

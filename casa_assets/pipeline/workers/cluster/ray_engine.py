@@ -29,7 +29,7 @@ from casa_assets.errors import CasaError
 from casa_assets.pipeline.workers.cluster import node
 from casa_assets.pipeline.workers.engine import RayCluster, waiting_jobs
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
-from casa_assets.projects import project_folder
+from casa_assets.projects import plugin_use, project_folder
 
 LOG = logging.getLogger(__name__)
 
@@ -165,8 +165,8 @@ class RayEngine:
         self._marker.parent.mkdir(parents=True, exist_ok=True)
         self._marker.touch()
         warm = tuple(self._warm)
-        limits, version, project = self._limits, node.version(), project_folder()
-        return node.Order(function, warm, limits, self._least_bytes, Path.cwd(), self._marker, version, project)
+        version, uses = node.version(), (project_folder(), plugin_use())
+        return node.Order(function, warm, self._limits, self._least_bytes, Path.cwd(), self._marker, version, *uses)
 
     def _answer(self, reference: Any, number: int, queue: _Queue, memory: int) -> tuple[Any] | None:
         """The answer of a job that has ended; None where it is put back into the queue. Raises CasaError."""

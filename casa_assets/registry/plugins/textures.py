@@ -1,0 +1,31 @@
+"""Kinds of textures that plug-ins add."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from casa_assets.projects import read_once
+from casa_assets.registry.plugins.guard import guarded
+from casa_assets.registry.plugins.load import LoadedPlugin, load_plugins, refuse_taken
+from casa_assets.textures.kind import TextureKind
+from casa_assets.textures.kinds import KINDS
+
+
+@read_once
+def plugin_kinds() -> Mapping[str, tuple[LoadedPlugin, TextureKind]]:
+    """Kinds of plug-ins by name, each with its plug-in. Raises CasaError where a name is taken."""
+    found: dict[str, tuple[LoadedPlugin, TextureKind]] = {}
+    for one in load_plugins():
+        for kind in one.plugin.texture_kinds:
+            if kind.name in KINDS:
+                refuse_taken(one, "texture kind", kind.name)
+            found[kind.name] = one, replace(kind, paint=guarded(one, f"texture kind {kind.name}", kind.paint))
+    return MappingProxyType(found)
+
+
+@read_once
+def texture_kinds() -> Mapping[str, TextureKind]:
+    """Kinds by name, those of the package first."""
+    return MappingProxyType({**KINDS, **{name: kind for name, (_, kind) in plugin_kinds().items()}})
