@@ -166,9 +166,13 @@ def picture_px(recipe: TextureRecipe) -> int:
     return SKIN_PX if recipe.surface is None else SIZE_PX
 
 
+def _painted(recipe: TextureRecipe, size_px: int) -> Layers:
+    return paint(texture_kinds()[recipe.kind], recipe, size_px)
+
+
 def layers_of(recipe: TextureRecipe, size_px: int) -> Layers:
     """What is painted of a recipe, or the picture of a pack, with at most `size_px` pixels on the longer side."""
-    return layers_of_picture(recipe, size_px) if recipe.kind == KIND else make(recipe, size_px)
+    return layers_of_picture(recipe, size_px) if recipe.kind == KIND else _painted(recipe, size_px)
 
 
 def finish_key(recipe: TextureRecipe, size_px: int | None = None) -> str:
@@ -210,7 +214,7 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) ->
     kept = store.get(key)
     if kept is not None:
         return Finish.from_json(kept)
-    made = finish(recipe.id, recipe.tile_m, paint(texture_kinds()[recipe.kind], recipe, size_px), substance)
+    made = finish(recipe.id, recipe.tile_m, _painted(recipe, size_px), substance)
     if recipe.surface is None:  # it covers a whole thing and does not repeat
         made = made.replace(material=made.material.replace(tile_m=None))
     store.put(key, made.to_json().encode())
