@@ -76,10 +76,51 @@ def check_plan(
 def _print(found: PlanCheck, file: Path, output: Output) -> None:
     for told in found.faults:
         pointer = ".".join(map(str, told.fault.pointer)) or "(top)"
-        output.wrong(f"{file}:{told.line}: {pointer}: expected {told.fault.expected}, got {told.fault.got}")
+        output.wrong(f"{told.file}:{told.line}: {pointer}: expected {told.fault.expected}, got {told.fault.got}")
         output.wrong(f"    mend: {told.fault.mend.sentence if told.fault.mend else 'none is near'}")
     if found.fits:
         output.line(f"{file}: fits")
         return
     after = "with these mends it fits" if found.mended else "what has no mend has to be written anew"
     output.wrong(f"{pluralize(len(found.faults), 'fault')}; {after}")
+
+
+def fit(
+    file: PlanFile,
+    width: Annotated[float, typer.Option(help="Of the room, along its back wall, metres.", min=1.5, max=20)],
+    depth: Annotated[
+        float, typer.Option(help="Of the room, from its back wall to its front, metres.", min=1.5, max=20)
+    ],
+    style: TriedStyle = STYLE,
+    out: OutFile = None,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Fit a plan to a room of another size: move walls and openings, then narrow or take out what does not fit.
+
+    Shelves, fillers and doors go before drawers; sink, cooker and refrigerator stay. Prints each change, and the plan
+    where no --out names a file. Exit 0 when the plan fits, 1 when none does; the least size that would is printed.
+
+    Example:  casa-assets scenes fit plans/studio.yaml --width 4.2 --depth 3.1 --out plans/studio_small.yaml
+    """
+    from casa_assets.pipeline.plans.files import read_plan_text, write_new
+    from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan
+    from casa_assets.registry.kitchens import load_style
+
+    output = Output(json_, quiet, verbose)
+    row = {"id": file.stem, "file": str(file), "style": style, "width": width, "depth": depth}
+    try:
+        fitted = fit_plan(read_plan_text(file), str(file), load_style(style)[0], width, depth)
+    except DoesNotFit as error:
+        output.row({**row, "verdict": "refused", "reason": error.reason, "least": error.least})
+        output.wrong(str(error))
+        raise typer.Exit(1) from None
+    output.row({**row, "verdict": "fits", "changes": fitted.changes, "plan": fitted.text})
+    for change in () if json_ else fitted.changes:
+        output.line(f"# {change}")
+    if out is not None:
+        write_new(out, fitted.text)
+        output.line(f"{out}: {pluralize(len(fitted.changes), 'change')}")
+    elif not json_:
+        typer.echo(fitted.text, nl=False)

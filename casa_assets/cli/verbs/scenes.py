@@ -40,7 +40,7 @@ from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
 from casa_assets.cli.verbs.pack import pack
-from casa_assets.cli.verbs.plans import check_plan
+from casa_assets.cli.verbs.plans import check_plan, fit
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
@@ -385,6 +385,7 @@ def diff(
 
 app.command(cls=verb({"--scenes": "--scenes-folder"}))(pack)
 app.command("check-plan", cls=Verb)(check_plan)
+app.command(cls=Verb)(fit)
 
 
 @app.command("new", cls=Verb)

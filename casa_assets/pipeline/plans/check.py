@@ -28,7 +28,7 @@ from casa_assets.pipeline.plans.values import value_faults
 from casa_assets.pipeline.plans.walls import wall_faults
 from casa_assets.pipeline.plans.words import spelt
 from casa_assets.pipeline.plans.written import row_at
-from casa_assets.registry.edit import EditKind, block_text, edited, edited_value
+from casa_assets.registry.edit import Edit, EditKind, block_text, edited, edited_value
 from casa_assets.registry.kitchens import LIKE, laid_over_like
 from casa_assets.registry.read import parse_document
 
@@ -37,9 +37,15 @@ MAX_ROUNDS = 60
 
 @dataclass(frozen=True)
 class ToldFault:
-    """A fault with the line of the file that was given, counted from 1; lines of what mends add are those before it."""
+    """A fault and where it is: of what a mend has added, where that was added.
+
+    Attributes:
+        file: the one that was given, or that of the plan which it is like. line: of it, counted from 1.
+        old: what stands where the edits of its mend are made.
+    """
 
     fault: Fault
+    file: str
     line: int
     old: tuple[Any, ...] = ()
 
@@ -48,6 +54,7 @@ class ToldFault:
         """As JSON has it."""
         mend = self.fault.mend
         return {
+            "file": self.file,
             "line": self.line,
             "pointer": list(self.fault.pointer),
             "expected": self.fault.expected,
@@ -199,7 +206,7 @@ def _mended(text: str, file: str, faults: list[Fault]) -> tuple[str, list[Fault]
             continue
         after = text
         for edit in mend.edits:
-            after = _edited(after, file, edit)
+            after = edited_text(after, file, edit)
         if after != text:
             text = after
             made.append(fault)
@@ -217,7 +224,7 @@ def _waits(pointer: KeyPath, touched: list[tuple[KeyPath, bool]]) -> bool:
     return False
 
 
-def _edited(text: str, file: str, edit: Any) -> str:
+def edited_text(text: str, file: str, edit: Edit) -> str:
     """The text with an edit; of a plan that is like another, what that one states is copied to where it changes."""
     try:
         return edited(text, edit)
@@ -248,11 +255,12 @@ def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
             at = at[:-1]
         line = line or document.lines.get(at, 1)
         old = tuple(value_at(document.value, e.pointer) for e in fault.mend.edits) if fault.mend else ()
-        if document.files.get(at):
-            return ToldFault(fault, line, old)
+        if document.files.get(at, file) != file:
+            return ToldFault(fault, document.files[at], line, old)
     if fault.mend and len(old) != len(fault.mend.edits):
         old = (None,) * len(fault.mend.edits)
-    return ToldFault(fault, line if first == now else _first_line(first, now, line), old)
+    line = line if first == now else _first_line(first, now, line)
+    return ToldFault(fault, file, min(line, max(len(first.splitlines()), 1)), old)
 
 
 def _first_line(first: str, now: str, line: int) -> int:

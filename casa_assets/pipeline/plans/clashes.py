@@ -289,11 +289,22 @@ def _overlap(raw: Any, kitchen: KitchenRequest, name: str, other: str, boxes: di
 
 
 def _side_by_side(raw: Any, kitchen: KitchenRequest, one: RunLine, two: RunLine) -> Mend:
-    """Two runs at one wall: each has the half on its side."""
+    """Two runs at one wall: the second goes to a wall that has none; else each has the half on its side, or it goes."""
+    at = row_at(raw, "runs", one.id)
+    used = {run.on for run in kitchen.plan.runs}
+    free = next((w.id for w in kitchen.room.walls if w.id not in used and not w.open), None)
+    if free is not None:
+        return Mend(f"Write `on: {free}` for {one.id}.", (key_edit(raw, at, "on", free),))
     length = next(w for w in kitchen.room.walls if w.id == one.run.on).length
+    models = StyleModels(kitchen.style, PresetSizes())
+    least = [sum(standard_sizes.base_span(u, models).minimum for u in line.run.base) for line in (one, two)]
     half = round(length / 2, 2)
-    a, b = row_at(raw, "runs", two.id), row_at(raw, "runs", one.id)
-    edits = (key_edit(raw, a, "end", round(length - half, 2)), key_edit(raw, b, "start", half))
+    if max(least) > half:
+        return without_run(raw, kitchen, one.id)
+    edits = (
+        key_edit(raw, row_at(raw, "runs", two.id), "end", round(length - half, 2)),
+        key_edit(raw, at, "start", half),
+    )
     return Mend(f"Let {two.id} end, and {one.id} begin, in the middle of the wall.", edits)
 
 
@@ -393,6 +404,9 @@ def _gap_over(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend | None:
         return None
     slots = {s.name: s for s in kitchen.slots[run.id]}
     middle = slots[str(over)].middle
+    reach = (hole.right - hole.left) / 2 + 0.1
+    if any(s.kind is UpperKind.HOOD and s.left < middle + reach and s.right > middle - reach for s in slots.values()):
+        return None
     before = [k for k, u in enumerate(run.upper) if u.id in slots and slots[u.id].middle < middle]
     at = (*row_at(raw, "runs", run.id), "upper", (max(before) + 1) if before else 0)
     unit = {"gap": {"over": over, "width": round(hole.right - hole.left + 0.2, 2)}}

@@ -11,13 +11,13 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.place import place_runs
 from casa_assets.layouts.plan.room import Room, build_room
 from casa_assets.layouts.plan.rows import WidthRange, share_widths
-from casa_assets.layouts.plan.runs import RunLine, base_slots
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening, Run
-from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.kitchen.units import BaseKind, UpperUnit
 from casa_assets.pipeline.plans.fault import Mend, removed, replaced
 from casa_assets.pipeline.plans.rows import LEAST_ADDED, RowChange, shrunk, widened
-from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit
+from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit, without_width
 from casa_assets.registry.edit import Edit, flow_text
 
 FROM_END_M = 0.05  # what has to remain of a wall beside an opening
@@ -43,6 +43,15 @@ def mend_of(
     return None
 
 
+def _lines(plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
+    """All runs in the room, whether or not their units fit: islands before the middle of a run, not before a unit."""
+    runs = [
+        run.replace(faces=run.faces.replace(in_front_of=None)) if run.faces and run.faces.in_front_of else run
+        for run in plan.runs
+    ]
+    return place_runs(plan.replace(runs=tuple(runs)), build_room(plan, lengths), lengths, models)
+
+
 def row_edits(raw: Any, run: str, row: str, changes: Sequence[RowChange]) -> tuple[Edit, ...]:
     """The edits of changes of a row: widths first, then what is taken out, from the right."""
     widths = [unit_edit(raw, unit_at(raw, run, row, c.index), "width", list(c.width)) for c in changes if c.width]
@@ -60,7 +69,7 @@ def said_of(units: Sequence[Any], changes: Sequence[RowChange]) -> str:
 
 
 def _base(raw: Any, plan: Plan, run: Run, models: StyleModels, lengths: Mapping[str, float]) -> Mend | None:
-    line = place_runs(plan, build_room(plan, lengths), lengths, models)[run.id]
+    line = _lines(plan, lengths, models)[run.id]
     spans = [standard_sizes.base_span(u, models) for u in run.base]
     available = line.length - line.left.base_length - line.right.base_length
     if share_widths(spans, available) is None:
@@ -104,7 +113,8 @@ def _longer(raw: Any, plan: Plan, run: Run, more: float, lengths: Mapping[str, f
         low = round(parameter.default + more + 0.005, 2)
         value = [low, low, max(low, parameter.high)]
         return Mend(f"Write {wall.length}: {flow_text(value)}.", (replaced(("parameters", wall.length), value),))
-    length = round(plan.length(wall.length or 0.0, lengths) + more + 0.005, 2)
+    now = next(w for w in build_room(plan, lengths).walls if w.id == wall.id).length
+    length = round(now + more + 0.005, 2)
     return Mend(
         f"Write `length: {length:g}` for {wall.id}.", (key_edit(raw, row_at(raw, "walls", wall.id), "length", length),)
     )
@@ -113,7 +123,7 @@ def _longer(raw: Any, plan: Plan, run: Run, more: float, lengths: Mapping[str, f
 def _upper(
     raw: Any, plan: Plan, run: Run, rest: tuple[str | int, ...], models: StyleModels, lengths: Mapping[str, float]
 ) -> Mend | None:
-    line = place_runs(plan, build_room(plan, lengths), lengths, models)[run.id]
+    line = _lines(plan, lengths, models)[run.id]
     below = {s.name: s for s in base_slots(plan, line, models)}
     ordered = _in_order(run, below)
     at = (*row_at(raw, "runs", run.id), "upper")
@@ -133,8 +143,7 @@ def _upper(
             continue
         left, right = end, end
         if unit is not None and unit.over is not None:
-            width = below[unit.over].width if unit.width is None and unit.kind.value != "hood" else None
-            width = width or standard_sizes.upper_span(unit, models).usual
+            width = _fixed_width(unit, below[unit.over], models)
             left, right = below[unit.over].middle - width / 2, below[unit.over].middle + width / 2
         spans = [standard_sizes.upper_span(run.upper[i], models) for i in group]
         if share_widths(spans, left - here) is None:
@@ -174,9 +183,15 @@ def _fixed_unit(
     unit = run.upper[k]
     slot = below[str(unit.over)]
     start = line.left.upper_length
-    for other in run.upper[:k]:
-        if other.over in below:
-            start = max(start, below[str(other.over)].right)
+    for j, other in enumerate(run.upper[:k]):
+        under = below.get(str(other.over))
+        if under is None:
+            continue
+        start = max(start, round(under.middle + _fixed_width(other, under, models) / 2, 4))
+        wide = _fixed_width(other, under, models) > under.width + 0.001
+        if start > slot.middle - _fixed_width(unit, slot, models) / 2 and wide and other.kind.value != "hood":
+            at = unit_at(raw, run.id, "upper", j)
+            return Mend(f"Take the width of {other.id} out: it is as wide as {other.over}.", (without_width(raw, at),))
     end = round(line.length - line.right.upper_length, 4)
     room = round(2 * min(slot.middle - start, end - slot.middle), 3)
     at = unit_at(raw, run.id, "upper", k)
@@ -193,6 +208,12 @@ def _fixed_unit(
         if moved:
             return moved
     return Mend(f"Take out {unit.id}.", (removed(at),))
+
+
+def _fixed_width(unit: UpperUnit, below: UnitSlot, models: StyleModels) -> float:
+    """Width of a wall unit that is over another, metres."""
+    width = below.width if unit.width is None and unit.kind.value != "hood" else None
+    return width or standard_sizes.upper_span(unit, models).usual
 
 
 def _away_from_end(raw: Any, run: Run, name: str) -> Mend | None:
@@ -281,7 +302,7 @@ def _over_unit(
     run = next((r for r in plan.runs if any(u.id == opening.over for u in (*r.base, *r.upper))), None)
     if run is not None and run.on is not None and run.on != wall_id:
         return Mend(f"Write `wall: {run.on}`, where {opening.over} stands.", (*edits, replaced((*at, "wall"), run.on)))
-    lines = place_runs(plan, room, lengths, models)
+    lines = _lines(plan, lengths, models)
     slots = {s.name: s for line in lines.values() for s in base_slots(plan, line, models)}
     if opening.over not in slots:
         return Mend(f"Take out {opening.id}.", (removed(at),))
@@ -294,7 +315,7 @@ def _over_unit(
 
 
 def _seats(raw: Any, plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> Mend | None:
-    lines = place_runs(plan, build_room(plan, lengths), lengths, models)
+    lines = _lines(plan, lengths, models)
     edits, said = [], []
     for k in range(len(plan.seats) - 1, -1, -1):
         seats = plan.seats[k]

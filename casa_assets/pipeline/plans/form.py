@@ -61,24 +61,25 @@ class Form:
 
     def keys(self, pointer: KeyPath, row: Mapping[str, Any], known: Iterable[str], table: str) -> None:
         """Say of each key that is none what it should be called, or that it goes."""
-        fields = tuple(known)
+        fields, given = tuple(known), set(row)
         for key in row:
             if key in fields:
                 continue
             at, measured = (*pointer, key), key_and_unit(key)
             # A word of the plan language is no misspelling of another.
-            name = meant(key, fields, table, 1.0 if key in _words() else 0.6)
+            name = meant(key, fields, table, 1.0 if key in _words() else 0.75 if table == "plan" else 0.6)
             number = row[key] if isinstance(row[key], int | float) else length_of(str(row[key]))
             if (
                 measured
                 and number is not None
                 and (stem := meant(measured[0], fields, table, 0.75))
-                and stem not in row
+                and stem not in given
             ):
                 metres = round(number * METRES[measured[1]], 4)
                 edits = (renamed(at, stem), replaced((*pointer, stem), metres))
                 self.say(at, f"{stem!r}, in metres", key, f"Write `{stem}: {metres:g}` in place of `{key}`.", *edits)
-            elif name is not None and name not in row:
+            elif name is not None and name not in given:
+                given.add(name)
                 self.say(at, expected_one_of(fields, key), key, f"Call {key!r} {name!r}.", renamed(at, name))
             else:
                 self.say(at, expected_one_of(fields, key), key, f"Take out {key!r}.", removed(at))
@@ -180,6 +181,8 @@ def _named(rows: Any, stem: str) -> dict[str, Any]:
     """Rows by name, of a mapping or a list."""
     if isinstance(rows, dict):
         return dict(rows)
+    if isinstance(rows, list) and (joined := _joined(rows, "walls")):
+        return joined
     out: dict[str, Any] = {}
     for row in rows if isinstance(rows, list) else []:
         said = next((row[k] for k in ("id", "name") if isinstance(row, dict) and isinstance(row.get(k), str)), stem)
@@ -218,7 +221,12 @@ def _room(form: Form) -> None:
         form.say(
             ("walls",), "at least four walls", walls, "Write four walls.", _put(plan, ("walls",), _walls_of(USUAL_ROOM))
         )
-    elif _reshaped(made, rows) or len(rows) < 4 or (isinstance(walls, list) and made != rows):
+    elif (
+        _reshaped(made, rows)
+        or len(rows) < 4
+        or (isinstance(walls, list) and _joined(walls, "walls"))
+        or (isinstance(walls, list) and made != rows)
+    ):
         full = _closed(made) if len(made) < 4 else made
         form.say(
             ("walls",),
@@ -304,7 +312,9 @@ def _tables(form: Form) -> None:
         if name not in plan or name == "walls":
             continue
         value, at = plan[name], (name,)
-        if value is None or value == "" or (not value and isinstance(value, list | dict) and name != "runs"):
+        if name in HAVE_IDS and isinstance(value, list) and (joined := _joined(value, name)):
+            form.say(at, "a mapping of ids to rows", value, f"Write '{name}' without hyphens.", replaced(at, joined))
+        elif value is None or value == "" or (not value and isinstance(value, list | dict) and name != "runs"):
             if value is None or not isinstance(value, list | dict):
                 form.say(at, "rows", "nothing", f"Take out '{name}'.", removed(at))
         elif name in ("seats", "lamps", "corners") and isinstance(value, dict):
@@ -320,6 +330,14 @@ def _tables(form: Form) -> None:
             form.say(at, "rows", value, f"Take out '{name}'.", removed(at))
         elif name == "parameters":
             _parameters(form, value)
+
+
+def _joined(rows: list[Any], table: str) -> dict[str, Any]:
+    """One mapping of a list of mappings, each of one id and its row; empty where it is another list."""
+    fields = ROWS[table][0].model_fields
+    is_each = all(isinstance(row, dict) and len(row) == 1 and not row.keys() & fields.keys() for row in rows)
+    found = {key: value for row in rows for key, value in row.items()} if is_each else {}
+    return found if all(isinstance(value, dict | list) for value in found.values()) else {}
 
 
 def _listed(name: str, value: Mapping[str, Any]) -> list[Any]:

@@ -66,7 +66,8 @@ class References:
         on = {r.id for r in self.plan.runs if not wall or r.on == wall}
         kind = meant(spelt(got).removeprefix(f"{run}_"), [k.value for k in BaseKind], "base", 0.7)
         of_kind = [k for k, (r, its) in known.items() if its == kind]
-        near = [k for k in of_kind if known[k][0] in on] or of_kind
+        same = [k for k in of_kind if spelt(got).startswith(f"{known[k][0]}_")]
+        near = same or [k for k in of_kind if known[k][0] in on] or of_kind
         return (
             near[0] if near else next(iter(difflib.get_close_matches(spelt(got), list(known), n=1, cutoff=0.72)), None)
         )

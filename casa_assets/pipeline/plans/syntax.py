@@ -13,6 +13,7 @@ FENCE = re.compile(r"^\s*(```|~~~)")
 BEGIN = re.compile(r"^(\w[\w ]*:(\s|$)|\{|\[|---)")
 KEY = re.compile(r"^(\s*(?:- )?)([A-Za-z_]\w*):(?=[^\s:/])")
 QUOTES = str.maketrans({"“": '"', "”": '"', "„": '"', "‘": "'", "’": "'", "\u00a0": " ", "\ufeff": ""})
+BULLET = re.compile(r"^(\s*)[*•‣◦–]\s+")
 CLOSERS = {"{": "}", "[": "]"}
 ROWS_BY_NAME = {"walls", "openings", "runs", "worktop_items", "wall_items", "floor_items"}
 
@@ -23,7 +24,7 @@ def text_fault(text: str, name: str) -> Fault | None:
     Args:
         name: of the file, for messages.
     """
-    for find in (_fence, _typographic, _documents):
+    for find in (_fence, _typographic, _bullets, _documents):
         fault = find(text)
         if fault:
             return fault
@@ -59,6 +60,15 @@ def _typographic(text: str) -> Fault | None:
         return None
     line = next(k for k, (a, b) in enumerate(zip(text.split("\n"), plain.split("\n"), strict=True), 1) if a != b)
     return _mended(line, "plain quotes and spaces", "typographic ones", "Write plain quotes and spaces.", plain)
+
+
+def _bullets(text: str) -> Fault | None:
+    lines = text.splitlines()
+    plain = [BULLET.sub(r"\1- ", line) for line in lines]
+    line = next((k for k, (a, b) in enumerate(zip(lines, plain, strict=True), 1) if a != b), 0)
+    if not line:
+        return None
+    return _mended(line, "items behind a hyphen", "bullets", "Begin items with a hyphen.", "\n".join(plain) + "\n")
 
 
 def _documents(text: str) -> Fault | None:
@@ -135,6 +145,9 @@ def _candidates(text: str, error: RegistryError) -> Iterator[tuple[str, str]]:
                 yield f"{sentence} in line {k + 1}.", "\n".join([*lines[:k], changed, *lines[k + 1 :]])
             if k < last - 4:
                 break
+    for k in range(len(lines)):
+        if (changed := _closed_quote(lines, k)) is not None:
+            yield f"Close the quotes in line {k + 1}.", "\n".join([*lines[:k], changed, *lines[k + 1 :]])
     for k in (last - 1, last - 2):
         if 0 <= k < len(lines):
             for column in _indents(lines[:k]):

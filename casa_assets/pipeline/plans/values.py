@@ -71,6 +71,11 @@ def _in_unit(at: list[str | int], unit: Any, field: str | int) -> KeyPath:
 
 def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
     """The fault of a value with all that was said of it; of the branches of a union, the one with a mend counts."""
+    if at[-1:] == ("id",) and value_at(plan, at) is None and isinstance(at[-2], str):  # the id is the key of the row
+        at = at[:-1]
+        name = spelt(str(at[-1]))
+        name = name if name[:1].isalpha() else f"n{name}"
+        return Fault(at, "small letters, numbers and _", repr(at[-1]), Mend(f"Call it {name}.", (renamed(at, name),)))
     got = value_at(plan, at)
     first = next((e for e in errors if e["type"] not in ("string_type", "float_type")), errors[0])
     expected = str(first["msg"]).removeprefix("Input should be ").removeprefix("Value error, ")

@@ -1,0 +1,141 @@
+"""Fit a plan to a room of another size: walls first, then what no longer fits, as a designer would give it up.
+
+Rows are made narrower, then lose shelves, fillers and open cabinets, then doors, then drawers (`rows.GIVEN_UP`).
+Openings move into their walls. Sink, cooker and refrigerator stay, or the plan is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from casa_assets.errors import CasaError
+from casa_assets.model.kitchen.plan import Heading, Plan
+from casa_assets.model.kitchen.style import Style
+from casa_assets.pipeline.plans.check import PlanCheck, check_plan, plan_id
+from casa_assets.pipeline.plans.fault import replaced
+from casa_assets.pipeline.plans.written import key_edit, row_at
+from casa_assets.registry.edit import Edit, edited, flow_text
+from casa_assets.registry.kitchens import LIKE
+from casa_assets.registry.read import parse_document
+
+ACROSS, ALONG = (Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)
+COOKERS, KEPT = ("range", "hob"), ("sink", "fridge")
+TOLERANCE_M = 0.005
+SEARCH_STEPS = 6  # of the least room, each of which halves what is not known of it
+
+
+@dataclass(frozen=True)
+class FittedPlan:
+    """A plan in another room.
+
+    Attributes:
+        text: of its file. changes: one sentence each, in the order in which they were made.
+    """
+
+    text: str
+    changes: tuple[str, ...]
+
+
+class DoesNotFit(CasaError):
+    """A room that a plan cannot be fitted to: why not, and the least room of that shape that it can."""
+
+    def __init__(self, reason: str, least: tuple[float, float] | None) -> None:
+        self.reason, self.least = reason, least
+        size = f"; the least room for it is about {least[0]:.2f} x {least[1]:.2f} m" if least else ""
+        super().__init__(f"{reason}{size}")
+
+
+def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> FittedPlan:
+    """The plan with walls of another size and with what fits between them.
+
+    Args:
+        file: name of the file. style: that it is tried with. width, depth: of the room, along x and y, metres.
+    Raises:
+        DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits. CasaError: the plan has faults.
+    """
+    before = check_plan(text, file, style)
+    if not before.fits or before.kitchen is None:
+        raise CasaError(f"{file}: has faults of its own; look at them with `casa-assets scenes check-plan {file}`")
+    if LIKE in parse_document(text, file).value:
+        raise CasaError(f"{file}: is like another plan; give the file of that one")
+    (x0, y0), (x1, y1) = before.kitchen.room.bounds()
+    size = (round(x1 - x0, 4), round(y1 - y0, 4))
+    fitted, reason = _tried(text, file, style, size, (width, depth))
+    if fitted is not None:
+        return fitted
+    raise DoesNotFit(f"{file}: {reason}", _least(text, file, style, size, (width, depth)))
+
+
+def _least(
+    text: str, file: str, style: Style, size: tuple[float, float], wanted: tuple[float, float]
+) -> tuple[float, float] | None:
+    """The least room between the one that is wanted and the plan's own; None where not even that holds it."""
+    low, high, found = 0.0, 1.0, None
+    for _ in range(SEARCH_STEPS):
+        share = (low + high) / 2
+        w, d = (round(a + share * (max(a, b) - a), 2) for a, b in zip(wanted, size, strict=True))
+        if _tried(text, file, style, size, (w, d))[0] is not None:
+            high, found = share, (w, d)
+        else:
+            low = share
+    return found or (max(wanted[0], size[0]), max(wanted[1], size[1]))
+
+
+def _tried(
+    text: str, file: str, style: Style, size: tuple[float, float], wanted: tuple[float, float]
+) -> tuple[FittedPlan | None, str]:
+    """The plan in a room, or None with the reason."""
+    raw = parse_document(text, file).value
+    plan = Plan.model_validate({**raw, "id": plan_id(file)})
+    resized, said = text, []
+    for edit, sentence in _resized(raw, plan, size, wanted):
+        resized = edited(resized, edit)
+        said.append(sentence)
+    found = check_plan(resized, file, style)
+    if found.kitchen is None:
+        last = found.faults[-1].fault
+        return None, f"expected {last.expected}, got {last.got}"
+    (x0, y0), (x1, y1) = found.kitchen.room.bounds()
+    if abs(x1 - x0 - wanted[0]) > TOLERANCE_M or abs(y1 - y0 - wanted[1]) > TOLERANCE_M:
+        first = next((t.fault for t in found.faults if t.fault.mend and "length" in t.fault.mend.sentence), None)
+        return None, "needs longer walls" if first is None else f"expected {first.expected}, got {first.got}"
+    lost = sorted(_essential(plan) - _essential(found.kitchen.plan))
+    if lost:
+        return None, f"there is no place for the {' and the '.join(lost)}"
+    return FittedPlan(found.text, (*said, *_sentences(found))), ""
+
+
+def _sentences(found: PlanCheck) -> list[str]:
+    return [told.fault.mend.sentence for told in found.faults if told.fault.mend]
+
+
+def _essential(plan: Plan) -> set[str]:
+    """Kinds of units that a kitchen keeps: sink, refrigerator, and a cooker of either kind."""
+    kinds = {str(unit.kind) for unit in plan.units.values()}
+    return {kind for kind in KEPT if kind in kinds} | ({"cooker"} if kinds & set(COOKERS) else set())
+
+
+def _resized(raw: Any, plan: Plan, size: tuple[float, float], wanted: tuple[float, float]) -> list[tuple[Edit, str]]:
+    """Edits that make the walls of a room as long as is wanted; parts of a side keep their share of it."""
+    out: list[tuple[Edit, str]] = []
+    done: set[str] = set()
+    lengths: Mapping[str, float] = plan.defaults
+    for headings, old, new in ((ACROSS, size[0], wanted[0]), (ALONG, size[1], wanted[1])):
+        if abs(old - new) < 1e-9:
+            continue
+        for wall in plan.walls:
+            if wall.heading not in headings or wall.length is None:
+                continue
+            now = plan.length(wall.length, lengths)
+            value = round(new if abs(now - old) < 1e-3 else now * new / old, 3)
+            if not isinstance(wall.length, str):
+                at = row_at(raw, "walls", wall.id)
+                out.append((key_edit(raw, at, "length", value), f"Write `length: {value:g}` for {wall.id}."))
+            elif wall.length not in done:
+                done.add(wall.length)
+                three = [value, value, value]
+                edit = replaced(("parameters", wall.length), three)
+                out.append((edit, f"Write {wall.length}: {flow_text(three)}."))
+    return out

@@ -1,0 +1,130 @@
+"""Plans as language models write them: each fits, or its mends, made one after the other, make a plan that does.
+
+`corpus/` holds the plans; `expected.yaml` tells the sentences of the mends of each, in their order, none where it fits.
+`CASA_NEW_EXPECTED=1` in the environment has the table written anew, to be read before it is committed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from casa_assets.errors import CasaError
+from casa_assets.layouts.order.request import request_kitchen
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.pipeline.kitchens.resolve import preset_params
+from casa_assets.pipeline.plans.check import check_plan, edited_text, plan_id
+from casa_assets.pipeline.plans.form import form_faults
+from casa_assets.pipeline.plans.values import value_faults
+from casa_assets.pipeline.schemas import schema_text
+from casa_assets.projects import data_root
+from casa_assets.registry.edit import Edit, EditKind
+from casa_assets.registry.kitchens import laid_over_like, load_style, style_names
+from casa_assets.registry.read import parse_document, read_document
+
+HERE = Path(__file__).parent
+PLANS = sorted((HERE / "corpus").glob("*.yaml"))
+EXPECTED = HERE / "expected.yaml"
+STYLE = "modern_1"
+MAX_CALLS = 5
+# Faults that a schema cannot say: which of two keys, which of two numbers is the larger, what is like another plan.
+BEYOND_SCHEMA = {
+    "at_and_over",
+    "draft_like",
+    "island_alone",
+    "neither_at_nor_over",
+    "parameter_order",
+    "range_reversed",
+}
+
+
+def sentences(path: Path) -> list[str]:
+    found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(STYLE)[0])
+    assert found.mended, path
+    return [t.fault.mend.sentence for t in found.faults if t.fault.mend]
+
+
+def test_there_are_enough_of_them() -> None:
+    assert len(PLANS) >= 100
+    assert sum(path.stem.startswith("ok_") for path in PLANS) >= 5
+
+
+def test_mends_are_those_of_the_table() -> None:
+    now = {path.stem: sentences(path) for path in PLANS}
+    if os.environ.get("CASA_NEW_EXPECTED"):
+        rows = "".join(f"{name}:\n" + "".join(f"  - {json.dumps(s)}\n" for s in said) for name, said in now.items())
+        EXPECTED.write_text(rows, encoding="utf-8")
+    wanted = {name: said or [] for name, said in read_document(EXPECTED).value.items()}
+    assert now == wanted
+    assert all((said == []) == name.startswith("ok_") for name, said in now.items())
+
+
+@pytest.mark.parametrize("path", PLANS, ids=lambda path: path.stem)
+def test_a_program_that_makes_the_mends_gets_a_plan(path: Path) -> None:
+    """The loop of a program that calls `check-plan --json`: it makes the edits, asks again, and builds in the end."""
+    text, style = path.read_text(encoding="utf-8"), load_style(STYLE)[0]
+    for _ in range(MAX_CALLS):
+        found = check_plan(text, path.name, style)
+        if found.fits:
+            break
+        for told in found.faults:
+            facts = json.loads(json.dumps(told.facts))
+            assert facts["mend"], facts
+            if facts["file"] == path.name:
+                assert 1 <= facts["line"] <= len(path.read_text(encoding="utf-8").splitlines())
+            text = made(text, facts["mend"], path.name)
+    assert found.fits, [told.facts for told in found.faults]
+    # The code of the families says the same of it as the short table of their sizes.
+    document = parse_document(text, path.name)
+    value = laid_over_like(document, plan_id(path.name)).value if "like" in document.value else document.value
+    assert request_kitchen(Plan.model_validate({**value, "id": plan_id(path.name)}), style, preset_params()).items
+
+
+def made(text: str, mend: dict[str, Any], name: str) -> str:
+    """A text after a mend as JSON tells it."""
+    if mend["text"] is not None:
+        return str(mend["text"])
+    for edit in mend["edits"]:
+        change = Edit(EditKind(edit["op"]), tuple(edit["pointer"]), edit["new"])
+        text = edited_text(text, name, change)
+    return text
+
+
+def test_the_schema_sees_what_is_wrong_with_their_form() -> None:
+    validator = Draft202012Validator(json.loads(schema_text("plan")))
+    unseen, wrong = set(), set()
+    for path in PLANS:
+        try:
+            value = parse_document(path.read_text(encoding="utf-8"), path.name).value
+        except CasaError:
+            continue
+        if not isinstance(value, dict):
+            continue
+        is_wrong = bool(form_faults(value, path.stem) or value_faults(value, path.stem))
+        is_seen = next(validator.iter_errors(value), None) is not None
+        unseen |= {path.stem} if is_wrong and not is_seen else set()
+        wrong |= {path.stem} if is_seen and not is_wrong else set()
+    assert unseen == BEYOND_SCHEMA
+    assert wrong == set()
+
+
+@pytest.mark.parametrize("name", ["plan", "style"])
+def test_plans_and_styles_of_the_package_keep_to_their_schemas(name: str) -> None:
+    validator = Draft202012Validator(json.loads(schema_text(name)))
+    paths = sorted((data_root() / f"{name}s").glob("*.yaml"))
+    assert len(paths) >= 10
+    for path in paths:
+        assert [f"{e.json_path}: {e.message}" for e in validator.iter_errors(read_document(path).value)] == [], path
+    assert next(validator.iter_errors({"title": "x", "like": "galley", "colour": "red"}), None) is not None
+    assert next(validator.iter_errors({"title": "x"}), None) is not None
+
+
+def test_styles_other_than_the_first_are_tried() -> None:
+    path = HERE / "corpus" / "ok_studio.yaml"
+    found = [check_plan(path.read_text(encoding="utf-8"), path.name, load_style(name)[0]) for name in style_names()]
+    assert all(one.mended for one in found)

@@ -1,0 +1,66 @@
+"""Plans in rooms of other sizes: what comes out fits, in the room that was asked for, or is refused with a size."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from casa_assets.cli.main import app
+from casa_assets.pipeline.plans.check import check_plan
+from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan
+from casa_assets.projects import data_root
+from casa_assets.registry.kitchens import load_style, plan_names
+
+STYLE = "modern_1"
+ROOMS = ((4.2, 3.1), (5.0, 4.2), (6.0, 5.0), (7.5, 6.5))
+# Rooms in which a sink on an island has no place, since the island has to go.
+REFUSED = {("u_large", (4.2, 3.1))}
+
+
+def text_of(name: str) -> str:
+    return (data_root() / "plans" / f"{name}.yaml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("room", ROOMS, ids=str)
+@pytest.mark.parametrize("name", plan_names())
+def test_a_plan_in_a_room(name: str, room: tuple[float, float]) -> None:
+    style, text = load_style(STYLE)[0], text_of(name)
+    if (name, room) in REFUSED:
+        with pytest.raises(DoesNotFit) as refused:
+            fit_plan(text, f"{name}.yaml", style, *room)
+        least = refused.value.least
+        assert least is not None
+        assert fit_plan(text, f"{name}.yaml", style, *least).changes
+        return
+    fitted = fit_plan(text, f"{name}.yaml", style, *room)
+    assert fitted.changes
+    found = check_plan(fitted.text, f"{name}.yaml", style)
+    assert found.fits
+    assert found.kitchen is not None
+    (x0, y0), (x1, y1) = found.kitchen.room.bounds()
+    assert (x1 - x0, y1 - y0) == pytest.approx(room, abs=0.005)
+    kinds = {str(unit.kind) for unit in found.kitchen.plan.units.values()}
+    assert {"sink", "fridge"} <= kinds
+    assert kinds & {"range", "hob"}
+
+
+def test_its_own_room_changes_nothing() -> None:
+    fitted = fit_plan(text_of("galley"), "galley.yaml", load_style(STYLE)[0], 3.2, 5.6)
+    assert fitted.text == text_of("galley")
+    assert fitted.changes == ()
+
+
+def test_the_command(tmp_path: Path) -> None:
+    plan, out = tmp_path / "galley.yaml", tmp_path / "small.yaml"
+    plan.write_text(text_of("galley"), encoding="utf-8")
+    run = CliRunner()
+    words = ["scenes", "fit", str(plan), "--width", "3.1"]
+    done = run.invoke(app, [*words, "--depth", "4.8", "--out", str(out)])
+    assert done.exit_code == 0
+    assert "# Write depth: [4.8, 4.8, 4.8]." in done.stdout
+    assert check_plan(out.read_text(encoding="utf-8"), str(out), load_style(STYLE)[0]).fits
+    small = run.invoke(app, [*words, "--depth", "1.6"])
+    assert small.exit_code == 1
+    assert "the least room for it is about" in small.stdout
