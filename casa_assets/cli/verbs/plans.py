@@ -100,7 +100,8 @@ def fit(
     """Fit a plan to a room of another size: move walls and openings, then narrow or take out what does not fit.
 
     Shelves, fillers and doors go before drawers; sink, cooker and refrigerator stay. Prints each change, and the plan
-    where no --out names a file. Exit 0 when the plan fits, 1 when none does; the least size that would is printed.
+    where no --out names a file. Exit 0 when the plan fits, 1 when the room is too small (the least room that is
+    not is printed), 2 on misuse.
 
     Example:  casa-assets scenes fit plans/studio.yaml --width 4.2 --depth 3.1 --out plans/studio_small.yaml
     """
