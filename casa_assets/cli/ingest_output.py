@@ -187,12 +187,12 @@ def print_counts(events: list[Event], output: Output) -> int:
 
 def _print_cost(events: list[Event], output: Output) -> None:
     """A line about what the work took, where any was done."""
-    from casa_assets.pipeline.reports.library.summary import cost
+    from casa_assets.pipeline.reports.library.summary import cost, tail_words
 
     costs = {event.asset_id: event.cost for event in events if event.cost is not None}
     if (told := cost(costs, costs)) is None:
         return
-    tail = f", the slowest twentieth of them {100 * told['tail_share']:.0f} %" if len(costs) > 1 else ""
+    tail = f", {tail_words(len(costs))} {100 * told['tail_share']:.0f} %" if len(costs) > 1 else ""
     most = told["largest"]["peak_bytes"] / 1e9
     inputs = pluralize(told["inputs"], "input")
     output.line(f"Cost:    {told['core_hours']:.3g} core-hours for {inputs}{tail}; most memory of one {most:.2f} GB")

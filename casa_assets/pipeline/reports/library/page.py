@@ -27,6 +27,7 @@ from casa_assets.pipeline.reports.library.summary import (
     counts,
     reasons,
     stage_times,
+    tail_words,
 )
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
 from casa_assets.pipeline.reports.parts import Part
@@ -61,6 +62,7 @@ def render(
         overview: path to the page that this one is a part of; empty where it is whole.
     """
     whole, totals = found.whole, found.totals
+    spent = cost(found.costs, [entry.id for entry in found.entries])
     sizes = {kind: size for kind, size in PART_SIZES.items() if kind == "rows" or not is_brief}
     data = {
         "count": len(found.entries),
@@ -83,7 +85,8 @@ def render(
         conditions=[(str(one), one.holds) for one in found.outcomes],
         groups=_groups(totals),
         reasons=_reasons(totals, words),
-        cost=cost(found.costs, [entry.id for entry in found.entries]),
+        cost=spent,
+        tail_words=tail_words(spent["inputs"]) if spent else "",
         times=stage_times(found.seconds, [entry.id for entry in found.entries]),
         whole=render_library_section(whole.report, words.explanations, whole.weights) if whole else NO_SECTION,
         compared=_changes(found.compared, links) if found.compared else None,

@@ -163,8 +163,17 @@ def stage_times(seconds: Mapping[str, Mapping[str, float]], ids: Iterable[str]) 
 
 def tail_share(values: Sequence[float]) -> float:
     """Share of the sum that the largest twentieth of some values has, at least one of them; 0 where there is none."""
-    largest = sorted(values, reverse=True)[: max(1, round(TAIL * len(values)))]
+    largest = sorted(values, reverse=True)[: _tail_count(len(values))]
     return sum(largest) / sum(values) if sum(values) > 0.0 else 0.0
+
+
+def tail_words(count: int) -> str:
+    """What `tail_share` of so many values is of, in a sentence."""
+    return "the slowest of them" if _tail_count(count) == 1 else "the slowest twentieth of them"
+
+
+def _tail_count(count: int) -> int:
+    return max(1, round(TAIL * count))
 
 
 def _quantile(ordered: Sequence[float], share: float) -> float:

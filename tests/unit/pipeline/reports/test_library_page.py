@@ -289,5 +289,12 @@ def test_the_cost_and_its_tail() -> None:
     assert (stage["p95_s"], stage["tail_share"], stage["slowest"][0]["id"]) == (1.0, 0.62, entries[3].id)
     text = render(found)
     assert "0.0278 core-hours for 40 inputs" in text
-    assert "took 62 % of it" in " ".join(text.split())
+    assert "the slowest twentieth of them took 62 % of it" in " ".join(text.split())
+
+
+def test_of_few_entries_the_slowest_one_is_the_tail() -> None:
+    entries = [entry(f"mug_{number}") for number in range(4)]
+    costs = {one.id: Cost(1.0, 10**9, 10**6, 1.5) for one in entries}
+    text = render(dataclasses.replace(findings(entries), costs=costs))
+    assert "the slowest of them took 25 % of it" in " ".join(text.split())
     assert summary.content(findings(entries), WORDS)["cost"] is None
