@@ -128,8 +128,7 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     elif unit.kind is BaseKind.DISHWASHER:
         model = models.for_role("dishwasher")
         height = min(model.length("height"), slot.top - 0.004)
-        choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": round(height, 4)})
-        _add(order, slot, "dishwasher", choice, v=0.002)
+        _add(order, slot, "dishwasher", model.with_params(height=round(height, 4)), v=0.002)
 
 
 def _door_count(width: float) -> int:
@@ -233,7 +232,7 @@ def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> N
 
 def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
     model = models.for_role("hood")
-    form = model.params["form"]
+    form = model.params.get("form", "")
     if form in ("under_cabinet", "downlight"):
         low = standard_sizes.HOOD_FROM
         _add(order, slot, "hood", model.choice, z=low)
@@ -248,8 +247,11 @@ def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float
         cabinet = preset_with("wall_cabinet/shaker_white", {**doors, "look": front_look(models, "upper")})
         _add(order, slot, "upper", cabinet, name=f"{slot.name}_cabinet", z=top)
         return
+    if model.choice.is_library:
+        _add(order, slot, "hood", model.choice, z=standard_sizes.HOOD_FROM)
+        return
     height = round(min(1.2, ceiling - standard_sizes.HOOD_FROM), 3)
-    choice = PresetChoice(preset=model.choice.preset, params={**model.choice.params, "height": height})
+    choice = model.with_params(height=height)
     _add(order, slot, "hood", choice, z=ceiling, height_reference=HeightReference.HEAD)
 
 

@@ -112,7 +112,7 @@ def _cornice_cabinets(
         if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3:
             continue
         if slot.is_upper:
-            hood = slot.kind is UpperKind.HOOD and models.for_role("hood").params["form"] in HOODS_UNDER_CABINETS
+            hood = slot.kind is UpperKind.HOOD and models.for_role("hood").params.get("form") in HOODS_UNDER_CABINETS
             if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
                 yield slot.left, slot.right, standard_sizes.UPPER_DEPTH, False
         elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):

@@ -86,7 +86,7 @@ def upper_span(unit: UpperUnit, models: StyleModels) -> WidthRange:
     if unit.kind is UpperKind.HOOD:
         hood = models.for_role("hood")
         # The ledge of a canopy stands out beside it.
-        width = hood.length("width") + (2 * CANOPY_LEDGE if hood.params["form"] == "canopy" else 0.0)
+        width = hood.length("width") + (2 * CANOPY_LEDGE if hood.params.get("form") == "canopy" else 0.0)
         return WidthRange(width, width)
     return {
         UpperKind.DOORS: WidthRange(0.35, 0.9),

@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from casa_assets.errors import UnknownId
+from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.kitchen.style import PresetChoice, Style
 
 # family -> preset -> its parameters, as JSON has them.
 FamilyPresets = Mapping[str, Mapping[str, Mapping[str, Any]]]
+
+
+# Roles whose members are built to the numbers of a worktop, a wall or a row; an asset of a library cannot be.
+MADE_TO_MEASURE = frozenset({"sink", "hob", "window", "door", "curtain", "boards", "blender"})
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,12 @@ class StyleModel:
         """A parameter that is a length, metres."""
         return float(self.params[name])
 
+    def with_params(self, **params: Any) -> PresetChoice:
+        """The choice with some numbers of the family changed; an asset of a library stays as it is."""
+        if self.choice.is_library:
+            return self.choice
+        return PresetChoice(preset=self.choice.preset, params={**self.choice.params, **params})
+
 
 @dataclass(frozen=True)
 class StyleModels:
@@ -45,7 +55,11 @@ class StyleModels:
         """The preset for a role. Raises UnknownId where the style has none, or there is no such preset."""
         if role not in self.style.models:
             raise UnknownId(f"model of style {self.style.id}", role, self.style.models)
-        return self.resolve(self.style.models[role])
+        choice = self.style.models[role]
+        if choice.is_library and role in MADE_TO_MEASURE:
+            expected = f"expected a preset of a family, since a {role} is made to the measure of what it is in"
+            raise CasaError(f"style {self.style.id}: models.{role}: {expected}; got {choice.preset}")
+        return self.resolve(choice)
 
     def has(self, role: str) -> bool:
         """True if the style has a preset for the role."""

@@ -13,6 +13,8 @@ from pydantic import Field, StringConstraints, model_validator
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.record import Id, Record
 
+# In place of a family: `library:<id>` names an asset of a library of the project, and is kept as `library/<id>`.
+LIBRARY = "library"
 PresetName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*/[a-z][a-z0-9_]*$")]
 
 
@@ -20,7 +22,7 @@ class PresetChoice(Record):
     """A chosen preset of a family, with the parameters that differ from it.
 
     Attributes:
-        preset: `family/preset`, such as `range/pro_six`.
+        preset: `family/preset`, such as `range/pro_six`; or `library:<id>`, an asset as it is.
         params: numbers and choices of the family that differ from the preset's.
     """
 
@@ -30,13 +32,24 @@ class PresetChoice(Record):
     @model_validator(mode="before")
     @classmethod
     def _short(cls, value: Any) -> Any:
-        """`range/pro_six`, or a mapping with `preset` and the params beside it."""
+        """`range/pro_six`, `library:<id>`, or a mapping with `preset` and the params beside it."""
         if isinstance(value, str):
-            return {"preset": value}
+            return {"preset": _in_library(value)}
         if isinstance(value, Mapping) and "params" not in value:
             rest = {k: v for k, v in value.items() if k != "preset"}
-            return {"preset": value.get("preset"), "params": rest}
+            return {"preset": _in_library(value.get("preset")), "params": rest}
         return value
+
+    @model_validator(mode="after")
+    def _is_as_it_is(self) -> Self:
+        if self.is_library and self.params:
+            raise ValueError(f"an asset of a library has no numbers to change: {', '.join(sorted(self.params))}")
+        return self
+
+    @property
+    def is_library(self) -> bool:
+        """True if it is an asset of a library, and no member of a family."""
+        return self.family == LIBRARY
 
     @property
     def family(self) -> str:
@@ -47,6 +60,12 @@ class PresetChoice(Record):
     def name(self) -> str:
         """Name of the preset in its family."""
         return self.preset.split("/")[1]
+
+
+def _in_library(preset: Any) -> Any:
+    """`library:<id>` as `library/<id>`; anything else as it is."""
+    marked = isinstance(preset, str) and preset.startswith(f"{LIBRARY}:")
+    return preset.replace(":", "/", 1) if marked else preset
 
 
 class FrontStyle(Record):

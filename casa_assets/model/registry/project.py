@@ -20,9 +20,11 @@ class Project(Record):
 
     Attributes:
         name: what lists call it. about: one sentence.
+        libraries: folders of libraries, relative to the project, whose assets styles may name as `library:<id>`.
         runs: what `casa-assets make` does, in this order: a command -> the values of its arguments and options.
     """
 
     name: Id
     about: str = ""
+    libraries: tuple[str, ...] = ()
     runs: tuple[Annotated[Mapping[CommandName, Values | None], Field(min_length=1, max_length=1)], ...] = ()

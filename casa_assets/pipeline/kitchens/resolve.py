@@ -20,13 +20,14 @@ from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.model.kitchen.style import PresetChoice
+from casa_assets.model.kitchen.style import LIBRARY, PresetChoice
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.registry.document import Document
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
+from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, library_asset
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
@@ -46,8 +47,11 @@ def warm() -> None:
 def preset_params() -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
     """Numbers of all presets of all families."""
     return {
-        name: {preset: params.model_dump(mode="json") for preset, params in made.presets.items()}
-        for name, made in families().items()
+        LIBRARY: LibraryPresets(),
+        **{
+            name: {preset: params.model_dump(mode="json") for preset, params in made.presets.items()}
+            for name, made in families().items()
+        },
     }
 
 
@@ -172,6 +176,8 @@ def merge_nested(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, 
 def build_choice(name: str, choice: PresetChoice, store: AssetStore) -> Asset:
     """The asset of a choice. Raises CasaError with the name of the thing that it is for; other errors are faults."""
     try:
+        if choice.is_library:
+            return library_asset(choice.name)
         return store.built(family(choice.family), params_of(choice))
     except CasaError as error:
         raise CasaError(f"{name}: {error}") from error
@@ -223,7 +229,10 @@ def kitchen_key(recipe: SceneRecipe) -> str:
     """
     kitchen = resolve(recipe)
     choices = {c.model_dump_json(): c for c in (*(w.choice for w in kitchen.items), *kitchen.style.props)}
-    assets = [(name, asset_key(family(c.family), params_of(c))) for name, c in sorted(choices.items())]
+    assets = [
+        (name, library_asset(c.name).digest if c.is_library else asset_key(family(c.family), params_of(c)))
+        for name, c in sorted(choices.items())
+    ]
     # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled
     # in one order.
     key = digest_of("kitchen", repr(kitchen), assets, recipe.seed, recipe.scene_id, key_of(compose_kitchen))
