@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from casa_assets.model.registry.document import Document, KeyPath
     from casa_assets.model.registry.project import Project
 
+# Options that hold for all runs, and are given to `make`.
+OF_ALL = ("project", "plugins")
 # Verbs that serve a page or write a project are no part of making a registry.
-OF_ALL = ("project", "plugins")  # options that hold for all runs, and are given to `make`
 LEFT_OUT = ("make", "init", "view", "review")
 
 

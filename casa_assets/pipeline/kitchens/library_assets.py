@@ -6,9 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from casa_assets.errors import CasaError, UnknownId
+from casa_assets.errors import UnknownId
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.model.asset.asset import Asset
 from casa_assets.pipeline.library.library import Library, read_asset
@@ -41,10 +39,7 @@ def library_asset(name: str) -> Asset:
     folders = _folders()
     if name not in folders:
         raise UnknownId("asset of the libraries of the project", name, folders)
-    asset = read_asset(folders[name])
-    if not np.all(np.isfinite(asset.bounds)):
-        raise CasaError(f"{folders[name]}: has no size; make it anew")
-    return asset
+    return read_asset(folders[name])
 
 
 @read_once
@@ -52,16 +47,17 @@ def _folders() -> Mapping[str, Path]:
     """Folder of each accepted asset, by id, sorted; of two libraries with one id the first counts.
 
     Raises:
-        CasaError: a library that casa.yaml names is not there.
+        RegistryError: a library that casa.yaml names is not there.
     """
     loaded, place = load_project(), project_folder()
+    if loaded is None or place is None:
+        return {}
+    project, document = loaded
     found: dict[str, Path] = {}
-    for number, stated in enumerate(loaded[0].libraries if loaded is not None else ()):
-        assert loaded is not None
-        assert place is not None
+    for number, stated in enumerate(project.libraries):
         folder = place / stated
         if not folder.is_dir():
-            raise loaded[1].fault(("libraries", number), f"a folder beside {SETTINGS}", repr(stated))
+            raise document.fault(("libraries", number), f"a folder beside {SETTINGS}", repr(stated))
         for one in Library(folder).accepted():
             found.setdefault(one.name, one)
     return dict(sorted(found.items()))

@@ -9,7 +9,7 @@ from casa_assets.checks.check import Check
 from casa_assets.checks.table.table import TABLE
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
-from casa_assets.registry.plugins.load import load_plugins, refuse_taken
+from casa_assets.registry.plugins.load import added, load_plugins
 
 
 @read_once
@@ -17,11 +17,8 @@ def check_table() -> tuple[Check, ...]:
     """Every row of the table of checks, those of the package first. Raises CasaError where a code is taken."""
     codes = {row.code for row in TABLE}
     found = list(TABLE)
-    for one in load_plugins():
-        for row in one.plugin.checks:
-            if row.code in codes:
-                refuse_taken(one, "check", row.code)
-            found.append(replace(row, function=guarded(one, f"check {row.code}", row.function)))
+    for one, row in added("check", lambda plugin: plugin.checks, lambda thing: thing.code, codes):
+        found.append(replace(row, function=guarded(one, f"check {row.code}", row.function)))
     return tuple(found)
 
 

@@ -13,20 +13,17 @@ from casa_assets.families.objects import FORMS
 from casa_assets.families.parametric_model import ParametricModel
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
-from casa_assets.registry.plugins.load import LoadedPlugin, load_plugins, refuse_taken
+from casa_assets.registry.plugins.load import LoadedPlugin, added
 
 
 @read_once
 def plugin_families() -> Mapping[str, tuple[LoadedPlugin, Family[Any]]]:
     """Families of plug-ins by name, each with its plug-in. Raises CasaError where a name is taken."""
     found: dict[str, tuple[LoadedPlugin, Family[Any]]] = {}
-    for one in load_plugins():
-        for family in one.plugin.families:
-            if family.name in MODELS:
-                refuse_taken(one, "family", family.name)
-            what = f"family {family.name}"
-            build, sample = guarded(one, what, family.build), guarded(one, what, family.sample)
-            found[family.name] = one, replace(family, build=build, sample=sample)
+    for one, family in added("family", lambda plugin: plugin.families, lambda thing: thing.name, MODELS):
+        what = f"family {family.name}"
+        build, sample = guarded(one, what, family.build), guarded(one, what, family.sample)
+        found[family.name] = one, replace(family, build=build, sample=sample)
     return MappingProxyType(found)
 
 
@@ -34,11 +31,8 @@ def plugin_families() -> Mapping[str, tuple[LoadedPlugin, Family[Any]]]:
 def plugin_forms() -> Mapping[str, tuple[LoadedPlugin, ParametricModel[Any]]]:
     """Forms of objects of plug-ins by name, each with its plug-in. Raises CasaError where a name is taken."""
     found: dict[str, tuple[LoadedPlugin, ParametricModel[Any]]] = {}
-    for one in load_plugins():
-        for form in one.plugin.forms:
-            if form.name in FORMS:
-                refuse_taken(one, "form", form.name)
-            found[form.name] = one, replace(form, add_parts=guarded(one, f"form {form.name}", form.add_parts))
+    for one, form in added("form", lambda plugin: plugin.forms, lambda thing: thing.name, FORMS):
+        found[form.name] = one, replace(form, add_parts=guarded(one, f"form {form.name}", form.add_parts))
     return MappingProxyType(found)
 
 

@@ -12,17 +12,19 @@ import inspect
 import re
 import sys
 import traceback
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from casa_assets.errors import CasaError
 from casa_assets.projects import PluginUse, plugin_use, project_folder, read_once, user_settings
 from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
 from casa_assets.registry.read import read_document
+
+T = TypeVar("T")
 
 PACKAGE = "casa-assets"
 GROUP = "casa_assets.plugins"  # of entry points
@@ -77,6 +79,21 @@ def refuse_taken(one: LoadedPlugin, kind: str, name: str, owner: str = PACKAGE) 
     if owner:
         message = f"a {kind} of that name is there already, of {owner}; give it another name"
         raise CasaError(f"{one.where}: {kind} {name!r}: {message}")
+
+
+def added(
+    kind: str, things: Callable[[Plugin], Iterable[T]], name_of: Callable[[T], str], known: Container[str]
+) -> Iterator[tuple[LoadedPlugin, T]]:
+    """Each thing of a kind that plug-ins add, with its plug-in. Raises CasaError where the package has its name.
+
+    Args:
+        known: names of the package.
+    """
+    for one in load_plugins():
+        for thing in things(one.plugin):
+            if name_of(thing) in known:
+                refuse_taken(one, kind, name_of(thing))
+            yield one, thing
 
 
 def ignored_files() -> tuple[Path, ...]:

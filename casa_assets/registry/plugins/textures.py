@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from casa_assets.projects import read_once
 from casa_assets.registry.plugins.guard import guarded
-from casa_assets.registry.plugins.load import LoadedPlugin, load_plugins, refuse_taken
+from casa_assets.registry.plugins.load import LoadedPlugin, added
 from casa_assets.textures.kind import TextureKind
 from casa_assets.textures.kinds import KINDS
 
@@ -17,11 +17,8 @@ from casa_assets.textures.kinds import KINDS
 def plugin_kinds() -> Mapping[str, tuple[LoadedPlugin, TextureKind]]:
     """Kinds of plug-ins by name, each with its plug-in. Raises CasaError where a name is taken."""
     found: dict[str, tuple[LoadedPlugin, TextureKind]] = {}
-    for one in load_plugins():
-        for kind in one.plugin.texture_kinds:
-            if kind.name in KINDS:
-                refuse_taken(one, "texture kind", kind.name)
-            found[kind.name] = one, replace(kind, paint=guarded(one, f"texture kind {kind.name}", kind.paint))
+    for one, kind in added("texture kind", lambda plugin: plugin.texture_kinds, lambda thing: thing.name, KINDS):
+        found[kind.name] = one, replace(kind, paint=guarded(one, f"texture kind {kind.name}", kind.paint))
     return MappingProxyType(found)
 
 
