@@ -65,8 +65,8 @@ ROWS: tuple[Check, ...] = (
           "A base of 0.30 m radius can enter the kitchen through every door and passage (at most {limit:g} are "
           "blocked); clear what stands before them."),
     Check("TSK001", "Tasks supported", ERROR, DesignSubject, reach.tasks_are_supported, "tasks_lacking", "",
-          "Each of the 25 atomic tasks of RoboCasa v0.2 has its fixtures, joints and sites within reach (at most "
-          "{limit:g} lack one); add what the task lacks."),
+          "In a plan that says `all_tasks: true`, each of the 25 atomic tasks of RoboCasa v0.2 has its fixtures, "
+          "joints and sites within reach (at most {limit:g} lack one); add what the task lacks."),
     Check("TSK002", "Room for task objects", ERROR, DesignSubject, reach.task_objects_find_room, "task_rate", "",
           "At least {limit:.0%} of 200 drawn objects find a free place within reach, for each task; clear the "
           "surface, or make it larger."),

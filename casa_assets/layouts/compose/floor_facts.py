@@ -80,6 +80,7 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
         id=scene.id,
         plan=kitchen.plan.id,
         compact=kitchen.plan.compact,
+        all_tasks=kitchen.plan.all_tasks,
         outline=outline,
         height=kitchen.room.height,
         walls=walls,

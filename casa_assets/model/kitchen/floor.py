@@ -209,6 +209,7 @@ class KitchenFacts(Record):
 
     Attributes:
         id: of the scene. plan: of the plan. compact: whether the plan says that it is a small one.
+        all_tasks: whether the plan says that it is for all 25 atomic tasks of RoboCasa v0.2.
         outline: of the room, clockwise. height: of the room.
         fixtures: all that was placed, in the order of the scene.
     """
@@ -216,6 +217,7 @@ class KitchenFacts(Record):
     id: SceneId
     plan: str = ""
     compact: bool = False
+    all_tasks: bool = False
     outline: Corners
     height: float = 2.7
     walls: tuple[RoomWall, ...]

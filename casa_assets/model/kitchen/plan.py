@@ -204,6 +204,7 @@ class Plan(Record):
         height: of the room, metres.
         worktop_items, seats, wall_items, lamps, floor_items: furnishings besides the units.
         compact: whether it is a small kitchen, in which aisles may be 0.914 m wide, as walkways are.
+        all_tasks: whether each of the 25 atomic tasks of RoboCasa v0.2 has to find what it needs (check TSK001).
     """
 
     id: Id
@@ -220,6 +221,7 @@ class Plan(Record):
     lamps: tuple[CeilingLamps, ...] = ()
     floor_items: tuple[FloorItem, ...] = ()
     compact: bool = False
+    all_tasks: bool = False
 
     @model_validator(mode="before")
     @classmethod

@@ -44,7 +44,12 @@ def entries_lead_in(subject: DesignSubject, limit: float) -> Measurement:
 
 
 def tasks_are_supported(subject: DesignSubject, limit: float) -> Measurement:
-    """TSK001: number of the 25 tasks that lack fixtures, joints or sites that a base gets to."""
+    """TSK001: number of the 25 tasks that lack fixtures, joints or sites that a base gets to.
+
+    Only a plan that says so has to support them all: a kitchen without a microwave is no fault of a kitchen.
+    """
+    if not subject.facts.all_tasks:
+        return not_applicable("its plan does not say `all_tasks: true`")
     return count(((f"tasks/{t.task}", f"it wants {t.wants}") for t in subject.tasks if t.wants), allowed=limit)
 
 

@@ -136,6 +136,7 @@ def crowded(low: float) -> KitchenFacts:
     return with_more(kitchen(), *boards)
 
 
+COFFEE = ["coffee_press_button", "coffee_setup_mug", "coffee_serve_mug"]
 EXAMPLES: dict[str, tuple[Build, Build]] = {
     "NKB001": (lambda: clear(0.814), lambda: clear(0.812)),
     "NKB002": (lambda: swung(-0.01), lambda: swung(0.02)),
@@ -178,6 +179,14 @@ class TestExamples:
 
 def test_every_row_has_examples() -> None:
     assert EXAMPLES.keys() == ROWS.keys()
+
+
+def test_all_tasks_are_only_asked_of_plans_that_say_so() -> None:
+    facts = changed(kitchen(), "coffee_machine", None)
+    assert [issue.code for issue in judged(facts).issues] == ["TSK001"] * 3
+    (row,) = (r for r in judged(facts.replace(all_tasks=False)).results if r.code == "TSK001")
+    assert row.status is Status.NOT_APPLICABLE
+    assert [t.task for t in DesignSubject(facts.replace(all_tasks=False)).tasks if t.wants] == COFFEE
 
 
 def test_compact_waives_what_small_kitchens_cannot_keep() -> None:
