@@ -59,8 +59,12 @@ _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^(\n]+)|import[ \t]+([\w., \t]+))", re.MULTILINE
 )
 _TYPES_ONLY = re.compile(r"^([ \t]*)if TYPE_CHECKING:[^\n]*\n(?:(?:\1[ \t]+[^\n]*)?\n)*", re.MULTILINE)
+# Texts over several lines, such as programs that are written for others: what those import is not imported here.
+_LONG_TEXT = re.compile(r"'''.*?'''|\"\"\".*?\"\"\"", re.DOTALL)
 _TEXT_NAME = re.compile(rf"""["']({PACKAGE}(?:\.\w+)+)(?::\w+)?["']""")
 _TEXT = re.compile(r"""["']([\w./*-]+)["']""")
+# Packages that only decide where jobs run: results are the same with another version, and without them.
+_ENGINES = frozenset({"ray"})
 _READS_REGISTRY = re.compile(r"\b(?:data_root|read_table_file|read_topmost|names_in)\b")
 
 
@@ -173,7 +177,7 @@ def _reach(addresses: tuple[tuple[str, str], ...]) -> Reach:
     modules = _closure(starts, (module for module, _ in addresses))
     named = [_named_in(text) for text in own] + [_named_by(name) for name in modules]
     outside = {n for n in starts if not _is_ours(n)} | {n for m in modules for n in _scan(m).outside}
-    names = {name.partition(".")[0] for name in outside} - sys.stdlib_module_names
+    names = {name.partition(".")[0] for name in outside} - sys.stdlib_module_names - _ENGINES
     return Reach(tuple(modules), tuple(sorted(names)), _registry_files(named), _data_files(named), tuple(own))
 
 
@@ -227,7 +231,7 @@ def _scan(module: str) -> _Imports:
     """Find the imports of a module in its text line by line: parsing all of the package takes seconds."""
     text = _TYPES_ONLY.sub("", _source(module))
     found: list[str] = []
-    for origin, names, plain in _IMPORT.findall(text):
+    for origin, names, plain in _IMPORT.findall(_LONG_TEXT.sub("", text)):
         if plain:
             found += [part.split()[0] for part in plain.split(",") if part.split()]
         else:

@@ -12,7 +12,7 @@ from casa_assets.ingest.sources.found import Refused
 from casa_assets.ingest.sources.stores.address import StoreRoot, root_of
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.library.library import Library
-from casa_assets.pipeline.workers.batch import keep_trace
+from casa_assets.pipeline.workers.traces import keep_trace
 from casa_assets.registry.plugins.exchange import sources
 from casa_assets.registry.plugins.guard import guarded
 

@@ -28,7 +28,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_package import WRITING, certify, check_package, load_times, write_package
 from casa_assets.pipeline.library.identity import Producer
 from casa_assets.pipeline.library.run_times import Cost
-from casa_assets.pipeline.workers.batch import keep_trace
+from casa_assets.pipeline.workers.traces import keep_trace
 from casa_assets.preview.raw.raw_model import render_model
 from casa_assets.preview.renderer import NoRenderer, backend
 

@@ -7,7 +7,6 @@ program, of the machine, or of the user's request, and these are told apart here
 from __future__ import annotations
 
 import gc
-import hashlib
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -19,6 +18,7 @@ from casa_assets.pipeline.ingest.job import RunAborted, writing
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.workers.engine import Workers, open_engine
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
+from casa_assets.pipeline.workers.traces import keep_trace
 from casa_assets.preview.renderer import NoRenderer
 
 J = TypeVar("J")
@@ -26,7 +26,6 @@ T = TypeVar("T")
 
 # Processor seconds after which a job does not end by itself; the slowest known takes three minutes.
 CPU_S = 7200.0
-TRACES = "traces"  # folder in the cache of a library
 # Errors of the machine, which every other item of a batch would meet too.
 ABORTS = (OutputError, NoRenderer, MemoryError)
 
@@ -92,12 +91,3 @@ def attempt(make: Callable[[], T], failed: Callable[[str, bool], T], root: Path)
         return failed(str(error), False)
     except Exception:  # noqa: BLE001  the other items go on; the trace is reported and the run ends with exit 3
         return failed(traceback.format_exc(limit=-4), True)
-
-
-def keep_trace(error: PluginFailure, library: Library) -> Path:
-    """Write where code of a plug-in has failed into a file of a library, called after its text; the file."""
-    folder = library.cache / TRACES
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / f"{error.plugin}_{hashlib.sha256(error.trace.encode()).hexdigest()[:10]}.txt"
-    path.write_text(error.trace, encoding="utf-8")
-    return path

@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
@@ -24,6 +25,7 @@ LOADERS = {"importlib.import_module", "import_module", "__import__"}
 # Prints the keys of everything that is kept, by name.
 REPORT = """
 import json
+from casa_assets.pipeline.articulate.run import _code_key
 from casa_assets.pipeline.families.run import asset_key
 from casa_assets.pipeline.ingest import run as ingest
 from casa_assets.pipeline.ingest.stages import STAGES, stage_key
@@ -43,6 +45,7 @@ for recipe in (SceneRecipe("l_small", "coastal"), SceneRecipe("one_wall_small", 
 found["page of a scene"] = scene_page.page_key()
 found["model of a scene"] = scene_page.model_key()
 found["library ingest"] = ingest.cache_key({})
+found["code of articulate"] = _code_key()
 print(json.dumps(found))
 """
 
@@ -57,8 +60,9 @@ class Copy:
         shutil.copytree(ROOT / "registry", folder / "registry")
         self.before = self.keys()
 
-    def keys(self, seed: str = "0") -> dict[str, str]:
-        environment = {**os.environ, "PYTHONPATH": str(self.folder), "PYTHONHASHSEED": seed}
+    def keys(self, seed: str = "0", besides: Sequence[Path] = ()) -> dict[str, str]:
+        paths = os.pathsep.join(map(str, (self.folder, *besides)))
+        environment = {**os.environ, "PYTHONPATH": paths, "PYTHONHASHSEED": seed}
         command = [sys.executable, "-c", REPORT]
         done = subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
@@ -113,7 +117,7 @@ class TestOneConstantChanges:
         changed = copy.changed_by(
             "casa_assets/ingest/mass/combine.py", "MIN_THICKNESS_RATIO = 1e-7", "MIN_THICKNESS_RATIO = 1e-6"
         )
-        assert changed == {"stage mass", "library ingest"}
+        assert changed == {"stage mass", "library ingest", "code of articulate"}
 
     def test_in_a_family(self, copy: Copy) -> None:
         """Its own assets, and the kitchens that have one."""
@@ -142,6 +146,18 @@ class TestOneConstantChanges:
             "registry/families/toaster.yaml", "height: 0.2\n    dome: 0.042", "height: 0.21\n    dome: 0.042"
         )
         assert {n for n in changed if n.startswith("asset ")} == {"asset toaster retro_cream"}
+
+
+def test_packages_that_make_nothing_change_no_key(copy: Copy, tmp_path: Path) -> None:
+    """Whoever has Ray, or the program that a written file is for, makes the same bytes as who has not."""
+    for name in ("ray", "isaaclab"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "__init__.py").write_text("raise ImportError('nothing imports it for a key')\n")
+        told = tmp_path / f"{name}-98.7.6.dist-info"
+        told.mkdir()
+        (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 98.7.6\n")
+        (told / "top_level.txt").write_text(f"{name}\n")
+    assert copy.keys(besides=(tmp_path,)) == copy.before
 
 
 class TestImports:
