@@ -160,6 +160,7 @@ def kitchen(
     closed: bool = False,
     objects: int = 0,
     objects_seed: int = 0,
+    mixed: bool = False,
 ) -> Kitchen:
     """A floor plan in a style.
 
@@ -173,6 +174,7 @@ def kitchen(
         objects: how many things are put where people keep them: plates in cupboards, food in the refrigerator. There
             are fewer where there is no room for so many; `facts["objects"]` lists them.
         objects_seed: draws which things, and where.
+        mixed: fronts, appliances, furniture and small things are drawn out of all styles, by the seed.
     Raises:
         UnknownId: no such plan, style, surface or texture; the error names the nearest.
         CasaError: a number of objects is negative, or the plan does not fit together with these lengths or this style.
@@ -181,13 +183,13 @@ def kitchen(
         if number < 0:
             raise CasaError(f"{name}={number}: it has to be 0 or more")
     if surfaces == "random":
-        return Kitchen(SceneRecipe(plan, style, seed, draw_surfaces(seed or 0), closed, objects, objects_seed))
+        return Kitchen(SceneRecipe(plan, style, seed, draw_surfaces(seed or 0), closed, objects, objects_seed, mixed))
     pairs = []
     for name, texture in (surfaces or {}).items():
         if name not in list(Surface):
             raise UnknownId("surface", name, [s.value for s in Surface])
         pairs.append((Surface(name), texture))
-    return Kitchen(SceneRecipe(plan, style, seed, ordered_surfaces(pairs), closed, objects, objects_seed))
+    return Kitchen(SceneRecipe(plan, style, seed, ordered_surfaces(pairs), closed, objects, objects_seed, mixed))
 
 
 @overload

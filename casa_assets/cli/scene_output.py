@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,21 +21,24 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 
 NARROW_COLUMNS = 5  # columns of numbers that a terminal shows that has no room for all of them
+MAX_LISTED = 20  # draws that are told one by one at the end
+EXAMPLE_CHARACTERS = 160  # of what was said of a refused draw
 WIDE_TERMINAL = 140  # characters that the whole table takes
 
 
 def follow(
-    running: Iterator[SceneResult], recipes: Sequence[SceneRecipe], word: str, output: Output
+    running: Iterator[SceneResult], recipes: Sequence[SceneRecipe], word: str, output: Output, lean: bool = False
 ) -> list[SceneResult]:
     """Print a line for each scene as it is done; returns all of them.
 
     Args:
         word: what is done with them, for the bar.
+        lean: without the reports of those that passed, which stand on the disk: thousands would fill the memory.
     """
     results: list[SceneResult] = []
     with working_on(output.console, word, [recipe.scene_id for recipe in recipes]) as done:
         for result in running:
-            results.append(result)
+            results.append(replace(result, report=None) if lean and result.passed else result)
             done(result.recipe.scene_id)
             if output.as_json:
                 output.row(json_row(result))
@@ -110,6 +114,45 @@ def print_robots(results: list[SceneResult], output: Output) -> None:
         output.line("margin: the median; not parked: joints of fixtures that have no parking place")
 
 
+def print_sample(
+    results: list[SceneResult], recipes: Sequence[SceneRecipe], seed: int, out: Path, output: Output
+) -> None:
+    """Print what became of draws, and write rejected.json and diversity.json.
+
+    Tables tell why some were refused, how diverse those are that passed, and what a kitchen cost.
+    """
+    from casa_assets.pipeline.ingest.job import writing
+    from casa_assets.pipeline.kitchens.sampling import outcome
+    from casa_assets.pipeline.kitchens.sampling.diversity import table_rows, write_diversity
+    from casa_assets.pipeline.kitchens.sampling.traits import diversity_of_recipes, diversity_of_reference
+
+    passed = {r.recipe.scene_id for r in results if r.passed}
+    drawn = diversity_of_recipes(recipe for recipe in recipes if recipe.scene_id in passed)
+    reference = diversity_of_reference()
+    with writing(out):
+        rejected = outcome.write_rejected(out, seed, recipes, results)
+        measured = write_diversity(out, drawn, reference)
+    if len(results) <= MAX_LISTED:
+        print_numbers(results, out, output)
+    why = TextTable(("refused for", "plan", "style", "draws", "such as"), sentences=("such as",), right=("draws",))
+    for row in outcome.refusals(results):
+        why.add(row.reason, row.plan, row.style, str(row.count), row.example[:EXAMPLE_CHARACTERS])
+    why.print(output.console)
+    heads = (f"these {len(passed)}", f"the {reference.kitchens} of plan x style")
+    told = TextTable(("diversity", *heads), right=heads, title="Evenness from 0 to 1, distances from 0 to 1")
+    for cells in table_rows(drawn, reference)[1:]:
+        told.add(*cells)
+    told.print(output.console)
+    cost = outcome.cost_of(results)
+    steps = ", ".join(f"{step} {seconds:.1f}" for step, seconds in cost.steps.items())
+    output.line(f"{cost.total:.1f} core-seconds per kitchen ({steps}), the mean of {pluralize(cost.kitchens, 'draw')}")
+    share = f"{len(passed) / len(results):.1%}" if results else "none"
+    output.line(
+        f"{len(passed)} of {pluralize(len(results), 'draw')} passed ({share}); why the others did not: {rejected}"
+    )
+    output.line(f"Diversity: {measured}")
+
+
 def print_states(results: list[SceneResult], output: Output) -> None:
     """Print for each scene its start states: how many, the deepest contact, the farthest motion, what was refused."""
     from casa_assets.pipeline.kitchens.scene_files import START_STATES
@@ -146,6 +189,7 @@ def json_row(result: SceneResult) -> dict[str, Any]:
         "write_s": round(result.write_s, 3),
         "draw_s": round(result.draw_s, 3),
         "check_s": round(result.check_s, 3),
+        "cpu_s": result.cpu_s,
         **result.counts,
     }
 

@@ -87,8 +87,12 @@ def contact_parameters_agree(package: Package, limit: float) -> Measurement:
 
 def parameters(expected: mujoco.MjModel, actual: mujoco.MjModel) -> list[Difference]:
     """Contact and joint parameters of what two models have in common, relative to the larger of two numbers."""
-    tables = _parameters(expected), _parameters(actual)
-    return [relative(key, tables[0][key], tables[1][key]) for key in sorted(tables[0].keys() & tables[1].keys())]
+    return parameter_differences(parameter_table(expected), parameter_table(actual))
+
+
+def parameter_differences(expected: dict[str, Floats], actual: dict[str, Floats]) -> list[Difference]:
+    """The same of the tables of two models."""
+    return [relative(key, expected[key], actual[key]) for key in sorted(expected.keys() & actual.keys())]
 
 
 def exceeds(difference: Difference, tolerance: float) -> bool:
@@ -133,8 +137,11 @@ def _measured(differences: Iterable[Difference], limit: float) -> Measurement:
     return Measurement(worst, tuple(dict.fromkeys((r.pointer, r.message) for r in rows if exceeds(r, limit))))
 
 
-def _parameters(model: mujoco.MjModel) -> dict[str, Floats]:
-    """Pointer -> numbers: one row per collider of a body, in an order that does not depend on names; one per joint."""
+def parameter_table(model: mujoco.MjModel) -> dict[str, Floats]:
+    """Contact and joint parameters of a model, by pointer.
+
+    Of a body one row per collider, in an order that does not depend on names; of a joint one row.
+    """
     table: dict[str, Floats] = {}
     for body in range(1, model.nbody):
         rows = sorted(_contact_parameters(model, g) for g in colliders_of(model, body))

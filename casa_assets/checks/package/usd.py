@@ -61,21 +61,26 @@ def usd_meets_simready_profile(package: Package) -> Measurement:
     return count(sorted(failures.items()) or [("simready", f"{PROFILE} {PROFILE_VERSION} does not apply")])
 
 
-def validate_simready(path: Path) -> tuple[bool, dict[str, str]] | None:
+def validate_simready(path: Path, without: frozenset[str] = frozenset()) -> tuple[bool, dict[str, str]] | None:
     """Hold a USD file against SimReady's profile, as SimReady's command line does.
 
+    Args:
+        without: codes of requirements that need not be run, since the caller does not count them.
     Returns:
-        Whether it passes, and code -> message of each requirement that is not met, those of optional features among
-        them; None where the validator gives no verdict.
+        Whether it passes, and code -> message of each requirement that the profile demands and that is not met; None
+        where the validator gives no verdict.
     """
     import simready.validate
     from simready.validate.api import features_summary_passed
+
+    from casa_assets.checks.package.rule_runner import only_demanded
 
     load_rules()
     config = simready.validate.AssetValidationConfig(
         asset_path=str(path), profile_id=PROFILE, profile_version=PROFILE_VERSION
     )
-    result = simready.validate.validate_asset(config)
+    with only_demanded(without):
+        result = simready.validate.validate_asset(config)
     if result is None:
         return None
     failures: dict[str, str] = {}
@@ -138,11 +143,12 @@ def load_rules() -> None:
     """Register the rules of SimReady, once per process (half a second with their import)."""
     import simready.validate
 
-    from casa_assets.checks.package import coincident_meshes
+    from casa_assets.checks.package import coincident_meshes, rule_runner
 
     with quiet():
         simready.validate.initialize([], [], [])
         coincident_meshes.make_swift()
+        rule_runner.run_rules_directly()
     # The validator asks for the caller's module when it warns of a name of its own that is old; the first to ask looks
     # through all modules that are loaded.
     inspect.getmodule(inspect.currentframe())

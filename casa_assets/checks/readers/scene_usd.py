@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
 import numpy as np
 from pxr import Usd, UsdGeom, UsdLux, UsdPhysics
 
+from casa_assets.checks.package.facts import PoseFacts, ProgramTexts
 from casa_assets.checks.readers import usd_facts, usd_words
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, four, free_bodies, short_name, three
 from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
@@ -20,15 +22,40 @@ from casa_assets.model.record import Vec3
 LAYER = "casa:layer"
 
 
+class SceneReading(usd_facts.StageReading):
+    """What OpenUSD alone reads of the stage of a scene, read once for the tables of both readers."""
+
+    @cached_property
+    def poses(self) -> tuple[PoseFacts, ...]:
+        """Named poses of all bodies."""
+        return usd_words.poses(self.stage, scene=True)
+
+    @cached_property
+    def words(self) -> dict[str, ProgramTexts]:
+        """Name of a placement -> what programs read of it."""
+        found = self.stage.GetDefaultPrim().GetChildren()
+        return {prim.GetName(): usd_words.words_below(prim) for prim in found if prim.GetPrimAtPath(ROOT_BODY)}
+
+    @cached_property
+    def cameras(self) -> tuple[CameraFacts, ...]:
+        """Cameras, by name."""
+        return _cameras(self.stage)
+
+    @cached_property
+    def lights(self) -> tuple[LightFacts, ...]:
+        """Lights, by name."""
+        return _lights(self.stage)
+
+
 def mujoco_facts(path: Path) -> SceneFacts:
     """The table of a scene.usda as MuJoCo imports it. Raises ValueError where it does not."""
     loaded = usd_facts.imported(path)
     if loaded.model is None:
         raise ValueError(loaded.error)
-    return facts_of_import(loaded.model, usd_facts.opened(path))
+    return facts_of_import(loaded.model, SceneReading(usd_facts.opened(path)))
 
 
-def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> SceneFacts:
+def facts_of_import(model: mujoco.MjModel, read: SceneReading) -> SceneFacts:
     """The table of a stage and of what MuJoCo imported from it."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -36,19 +63,25 @@ def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> SceneFacts:
     stand = {n: Pose(position=three(data.xpos[b]), quaternion=four(data.xquat[b])) for n, b in names.items()}
     free = set(free_bodies(model))
     welded = {name: stand[name] for name, body in names.items() if body not in free}
-    things = usd_facts.facts_of_import(model, stage).replace(poses=usd_words.poses(stage, scene=True))
+    things = usd_facts.facts_of_import(model, read).replace(poses=read.poses)
     return SceneFacts(
         gravity=three(model.opt.gravity),
-        placements=tuple(_placements(stage, stand, welded)),
-        cameras=_cameras(stage),
-        lights=_lights(stage),
+        placements=tuple(_placements(read, stand, welded)),
+        cameras=read.cameras,
+        lights=read.lights,
         things=things,
     )
 
 
 def pxr_facts(stage: Usd.Stage) -> SceneFacts:
     """The table of a scene.usda as UsdPhysics parses it. Raises ValueError where it holds what no scene has."""
-    things, welded = usd_facts.facts_of_stage(stage)
+    return facts_of_stage(SceneReading(stage))
+
+
+def facts_of_stage(read: SceneReading) -> SceneFacts:
+    """The same of a stage that is read for other tables too."""
+    stage = read.stage
+    things, welded = usd_facts.facts_of_stage(read)
     cache = UsdGeom.XformCache()
     stand = {
         short_name(str(prim.GetPath())): usd_words.rigid(cache.GetLocalToWorldTransform(prim))
@@ -57,19 +90,19 @@ def pxr_facts(stage: Usd.Stage) -> SceneFacts:
     }
     return SceneFacts(
         gravity=_gravity(stage),
-        placements=tuple(_placements(stage, stand | welded, welded)),
-        cameras=_cameras(stage),
-        lights=_lights(stage),
+        placements=tuple(_placements(read, stand | welded, welded)),
+        cameras=read.cameras,
+        lights=read.lights,
         # A scene has no base of its own.
-        things=things.replace(base=Base.FIXED, poses=usd_words.poses(stage, scene=True)),
+        things=things.replace(base=Base.FIXED, poses=read.poses),
     )
 
 
-def _placements(stage: Usd.Stage, stand: dict[str, Pose], welded: dict[str, Pose]) -> Iterator[PlacementFacts]:
+def _placements(read: SceneReading, stand: dict[str, Pose], welded: dict[str, Pose]) -> Iterator[PlacementFacts]:
     """Sorted by name. Raises ValueError where physics knows nothing of one."""
-    for prim in sorted(stage.GetDefaultPrim().GetChildren(), key=lambda p: p.GetName()):
+    for prim in sorted(read.stage.GetDefaultPrim().GetChildren(), key=lambda p: p.GetName()):
         name = prim.GetName()
-        if not prim.GetPrimAtPath(ROOT_BODY):
+        if name not in read.words:
             continue
         if name not in stand:
             raise ValueError(f"placement {name!r} has no body {ROOT_BODY!r}")
@@ -81,7 +114,7 @@ def _placements(stage: Usd.Stage, stand: dict[str, Pose], welded: dict[str, Pose
             base=Base.FIXED if name in welded else Base.FREE,
             position=stand[name].position,
             quaternion=stand[name].quaternion,
-            words=usd_words.words_below(prim),
+            words=read.words[name],
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from pathlib import Path
 
 import mujoco
@@ -10,7 +11,14 @@ import numpy as np
 import numpy.typing as npt
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdPhysics, UsdShade
 
-from casa_assets.checks.package.facts import AssetFacts, BodyFacts, JointFacts, ProgramTexts
+from casa_assets.checks.package.facts import (
+    AssetFacts,
+    BodyFacts,
+    JointFacts,
+    PlaceFacts,
+    ProgramTexts,
+    VisualFacts,
+)
 from casa_assets.checks.readers import usd_looks, usd_words
 from casa_assets.checks.readers.mujoco_facts import (
     bounds_around,
@@ -73,17 +81,38 @@ def mujoco_facts(path: Path) -> AssetFacts:
         raise ValueError(loaded.error)
     stage = opened(path)
     base = Base.FREE if free_bodies(loaded.model) else Base.FIXED
-    table = facts_of_import(loaded.model, stage)
+    table = facts_of_import(loaded.model, StageReading(stage))
     return table.replace(base=base, poses=usd_words.poses(stage), words=usd_words.words(stage))
 
 
-def facts_of_import(model: mujoco.MjModel, stage: Usd.Stage) -> AssetFacts:
+class StageReading:
+    """What OpenUSD alone reads of a stage, read once for the tables of both readers.
+
+    Attributes:
+        stage: nobody changes it meanwhile.
+    """
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self.stage = stage
+
+    @cached_property
+    def places(self) -> tuple[PlaceFacts, ...]:
+        """Sites and regions. Raises as `usd_words.places` does."""
+        return usd_words.places(self.stage)
+
+    @cached_property
+    def looks(self) -> tuple[VisualFacts, ...]:
+        """Appearance of the visuals."""
+        return usd_looks.looks(self.stage)
+
+
+def facts_of_import(model: mujoco.MjModel, read: StageReading) -> AssetFacts:
     """Fact table of a stage as MuJoCo imported it, without poses and words."""
     table = facts_of_model(model, base=Base.FIXED, words=ProgramTexts(classes=()))
     # MuJoCo leaves the colours of sites, most of what a surface is, and the variants of USD out; OpenUSD reads them.
-    colors = {place.name: place.color for place in usd_words.places(stage)}
+    colors = {place.name: place.color for place in read.places}
     places = [place.replace(color=colors.get(place.name)) for place in table.places]
-    return table.replace(places=tuple(places), looks=usd_looks.looks(stage))
+    return table.replace(places=tuple(places), looks=read.looks)
 
 
 def pxr_facts(path: Path) -> AssetFacts:
@@ -93,18 +122,19 @@ def pxr_facts(path: Path) -> AssetFacts:
         ValueError: the file does not open, or holds a joint that no asset has.
     """
     stage = opened(path)
-    table, welded = facts_of_stage(stage)
+    table, welded = facts_of_stage(StageReading(stage))
     return table.replace(
         base=Base.FIXED if welded else Base.FREE, poses=usd_words.poses(stage), words=usd_words.words(stage)
     )
 
 
-def facts_of_stage(stage: Usd.Stage) -> tuple[AssetFacts, dict[str, Pose]]:
+def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
     """Fact table of a stage as UsdPhysics parses it, without poses and words.
 
     Returns:
         The table, and the bodies that are fixed to the world: name -> world_from_body as their joint demands.
     """
+    stage = read.stage
     # Colliders are left out of what the parser reads, and traversed: it appends them to one list from many threads
     # without a lock, and with some twenty of them the list is damaged now and then, or the process dies (25.11).
     shapes = [p for p in stage.Traverse() if p.HasAPI(UsdPhysics.CollisionAPI)]
@@ -129,8 +159,8 @@ def facts_of_stage(stage: Usd.Stage) -> tuple[AssetFacts, dict[str, Pose]]:
         base=Base.FIXED if welded else Base.FREE,
         bodies=tuple(sorted(bodies, key=lambda b: b.name)),
         exclusions=tuple(sorted({(min(pair), max(pair)) for pair in filtered})),
-        places=usd_words.places(stage),
-        looks=usd_looks.looks(stage),
+        places=read.places,
+        looks=read.looks,
         words=ProgramTexts(classes=()),
     )
     return table, welded

@@ -189,35 +189,32 @@ def sample(
     seed: Seed = 0,
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
     pictures: Pictures = True,
+    in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = False,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw kitchens by chance: plan, its lengths, style and textures. Only those that pass every check are kept.
+    """Draw kitchens by chance: plan, lengths, style, finishes, models. Only those that pass every check are kept.
 
-    The others are rejected: rejected.json says why. Exit 0 when one passes or more, 1 when none does, 2 on misuse.
+    The others are refused: rejected.json says why. diversity.json tells how diverse the kitchens are. A run that was
+    stopped goes on where it was. Exit 0 when one passes or more, 1 when none does, 2 on misuse.
 
     Example:  casa-assets scenes sample 20 --seed 1
     """
-    from casa_assets.pipeline.ingest.job import writing
-    from casa_assets.pipeline.kitchens.check import check_all
-    from casa_assets.pipeline.kitchens.sample import draw_recipes, write_rejected
+    from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
+    from casa_assets.pipeline.kitchens.sampling.run import sample_all
 
     recipes, output = draw_recipes(count, seed), Output(json_, quiet, verbose)
-    done = check_all(recipes, out, jobs, strict=True, drawn=pictures)
-    results = scene_output.follow(done, recipes, "drawing", output)
-    with writing(out):
-        path = write_rejected(out, seed, recipes, results)
-    if not json_:
-        scene_output.print_numbers(results, out, output)
+    done = sample_all(recipes, out, workers(engine, address, jobs), drawn=pictures, in_3d=in_3d)
+    results = scene_output.follow(done, recipes, "drawing", output, lean=True)
+    scene_output.print_sample(results, recipes, seed, out, output)
     scene_output.write_reports(results, out, output)
-    passed = sum(r.passed for r in results)
-    rate = f"{passed} of {pluralize(len(results), 'draw')} passed ({passed / len(results):.0%})"
-    output.line(f"{rate}; why the others did not: {path}")
     scene_output.look(results, output)
     scene_output.raise_faults(results)
-    if not passed:
+    if not any(result.passed for result in results):
         raise typer.Exit(1)
 
 
@@ -400,6 +397,12 @@ def new(
         str,
         typer.Option(help="'style', 'random' (drawn by the seed), or ids: 'wall=brick_red_running,floor=oak_ebony'."),
     ] = "style",
+    mixed: Annotated[
+        bool,
+        typer.Option(
+            "--mixed", help="Fronts, appliances, furniture and small things of all styles, drawn by the seed."
+        ),
+    ] = False,
     closed: Annotated[
         bool, typer.Option("--closed", help="Build all walls; by default some plans leave sides open.")
     ] = False,
@@ -424,7 +427,7 @@ def new(
 
     load_plan(plan), load_style(style)
     surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
-    recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed)
+    recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed, mixed)
     _build([recipe], out, 1, BuildOptions(), Output(json_, quiet, verbose))
 
 

@@ -37,6 +37,8 @@ from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
+    BUILD,
+    CHECK,
     BuildOptions,
     SceneResult,
     build_with_options,
@@ -58,6 +60,7 @@ from casa_assets.pipeline.kitchens.state_file import read_states
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.engine import Workers
+from casa_assets.pipeline.workers.usage import StepClock
 from casa_assets.preview import kitchen as room
 from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 
@@ -73,6 +76,7 @@ def check_one(
     strict: bool = False,
     drawn: bool = True,
     in_3d: bool = True,
+    frame: room.PictureSettings | None = None,
 ) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
@@ -81,10 +85,10 @@ def check_one(
     Args:
         out: folder of the scenes. force: check it again. strict: what does not pass is not put in place. drawn: with an
             overview; the check of what cameras see draws its own, small, and keeps none. in_3d: with a model that the
-            page shows in 3D, about 4 MB.
+            page shows in 3D, about 4 MB. frame: of the overview; None: as `scenes build` draws it.
     """
     judge = partial(check_and_report, in_3d=in_3d)
-    done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=judge, strict=strict))
+    done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=judge, strict=strict, frame=frame))
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
@@ -120,12 +124,13 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
     """Every check on a scene that is there already."""
 
     def make() -> SceneResult:
-        begin = time.perf_counter()
+        clock = StepClock()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
-        built = time.perf_counter()
+        clock.end(BUILD)
         report = check_and_report(recipe, kitchen, scene, folder, in_3d)
-        seconds = time.perf_counter() - built
-        return SceneResult(recipe, str(folder), report=report, build_s=built - begin, check_s=seconds)
+        clock.end(CHECK)
+        build_s, check_s = clock.wall_s[BUILD], clock.wall_s[CHECK]
+        return SceneResult(recipe, str(folder), report=report, build_s=build_s, check_s=check_s, cpu_s=clock.cpu_s)
 
     return attempt(make, partial(failed_scene, recipe), out)
 

@@ -20,7 +20,7 @@ from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.model.kitchen.style import LIBRARY, PresetChoice
+from casa_assets.model.kitchen.style import LIBRARY, PresetChoice, Style
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.registry.document import Document
 from casa_assets.pipeline.cache.asset_store import AssetStore
@@ -29,12 +29,18 @@ from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
 from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, library_asset
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
+from casa_assets.pipeline.kitchens.sampling.harmony import goes_together
+from casa_assets.pipeline.kitchens.sampling.mix import mixed_style
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 MAX_LENGTH_DRAWS = 20
+MAX_FINISH_DRAWS = 50  # of finishes, after which those that were drawn last are taken
+LENGTHS_PER_MIX = 5  # of these draws, before a mixed kitchen is mixed anew
+# Field of an appliance's numbers, and what its form is called there, where a cabinet front hangs on it.
+LOOK, PANEL = "look", "panel"
 WARM = f"{__name__}:warm"  # for pools of workers that build scenes
 
 
@@ -66,6 +72,7 @@ class SceneRecipe:
         closed: whether open walls are drawn too.
         objects: how many things of registry/objects/ are put into it, where people keep them; 0: none.
         objects_seed: draws which, and where.
+        mixed: whether its fronts, models and other parts are drawn out of all styles, by `seed`, or 0 without one.
     """
 
     plan: str
@@ -75,12 +82,14 @@ class SceneRecipe:
     closed: bool = False
     objects: int = 0
     objects_seed: int = 0
+    mixed: bool = False
 
     @property
     def scene_id(self) -> str:
-        """`<plan>__<style>`, and what applies of `__s<seed>`, `__t<digest of finishes>`, `__closed`, `__o<objects>`.
+        """`<plan>__<style>`, and what applies of `__s<seed>`, `__t<digest of finishes>` and further parts.
 
-        The last has the seed of the objects, where it is not 0, right after their number: `__o40s3`.
+        These are `__mixed`, `__closed` and `__o<objects>`. The last has the seed of the objects, where it is not 0,
+        right after their number: `__o40s3`.
         """
         parts = [self.plan, self.style]
         if self.seed is not None:
@@ -88,6 +97,8 @@ class SceneRecipe:
         if self.surfaces:
             text = ",".join(f"{surface.value}={name}" for surface, name in self.surfaces)
             parts.append("t" + hashlib.sha256(text.encode()).hexdigest()[:8])
+        if self.mixed:
+            parts.append("mixed")
         if self.closed:
             parts.append("closed")
         if self.objects:
@@ -106,9 +117,15 @@ def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Sur
 
 
 def draw_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
-    """A finish for each surface, each drawn by itself."""
+    """A finish for each surface, each drawn by itself; four that do not go together are drawn anew."""
     have = available_finishes()
-    return tuple((s, have.draw(rng_for(seed, f"scene/surface/{s.value}"), s)) for s in Surface)
+    generators = {s: rng_for(seed, f"scene/surface/{s.value}") for s in Surface}
+    drawn: tuple[tuple[Surface, str], ...] = ()
+    for _ in range(MAX_FINISH_DRAWS):
+        drawn = tuple((s, have.draw(rng, s)) for s, rng in generators.items())
+        if goes_together(name for _, name in drawn):
+            break
+    return drawn
 
 
 def draw_lengths(plan: Plan, seed: int, turn: int = 0) -> dict[str, float]:
@@ -129,17 +146,45 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
     """
     plan, document = kitchens.load_plan(recipe.plan)
     style, _ = kitchens.load_style(recipe.style)
-    style = style.with_surfaces(dict(recipe.surfaces))
     turns = 1 if recipe.seed is None else MAX_LENGTH_DRAWS
     failed: PlanConflict | None = None
     for turn in range(turns):
         given = None if recipe.seed is None else draw_lengths(plan, recipe.seed, turn)
+        mixed = mixed_style(style, recipe.seed or 0, turn // LENGTHS_PER_MIX) if recipe.mixed else style
+        finished = with_finishes(mixed, dict(recipe.surfaces), recipe.mixed)
         try:
-            return request_kitchen(plan, style, preset_params(), given, recipe.closed)
+            return request_kitchen(plan, finished, preset_params(), given, recipe.closed)
         except PlanConflict as error:
             failed = error
     assert failed is not None
     raise error_with_line(failed, document)
+
+
+def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = False) -> Style:
+    """A style with other finishes of its surfaces; appliances behind cabinet fronts get the fronts of the cabinets.
+
+    Args:
+        mixed: the fronts are not those that the style was made with, so that appliances get them in any case.
+    """
+    style = style.with_surfaces(surfaces)
+    if not mixed and Surface.CABINET not in surfaces:
+        return style
+    base = style.cabinets.base
+    look = {"front": base.front, "face": base.face, "metal": base.metal}
+    models = {
+        role: choice.replace(params=merge_nested(choice.params, {LOOK: look})) if _is_behind_panels(choice) else choice
+        for role, choice in style.models.items()
+    }
+    return style.replace(models=models)
+
+
+def _is_behind_panels(choice: PresetChoice) -> bool:
+    """True if a model is an appliance that a cabinet front is hung on."""
+    if choice.is_library:
+        return False
+    params = preset_params().get(choice.family, {}).get(choice.name, {})
+    look = merge_nested(params, choice.params).get(LOOK)
+    return isinstance(look, Mapping) and look.get("form") == PANEL
 
 
 def error_with_line(error: PlanConflict, document: Document) -> RegistryError:

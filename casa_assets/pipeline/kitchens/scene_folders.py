@@ -43,6 +43,7 @@ from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
 from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.limits import WorkerFailure
+from casa_assets.pipeline.workers.usage import StepClock
 from casa_assets.preview import kitchen as room
 from casa_assets.preview import tonemap
 from casa_assets.preview.photoreal.viewpoint import EYE, eye_view
@@ -51,6 +52,7 @@ from casa_assets.registry.kitchens import plan_names, style_names
 
 OVERVIEW_FRAME = room.PictureSettings(passes=4)
 EYE_FRAME, OPEN = room.PictureSettings(816, 544, passes=3), "open"  # of the picture at eye level, with doors open
+BUILD, WRITE, DRAW, CHECK, PUT = "build", "write", "draw", "check", "put"  # steps of a scene
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Checks a scene in its folder and returns the report.
 Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]
@@ -64,7 +66,7 @@ class SceneResult:
         recipe: of the scene. folder: where it is; empty where it failed.
         message: why it failed. is_fault: the program is to blame; then that is a trace.
         report: of all checks; None where they did not run.
-        build_s, write_s, draw_s, check_s: wall seconds.
+        build_s, write_s, draw_s, check_s: wall seconds. cpu_s: processor seconds by step, as far as they were counted.
         counts: what the scene holds, by word. kept: an earlier run made it, and nothing has changed.
     """
 
@@ -76,6 +78,7 @@ class SceneResult:
     write_s: float = 0.0
     draw_s: float = 0.0
     check_s: float = 0.0
+    cpu_s: dict[str, float] = field(default_factory=dict)
     counts: dict[str, float] = field(default_factory=dict)
     kept: bool = False
     is_fault: bool = False
@@ -100,6 +103,7 @@ class BuildOptions:
         force: even where nothing has changed since they were made.
         judge: checks a scene in its folder, writes the report there and returns it; None: scenes are not checked.
         strict: a scene that does not pass is not kept.
+        frame: of the overview; None: OVERVIEW_FRAME.
     """
 
     drawn: bool = True
@@ -107,6 +111,7 @@ class BuildOptions:
     force: bool = False
     judge: Judge | None = None
     strict: bool = False
+    frame: room.PictureSettings | None = None
 
 
 def build_one(recipe: SceneRecipe, out: Path, drawn: bool = True, force: bool = False) -> SceneResult:
@@ -132,7 +137,7 @@ def build_with_options(recipe: SceneRecipe, out: Path, options: BuildOptions) ->
         if options.force or not is_whole(folder, key):
             return _build_and_publish(recipe, disk.Library(out), options, key)
         if options.drawn and not is_drawn(folder, key):
-            return _redraw_overview(recipe, folder, key)
+            return _redraw_overview(recipe, folder, key, options)
         return SceneResult(recipe, str(folder), kept=True)
 
     return attempt(make, partial(failed_scene, recipe), out)
@@ -191,12 +196,20 @@ def _scene_json_field(folder: Path, name: str) -> Any:
     return facts.get(name) if isinstance(facts, dict) else None
 
 
-def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str) -> SceneResult:
+def _draw_overview(folder: Path, options: BuildOptions) -> None:
+    """Draw the overview of a scene as ordered."""
+    if options.frame is None:
+        draw_cameras(folder, (OVERVIEW,))
+    else:
+        draw_cameras(folder, (OVERVIEW,), options.frame)
+
+
+def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str, options: BuildOptions) -> SceneResult:
     """Draw the overview of a scene again, and remove its other pictures, which are out of date."""
     begin = time.perf_counter()
     for old in folder.glob("*.png"):
         old.unlink()
-    draw_cameras(folder, (OVERVIEW,))
+    _draw_overview(folder, options)
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
     fresh = folder / f".{SCENE_JSON}.{os.getpid()}"
     _write_facts(fresh, {**facts, "picture_key": picture_key(key)})
@@ -205,15 +218,15 @@ def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str) -> SceneResult
 
 
 def _build_and_publish(recipe: SceneRecipe, library: disk.Library, options: BuildOptions, key: str) -> SceneResult:
-    begin = time.perf_counter()
+    clock = StepClock()
     try:
         kitchen, scene = build_scene(recipe, library.cache)
     except CasaError:
         remove_scene(library.root, recipe.scene_id)
         raise
-    built = time.perf_counter()
+    clock.end(BUILD)
     done = publish_scene(recipe, kitchen, scene, library, options, key)
-    return replace(done, build_s=built - begin)
+    return replace(done, build_s=clock.wall_s[BUILD], cpu_s={**clock.cpu_s, **done.cpu_s})
 
 
 def publish_scene(
@@ -224,31 +237,33 @@ def publish_scene(
     Args:
         key: of the recipe, for `scene.json`. The library's root holds the scenes, side by side with what they share.
     """
-    begin = time.perf_counter()
+    clock = StepClock()
     with _staged(library, scene.id) as folder:
         keys = {"key": key, **({"picture_key": picture_key(key)} if options.drawn else {})}
         facts = {**keys, **describe(recipe, kitchen, scene)}
         store = AssetStore(library.cache)
         write_scene(folder, folder.parent, facts, scene, store.lightened)
         store.tidy()
-        written = time.perf_counter()
+        clock.end(WRITE)
         if options.drawn:
-            draw_cameras(folder, (OVERVIEW,))
+            _draw_overview(folder, options)
         if options.at_eye_level:
             draw_cameras(folder, (EYE,), EYE_FRAME, OPEN)
-        drawn = time.perf_counter()
+        clock.end(DRAW)
         report = options.judge(recipe, kitchen, scene, folder) if options.judge else None
         placed = report is None or report.passed or not options.strict
         if placed:
             _merge(folder.parent / SHARED, library.root / SHARED)
             library.put(folder, library.root / scene.id)
+        clock.end(CHECK if report else PUT)
     return SceneResult(
         recipe,
         str(library.root / scene.id) if placed else "",
         report=report,
-        write_s=written - begin,
-        draw_s=drawn - written,
-        check_s=time.perf_counter() - drawn if report else 0.0,
+        write_s=clock.wall_s[WRITE],
+        draw_s=clock.wall_s[DRAW],
+        check_s=clock.wall_s.get(CHECK, 0.0),
+        cpu_s=clock.cpu_s,
         counts={"placements": float(len(scene.placements)), "assets": float(len(scene.assets))},
     )
 
@@ -347,11 +362,13 @@ def run_recipes(
     out: Path,
     jobs: Workers,
     warm: str = f"{__name__}:warm",
+    goes_on: bool = False,
 ) -> Iterator[SceneResult]:
     """Run `work` on each recipe in `jobs` processes (0: one per core); yields results as they are done.
 
     Args:
         warm: `module:name` of a function that loads what every worker needs.
+        goes_on: a scene for which the memory does not suffice fails by itself, and the others are made.
     Raises:
         OutputError: the folder is held by another run or cannot be written.
         CasaError: see run_batch.
@@ -359,7 +376,7 @@ def run_recipes(
     place = disk.Library(out)
     with place.locked(), writing(out):
         place.sweep()
-        for number, answer in run_batch(work, recipes, out, jobs, warm, WORKER_BYTES):
+        for number, answer in run_batch(work, recipes, out, jobs, warm, WORKER_BYTES, goes_on):
             if isinstance(answer, WorkerFailure):
                 yield failed_scene(recipes[number], answer.text, True)
             else:

@@ -16,7 +16,9 @@ from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
 
 _OBJECTS = r"(?:__o(?P<objects>\d+)(?:s(?P<objects_seed>\d+))?)?"
-_REST = re.compile(r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<closed>__closed)?" + _OBJECTS)
+_REST = re.compile(
+    r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<mixed>__mixed)?(?P<closed>__closed)?" + _OBJECTS
+)
 
 
 def split_objects(name: str) -> tuple[str, int, int]:
@@ -44,7 +46,8 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
         raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()])
     seed = None if fields["seed"] is None else int(fields["seed"])
     _, objects, objects_seed = split_objects(scene_id)
-    bare = SceneRecipe(plan, style, seed, (), fields["closed"] is not None, objects, objects_seed)
+    is_closed, is_mixed = fields["closed"] is not None, fields["mixed"] is not None
+    bare = SceneRecipe(plan, style, seed, (), is_closed, objects, objects_seed, is_mixed)
     if fields["finishes"] is None:
         return bare
     for surfaces in _candidates(scene_id, seed, places):

@@ -17,6 +17,7 @@ from pydantic import TypeAdapter
 
 from casa_assets.model.issue import Report
 from casa_assets.pipeline.cache.cache_key import key_of
+from casa_assets.pipeline.kitchens.sampling.diversity import Diversity, read_diversity, table_rows
 from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
 from casa_assets.pipeline.reports.parts import Part, chunks
@@ -27,8 +28,9 @@ SUMMARY, SUMMARY_PAGE = "summary.json", "summary.html"
 FLOOR_MAP, AT_EYE_LEVEL = "floor_map.png", "eye_open.png"
 CARDS = "kitchens.json"  # in the cache
 ROWS_PER_PART = 500
-MAX_ON_SHEET = 120  # scenes on the contact sheet
-CELL_PX, CELL_HEIGHT_PX, SHEET_COLUMNS = 400, 267, 4
+# Scenes on the contact sheet: all up to the first number, of more the second number, in more columns.
+MAX_ON_SHEET, SHOWN_OF_MORE = 120, 60
+CELL_PX, CELL_HEIGHT_PX, SHEET_COLUMNS, COLUMNS_OF_MORE = 400, 267, 4, 6
 # Verdict of a scene -> class of the style sheet.
 VERDICT_STYLES = {True: "passed", False: "failed", None: "open"}
 
@@ -281,25 +283,40 @@ def _state(folder: Path) -> str:
 def write(out: Path, heading: str = "Kitchens") -> tuple[Path, Path]:
     """Write page, contact sheet and table of all scenes in a folder; returns the paths of page and sheet.
 
-    The sheet shows the first ones where there are many.
+    Of many the sheet shows some, from all over the list.
     """
     found = read_cards(out)
     _write_tables(out, [card.row for card in found])
+    shown = on_sheet(found)
     shots = [
         SheetCell(e.row.id, f"{e.fixtures} fixtures, {e.joints} joints, {e.row.verdict}", _best_picture(out, e))
-        for e in found[:MAX_ON_SHEET]
+        for e in shown
     ]
     picture, page = out / SHEET, out / PAGE
-    count = f"{len(found)}" if len(found) <= MAX_ON_SHEET else f"{MAX_ON_SHEET} of {len(found)}"
-    picture.write_bytes(contact_sheet(shots, f"{heading}: {count}", SHEET_COLUMNS, CELL_PX, CELL_HEIGHT_PX))
-    data = index_parts(found)
+    count = f"{len(found):,}" if len(shown) == len(found) else f"{len(shown)} of {len(found):,}"
+    columns = SHEET_COLUMNS if len(shown) == len(found) else COLUMNS_OF_MORE
+    picture.write_bytes(contact_sheet(shots, f"{heading}: {count}", columns, CELL_PX, CELL_HEIGHT_PX))
+    data, diversity = index_parts(found), read_diversity(out)
     if len(found) <= parts.MAX_INLINE:
-        page.write_text(index_page(found, heading, data), encoding="utf-8")
+        page.write_text(index_page(found, heading, data, diversity=diversity), encoding="utf-8")
         parts.remove_parts(page)
     else:
         parts.write_parts(page, data)
-        page.write_text(index_page(found, heading, (), parts.folder_of(page).name), encoding="utf-8")
+        folder = parts.folder_of(page).name
+        page.write_text(index_page(found, heading, (), folder, diversity), encoding="utf-8")
     return page, picture
+
+
+def on_sheet(found: Sequence[SceneCard]) -> list[SceneCard]:
+    """The scenes that the contact sheet shows: all, or some of many.
+
+    These are at even distances in the list, so that all plans are among them; they have pictures where any have.
+    """
+    if len(found) <= MAX_ON_SHEET:
+        return list(found)
+    pictured = [card for card in found if card.pictures] or list(found)
+    count = min(SHOWN_OF_MORE, len(pictured))
+    return [pictured[i * len(pictured) // count] for i in range(count)]
 
 
 def best_picture(card: SceneCard) -> str:
@@ -374,11 +391,18 @@ def _index_row(card: SceneCard, places: Mapping[str, int]) -> list[Any]:
     ]
 
 
-def index_page(found: Sequence[SceneCard], heading: str, inside: Sequence[Part] = (), folder: str = "") -> str:
+def index_page(
+    found: Sequence[SceneCard],
+    heading: str,
+    inside: Sequence[Part] = (),
+    folder: str = "",
+    diversity: tuple[Diversity, Diversity] | None = None,
+) -> str:
     """HTML of the page that finds a kitchen.
 
     Args:
         inside: parts of the data that stand in the page itself. folder: of the script files with the others.
+        diversity: of kitchens that were drawn at random, and of the reference; None where there are none.
     """
     data = {
         "count": len(found),
@@ -393,6 +417,8 @@ def index_page(found: Sequence[SceneCard], heading: str, inside: Sequence[Part] 
         sentence=_short_sentence(totals([card.row for card in found])),
         unchecked=sum(card.row.passed is None for card in found),
         numbers=SUMMARY_PAGE,
+        sheet=SHEET,
+        diversity=table_rows(*diversity) if diversity else (),
         data=data,
         inside=inside,
         styles=("browse/browse.css", "kitchens/index.css"),

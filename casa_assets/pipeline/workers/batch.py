@@ -31,7 +31,13 @@ ABORTS = (OutputError, NoRenderer, MemoryError)
 
 
 def run_batch(
-    function: Callable[[J], T], jobs: Sequence[J], root: Path, workers: Workers, warm: str, least_bytes: int
+    function: Callable[[J], T],
+    jobs: Sequence[J],
+    root: Path,
+    workers: Workers,
+    warm: str,
+    least_bytes: int,
+    goes_on: bool = False,
 ) -> Iterator[tuple[int, T | WorkerFailure]]:
     """Yield (number of the job, what the function makes of it or a failure) as they finish, each in a worker.
 
@@ -39,6 +45,7 @@ def run_batch(
         function: of a module, or a partial of one, that answers with something picklable.
         jobs: picklable. root: folder that they write to. workers: where they run.
         warm: see Pool. least_bytes: memory that a job needs.
+        goes_on: a job for which the memory does not suffice, tried alone too, is a failure like others.
     Raises:
         CasaError: the disk, the renderer or the memory of this machine does not suffice; what was finished is kept.
     """
@@ -51,7 +58,7 @@ def run_batch(
         ):
             if isinstance(answer, RunAborted):
                 raise CasaError(answer.message)
-            if isinstance(answer, WorkerFailure) and answer.reason in ("memory", "killed"):
+            if not goes_on and isinstance(answer, WorkerFailure) and answer.reason in ("memory", "killed"):
                 raise CasaError(
                     f"a job was ended for want of memory ({answer.message}); what was finished is kept: run it again "
                     "with less beside it, or with fewer --jobs"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from time import perf_counter
 
 PROC = Path("/proc")
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -39,6 +40,31 @@ class Usage:
     cpu_s: float
     processes: int = 1
     memory_bytes: int = 0
+
+
+def cpu_seconds() -> float:
+    """Processor seconds of this process and of the children that it has waited for, of user and system."""
+    return sum(os.times()[:4])
+
+
+@dataclass
+class StepClock:
+    """Times the steps of a job, one after the other, from when it is made.
+
+    Attributes:
+        wall_s: step -> seconds of the clock. cpu_s: step -> processor seconds, those of ended children among them.
+    """
+
+    wall_s: dict[str, float] = field(default_factory=dict)
+    cpu_s: dict[str, float] = field(default_factory=dict)
+    _at: tuple[float, float] = field(default_factory=lambda: (perf_counter(), cpu_seconds()))
+
+    def end(self, step: str) -> None:
+        """End a step; the next one begins."""
+        now = perf_counter(), cpu_seconds()
+        self.wall_s[step] = now[0] - self._at[0]
+        self.cpu_s[step] = round(now[1] - self._at[1], 2)
+        self._at = now
 
 
 def processes() -> Iterator[Process]:

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from casa_assets.cli.main import app
 from casa_assets.ingest.sources import objaverse
 from casa_assets.pipeline.kitchens import check, scene_folders
+from casa_assets.pipeline.kitchens.sampling import run as sampling
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.project.starter import write_starter
@@ -140,14 +141,11 @@ def quick(monkeypatch: pytest.MonkeyPatch, checked_kitchen: tuple[Path, SceneRes
     monkeypatch.setattr(check, "CHECK_FRAME", smallest)
     monkeypatch.setattr(scene_folders.draw_cameras, "__defaults__", ((), smallest, "start"))
     monkeypatch.setattr(objaverse, "download", download)
-    real = check.check_all
 
-    def drawn(recipes: Any, out: Path, *args: Any, **options: Any) -> Iterator[SceneResult]:
-        if options.get("strict"):
-            return iter([checked_kitchen[1]])
-        return real(recipes, out, *args, **options)
+    def drawn(*_: Any, **__: Any) -> Iterator[SceneResult]:
+        return iter([checked_kitchen[1]])
 
-    monkeypatch.setattr(check, "check_all", drawn)
+    monkeypatch.setattr(sampling, "sample_all", drawn)
 
 
 def test_every_verb_is_tried() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -16,6 +17,7 @@ from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.diff import FILES
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.sampling import run
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from tests.packages import tamper
 
@@ -117,25 +119,35 @@ class TestSample:
         report = Report(subject="x", issues=(Issue(code="SCN005", severity=Severity.ERROR, message="two doors meet"),))
         asked: dict[str, object] = {}
 
-        def checked(
-            recipes: Sequence[SceneRecipe], _: Path, jobs: int, strict: bool, drawn: bool
-        ) -> Iterator[SceneResult]:
-            asked.update(jobs=jobs, strict=strict, drawn=drawn)
+        def made(recipes: Sequence[SceneRecipe], _: Path, jobs: int, drawn: bool, in_3d: bool) -> Iterator[SceneResult]:
+            asked.update(jobs=jobs, drawn=drawn, in_3d=in_3d)
+            cost = {"build": 1.0, "check": 2.5}
             for i, recipe in enumerate(recipes):
-                yield SceneResult(recipe, report=report) if i < bad else SceneResult(recipe, str(out / recipe.scene_id))
+                folder = "" if i < bad else str(out / recipe.scene_id)
+                yield SceneResult(recipe, folder, report=report if i < bad else None, cpu_s=cost)
 
-        monkeypatch.setattr(check, "check_all", checked)
+        monkeypatch.setattr(run, "sample_all", made)
         result = RUNNER.invoke(app, ["sample", "4", "--seed", "9", "--out", str(out), "--jobs", "1", "--no-pictures"])
-        assert asked == {"jobs": 1, "strict": True, "drawn": False}
+        assert asked == {"jobs": 1, "drawn": False, "in_3d": False}
         return result.exit_code, result.stdout
 
     def test_rate_and_reasons_are_told(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         code, message = self.told(1, monkeypatch, tmp_path)
         assert code == 0
-        assert "3 of 4 draws passed (75%)" in message
-        assert "two doors meet" in message
+        assert "3 of 4 draws passed (75.0%)" in message
+        assert "3.5 core-seconds per kitchen (build 1.0, write 0.0, draw 0.0, check 2.5, rest 0.0)" in message
+        assert re.search(r"SCN005 +\S+ +\S+ +1 +two doors meet", message), message
         data = json.loads((tmp_path / "rejected.json").read_text(encoding="utf-8"))
         assert (data["seed"], data["drawn"], data["passed"], len(data["rejected"])) == (9, 4, 3, 1)
+
+    def test_diversity_is_told_beside_that_of_the_reference(
+        self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        _, message = self.told(0, monkeypatch, tmp_path)
+        assert re.search(r"diversity +these 4 +the 120 of plan x style", message), message
+        data = json.loads((tmp_path / "diversity.json").read_text(encoding="utf-8"))
+        assert (data["kitchens"]["kitchens"], data["reference"]["kitchens"]) == (4, 120)
+        assert data["reference"]["plans"] == data["reference"]["styles"] == 1.0
 
     def test_none_passes(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
         assert self.told(4, monkeypatch, tmp_path)[0] == 1

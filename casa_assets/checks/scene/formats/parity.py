@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,6 +18,7 @@ from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
 from casa_assets.checks.scene.formats.facts import CameraFacts, LightFacts, PlacementFacts, SceneFacts
 from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.core.typing import Floats
 
 Posed = PlacementFacts | CameraFacts
 Facts = TypeVar("Facts")
@@ -36,11 +38,33 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
     model, flat, nested = files.scene_subject.loaded.model, files.imported.model, files.imported_nested.model
     if model is None or None in (flat, nested, files.composed[0], files.composed_nested[0]):
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
-    problems = parity_of(model, flat, files.usd)
+    expected = MjcfReading(model)
+    problems = parity_of(expected, flat, files.usd)
     # What the flat layer says otherwise, the nested one says by reference; that is one fault.
     shared = {at for at, _ in problems}
-    problems += [(f"nested/{at}", said) for at, said in parity_of(model, nested, files.nested) if at not in shared]
+    problems += [(f"nested/{at}", said) for at, said in parity_of(expected, nested, files.nested) if at not in shared]
     return count(problems, allowed=limit)
+
+
+class MjcfReading:
+    """What scene.xml says, read once for all that is held against it.
+
+    Attributes:
+        model: compiled from it.
+    """
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+
+    @cached_property
+    def facts(self) -> tuple[SceneFacts | None, str]:
+        """Its table, or why there is none."""
+        return _read(lambda: scene_mjcf.facts_of(self.model))
+
+    @cached_property
+    def parameters(self) -> dict[str, Floats]:
+        """Contact and joint parameters."""
+        return parity.parameter_table(self.model)
 
 
 def scene_parity(
@@ -58,11 +82,11 @@ def scene_parity(
         return [(mjcf.name, error)]
     imported, error = _model(usd_facts.imported, usd)
     problems = [(usd.name, error)] if imported is None else []
-    return problems + parity_of(model, imported, usd, tolerance, length_m)
+    return problems + parity_of(MjcfReading(model), imported, usd, tolerance, length_m)
 
 
 def parity_of(
-    model: mujoco.MjModel,
+    mjcf: MjcfReading,
     imported: mujoco.MjModel | None,
     usd: Path,
     tolerance: float = TOLERANCE,
@@ -71,21 +95,22 @@ def parity_of(
     """Differences between files that MuJoCo has already read.
 
     Args:
-        model: of scene.xml. imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
+        mjcf: of scene.xml. imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
     """
-    expected, error = _read(lambda: scene_mjcf.facts_of(model))
+    expected, error = mjcf.facts
     if expected is None:
         return [("scene.xml", error)]
     problems = []
     if imported is not None:
-        rows = parity.parameters(model, imported)
+        rows = parity.parameter_differences(mjcf.parameters, parity.parameter_table(imported))
         problems += [(row.pointer, row.message) for row in rows if parity.exceeds(row, tolerance)]
     stage, error = _read(lambda: usd_facts.opened(usd))
     if stage is None:
         return [*problems, (usd.name, error)]
-    readers = [lambda: scene_usd.pxr_facts(stage)]
+    read = scene_usd.SceneReading(stage)
+    readers = [lambda: scene_usd.facts_of_stage(read)]
     if imported is not None:
-        readers.insert(0, lambda: scene_usd.facts_of_import(imported, stage))
+        readers.insert(0, lambda: scene_usd.facts_of_import(imported, read))
     for reader in readers:
         actual, error = _read(reader)
         problems += [(usd.name, error)] if actual is None else compare(expected, actual, tolerance, length_m)

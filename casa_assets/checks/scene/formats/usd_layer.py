@@ -68,7 +68,7 @@ def usd_scene_meets_simready_rules(files: SceneFiles) -> Measurement:
     if files.composed[0] is None:
         return not_run(UNREADABLE)
     with quiet():
-        result = validate_simready(files.usd)
+        result = validate_simready(files.usd, frozenset(OF_SINGLE_PROPS))
     if result is None:
         return not_run(NO_VERDICT)
     _, failures = result

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -71,8 +72,7 @@ def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measur
     """SCN005: deepest clash over any joint's range, alone and beside each open neighbour; metres beyond rest."""
     if not subject.operated:
         return not_applicable(NO_JOINTS)
-    sweeper = JointSweeper(subject, limit)
-    paths = {name: sweeper.path(joint) for name, joint in subject.operated.items()}
+    sweeper, paths = JointSweeper(subject, limit), paths_of(subject)
     worst, problems = 0.0, []
     for joint in subject.operated.values():
         for clash in _clashes(sweeper, joint, paths):
@@ -80,6 +80,13 @@ def joints_open_without_collision(subject: SceneSubject, limit: float) -> Measur
             if clash.depth > limit:
                 problems.append((f"joints/{joint.name}", _message(subject, clash)))
     return Measurement(worst, tuple(problems))
+
+
+@lru_cache(maxsize=1)
+def paths_of(subject: SceneSubject) -> dict[str, SweptPath]:
+    """The paths of all operated joints of a scene, by name, followed once; they are only read."""
+    sweeper = JointSweeper(subject, 0.0)
+    return {name: sweeper.path(joint) for name, joint in subject.operated.items()}
 
 
 def _message(subject: SceneSubject, clash: Clash) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.motion.hand_force import CHUNK_STEPS, PUSH_S, hand_effort
 from casa_assets.checks.motion.simulation import box_around, geom_boxes, reset_to_start
-from casa_assets.checks.scene.motion.opening import JointSweeper
+from casa_assets.checks.scene.motion.opening import JointSweeper, paths_of
 from casa_assets.checks.scene.motion.rest import NO_JOINTS
 from casa_assets.checks.scene.subject import AllPairs, SceneJoint, SceneSubject, boxes_meet
 from casa_assets.core.hand_dynamics import PULL_N
@@ -85,7 +85,7 @@ def _sleeping(model: mujoco.MjModel) -> Iterator[None]:
 
 
 def _pull(sweeper: JointSweeper, joint: SceneJoint) -> Pull:
-    path = sweeper.path(joint)
+    path = paths_of(sweeper.subject)[joint.name]
     boxes = [path.bounds]
     # What has to stand open for it takes room as well.
     sweeper.set_joints(joint.before)

@@ -220,6 +220,13 @@ class TestSpeed:
         assert steps_per_s > 100.0
         assert list(here.iterdir()) == []
 
+    def test_stopwatch_does_not_count_the_time_that_a_process_waits(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        clock, processor = iter([10.0, 40.0, 50.0, 50.5]), iter([2.0, 3.5, 4.0, 6.0])
+        monkeypatch.setattr(stopwatch.time, "perf_counter", lambda: next(clock))
+        monkeypatch.setattr(stopwatch.time, "process_time", lambda: next(processor))
+        assert stopwatch._since(stopwatch._now()) == 1.5, "of 30 s of the clock"
+        assert stopwatch._since(stopwatch._now()) == 0.5, "two threads have used 2 s of the processor"
+
     def test_stopwatch_names_the_file_that_does_not_load(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text("<mujoco><worldbody><geom/></worldbody></mujoco>")
         with pytest.raises(CasaError, match=r"scene\.xml: it cannot be timed: .*"):

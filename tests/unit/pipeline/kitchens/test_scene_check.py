@@ -19,12 +19,11 @@ from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens import check, sample, scene_folders, scene_page
+from casa_assets.pipeline.kitchens import check, scene_folders, scene_page
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneResult, build_with_options
 from casa_assets.pipeline.reports import kitchens
 from casa_assets.preview.kitchen import PictureSettings
-from casa_assets.registry.kitchens import plan_names, style_names
 from tests.packages import tamper
 
 Checked = tuple[Path, SceneResult]
@@ -266,20 +265,7 @@ class TestNothingIsPutInPlace:
         assert not (copy / RECIPE.scene_id).exists()
 
 
-class TestDraws:
-    def test_the_same_seed_draws_the_same(self) -> None:
-        many = sample.draw_recipes(60, 5)
-        assert many == sample.draw_recipes(60, 5)
-        assert many[:20] == sample.draw_recipes(20, 5)
-        assert many != sample.draw_recipes(60, 6)
-
-    def test_draws_are_of_every_plan_and_style(self) -> None:
-        many = sample.draw_recipes(200, 0)
-        assert {r.plan for r in many} == set(plan_names())
-        assert {r.style for r in many} == set(style_names())
-        assert len({r.scene_id for r in many}) == 200
-        assert len({r.surfaces for r in many}) > 190
-
+class TestStrict:
     def test_a_failed_scene_of_before_goes_where_only_sound_ones_stay(
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -288,20 +274,6 @@ class TestDraws:
         done = check.check_one(RECIPE, copy, strict=True)
         assert (done.passed, done.folder) == (False, "")
         assert not (copy / RECIPE.scene_id).exists()
-
-    def test_rejected_tells_the_reason_of_each(self, tmp_path: Path) -> None:
-        wanted = sample.draw_recipes(3, 0)
-        report = Report(subject="x", issues=(Issue(code="SCN009", severity=Severity.ERROR, message="it is outside"),))
-        done = [
-            SceneResult(wanted[2], message="the run main is too long"),
-            SceneResult(wanted[0], "somewhere"),
-            SceneResult(wanted[1], report=report),
-        ]
-        data = json.loads(sample.write_rejected(tmp_path, 0, wanted, done).read_text(encoding="utf-8"))
-        assert (data["drawn"], data["tried"], data["passed"], data["pass_rate"]) == (3, 3, 1, 0.3333)
-        assert [r["id"] for r in data["rejected"]] == [wanted[1].scene_id, wanted[2].scene_id]
-        assert data["rejected"][0]["issues"][0]["code"] == "SCN009"
-        assert data["rejected"][1]["message"] == "the run main is too long"
 
 
 class TestSummary:

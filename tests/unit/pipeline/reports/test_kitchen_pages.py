@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from PIL import Image
 
+from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, diversity_of, write_diversity
 from casa_assets.pipeline.reports import kitchen_report, kitchens, parts
 from casa_assets.pipeline.reports.kitchens import SceneRow
 
@@ -87,6 +89,37 @@ def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeyp
     shutil.rmtree(second)
     (again,) = kitchens.read_cards(tmp_path)
     assert (again.pictures, read) == (("overview.png",), [first.name])
+
+
+def test_the_sheet_shows_some_of_many_from_all_over_the_list() -> None:
+    cards = [
+        kitchens.SceneCard(SceneRow(f"plan_{i:04}", "p", "s"), 1, 1, pictures=("overview.png",) if i % 2 else ())
+        for i in range(1000)
+    ]
+    shown = [card.row.id for card in kitchens.on_sheet(cards)]
+    assert len(set(shown)) == len(shown) == kitchens.SHOWN_OF_MORE
+    assert shown == sorted(shown)
+    assert all(int(name[-1]) % 2 for name in shown), "those that have pictures"
+    assert shown[0] < "plan_0020"
+    assert shown[-1] > "plan_0980"
+    few = cards[: kitchens.MAX_ON_SHEET]
+    assert kitchens.on_sheet(few) == few
+
+
+def test_diversity_is_told_where_it_was_measured(tmp_path: Path) -> None:
+    scene(tmp_path, "galley", "rustic")
+    page, _ = kitchens.write(tmp_path)
+    assert "How diverse" not in page.read_text(encoding="utf-8")
+    surfaces = {"wall": "a", "floor": "b", "counter": "c", "cabinet": "d"}
+    one = Traits("one", "galley", "rustic", {}, 12.0, surfaces, "slab, bar", {"hob": "hob/gas"})
+    possible = Choices(10, 12, 9, dict.fromkeys(surfaces, 100), {"hob": 8})
+    drawn = diversity_of([one, replace(one, id="two", plan="u_small")], possible)
+    write_diversity(tmp_path, drawn, diversity_of([one], possible))
+    page, _ = kitchens.write(tmp_path)
+    text = page.read_text(encoding="utf-8")
+    assert "How diverse the 2 kitchens drawn at random are" in text
+    assert "<td>plans</td><td>1.00</td><td></td>" in text
+    assert 'href="contact_sheet.png"' in text
 
 
 def test_five_thousand_kitchens_are_found_by_parts(tmp_path: Path) -> None:

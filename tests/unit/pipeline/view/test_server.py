@@ -228,6 +228,11 @@ def test_the_command_that_writes_a_kitchen(recipe: SceneRecipe, command: str) ->
     assert build_command(recipe) == command
 
 
+def test_a_mixed_kitchen_is_told_as_such() -> None:
+    recipe = SceneRecipe("galley", "rustic", mixed=True)
+    assert build_command(recipe) == "casa-assets scenes new galley --style rustic --mixed"
+
+
 def test_random_textures_of_the_seed_are_told_as_such() -> None:
     recipe = SceneRecipe("galley", "rustic", 7, draw_surfaces(7))
     assert build_command(recipe) == "casa-assets scenes new galley --style rustic --seed 7 --textures random"

@@ -1,0 +1,131 @@
+"""Speed up the validator of SimReady without changing its verdict.
+
+It runs all requirements of a profile, and reports those that the profile demands; what fails of the others, which is
+most of what it finds in a kitchen, is in no verdict. Here these are not run.
+
+It makes an object for every pair of a prim and a rule and asks of each anew, through several layers, whether the rule
+looks at prims at all and how it wants to be called. A kitchen has some thousand prims and the profile some eighty
+rules, most of which look at the stage once: that takes more time than the rules do. Here each rule is asked once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from functools import cache
+from types import TracebackType
+from typing import Any
+
+from pxr import Ar
+from usd_validation_nvidia import (
+    BaseRuleChecker,
+    BaseRuleCheckerMetadata,
+    ComplianceChecker,
+    ComplianceCheckerEvent,
+    ComplianceCheckerEventType,
+    DelegateContextManager,
+)
+
+BATCH = 256  # events that are run together, as many as the validator itself runs
+# The method by which the validator makes its runner, and the function by which SimReady sorts the requirements of a
+# profile. They are not public: a version that has none is as slow as it is, and says the same.
+MAKE_RUNNER, SORT_REQUIREMENTS = "_create_sync_runner", "_bucket_requirements_by_runtime"
+Call = tuple[BaseRuleChecker, Callable[..., None]]
+
+
+class DirectRunner(AbstractContextManager["DirectRunner"]):
+    """Runs the events of a validation in batches, in their order, each by the rules that implement its method.
+
+    Args:
+        rules: in the order in which they see an event. context: of the resolver of asset paths.
+    """
+
+    def __init__(self, rules: Sequence[BaseRuleChecker], context: Ar.ResolverContext) -> None:
+        self._rules, self._context = rules, context
+        self._waiting: list[ComplianceCheckerEvent] = []
+        self._calls: dict[ComplianceCheckerEventType, list[Call]] = {}
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.flush()
+
+    def append(self, event: ComplianceCheckerEvent) -> None:
+        """Take an event in; those that wait are run where the validator asks for it, or there are many."""
+        if event.type is ComplianceCheckerEventType.FLUSH:
+            self.flush()
+            return
+        self._waiting.append(event)
+        if len(self._waiting) >= BATCH:
+            self.flush()
+
+    def flush(self) -> None:
+        """Run the events that wait."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
+            return
+        with DelegateContextManager(), Ar.ResolverContextBinder(self._context), Ar.ResolverScopedCache():
+            for event in waiting:
+                args = event.args
+                for rule, check in self._calls_of(event.type):
+                    try:
+                        check(*args)
+                    except Exception as error:  # noqa: BLE001  as the validator does: it is a finding of the rule
+                        rule._AddError(message=f"Uncaught error: {error}")
+
+    def _calls_of(self, kind: ComplianceCheckerEventType) -> list[Call]:
+        if kind not in self._calls:
+            method = kind.value
+            nothing = method(BaseRuleChecker)
+            self._calls[kind] = [(rule, method(rule)) for rule in self._rules if method(type(rule)) is not nothing]
+        return self._calls[kind]
+
+
+@cache
+def run_rules_directly() -> None:
+    """Let the validator of SimReady use the runner above, wherever it would work in this process alone."""
+    theirs = getattr(ComplianceChecker, MAKE_RUNNER, None)
+    if theirs is None:
+        return
+
+    def create(
+        cls: type[ComplianceChecker], rules: list[Any], stats: Any, context: Any, *, processes: int = 0
+    ) -> AbstractContextManager[Any]:
+        waits = any(BaseRuleCheckerMetadata(type(rule)).has_async_implementations() for rule in rules)
+        if processes or waits:
+            runner: AbstractContextManager[Any] = theirs(rules, stats, context, processes=processes)
+            return runner
+        return DirectRunner(rules, context)
+
+    setattr(ComplianceChecker, MAKE_RUNNER, classmethod(create))
+
+
+@contextmanager
+def only_demanded(without: frozenset[str]) -> Iterator[None]:
+    """While it is entered, SimReady runs only the requirements that decide a verdict.
+
+    Args:
+        without: codes of demanded requirements whose failures do not matter to the caller. They may be reported all the
+            same, where a rule tells of several requirements.
+    """
+    from simready.validate import api
+
+    theirs = getattr(api, SORT_REQUIREMENTS, None)
+    if theirs is None:
+        yield
+        return
+
+    def sort(profile: Any) -> tuple[dict[str | None, list[Any]], set[str]]:
+        by_runtime, runtimes = theirs(profile)
+        demanded = getattr(profile, "mandatory_requirements", None)
+        if demanded is None:
+            return by_runtime, runtimes
+        kept = {
+            runtime: [r for r in requirements if r.code in demanded and r.code not in without]
+            for runtime, requirements in by_runtime.items()
+        }
+        return {runtime: requirements for runtime, requirements in kept.items() if requirements}, runtimes
+
+    setattr(api, SORT_REQUIREMENTS, sort)
+    try:
+        yield
+    finally:
+        setattr(api, SORT_REQUIREMENTS, theirs)

@@ -1,0 +1,134 @@
+"""The swift way to run SimReady's rules finds what SimReady finds by itself."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import pytest
+import usd_validation_nvidia
+from pxr import Ar, Usd, UsdGeom
+from simready.validate import api
+
+from casa_assets.checks.package import rule_runner, usd
+from casa_assets.checks.package.package import Package
+from casa_assets.checks.package.rule_runner import DirectRunner
+from casa_assets.checks.readers.quiet import quiet
+from tests.assets import microwave, rigid_mug
+from tests.packages import tamper, written
+
+Event, Kind = usd_validation_nvidia.ComplianceCheckerEvent, usd_validation_nvidia.ComplianceCheckerEventType
+
+
+class Looker(usd_validation_nvidia.BaseRuleChecker):
+    """Notes what it is given."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.seen: list[object] = []
+
+    def CheckPrim(self, prim: Usd.Prim) -> None:  # noqa: N802  the validator calls it so
+        """Note a prim; one called `bad` is too much for it."""
+        self.seen.append(prim.GetName())
+        if prim.GetName() == "bad":
+            raise RuntimeError("too much")
+
+
+class Stager(usd_validation_nvidia.BaseRuleChecker):
+    """Looks at stages alone."""
+
+    def CheckStage(self, stage: Usd.Stage) -> None:  # noqa: N802
+        """Find something."""
+        self._AddFailedCheck(message="a stage")
+
+
+@pytest.fixture
+def stage() -> Usd.Stage:
+    found = Usd.Stage.CreateInMemory()
+    for name in ("a", "bad", "b"):
+        UsdGeom.Xform.Define(found, f"/{name}")
+    return found
+
+
+@pytest.fixture
+def their_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Meanwhile SimReady runs as it does by itself."""
+    usd.load_rules()
+    checker = usd_validation_nvidia.ComplianceChecker
+    plain = usd_validation_nvidia._compliance_runners.SyncComplianceCheckerRunner
+
+    def create(cls: Any, rules: Any, stats: Any, context: Any, *, processes: int = 0) -> Any:
+        return plain(rules=rules, stats=stats, processes=processes, context=context)
+
+    monkeypatch.setattr(checker, rule_runner.MAKE_RUNNER, classmethod(create))
+    monkeypatch.setattr(rule_runner, "only_demanded", lambda without: nullcontext())
+
+
+def events(stage: Usd.Stage) -> list[Any]:
+    prims = [Event(Kind.PRIM, prim) for prim in stage.Traverse()]
+    return [Event(Kind.STAGE, stage), Event(Kind.FLUSH, None), *prims, Event(Kind.RESET_CACHE, None)]
+
+
+class TestDirectRunner:
+    def test_each_rule_is_given_what_it_looks_at_in_order(self, stage: Usd.Stage) -> None:
+        looker, stager = Looker(), Stager()
+        with DirectRunner([looker, stager], Ar.GetResolver().GetCurrentContext()) as runner:
+            for event in events(stage):
+                runner.append(event)
+        assert looker.seen == ["a", "bad", "b"]
+        assert [issue.message for issue in stager.GetIssues()] == ["a stage"]
+
+    def test_what_a_rule_cannot_bear_is_a_finding_of_it(self, stage: Usd.Stage) -> None:
+        looker = Looker()
+        with DirectRunner([looker], Ar.GetResolver().GetCurrentContext()) as runner:
+            for event in events(stage):
+                runner.append(event)
+        (issue,) = looker.GetIssues()
+        assert issue.message == "Uncaught error: too much"
+
+    def test_many_events_are_run_in_batches(self, stage: Usd.Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(rule_runner, "BATCH", 2)
+        looker = Looker()
+        runner = DirectRunner([looker], Ar.GetResolver().GetCurrentContext())
+        for event in events(stage)[2:5]:
+            runner.append(event)
+        assert looker.seen == ["a", "bad"]
+        runner.flush()
+        assert looker.seen == ["a", "bad", "b"]
+
+
+def unnamed(package: Package) -> None:
+    tamper(package.usd, ('string author = "Casa"', 'string author = ""'))
+
+
+def upside_down(package: Package) -> None:
+    tamper(package.usd, ('upAxis = "Z"', 'upAxis = "Y"'))
+
+
+FAULTS = {"sound": lambda package: None, "unnamed": unnamed, "upside-down": upside_down}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("asset", [rigid_mug, microwave])
+def test_both_ways_give_one_verdict(asset: Any, fault: str, tmp_path: Path, request: pytest.FixtureRequest) -> None:
+    package = written(asset(), tmp_path)
+    FAULTS[fault](package)
+    with quiet():
+        swift = usd.validate_simready(package.usd)
+        request.getfixturevalue("their_way")
+        theirs = usd.validate_simready(package.usd)
+    assert swift == theirs
+    assert swift is not None
+    assert swift[0] is (fault == "sound")
+
+
+def test_requirements_that_do_not_count_need_not_be_met(tmp_path: Path) -> None:
+    package = written(rigid_mug(), tmp_path)
+    unnamed(package)
+    with quiet():
+        found = usd.validate_simready(package.usd)
+        assert found is not None
+        (code,) = found[1]
+        assert usd.validate_simready(package.usd, frozenset({code})) == (True, {})
+    assert api._bucket_requirements_by_runtime.__module__ == api.__name__, "it is put back"

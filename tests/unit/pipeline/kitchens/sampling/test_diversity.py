@@ -1,0 +1,148 @@
+"""Evenness and distances of kitchens whose traits are made by hand, so that each number is known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.kitchens.sampling import diversity, traits
+from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, distance, diversity_of, evenness
+
+SURFACES = {"wall": "brick", "floor": "oak", "counter": "marble", "cabinet": "navy"}
+FIXTURES = {"fridge": "fridge/steel", "sink": "sink/double", "stool": "stool/woven", "window": "window/slider"}
+ONE = Traits("a", "galley", "coastal", {"width": 0.5, "depth": 0.5}, 12.0, SURFACES, "shaker, bar", FIXTURES)
+POSSIBLE = Choices(10, 12, 9, dict.fromkeys(SURFACES, 100), dict.fromkeys(FIXTURES, 8))
+
+
+class TestEvenness:
+    @pytest.mark.parametrize(
+        ("values", "possible", "expected"),
+        [
+            pytest.param("abcd", 4, 1.0, id="each-once"),
+            pytest.param("aabb", 2, 1.0, id="two-alike-often"),
+            pytest.param("aaaa", 4, 0.0, id="all-alike"),
+            pytest.param("aaab", 2, 0.8113, id="three-to-one"),
+            pytest.param("aabb", 4, 0.5, id="half-of-what-there-is"),
+            pytest.param("abc", 100, 1.0, id="as-many-as-there-are-kitchens"),
+            pytest.param("abc", 2, 1.0, id="more-than-was-thought"),
+            pytest.param("a", 5, None, id="one-kitchen"),
+            pytest.param("aaa", 1, None, id="one-value"),
+            pytest.param("", 5, None, id="none"),
+        ],
+    )
+    def test_known_spreads(self, values: str, possible: int, expected: float | None) -> None:
+        assert evenness(list(values), possible) == expected
+
+    def test_it_is_the_entropy_over_that_of_an_even_spread(self) -> None:
+        shares = (0.5, 0.3, 0.2)
+        values = "a" * 5 + "b" * 3 + "c" * 2
+        entropy = -sum(share * math.log(share) for share in shares)
+        assert evenness(list(values), 8) == pytest.approx(entropy / math.log(8), abs=1e-4)
+
+
+class TestDistance:
+    @pytest.mark.parametrize(
+        ("other", "expected"),
+        [
+            pytest.param(ONE, 0.0, id="itself"),
+            pytest.param(replace(ONE, lengths={"width": 1.0, "depth": 0.5}), 0.15 * 0.25, id="half-a-range-of-two"),
+            pytest.param(replace(ONE, plan="u_small", lengths={"width": 0.5}), 0.20 + 0.15, id="another-plan"),
+            pytest.param(replace(ONE, style="rustic"), 0.10, id="another-style"),
+            pytest.param(replace(ONE, surfaces={**SURFACES, "wall": "tile"}), 0.25 / 4, id="one-of-four-surfaces"),
+            pytest.param(replace(ONE, fronts="slab, bar"), 0.05, id="other-fronts"),
+            pytest.param(replace(ONE, fixtures={**FIXTURES, "sink": "sink/single"}), 0.25 / 4, id="one-of-four-models"),
+            pytest.param(replace(ONE, fixtures={**FIXTURES, "hob": "hob/gas"}), 0.25 / 5, id="a-role-more"),
+            pytest.param(
+                Traits(
+                    "z",
+                    "u_small",
+                    "rustic",
+                    {"width": 0.0},
+                    20.0,
+                    dict.fromkeys(SURFACES, "other"),
+                    "slab, knob",
+                    dict.fromkeys(FIXTURES, "other/one"),
+                ),
+                1.0,
+                id="nothing-in-common",
+            ),
+        ],
+    )
+    def test_known_distances(self, other: Traits, expected: float) -> None:
+        assert distance(ONE, other) == pytest.approx(expected)
+        assert distance(other, ONE) == pytest.approx(expected)
+
+    def test_lengths_of_another_plan_that_are_called_the_same_are_others(self) -> None:
+        near, far = (replace(ONE, plan="u_small", lengths={"width": width, "depth": width}) for width in (0.5, 1.0))
+        assert distance(ONE, near) == distance(ONE, far) == pytest.approx(0.35)
+
+
+class TestDiversity:
+    def test_nearest_neighbours_and_near_duplicates(self) -> None:
+        twin = replace(ONE, id="b", lengths={"width": 0.7, "depth": 0.5})
+        far = replace(ONE, id="c", style="rustic", surfaces=dict.fromkeys(SURFACES, "other"), plan="u_small")
+        told = diversity_of([ONE, far, twin], POSSIBLE).neighbours
+        assert told.closest == ("a", "b")
+        assert told.least == pytest.approx(0.15 * 0.1, abs=1e-4)
+        assert told.median == pytest.approx(0.15 * 0.1, abs=1e-4), "of a and b each other, of c either"
+        assert told.near == 2
+
+    def test_each_trait_is_told_by_itself(self) -> None:
+        other = replace(ONE, id="b", floor_m2=30.0, surfaces={**SURFACES, "floor": "tile"})
+        told = diversity_of([ONE, other], POSSIBLE)
+        assert (told.kitchens, told.plans, told.styles, told.room_sizes, told.fronts) == (2, 0.0, 0.0, 1.0, 0.0)
+        assert told.surfaces == {"wall": 0.0, "floor": 1.0, "counter": 0.0, "cabinet": 0.0}
+        assert told.fixtures == 0.0
+
+    def test_roles_that_some_lack_count_where_they_are(self) -> None:
+        without = replace(ONE, id="c", fixtures={k: v for k, v in FIXTURES.items() if k != "stool"})
+        other = replace(ONE, id="b", fixtures={**FIXTURES, "stool": "stool/sled"})
+        told = diversity_of([ONE, other, without], POSSIBLE)
+        assert told.roles["stool"] == 1.0
+        assert told.fixtures == pytest.approx(0.25)
+
+    def test_areas_of_one_step_are_one_size(self) -> None:
+        for areas, expected in (((12.1, 14.9), 0.0), ((11.9, 12.1), 1.0), ((46.0, 90.0), 0.0), ((1.0, 9.5), 0.0)):
+            found = [replace(ONE, id=str(area), floor_m2=area) for area in areas]
+            assert diversity_of(found, POSSIBLE).room_sizes == expected
+
+    @pytest.mark.parametrize("count", [0, 1])
+    def test_fewer_than_two_have_none(self, count: int) -> None:
+        told = diversity_of([ONE][:count], POSSIBLE)
+        assert (told.plans, told.fixtures, told.neighbours.least, told.neighbours.near) == (None, None, None, 0)
+
+    def test_what_is_written_is_read_back(self, tmp_path: Path) -> None:
+        drawn, reference = diversity_of([ONE], POSSIBLE), diversity_of([ONE, replace(ONE, id="b")], POSSIBLE)
+        diversity.write_diversity(tmp_path, drawn, reference)
+        assert diversity.read_diversity(tmp_path) == (drawn, reference)
+        (tmp_path / diversity.DIVERSITY).write_text("{", encoding="utf-8")
+        assert diversity.read_diversity(tmp_path) is None
+        rows = diversity.table_rows(drawn, reference)
+        assert rows[0] == ("kitchens", "1", "2")
+        assert ("plans", "", "0.00") in rows
+
+
+class TestTraits:
+    def test_they_are_those_of_the_kitchen(self) -> None:
+        told = traits.traits_of(SceneRecipe("one_wall_small", "coastal"))
+        assert (told.plan, told.style, told.fronts) == ("one_wall_small", "coastal", "shaker, boxed")
+        assert told.surfaces == {
+            "wall": "shiplap_white",
+            "floor": "cement_coastal_black",
+            "counter": "marble_carrara",
+            "cabinet": "paint_navy",
+        }
+        assert told.fixtures["fridge"] == "fridge_french_door/steel"
+        assert set(told.lengths) == {"width", "depth"}
+        assert all(0.0 <= share <= 1.0 for share in told.lengths.values())
+
+    def test_as_many_values_as_there_are(self) -> None:
+        possible = traits.choices()
+        assert (possible.plans, possible.styles) == (10, 12)
+        assert set(possible.surfaces.values()) == {100}
+        assert possible.fixtures["fridge"] == 12
+        assert possible.fixtures["floor_plant"] == 2

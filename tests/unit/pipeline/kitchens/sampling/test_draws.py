@@ -1,0 +1,151 @@
+"""Draws: the same for the same seed, of everything there is, of finishes that go together and parts that match."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from casa_assets.model.kitchen.mixing import Mixing
+from casa_assets.model.kitchen.style import Style
+from casa_assets.model.kitchen.surface import Surface
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, resolve, with_finishes
+from casa_assets.pipeline.kitchens.sampling import draws
+from casa_assets.pipeline.kitchens.sampling.harmony import goes_together, tone_of
+from casa_assets.pipeline.kitchens.sampling.mix import mixed_style
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.textures.recipes import find_recipe
+from casa_assets.registry.kitchens import load_style, plan_names, style_names
+from casa_assets.registry.mixing import load_mixing
+
+CALM = {
+    "wall": "plaster_chalk_white",
+    "floor": "oak_natural_plank",
+    "counter": "marble_carrara",
+    "cabinet": "paint_navy",
+}
+
+
+def style(name: str) -> Style:
+    return load_style(name)[0]
+
+
+class TestRecipes:
+    def test_the_same_seed_draws_the_same(self) -> None:
+        many = draws.draw_recipes(60, 5)
+        assert many == draws.draw_recipes(60, 5)
+        assert many[:20] == draws.draw_recipes(20, 5)
+        assert many != draws.draw_recipes(60, 6)
+
+    def test_draws_are_of_every_plan_and_style(self) -> None:
+        many = draws.draw_recipes(200, 0)
+        assert {r.plan for r in many} == set(plan_names())
+        assert {r.style for r in many} == set(style_names())
+        assert len({r.scene_id for r in many}) == 200
+        assert len({r.surfaces for r in many}) > 190
+        assert all(r.mixed for r in many)
+
+    def test_a_draw_that_was_drawn_before_is_drawn_again(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(draws, "MAX_SEED", 1)
+        monkeypatch.setattr(draws, "plan_names", lambda: ("galley",))
+        many = draws.draw_recipes(12, 3)
+        assert len({r.scene_id for r in many}) == len(many) == 12
+
+    def test_an_id_tells_the_whole_recipe(self) -> None:
+        for recipe in draws.draw_recipes(5, 7):
+            assert recipe_of(recipe.scene_id) == recipe
+        bare = SceneRecipe("galley", "rustic", mixed=True, closed=True, objects=4)
+        assert bare.scene_id == "galley__rustic__mixed__closed__o4"
+        assert recipe_of(bare.scene_id) == bare
+
+
+class TestFinishes:
+    def test_drawn_ones_go_together(self) -> None:
+        drawn = [draw_surfaces(seed) for seed in range(100)]
+        assert all(goes_together(name for _, name in surfaces) for surfaces in drawn)
+        assert len(set(drawn)) == 100
+
+    @pytest.mark.parametrize(
+        ("changed", "expected"),
+        [
+            pytest.param({}, True, id="calm"),
+            pytest.param({"wall": "paper_damask_taupe"}, True, id="one-pattern"),
+            pytest.param({"wall": "paper_damask_taupe", "floor": "cement_coastal_black"}, False, id="two-patterns"),
+            pytest.param({"cabinet": "oak_natural"}, True, id="two-woods"),
+            pytest.param({"cabinet": "oak_natural", "counter": "block_oak"}, False, id="three-woods"),
+            pytest.param(
+                {"wall": "zellige_cobalt", "floor": "oak_ebony", "counter": "soapstone_dark"},
+                False,
+                id="dark-everywhere",
+            ),
+            pytest.param({"wall": "zellige_emerald", "cabinet": "lacquer_burgundy_gloss"}, False, id="green-and-red"),
+            pytest.param({"wall": "zellige_honey", "cabinet": "paint_navy"}, True, id="earth-goes-with-blue"),
+        ],
+    )
+    def test_what_goes_together(self, changed: dict[str, str], expected: bool) -> None:
+        assert goes_together({**CALM, **changed}.values()) is expected
+
+    def test_the_tone_of_a_paint_is_its_colour(self) -> None:
+        white, navy = tone_of(find_recipe("paint_pure_white")), tone_of(find_recipe("paint_navy"))
+        assert white is not None
+        assert navy is not None
+        assert white.lightness > 0.9
+        assert white.chroma < 0.03
+        assert navy.lightness < 0.45
+        assert -120 < navy.hue_deg < -60
+
+
+class TestMixing:
+    def test_the_same_seed_mixes_the_same_and_another_turn_anew(self) -> None:
+        first = mixed_style(style("coastal"), 5)
+        assert first == mixed_style(style("coastal"), 5)
+        assert first != mixed_style(style("coastal"), 6)
+        assert first != mixed_style(style("coastal"), 5, turn=1)
+
+    def test_finishes_and_light_stay(self) -> None:
+        own, mixed = style("modern_2"), mixed_style(style("modern_2"), 11)
+        assert (mixed.id, mixed.lamp_kelvin, mixed.room.wall, mixed.room.floor) == (
+            own.id,
+            own.lamp_kelvin,
+            own.room.wall,
+            own.room.floor,
+        )
+        assert (mixed.counter.face, mixed.island.face) == (own.counter.face, own.island.face)
+        for group in ("base", "upper", "tall", "island"):
+            assert getattr(mixed.cabinets, group).face == getattr(own.cabinets, group).face
+        assert set(mixed.models) == set(own.models)
+
+    def test_what_belongs_together_comes_from_one_style(self) -> None:
+        styles = [style(name) for name in style_names()]
+        for seed in range(20):
+            mixed = mixed_style(style("rustic"), seed)
+            for roles in load_mixing().suites.values():
+                assert any(all(s.models[role] == mixed.models[role] for role in roles) for s in styles), (seed, roles)
+
+    def test_every_model_of_a_role_is_drawn(self) -> None:
+        found = Counter(mixed_style(style("rustic"), seed).models["toaster"].preset for seed in range(300))
+        assert set(found) == {style(name).models["toaster"].preset for name in style_names()}
+        assert found.most_common(1)[0][0] == style("rustic").models["toaster"].preset, "its own is the likeliest"
+
+    def test_appliances_behind_fronts_get_those_of_the_cabinets(self) -> None:
+        painted = with_finishes(style("rustic"), {Surface.CABINET: "paint_navy"})
+        assert painted.models["fridge"].params["look"]["face"] == "paint_navy"
+        assert painted.models["dishwasher"].params["look"] == {
+            "front": "v_groove",
+            "face": "paint_navy",
+            "metal": "cast_iron_black",
+        }
+        assert with_finishes(style("rustic"), {Surface.WALL: "zellige_snow"}).models == style("rustic").models
+        steel = with_finishes(style("coastal"), {Surface.CABINET: "paint_sage"})
+        assert steel.models["fridge"] == style("coastal").models["fridge"]
+
+    def test_a_mixed_kitchen_fits_into_every_plan(self) -> None:
+        for plan in plan_names():
+            for seed in range(4):
+                kitchen = resolve(SceneRecipe(plan, "transitional_2", seed, mixed=True))
+                assert kitchen.plan.id == plan
+
+    def test_a_role_stands_in_one_suite(self) -> None:
+        rules = load_mixing()
+        with pytest.raises(ValueError, match="hob: a role stands in one suite"):
+            Mixing(own_share=0.3, suites={"a": ("hob", "oven"), "b": ("hob",)}, finishes=rules.finishes)
