@@ -12,7 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from casa_assets.api.assets import build, check, read_asset, sample, write
+    from casa_assets.api.assets import build, build_object, check, read_asset, sample, write
     from casa_assets.api.behaviors import Behaviors, FixtureStates
     from casa_assets.api.catalogue import (
         Bounds,
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         StyleInfo,
         families,
         plans,
+        plugins,
         styles,
         surfaces,
     )
@@ -55,6 +56,7 @@ __all__ = [
     "ingest",
     "articulate",
     "build",
+    "build_object",
     "sample",
     "check",
     "write",
@@ -64,6 +66,7 @@ __all__ = [
     "Library",
     "cache_dir",
     "use_project",
+    "plugins",
     "Plugin",
     "Source",
     "Exporter",
@@ -96,8 +99,8 @@ __all__ = [
 ]
 # Name -> module that it is imported from when it is first asked for, so that the command line starts without numpy.
 _SOURCES = {
-    **dict.fromkeys(("build", "check", "read_asset", "sample", "write"), "casa_assets.api.assets"),
-    **dict.fromkeys(("plans", "styles", "families", "surfaces"), "casa_assets.api.catalogue"),
+    **dict.fromkeys(("build", "build_object", "check", "read_asset", "sample", "write"), "casa_assets.api.assets"),
+    **dict.fromkeys(("plans", "styles", "families", "surfaces", "plugins"), "casa_assets.api.catalogue"),
     **dict.fromkeys(("PlanInfo", "StyleInfo", "FamilyInfo", "Bounds"), "casa_assets.api.catalogue"),
     **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
     **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),

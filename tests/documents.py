@@ -24,13 +24,16 @@ REASONS = frozenset(
         "needs Newton",  # tests/consumers/newton_kitchen.py does what docs/howto/use/newton.md tells
         "needs RoboCasa",  # tests/consumers/robocasa/test_open_drawer.py runs docs/howto/use/robocasa.md
         "needs weights of CLIP",
+        "installs a package",  # tests/consumers/own/test_plugins.py builds it, installs it and uses it
         "needs yourdfpy or SAPIEN",  # tests/consumers/test_urdf.py runs them
         "runs for minutes",
         "runs until it is stopped",  # tests/unit/cli/test_view_cli.py runs what docs/howto/use/view.md shows
     }
 )
 # Languages that are run, read, or are no code.
-LANGUAGES = frozenset({"sh", "python", "json", "sql", "yaml", "text"})
+LANGUAGES = frozenset({"sh", "python", "json", "sql", "yaml", "toml", "text"})
+# First line of a block that the reader saves as a file below out/, where it says.
+SAVED = re.compile(r"# (out/\S+\.(?:yaml|py|toml))\n")
 _FENCE = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<code>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -68,6 +71,18 @@ def blocks(page: str) -> list[Block]:
         mark, _, reason = rest.partition(": ")
         assert mark in ("", "no-run"), f"{page}: {match['info']!r}"
         found.append(Block(page, text[: match.start()].count("\n") + 1, language, reason, match["code"]))
+    return found
+
+
+def saved(folder: str) -> dict[str, str]:
+    """What the pages have a reader save below a folder such as `out/my_kitchens`: path in the folder -> text."""
+    found: dict[str, str] = {}
+    for block in (block for page in pages() for block in blocks(page)):
+        match = SAVED.match(block.code)
+        if match and match[1].startswith(f"{folder}/"):
+            name = match[1].removeprefix(f"{folder}/")
+            assert name not in found, f"{block}: {name} is shown twice"
+            found[name] = block.code
     return found
 
 

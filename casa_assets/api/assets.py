@@ -27,6 +27,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_json import manifest_of
 from casa_assets.pipeline.library.asset_package import check_package, write_package
 from casa_assets.registry.families import family as family_of
+from casa_assets.registry.objects import object_family
 
 
 def build(family: str, preset: str = "", params: Params | Mapping[str, Any] | None = None) -> Asset:
@@ -62,6 +63,21 @@ def sample(family: str, seed: int = 0, index: int = 0) -> Params:
         UnknownId: no such family.
     """
     return drawn(FamilyRequest(family, seed=seed, index=index))
+
+
+def build_object(category: str, seed: int = 0, index: int = 0) -> Asset:
+    """A loose object, such as an apple: the one that `casa-assets objects build` makes as draw `index` of a seed.
+
+    Args:
+        category: one of those of which there are objects; `casa-assets objects list` prints them.
+    Raises:
+        UnknownId: there are no objects of that category; it names the nearest.
+    """
+    member = object_family(category)
+    store = AssetStore(cache_dir())
+    made = store.built(member, drawn(FamilyRequest(category, seed=seed, index=index, is_object=True)))
+    store.tidy()
+    return made
 
 
 def write(asset: Asset, folder: str | Path) -> Path:

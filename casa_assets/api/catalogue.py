@@ -1,4 +1,4 @@
-"""List the floor plans, styles, families and textures to choose from."""
+"""List the floor plans, styles, families and textures to choose from, and the plug-ins in use."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.registry.families import family_groups
 from casa_assets.registry.kitchens import load_plan, load_style, plan_names, style_names
+from casa_assets.registry.plugins import Plugin, load_plugins
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,15 @@ def surfaces() -> Mapping[str, tuple[str, ...]]:
     """Ids of the textures that each surface of a kitchen (wall, floor, counter, cabinet) can be covered with."""
     found = available_finishes().surfaces
     return MappingProxyType({surface.value: tuple(found[surface]) for surface in Surface})
+
+
+def plugins() -> Mapping[str, Plugin]:
+    """The plug-ins in use, by name: of installed packages, and of the project where its code may run (`use_project`).
+
+    Raises:
+        CasaError: one cannot be imported, or offers a name that is taken.
+    """
+    return MappingProxyType({one.plugin.name: one.plugin for one in load_plugins()})
 
 
 def _plan(name: str) -> PlanInfo:

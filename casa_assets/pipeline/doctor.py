@@ -18,7 +18,7 @@ from pathlib import Path
 from casa_assets.errors import CasaError
 from casa_assets.model.record import Record
 from casa_assets.pipeline.optional_packages import extras, install_command, requirements
-from casa_assets.projects import project_folder
+from casa_assets.projects import data_root, project_folder
 from casa_assets.registry.load import load
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.project import load_project
@@ -105,7 +105,12 @@ def findings(output: Path) -> tuple[Finding, ...]:
         renderers = tuple((name, *future.result()) for name, future in drawn)
         native = loaded.result()
     machine = (_python(), *_packages(), native, *_renderers(renderers), *_folder(output), _memory())
-    return (*machine, *_project(), *_plugins())
+    return (*machine, _registry(), *_project(), *_plugins())
+
+
+def _registry() -> Finding:
+    """Where the package's own plans, styles, categories and so on stand, to be copied from."""
+    return Finding(subject="registry", ok=True, message=f"{data_root()}, which a project is laid over")
 
 
 def _plugins() -> tuple[Finding, ...]:

@@ -18,6 +18,7 @@ from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.projects import read_once
 from casa_assets.registry import load, read_record
 from casa_assets.registry.layered import names_in, read_table_file
+from casa_assets.registry.plugins import or_of_ignored
 from casa_assets.registry.plugins.families import forms
 
 FOLDER = "objects"
@@ -84,7 +85,8 @@ def _read(name: str, document: Document) -> Family[Any]:
         raise document.fault((name,), expected_one_of(tuple(categories), name), repr(name))
     row = read_record(ObjectRow, document.value[name], document, (name,))
     if row.form not in forms():
-        raise document.fault((name, "form"), expected_one_of(tuple(forms()), row.form), repr(row.form))
+        expected = expected_one_of(tuple(forms()), row.form) + or_of_ignored()
+        raise document.fault((name, "form"), expected, repr(row.form))
     form = replace(forms()[row.form], name=name)
     fixed = read_fixed(form.params, row.fixed, document, (name, "fixed"))
     rules = read_sample_rules(form.params, row.sample, document, (name, "sample"), fixed)

@@ -31,6 +31,8 @@ TABLES = (
     "words",
 )
 FOLDERS = ("contracts", "families", "objects", "plans", "robots", "skins", "styles", "textures")
+TEXTURES = ("cabinet.yaml", "counter.yaml", "floor.yaml", "wall.yaml")  # the files in textures/
+CODE = "plugins"  # folder of code, which is not laid over anything
 NEARLY = 0.75  # likeness of a name to one of these, of difflib, from which on it is taken for a slip
 
 
@@ -43,9 +45,14 @@ def files_of(project: Path) -> tuple[Path, ...]:
 
 def check_names(project: Path) -> None:
     """Raise RegistryError where a file or a folder of a project is all but called as one that would be read."""
-    known = [*(f"{name}.yaml" for name in TABLES), *FOLDERS, SETTINGS]
+    known = [*(f"{name}.yaml" for name in TABLES), *FOLDERS, CODE, SETTINGS]
     for path in sorted(project.iterdir()):
         kin = [name for name in known if path.is_dir() != name.endswith(".yaml")]
         near = difflib.get_close_matches(path.name, kin, n=1, cutoff=NEARLY)
         if near and path.name not in kin:
             raise RegistryError(str(path), 1, "", f"{near[0]!r}, or a name that is not like it", repr(path.name))
+    for path in sorted(path for name in FOLDERS for path in (project / name).glob("*.yml")):
+        raise RegistryError(str(path), 1, "", "a name that ends in .yaml", repr(path.name))
+    for path in sorted((project / "textures").glob("*.yaml")):
+        if path.name not in TEXTURES:
+            raise RegistryError(str(path), 1, "", f"one of {', '.join(TEXTURES)}", repr(path.name))

@@ -1,4 +1,4 @@
-"""What several files of these tests share: the library of the sample meshes, made once."""
+"""What several files of these tests share: the library of the sample meshes and the wheel, each made once."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 
 from tests.browser import Browser
 from tests.documents import ROOT, blocks, shell
+from tests.installed import build_wheel
 from tests.libraries import made_once
 
 # The first command of README.md, whose library all pages after it take for granted.
@@ -36,6 +37,17 @@ def _make_samples(folder: Path) -> None:
     shutil.copytree(ROOT / "examples", folder / "examples")
     done = shell(MAKE, folder)
     assert done.returncode == 1, done.stdout + done.stderr  # one sample is broken on purpose
+
+
+@pytest.fixture(scope="session")
+def wheel(common: Path) -> Path:
+    """The wheel of this checkout."""
+    (built,) = made_once(common, "wheel", _make_wheel).glob("*.whl")
+    return built
+
+
+def _make_wheel(folder: Path) -> None:
+    build_wheel(ROOT, folder)
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from pxr import Usd, UsdGeom
 
-from tests.documents import Block, blocks, pages, program, shell
+from tests.documents import SAVED, Block, blocks, pages, program, shell
 from tests.libraries import with_cache
 
 pytestmark = pytest.mark.consumers
@@ -28,9 +28,12 @@ def test_page(page: str, tmp_path: Path, samples: Path, cache: Path) -> None:
     for block in blocks(page):
         if block.reason:
             continue
-        if name := re.match(r"# (out/\S+\.(?:yaml|py))\n", block.code):
+        if name := SAVED.match(block.code):
             (place / name[1]).parent.mkdir(parents=True, exist_ok=True)
-            (place / name[1]).write_text(block.code, encoding="utf-8")  # a reader saves it there
+            with (place / name[1]).open(
+                "a", encoding="utf-8"
+            ) as file:  # a reader saves it, or adds it to what is there
+                file.write(block.code)
         elif block.language == "python":
             _python(block, place)
         elif block.language == "sh":

@@ -30,6 +30,7 @@ from casa_assets.pipeline.textures.packs.pictures import (
 from casa_assets.pipeline.textures.packs.read import PACK, packs_of
 from casa_assets.projects import project_folder, read_once
 from casa_assets.registry.layered import names_in, read_table_file
+from casa_assets.registry.plugins import or_of_ignored
 from casa_assets.registry.plugins.textures import plugin_kinds, texture_kinds
 from casa_assets.registry.project import load_project, origin_of_row
 from casa_assets.textures import kinds
@@ -129,7 +130,8 @@ def _recipe(document: Document, name: str, stated: Any, surface: Surface | None)
     known = texture_kinds()
     kind = known.get(str(row.get("kind")))
     if kind is None:
-        raise document.fault((name, "kind"), f"one of {', '.join(sorted(known))}", repr(row.get("kind")))
+        expected = f"one of {', '.join(sorted(known))}{or_of_ignored()}"
+        raise document.fault((name, "kind"), expected, repr(row.get("kind")))
     params = registry.read_record(kind.params, row.pop("params", {}), document, (name, "params"))
     row["params"] = params.to_json()
     return registry.read_record(TextureRecipe, row, document, (name,), id=name, surface=surface)

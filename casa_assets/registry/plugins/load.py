@@ -22,13 +22,13 @@ from typing import Any, TypeVar
 from casa_assets.errors import CasaError
 from casa_assets.projects import PluginUse, plugin_use, project_folder, read_once, user_settings
 from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
+from casa_assets.registry.project_files import CODE
 from casa_assets.registry.read import read_document
 
 T = TypeVar("T")
 
 PACKAGE = "casa-assets"
 GROUP = "casa_assets.plugins"  # of entry points
-FOLDER = "plugins"  # of a project
 OBJECT = "PLUGIN"  # name of the Plugin in a module
 TRUSTED = "trusted_projects"  # key of the user's own configuration
 # Names of modules of projects in sys.modules begin so.
@@ -102,6 +102,12 @@ def ignored_files() -> tuple[Path, ...]:
     return () if folder is None or _may_run(folder) else _modules(folder)
 
 
+def or_of_ignored() -> str:
+    """Words behind the names that are known, where one is not: code of the project that does not run may add it."""
+    names = ", ".join(path.name for path in ignored_files())
+    return f", or what {names} adds, which does not run (--plugins, plugins=True)" if names else ""
+
+
 def _installed() -> Iterator[LoadedPlugin]:
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
         where = f"{point.dist.name if point.dist else 'a package'}, entry point {point.name}"
@@ -129,7 +135,7 @@ def _of_project() -> Iterator[LoadedPlugin]:
     if folder is None or not _may_run(folder):
         return
     # A module may import those beside it; so all of them count.
-    digest = _digest(sorted((folder / FOLDER).rglob("*.py")))
+    digest = _digest(sorted((folder / CODE).rglob("*.py")))
     for path in _modules(folder):
         module = _imported(path, digest)
         if hasattr(module, OBJECT):
@@ -137,7 +143,7 @@ def _of_project() -> Iterator[LoadedPlugin]:
 
 
 def _modules(project: Path) -> tuple[Path, ...]:
-    return tuple(sorted((project / FOLDER).glob("*.py")))
+    return tuple(sorted((project / CODE).glob("*.py")))
 
 
 def _may_run(project: Path) -> bool:

@@ -34,6 +34,7 @@ state: str | None = states["microwave"]["power"]
 asset: casa.Asset = casa.build("microwave", "steel", {"width": 0.6})
 params: casa.Params = casa.sample("microwave", seed=1, index=4)
 drawn: casa.Asset = casa.build("microwave", params=params)
+apple: casa.Asset = casa.build_object("apple", seed=1, index=4)
 report: casa.Report = casa.check(asset)
 lying: list[casa.StablePose] = casa.stable_poses(asset, least=0.05)
 print(lying[0].pose.position, lying[0].probability)
@@ -60,7 +61,7 @@ kept: casa.Asset = library.get(hits[0].id)
 print(len(library), library.folder("mug_0"), "mug_0" in library)
 cache: Path = casa.cache_dir()
 casa.use_project(None)
-plugin: casa.Plugin = casa.Plugin("ours", "1.0")
+plugin: casa.Plugin = casa.plugins().get("ours") or casa.Plugin("ours", "1.0")
 sources: tuple[casa.Source, ...] = plugin.sources
 exporters: tuple[casa.Exporter, ...] = plugin.exporters
 version: str = casa.__version__

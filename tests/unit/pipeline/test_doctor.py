@@ -18,9 +18,16 @@ def only(found: tuple[doctor.Finding, ...], subject: str) -> doctor.Finding:
 def test_every_subject_is_looked_at_once(tmp_path: Path) -> None:
     subjects = [finding.subject for finding in doctor.findings(tmp_path)]
     assert len(subjects) == len(set(subjects))
-    assert {"python", "package usd-core", "native modules", "rendering", "output folder", "disk", "memory"} <= set(
-        subjects
-    )
+    assert {
+        "python",
+        "package usd-core",
+        "native modules",
+        "rendering",
+        "output folder",
+        "disk",
+        "memory",
+        "registry",
+    } <= set(subjects)
 
 
 def test_output_folder_is_not_made(tmp_path: Path) -> None:

@@ -220,6 +220,12 @@ class TestProject:
             ({"casa.yaml": "name: ours\nruns:\n  - ingest: {a: 1}\n    find: {}\n"}, r"casa\.yaml:3: runs\.0"),
             ({"catgories.yaml": ""}, r"catgories\.yaml:1: \(top\): expected 'categories\.yaml'"),
             ({"plan/loft.yaml": ""}, r"plan:1: \(top\): expected 'plans'"),
+            ({"plugin/tea.py": ""}, r"plugin:1: \(top\): expected 'plugins'"),
+            (
+                {"textures/walls.yaml": ""},
+                r"walls\.yaml:1: \(top\): expected one of cabinet\.yaml, .* got 'walls\.yaml'",
+            ),
+            ({"plans/loft.yml": ""}, r"plans/loft\.yml:1: \(top\): expected a name that ends in \.yaml, got"),
         ],
     )
     def test_slips_are_told(self, project: Project, files: dict[str, str], message: str) -> None:

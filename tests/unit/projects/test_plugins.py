@@ -53,11 +53,18 @@ class TestTrust:
         assert load_plugins() == ()
         assert ignored_files() == (folder / "plugins" / "shout.py",)
 
+    def test_what_only_that_code_adds_is_told_with_the_way_to_run_it(self, project: Project) -> None:
+        project(PROJECT)
+        with pytest.raises(RegistryError, match=r"or what testing\.py adds, which does not run .* got 'chequers'"):
+            find_recipe("chess")
+        with pytest.raises(RegistryError, match=r"or what testing\.py adds, which does not run .* got 'square'"):
+            casa.build_object("coaster")
+
     def test_it_runs_where_the_caller_says_so(self, project: Project) -> None:
         folder = project(PROJECT)
         assert "plinth" not in family_names()
         casa.use_project(folder, plugins=True)
-        assert [one.plugin.name for one in load_plugins()] == ["testing"]
+        assert list(casa.plugins()) == ["testing"]
         assert "plinth" in family_names()
         assert ignored_files() == ()
 
@@ -134,6 +141,7 @@ class TestParts:
         (done,) = build_all(object_requests(["coaster"], 1, 0), tmp_path / "library", 1, drawn=False)
         assert done.passed, done
         assert read_certificate(Path(done.folder)).versions["plugin:testing"].startswith("1.0 ")
+        assert casa.build_object("coaster").id == done.asset_id
 
     def test_a_kind_of_texture(self, allowed: Path, tmp_path: Path) -> None:
         finish = finish_of(find_recipe("chess"), tmp_path, 64)

@@ -1,0 +1,158 @@
+"""Each kind of thing that a plug-in may add works with the installed wheel, by command and from Python.
+
+The plug-ins are those that docs/howto/extend/plugin.md shows: once in the `plugins/` of a project, once as a package
+that is built and installed as the page says. Rows of a project say what is made with them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from tests.consumers.own.results import TELLING, Checked, certified, only_entry, told_by
+from tests.documents import saved
+from tests.installed import Environment, build_wheel, install
+
+pytestmark = pytest.mark.consumers
+ROWS = {"casa.yaml": "name: ours\n", "families/tea_tray.yaml": "presets:\n  waved: {face: stall_waves}\n"}
+SCRIPT = f"""{TELLING}
+casa.use_project(".", plugins=PLUGINS)
+for preset in ("oak", "waved"):
+    tell_asset(preset, casa.build("tea_tray", preset))
+tell_asset("object", casa.build_object("coaster"))
+library = casa.Library("out/fetched")
+(done,) = library.ingest("stall:biscuits", jobs=1)
+certificate = json.loads((done.folder / "asset.json").read_text())["certificate"]
+tell_asset("mesh", library.get(done.asset_id))
+told["mesh"]["versions"] = certificate["versions"]
+told["mesh"]["results"] = certificate["report"]["results"]
+files = casa.plugins()["tea"].exporters[0].write(library.get(done.asset_id))
+tell("exported", casa.check(casa.build("tea_tray", "oak")), json.loads(files["mass.json"]))
+end()
+"""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was made with plug-ins: `oak`, `waved`, `object` and `mesh` are assets, `exported` what was written."""
+
+    checked: Mapping[str, Checked]
+    exported: Mapping[str, object]
+    by_command: bool
+
+
+@pytest.fixture(scope="module", params=["project", "package"])
+def place(
+    request: pytest.FixtureRequest, wheel: Path, user: Environment, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Environment, Path, list[str]]:
+    """An environment, a project in a folder outside the checkout, and the options that let its plug-ins run."""
+    folder = tmp_path_factory.mktemp(request.param) / "ours"
+    shown = saved("out/my_kitchens")
+    wanted = ("fixtures.yaml", "objects/coasters.yaml", "textures/floor.yaml")
+    files = {name: shown[name] for name in wanted} | ROWS
+    code = {name: text for name, text in shown.items() if name.startswith("plugins/")}
+    environment = user
+    if request.param == "project":
+        files |= code
+    else:
+        package = folder.parent / "tea_things"
+        modules = {f"tea_things/{Path(name).name}": text for name, text in code.items()}
+        _write(package, {**saved("out/tea_things"), "tea_things/__init__.py": "", **modules})
+        built = build_wheel(package, folder.parent / "dist")
+        environment = install(folder.parent / "environment", wheel, built)
+    _write(folder, files)
+    return environment, folder, ["--plugins"] if request.param == "project" else []
+
+
+@pytest.fixture(scope="module", params=["command", "python"])
+def made(request: pytest.FixtureRequest, place: tuple[Environment, Path, list[str]]) -> Made:
+    """What is made with plug-ins: by command, and from Python."""
+    environment, folder, options = place
+    if request.param == "command":
+        return _made_by_command(environment, folder, options)
+    script = folder / "script.py"
+    script.write_text(SCRIPT.replace("PLUGINS", repr(bool(options))), encoding="utf-8")
+    done = environment.python(script, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    told = told_by(folder)
+    return Made(told, told["exported"].facts, by_command=False)
+
+
+def _made_by_command(environment: Environment, folder: Path, options: list[str]) -> Made:
+    lines = (
+        "families build tea_tray --library out/trays --no-pictures --jobs 1",
+        "objects build coaster --count 1 --library out/objects --jobs 1",
+        "textures check stall_waves --out out/textures --jobs 1",
+        "ingest stall:biscuits --library out/library --jobs 1",
+        "export plugin masses out/library --out out/masses",
+    )
+    for line in lines:
+        done = environment.casa(*line.split(), *options, cwd=folder)
+        assert done.returncode == 0, f"{line}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    out = folder / "out"
+    trays = [certified(path.parent) for path in out.glob("trays/tea_tray/*/asset.json")]
+    plain, waved = sorted(trays, key=lambda one: "stall_waves" in _finishes(one))
+    checked = {
+        "oak": plain,
+        "waved": waved,
+        "object": certified(only_entry(out / "objects", "coaster")),
+        "mesh": certified(only_entry(out / "library", "cereal")),
+    }
+    (exported,) = out.glob("masses/assets/*/mass.json")
+    return Made(checked, json.loads(exported.read_text(encoding="utf-8")), by_command=True)
+
+
+def _finishes(asset: Checked) -> set[str]:
+    return {material["id"] for material in asset.facts["materials"]}
+
+
+def _write(folder: Path, files: Mapping[str, str]) -> None:
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+def test_all_has_passed_its_checks(made: Made) -> None:
+    assert {"oak", "waved", "object", "mesh"} <= set(made.checked)
+    assert {name: one.passed for name, one in made.checked.items()} == dict.fromkeys(made.checked, True)
+
+
+def test_a_family(made: Made) -> None:
+    assert made.checked["oak"].facts["labels"]["category"] == "tea_tray"
+    assert "oak_natural" in _finishes(made.checked["oak"])
+
+
+def test_a_form_of_objects(made: Made) -> None:
+    assert made.checked["object"].facts["labels"]["category"] == "coaster"
+
+
+def test_a_check(made: Made) -> None:
+    for name in ("oak", "waved", "object", "mesh"):
+        result = made.checked[name].results["TEA001"]
+        assert (result["status"], result["limit"]) == ("passed", 40.0), name
+
+
+def test_a_kind_of_texture(made: Made) -> None:
+    assert _finishes(made.checked["waved"]) == {"stall_waves"}
+
+
+def test_a_source(made: Made) -> None:
+    assert made.checked["mesh"].facts["labels"]["category"] == "cereal"
+
+
+def test_an_exporter(made: Made) -> None:
+    assert made.exported["id"] == made.checked["mesh"].facts["id"]
+    assert isinstance(made.exported["mass"], float)
+
+
+def test_certificates_state_versions(made: Made) -> None:
+    names = ("oak", "waved", "object", "mesh") if made.by_command else ("mesh",)
+    for name in names:
+        assert made.checked[name].versions["plugin:tea"].startswith("1.0 "), name
+    if made.by_command:
+        assert made.checked["object"].versions["plugin:stall"].startswith("1.0 ")

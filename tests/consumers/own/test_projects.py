@@ -1,0 +1,276 @@
+"""Each kind of thing that a project may hold works with the installed wheel, by command and from Python.
+
+A user begins in an empty folder, writes a project with what the pages of the documents show and rows of their own, and
+ends with kitchens and assets that have passed every check. Each test looks for the mark of one kind of thing in them.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from casa_assets.core.color import linear_from_srgb, srgb_from_hex
+from tests.consumers.own.results import TELLING, Checked, by_code, certified, only_entry, told_by
+from tests.documents import saved
+from tests.installed import Environment
+from tests.libraries import box_obj, with_cache
+
+pytestmark = pytest.mark.consumers
+WHOLE, LIKE = "studio__harbour__s3", "nook__ours"  # kitchens of a plan and a style that state all, that are like others
+RUNS = """
+name: kitchens
+libraries: [out/library]
+runs:
+  - textures check: {names: [plaster_harbour, paint_ours, stall_waves], out: out/textures}
+  - ingest: {sources: [meshes], library: out/library, jobs: 1}
+  - objects build: {names: [enamel_mug], count: 1, library: out/objects, jobs: 1}
+  - families show: {names: [kettle], preset: [ours], out: out/families}
+"""
+SCENES = f"  - scenes check: {{scenes: [{WHOLE}, {LIKE}], out: out/scenes, jobs: 2, 3d: false, pictures: false}}\n"
+# Rows of the user's own, beside those that the pages show.
+ROWS = {
+    "categories.yaml": "muesli_packet: {parent: packaged_food, longest_m: [0.2, 0.3, 0.36], "
+    "mass_kg: [0.25, 0.45, 0.9], shape: [0.64, 0.2, 1], upright: stands, build: filled, "
+    "substance: dry_goods, front: face, affords: [graspable]}\n",
+    "materials.yaml": 'enamel_ours: {color: "#a34f27", metallic: 0.1, roughness: 0.25, substance: steel}\n',
+    "textures/cabinet.yaml": "paint_ours: {kind: painted_front, seed: 7, tile_m: [0.8, 0.8], substance: wood, "
+    'params: {color: "#a9c6d8", roughness: 0.4}}\n',
+    "families/kettle.yaml": "presets:\n  ours: {body: enamel_ours}\n",
+    "limits.yaml": "hull_count: {value: 31}\nscene_bodies: {value: 399}\n",
+    "waivers.yaml": f"- {{code: SCN026, subject: {LIKE}, reason: Our machine is slow.}}\n",
+    "plans/nook.yaml": """like: studio
+title: Nook
+parameters:
+  width: [5.0, 4.9, 5.1]
+worktop_items:
+  kettle: {on: main_drawers, at: 0.15}
+  fruit_bowl: {on: main_drawers, at: 0.7}
+  jar: {on: main_dishwasher, at: 0.5}
+""",
+}
+# In place of a kettle, a bowl and a jar: a member of the user's own, a family of the user's own, and the user's mesh.
+STYLE = """like: harbour
+title: Ours
+cabinets: {base: {face: paint_ours}}
+counter: {face: slabs_stone}
+room: {wall: plaster_harbour, floor: stall_waves}
+models: {kettle: kettle/ours, fruit_bowl: tea_tray/oak, jar: 'library:%s'}
+"""
+SCRIPT = f"""{TELLING}
+casa.use_project(".", plugins=True)
+for kitchen in (casa.kitchen("studio", "harbour", seed=3), casa.kitchen("nook", "ours")):
+    tell(kitchen.id, casa.check(kitchen), kitchen.facts)
+done = casa.ingest("meshes/muesli_packet.obj")
+tell_asset("mesh", done.asset, done.report)
+tell_asset("object", casa.build_object("enamel_mug"))
+tell_asset("member", casa.build("kettle", "ours"))
+end()
+"""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What was made with a project: kitchens by their ids; `mesh`, `object` and `member` are assets."""
+
+    project: Path
+    checked: Mapping[str, Checked]
+
+    @property
+    def whole(self) -> Checked:
+        """The kitchen of a plan and a style that state all."""
+        return self.checked[WHOLE]
+
+    @property
+    def like(self) -> Checked:
+        """The kitchen of a plan and a style that are like others."""
+        return self.checked[LIKE]
+
+    def fixture(self, name: str) -> Mapping[str, str]:
+        """What stands in the second kitchen under a name."""
+        (found,) = (one for one in self.like.facts["fixtures"] if one["name"] == name)
+        return dict(found)
+
+
+@pytest.fixture(scope="module")
+def project(user: Environment, tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
+    """A project that `casa-assets make` has made all of, kitchens last."""
+    begin = tmp_path_factory.mktemp("begin")
+    called(user, "init", "kitchens", folder=begin)
+    folder = begin / "kitchens"
+    for name, text in (*saved("out/my_kitchens").items(), *ROWS.items()):
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        with path.open("a", encoding="utf-8") as file:
+            file.write(text)
+    (folder / "casa.yaml").write_text(RUNS, encoding="utf-8")
+    (folder / "meshes").mkdir()
+    (folder / "meshes" / "muesli_packet.obj").write_text(box_obj((0.19, 0.29, 0.06)), encoding="utf-8")
+    _draw(begin / "pictures" / "stone.png")
+    options = ("--pack", "slabs", "--surface", "counter", "--tile", "0.6", "0.6", "--licence", "CC0-1.0")
+    called(user, "textures", "ingest", begin / "pictures", *options, "--plugins", folder=folder)
+    with_cache(folder / "out" / "scenes", cache)
+    called(user, "make", "--plugins", folder=folder)
+    mesh = only_entry(folder / "out" / "library", "muesli_packet")
+    (folder / "styles" / "ours.yaml").write_text(STYLE % mesh.name, encoding="utf-8")
+    (folder / "casa.yaml").write_text(RUNS + SCENES, encoding="utf-8")
+    called(user, "make", "--plugins", folder=folder)
+    return folder
+
+
+@pytest.fixture(scope="module", params=["command", "python"])
+def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Made:
+    """What is made with the project: by command, and from Python."""
+    if request.param == "command":
+        return Made(project, _made_by_command(project))
+    script = project / "script.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    done = user.python(script, cwd=project)
+    assert done.returncode == 0, done.stderr
+    return Made(project, told_by(project))
+
+
+def _made_by_command(project: Path) -> dict[str, Checked]:
+    found = {}
+    for name in (WHOLE, LIKE):
+        folder = project / "out" / "scenes" / name
+        facts, report = (
+            json.loads((folder / f"{kind}.json").read_text(encoding="utf-8")) for kind in ("scene", "report")
+        )
+        found[name] = Checked(report["passed"], facts, by_code(report))
+    libraries = {"mesh": "library/muesli_packet", "object": "objects/enamel_mug", "member": "families/kettle"}
+    for name, place in libraries.items():
+        library, _, category = place.partition("/")
+        found[name] = certified(only_entry(project / "out" / library, category))
+    return found
+
+
+def called(user: Environment, *words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Call a command, which has to end well."""
+    done = user.casa(*words, cwd=folder)
+    assert done.returncode == 0, f"{words}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    return done
+
+
+def _draw(path: Path) -> None:
+    """A picture of a stone: waves and grain that fit together at opposite edges."""
+    path.parent.mkdir(parents=True)
+    y, x = np.meshgrid(*(np.arange(512) / 512 * 2 * np.pi,) * 2, indexing="ij")
+    waves = np.sin(9 * x + 2 * np.sin(7 * y)) + np.sin(8 * y + 2 * np.sin(11 * x))
+    grain = np.random.default_rng(5).normal(size=(512, 512))
+    grey = 150 + 8 * waves + 5 * grain
+    Image.fromarray(np.repeat(grey[..., None], 3, axis=2).clip(0, 255).astype(np.uint8)).save(path)
+
+
+def test_the_program_is_that_of_the_wheel(project: Path, user: Environment) -> None:
+    script = project / "where.py"
+    script.write_text("import casa_assets, casa_assets.registry as r\nprint(casa_assets.__file__, r.data_root())\n")
+    told = user.python(script, cwd=project).stdout.split()
+    assert [Path(path).is_relative_to(user.folder) for path in told] == [True, True]
+    assert Path(told[1]).name == "registry_data"
+
+
+def test_all_has_passed_its_checks(made: Made) -> None:
+    assert {name: one.passed for name, one in made.checked.items()} == dict.fromkeys(made.checked, True)
+    assert set(made.checked) == {WHOLE, LIKE, "mesh", "object", "member"}
+
+
+def test_a_plan(made: Made) -> None:
+    facts = made.whole.facts
+    assert 4.4 <= facts["parameters"]["width"] <= 5.0
+    assert {"sink", "main_range", "main_fridge", "toaster"} <= {f["name"] for f in facts["fixtures"]}
+
+
+def test_a_style(made: Made) -> None:
+    assert made.whole.facts["surfaces"]["cabinet"] == "paint_powder_blue"
+    presets = {f["role"]: f["preset"] for f in made.whole.facts["fixtures"]}
+    assert (presets["range"], presets["toaster"]) == ("black_steel", "long_navy_brass")
+
+
+def test_a_plan_that_is_like_another(made: Made) -> None:
+    facts = made.like.facts
+    assert facts["parameters"]["width"] == 5.0
+    assert {"main_range", "toaster", "jar"} <= {f["name"] for f in facts["fixtures"]}
+
+
+def test_a_style_that_is_like_another(made: Made) -> None:
+    assert made.fixture("main_range")["preset"] == "black_steel"
+    assert made.fixture("fruit_bowl")["family"] == "tea_tray"
+
+
+def test_recipes_of_textures(made: Made) -> None:
+    surfaces = made.like.facts["surfaces"]
+    assert (surfaces["wall"], surfaces["cabinet"]) == ("plaster_harbour", "paint_ours")
+
+
+def test_a_pack_of_pictures(made: Made) -> None:
+    assert made.like.facts["surfaces"]["counter"] == "slabs_stone"
+    (credit,) = made.like.facts["textures"]
+    assert "CC0-1.0" in json.dumps(credit)
+
+
+def test_a_plain_finish(made: Made) -> None:
+    colors = {material["id"]: material["base_color"] for material in made.checked["member"].facts["materials"]}
+    assert colors["enamel_ours"][:3] == pytest.approx([linear_from_srgb(c) for c in srgb_from_hex("#a34f27")], abs=1e-3)
+
+
+def test_a_category(made: Made) -> None:
+    assert made.checked["mesh"].facts["labels"]["category"] == "muesli_packet"
+
+
+def test_a_mesh_in_a_kitchen(made: Made) -> None:
+    assert made.fixture("jar")["family"] == "library"
+    assert made.fixture("jar")["asset"] == made.checked["mesh"].facts["id"]
+    assert made.fixture("jar")["category"] == "muesli_packet"
+
+
+def test_objects(made: Made) -> None:
+    assert made.checked["object"].facts["labels"]["category"] == "enamel_mug"
+    assert made.checked["object"].facts["base"] == "free"
+
+
+def test_a_member_of_a_family(made: Made) -> None:
+    assert made.fixture("kettle")["preset"] == "ours"
+    assert made.fixture("kettle")["asset"] == made.checked["member"].facts["id"]
+
+
+def test_limits(made: Made) -> None:
+    assert made.checked["mesh"].results["AST005"]["limit"] == 31
+    assert made.like.results["SCN010"]["limit"] == 399
+
+
+def test_waivers(made: Made) -> None:
+    waived = made.like.results["SCN026"]
+    assert (waived["waived"], waived["reason"]) == (True, "Our machine is slow.")
+    assert not made.whole.results["SCN026"]["waived"]
+
+
+def test_what_was_made_and_has_not_changed_is_kept(project: Path, user: Environment) -> None:
+    done = called(user, "make", "--plugins", "--json", folder=project)
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert {row["id"]: row["kept"] for row in rows if row["id"] in (WHOLE, LIKE)} == {WHOLE: True, LIKE: True}
+
+
+@pytest.mark.parametrize("way", ["command", "python"])
+def test_a_word_that_is_wrong_is_told_with_its_line(project: Path, user: Environment, way: str) -> None:
+    plan, script = project / "plans" / "studio.yaml", project / "script.py"
+    text = plan.read_text(encoding="utf-8")
+    plan.write_text(text.replace("- dishwasher", "- dishwahser"), encoding="utf-8")
+    script.write_text(
+        'import casa_assets as casa\ncasa.use_project(".", plugins=True)\ncasa.kitchen("studio", "harbour")\n'
+    )
+    try:
+        words = ("scenes", "new", "studio", "--style", "harbour", "--plugins")
+        done = user.casa(*words, cwd=project) if way == "command" else user.python(script, cwd=project)
+    finally:
+        plan.write_text(text, encoding="utf-8")
+    assert done.returncode == (2 if way == "command" else 1)
+    line = text[: text.index("- dishwasher")].count("\n") + 1
+    assert re.search(rf"{project}/plans/studio\.yaml:{line}: runs\.main\.base\.3", done.stderr)
