@@ -19,6 +19,7 @@ from casa_assets.registry.layered import names_in, read_topmost, stated_in
 
 R = TypeVar("R", bound=Record)
 PLANS, STYLES = "plans", "styles"
+MODELS, PRESET = "models", "preset"  # keys of a style, and of a model in it
 LIKE = "like"  # key of a plan or a style: the name of one from which it differs by what else it states
 
 
@@ -91,6 +92,19 @@ def _laid_over_like(document: Document, folder: str, noun: str, name: str, seen:
     lower = _document(folder, noun, base, project_folder() if base == name else None, (*seen, document))
     value = {key: value for key, value in document.value.items() if key != LIKE}
     own = replace(document, value=value, lines={path: at for path, at in document.lines.items() if path[:1] != (LIKE,)})
-    joined = lower.overlaid(own)
+    joined = _without_replaced(lower, own).overlaid(own)
     files = {path: joined.files.get(path, lower.file) for path in joined.lines}
     return replace(joined, file=document.file, files=MappingProxyType(files))
+
+
+def _without_replaced(lower: Document, upper: Document) -> Document:
+    """A style without the models for which the other names a preset: numbers of one preset are none of another's."""
+    models, chosen = lower.value.get(MODELS), upper.value.get(MODELS)
+    if not isinstance(models, dict) or not isinstance(chosen, dict):
+        return lower
+    replaced = {(MODELS, role) for role, choice in chosen.items() if isinstance(choice, dict) and PRESET in choice}
+    kept = {role: choice for role, choice in models.items() if (MODELS, role) not in replaced}
+    lines = {path: line for path, line in lower.lines.items() if path[:2] not in replaced}
+    files = {path: file for path, file in lower.files.items() if path[:2] not in replaced}
+    value = {**lower.value, MODELS: kept}
+    return replace(lower, value=value, lines=MappingProxyType(lines), files=MappingProxyType(files))

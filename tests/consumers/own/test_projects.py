@@ -49,11 +49,11 @@ ROWS = {
     "plans/nook.yaml": """like: studio
 title: Nook
 parameters:
-  width: [5.0, 4.9, 5.1]
+  width: [6.2, 6.1, 6.3]
 worktop_items:
-  kettle: {on: main_drawers, at: 0.15}
-  fruit_bowl: {on: main_drawers, at: 0.7}
-  jar: {on: main_dishwasher, at: 0.5}
+  kettle: {on: main_drawers, at: 0.2, back: 0.1}
+  fruit_bowl: {on: main_drawers_2, at: 0.5}
+  jar: {on: main_dishwasher, at: 0.2}
 """,
 }
 # In place of a kettle, a bowl and a jar: a member of the user's own, a family of the user's own, and the user's mesh.
@@ -62,7 +62,7 @@ title: Ours
 cabinets: {base: {face: paint_ours}}
 counter: {face: slabs_stone}
 room: {wall: plaster_harbour, floor: stall_waves}
-models: {kettle: kettle/ours, fruit_bowl: tea_tray/oak, jar: 'library:%s'}
+models: {kettle: kettle/ours, fruit_bowl: {preset: tea_tray/oak, width: 0.3}, jar: 'library:%s'}
 """
 SCRIPT = f"""{TELLING}
 casa.use_project(".", plugins=True)
@@ -184,7 +184,7 @@ def test_all_has_passed_its_checks(made: Made) -> None:
 
 def test_a_plan(made: Made) -> None:
     facts = made.whole.facts
-    assert 4.4 <= facts["parameters"]["width"] <= 5.0
+    assert 5.9 <= facts["parameters"]["width"] <= 6.4
     assert {"sink", "main_range", "main_fridge", "toaster"} <= {f["name"] for f in facts["fixtures"]}
 
 
@@ -196,7 +196,7 @@ def test_a_style(made: Made) -> None:
 
 def test_a_plan_that_is_like_another(made: Made) -> None:
     facts = made.like.facts
-    assert facts["parameters"]["width"] == 5.0
+    assert facts["parameters"]["width"] == 6.2
     assert {"main_range", "toaster", "jar"} <= {f["name"] for f in facts["fixtures"]}
 
 

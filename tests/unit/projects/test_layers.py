@@ -161,6 +161,21 @@ class TestPlansAndStyles:
         assert style.models["range"] == coastal.models["range"]
         assert style.cabinets == coastal.cabinets
 
+    def test_numbers_of_a_preset_are_none_of_the_preset_in_its_place(self, project: Project) -> None:
+        folder = project(
+            {
+                "styles/b.yaml": "like: coastal\nmodels: {kettle: {preset: kettle/retro_cream, body: copper}}\n",
+                "styles/a.yaml": "like: b\nmodels:\n  kettle: {preset: kettle/jug_white, height: 0.21}\n",
+                "styles/c.yaml": "like: b\nmodels: {kettle: {height: 0.19}}\n",
+            }
+        )
+        replaced, document = load_style("a")
+        assert replaced.models["kettle"].preset == "kettle/jug_white"
+        assert replaced.models["kettle"].params == {"height": 0.21}
+        assert str(document.fault(("models", "kettle", "body"), "a", "b")).startswith(f"{folder}/styles/a.yaml:3: ")
+        changed = load_style("c")[0].models["kettle"]
+        assert (changed.preset, changed.params) == ("kettle/retro_cream", {"body": "copper", "height": 0.19})
+
     def test_chains(self, project: Project) -> None:
         project({"styles/a.yaml": "like: b\ntitle: A\n", "styles/b.yaml": "like: coastal\ndescription: Of b.\n"})
         style = load_style("a")[0]
