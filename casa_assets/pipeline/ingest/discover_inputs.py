@@ -42,6 +42,9 @@ def discover_inputs(
         require("fsspec", "stores", "Reading from a store")
     own_library = Path(os.path.realpath(library))
     real_roots = {Path(os.path.realpath(root)) for root in roots if isinstance(root, Path)}
+    named_files = {root for root in real_roots if root.is_file()}
+    # What a manifest lists stands beside it or below.
+    real_roots |= {root.parent for root in named_files if root.suffix.lower() in (".json", ".jsonl")}
     is_output: dict[str, bool] = {}
     for found in discover(roots, others):
         if isinstance(found, Found):
@@ -51,7 +54,7 @@ def discover_inputs(
         if not_after_ns is not None and any(has_changed_since(str(place), not_after_ns) for place in places):
             continue
         if not any(
-            _is_output(place, real_roots, own_library, is_output)
+            _is_output(place, real_roots, named_files, own_library, is_output)
             if isinstance(place, Path)
             else _is_in_library(place.parent, is_output)
             for place in places
@@ -82,14 +85,19 @@ def _as_text(source: Source) -> Source:
     return source if is_unchanged else source.replace(**texts)
 
 
-def _is_output(place: Path, real_roots: Set[Path], own_library: Path, is_output: dict[str, bool]) -> bool:
+def _is_output(
+    place: Path, real_roots: Set[Path], named_files: Set[Path], own_library: Path, is_output: dict[str, bool]
+) -> bool:
     """True if a file lies in our library, or in any library that lies below a root (a root may be one).
 
     Args:
+        named_files: roots that are files.
         is_output: takes up what is known of folders, by their path.
     """
     # Path would take longer than all the rest, and the real path of a folder is looked for once, not for each file.
     file = str(place)
+    if named_files and (named := Path(os.path.realpath(file))) in named_files:
+        return own_library in named.parents  # the user asked for it, whatever stands above it
     folder = os.path.dirname(os.path.realpath(file) if os.path.islink(file) else file)  # noqa: PTH114, PTH120
     if folder not in is_output:
         is_output[folder] = _is_output_folder(Path(os.path.realpath(folder)), real_roots, own_library)
