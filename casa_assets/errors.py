@@ -8,6 +8,7 @@ CasaError
 +-- OutputError        the output folder cannot be used: path, message
 +-- PluginFailure      code of a plug-in has failed: plug-in, message, trace
 +-- PlanConflict       a plan and a style cannot be made into a kitchen: plan, pointer, expected, got
++-- StyleConflict      a style names a model that does not suit its role: style, pointer, expected, got
 
 BatchFault stands beside the tree: some items of a batch met a fault of the program, the others are done.
 """
@@ -106,6 +107,20 @@ class PlanConflict(CasaError):
     def __init__(self, plan: str, pointer: tuple[str | int, ...], expected: str, got: str) -> None:
         self.plan, self.pointer, self.expected, self.got = plan, pointer, expected, got
         super().__init__(f"{plan}: {'.'.join(map(str, pointer)) or '(top)'}: expected {expected}, got {got}")
+
+
+class StyleConflict(CasaError):
+    """A style names a model that does not suit its role.
+
+    Args:
+        style: id of the style.
+        pointer: path inside the style's file, such as `("models", "range")`.
+        expected: what would suit. got: what the style has.
+    """
+
+    def __init__(self, style: str, pointer: tuple[str | int, ...], expected: str, got: str) -> None:
+        self.style, self.pointer, self.expected, self.got = style, pointer, expected, got
+        super().__init__(f"{style}: {'.'.join(map(str, pointer))}: expected {expected}, got {got}")
 
 
 class BatchFault(Exception):

@@ -26,6 +26,7 @@ TABLES = (
     "materials",
     "other_things",
     "rejections",
+    "roles",
     "substances",
     "waivers",
     "words",

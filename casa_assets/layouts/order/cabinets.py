@@ -14,18 +14,23 @@ from casa_assets.layouts.order.build_order import (
 )
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
-from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
 from casa_assets.model.kitchen.style import FrontStyle, PresetChoice
-from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind
+from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 
 NICHE_PLAY_M = 0.004  # gap over an appliance in a niche
 OVEN_NICHE_FROM_M, MICROWAVE_NICHE_FROM_M = 0.74, 1.08  # heights of the niches in tall units
 OVEN_LIFT_M = 0.005  # gap between an oven and its board: the handle of the open door clears the drawer below
 FRONT_THICKNESS_M = 0.02
-BOARD_THICKNESS_M = 0.018  # of the boards over and under a niche, half of which is in the niche
+HOODS_UNDER_CABINETS = ("under_cabinet", "downlight")  # forms of hoods with a cabinet over them
 HOUSING_FLOOR_M = 0.0062  # upper face of the board under a built-in refrigerator
 MICROWAVE_SETBACK_M = 0.0025  # distance of a built-in microwave behind the fronts beside it
 MICROWAVE_FRAME_M = 0.04  # of the frame round a microwave, above and below
+AIR_OVER_M = 0.02  # over an asset of a library in a niche, which has no frame that covers it
+# A hood of a library that is less high hangs under a cabinet; a higher one is a chimney.
+MIN_CHIMNEY_M, CEILING_PLAY_M = 0.37, 0.001
+# Greatest height of the foot of a library's chimney that hangs right under the ceiling; shorter ones leave a gap there.
+MAX_CHIMNEY_FOOT_M = 1.85
 # Relative heights of the fronts of a drawer stack, from the floor up.
 DRAWER_RATIOS: dict[int, tuple[float, ...]] = {
     1: (1.0,),
@@ -124,10 +129,10 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
             OrderItem(slot.name, "panel", preset_with("cabinet_panel/slab_oak", panel), spot, slot.name, slot.line.id)
         )
     elif unit.kind is BaseKind.RANGE:
-        _add(order, slot, "range", models.for_role("range").choice, v=0.012)
+        _add(order, slot, "range", models.for_unit(unit).choice, v=0.012)
     elif unit.kind is BaseKind.DISHWASHER:
-        model = models.for_role("dishwasher")
-        height = min(model.length("height"), slot.top - 0.004)
+        model = models.for_unit(unit)
+        height = min(model.length("height"), slot.top - standard_sizes.TOP_PLAY)
         _add(order, slot, "dishwasher", model.with_params(height=round(height, 4)), v=0.002)
 
 
@@ -204,37 +209,58 @@ def _upper(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: floa
 
 
 def _hung_microwave(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
-    model = models.for_role("microwave_built_in")
+    assert isinstance(slot.unit, UpperUnit)
+    model = models.for_unit(slot.unit)
     depth = max(0.42, round(model.length("depth") + 0.05, 3))
-    niche = round(model.length("height") + 2 * MICROWAVE_FRAME_M + NICHE_PLAY_M, 4)
     housing = {
         "width": slot.width,
         "depth": depth,
         "height": round(slot.top - slot.bottom, 4),
         "plinth": 0.0,
         "niche_from": 0.0,
-        "niche": niche,
+        "niche": _microwave_niche(model),
         "over": "doors" if slot.width >= 0.5 else "door",
         "look": front_look(models, "upper"),
     }
     _add(order, slot, "housing", preset_with("housing_microwave/graphite_hanging", housing))
+    # The frame of a family's stands on the cabinet; an asset of a library stands on the board in it.
+    foot = slot.bottom + (HOUSING_FLOOR_M if model.choice.is_library else NICHE_PLAY_M / 2)
+    _microwave(order, slot, model, depth, foot)
+
+
+def _microwave_niche(model: StyleModel) -> float:
+    """Height of the niche of a built-in microwave, from the middle of a board to that of the other, metres."""
+    if model.choice.is_library:
+        return round(max(0.3, model.length("height") + standard_sizes.BOARD_THICKNESS + AIR_OVER_M), 4)
+    return round(model.length("height") + 2 * MICROWAVE_FRAME_M + NICHE_PLAY_M, 4)
+
+
+def _microwave(order: BuildOrder, slot: UnitSlot, model: StyleModel, front: float, foot: float) -> None:
+    """Order a built-in microwave. front: of the cabinet, from the wall. foot: height of its underside. Metres."""
     _add(
         order,
         slot,
         "microwave",
         model.choice,
         name=f"{slot.name}_oven",
-        v=depth - MICROWAVE_SETBACK_M,
-        z=slot.bottom + NICHE_PLAY_M / 2,
+        v=front - MICROWAVE_SETBACK_M,
+        z=foot,
         depth_reference=DepthReference.FRONT,
     )
 
 
+def is_under_cabinet(hood: StyleModel) -> bool:
+    """True if a hood hangs under a cabinet; otherwise it reaches up to the ceiling, or towards it."""
+    if hood.choice.is_library:
+        return hood.length("height") < MIN_CHIMNEY_M
+    return hood.params.get("form") in HOODS_UNDER_CABINETS
+
+
 def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
-    model = models.for_role("hood")
-    form = model.params.get("form", "")
-    if form in ("under_cabinet", "downlight"):
-        low = standard_sizes.HOOD_FROM
+    assert isinstance(slot.unit, UpperUnit)
+    model = models.for_unit(slot.unit)
+    low = standard_sizes.HOOD_FROM
+    if is_under_cabinet(model):
         _add(order, slot, "hood", model.choice, z=low)
         top = round(low + model.length("height") + 0.002, 4)
         width, height = slot.width, round(standard_sizes.UPPER_TO - top, 4)
@@ -248,9 +274,11 @@ def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float
         _add(order, slot, "upper", cabinet, name=f"{slot.name}_cabinet", z=top)
         return
     if model.choice.is_library:
-        _add(order, slot, "hood", model.choice, z=standard_sizes.HOOD_FROM)
+        under_ceiling = round(ceiling - model.length("height") - CEILING_PLAY_M, 4)
+        is_near = low <= under_ceiling <= MAX_CHIMNEY_FOOT_M
+        _add(order, slot, "hood", model.choice, z=under_ceiling if is_near else low)
         return
-    height = round(min(1.2, ceiling - standard_sizes.HOOD_FROM), 3)
+    height = round(min(1.2, ceiling - low), 3)
     choice = model.with_params(height=height)
     _add(order, slot, "hood", choice, z=ceiling, height_reference=HeightReference.HEAD)
 
@@ -269,49 +297,39 @@ def _tall(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
         }
         _add(order, slot, "pantry", preset_with("tall_cabinet/shaker_white_split", {**common, **doors}))
     elif unit.kind is BaseKind.OVEN:
-        model = models.for_role("oven")
-        niche: dict[str, Any] = {
-            "niche_from": OVEN_NICHE_FROM_M,
-            "niche": round(model.length("height") + BOARD_THICKNESS_M + OVEN_LIFT_M + NICHE_PLAY_M, 4),
-            "depth": slot.depth,
-        }
-        niche |= {"over": "doors" if slot.width >= 0.5 else "door"}
-        _add(order, slot, "housing", preset_with("housing_oven/shaker_white", {**common, **niche}))
-        back = round(slot.depth - FRONT_THICKNESS_M - 0.001 - model.length("depth"), 4)
-        _add(
-            order,
-            slot,
-            "oven",
-            model.choice,
-            name=f"{slot.name}_oven",
-            v=back,
-            z=OVEN_NICHE_FROM_M + BOARD_THICKNESS_M / 2 + OVEN_LIFT_M,
-        )
+        _oven(order, slot, models.for_unit(unit), common)
     elif unit.kind is BaseKind.MICROWAVE:
-        model = models.for_role("microwave_built_in")
-        niche = {
-            "niche_from": MICROWAVE_NICHE_FROM_M,
-            "niche": round(model.length("height") + 2 * MICROWAVE_FRAME_M + NICHE_PLAY_M, 4),
-            "depth": slot.depth,
-        }
+        model = models.for_unit(unit)
+        niche = {"niche_from": MICROWAVE_NICHE_FROM_M, "niche": _microwave_niche(model), "depth": slot.depth}
         _add(order, slot, "housing", preset_with("housing_microwave/shaker_white_tall", {**common, **niche}))
-        v, z = slot.depth - MICROWAVE_SETBACK_M, MICROWAVE_NICHE_FROM_M + NICHE_PLAY_M / 2
-        _add(
-            order,
-            slot,
-            "microwave",
-            model.choice,
-            name=f"{slot.name}_oven",
-            v=v,
-            z=z,
-            depth_reference=DepthReference.FRONT,
-        )
+        board = standard_sizes.BOARD_THICKNESS / 2 + OVEN_LIFT_M
+        foot = MICROWAVE_NICHE_FROM_M + (board if model.choice.is_library else NICHE_PLAY_M / 2)
+        _microwave(order, slot, model, slot.depth, foot)
     elif unit.kind is BaseKind.FRIDGE:
         _fridge(order, slot, unit, models, common)
 
 
+def _oven(order: BuildOrder, slot: UnitSlot, model: StyleModel, common: dict[str, Any]) -> None:
+    board = standard_sizes.BOARD_THICKNESS
+    lift, air, behind = OVEN_LIFT_M, NICHE_PLAY_M, FRONT_THICKNESS_M + 0.001
+    if model.choice.is_library:
+        # Its front is between the sides of the cabinet, which hold it, where that of a family's covers them; and it is
+        # so high over the board that the handle of its open door clears the drawer below.
+        lift, air, behind = max(lift, model.length("drop") + OVEN_LIFT_M), AIR_OVER_M, 0.001
+    niche: dict[str, Any] = {
+        "niche_from": OVEN_NICHE_FROM_M,
+        "niche": round(model.length("height") + board + lift + air, 4),
+        "depth": slot.depth,
+        "over": "doors" if slot.width >= 0.5 else "door",
+    }
+    _add(order, slot, "housing", preset_with("housing_oven/shaker_white", {**common, **niche}))
+    back = round(slot.depth - behind - model.length("depth"), 4)
+    foot = round(OVEN_NICHE_FROM_M + board / 2 + lift, 4)
+    _add(order, slot, "oven", model.choice, name=f"{slot.name}_oven", v=back, z=foot)
+
+
 def _fridge(order: BuildOrder, slot: UnitSlot, unit: BaseUnit, models: StyleModels, common: dict[str, Any]) -> None:
-    model = models.for_role("fridge")
+    model = models.for_unit(unit)
     name = slot.name
     if unit.housing:
         niche = {"niche": round(model.length("height") + 0.03, 3), "depth": slot.depth, "over": "doors"}

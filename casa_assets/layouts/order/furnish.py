@@ -22,6 +22,7 @@ from casa_assets.layouts.plan.room import Room, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
+from casa_assets.model.kitchen.furnishing import WorktopItem
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.units import RunSide
 from casa_assets.model.record import Vec2
@@ -51,15 +52,16 @@ def order_worktop_items(order: BuildOrder, plan: Plan, slots: Mapping[str, UnitS
     for item in plan.worktop_items:
         if item.on not in slots:
             raise PlanConflict(plan.id, ("worktop_items", item.id, "on"), "a unit of the plan", repr(item.on))
-        if not models.has(item.id):
+        if item.model is None and not models.has(item.id):
             raise PlanConflict(plan.id, ("worktop_items", item.id), "a role of the style", repr(item.id))
     for name, slot in slots.items():
         row = sorted((s for s in plan.worktop_items if s.on == name), key=lambda s: s.at)
-        widths = [worktop_width(models, s.id) for s in row]
+        widths = [worktop_width(models, s) for s in row]
         for item, u in zip(row, _side_by_side(slot, [s.at for s in row], widths), strict=True):
+            choice = models.for_item(item).choice
             spot = Spot(slot.line.frame, u, item.back, standard_sizes.WORKTOP_HEIGHT + SET_DOWN_GAP_M, item.turn_deg)
-            order.add(OrderItem(item.id, item.id, models.for_role(item.id).choice, spot, slot.name, slot.line.id))
-            if models.for_role(item.id).choice.family == BLENDER:
+            order.add(OrderItem(item.id, models.role_of(item), choice, spot, slot.name, slot.line.id))
+            if choice.family == BLENDER:
                 _order_lid(order, order.items[-1], models)
 
 
@@ -71,12 +73,15 @@ def _order_lid(order: BuildOrder, blender: OrderItem, models: StyleModels) -> No
     order.add(replace(blender, name=f"{blender.name}_lid", role=LID, choice=choice, lid_of=blender.name))
 
 
-def worktop_width(models: StyleModels, role: str) -> float:
+def worktop_width(models: StyleModels, item: WorktopItem) -> float:
     """Approximate width that an item takes up on a worktop, metres."""
-    if role in WORKTOP_WIDTHS_M:
-        return WORKTOP_WIDTHS_M[role]
-    width = models.for_role(role).params.get("width")
-    return 0.25 if width is None else 0.05 + float(width)
+    model = models.for_item(item)
+    if model.choice.is_library:
+        width, depth, turn = model.length("width"), model.length("depth"), math.radians(item.turn_deg)
+        return 0.05 + abs(width * math.cos(turn)) + abs(depth * math.sin(turn))
+    if item.id in WORKTOP_WIDTHS_M:
+        return WORKTOP_WIDTHS_M[item.id]
+    return 0.05 + float(model.params.get("width") or 0.2)
 
 
 def _side_by_side(slot: UnitSlot, shares: Sequence[float], widths: Sequence[float]) -> list[float]:

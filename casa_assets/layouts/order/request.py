@@ -17,10 +17,11 @@ from casa_assets.layouts.order.trim import order_cornices, order_curtains
 from casa_assets.layouts.plan.place import place_runs
 from casa_assets.layouts.plan.room import Room, WallHole, build_room
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots
-from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels
+from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, check_plan_models
 from casa_assets.layouts.plan.wall_units import upper_slots
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
+from casa_assets.model.registry.role import RoleRule
 
 
 @dataclass(frozen=True)
@@ -49,21 +50,29 @@ class KitchenRequest:
 
 
 def request_kitchen(
-    plan: Plan, style: Style, presets: FamilyPresets, given: Mapping[str, float] | None = None, closed: bool = False
+    plan: Plan,
+    style: Style,
+    presets: FamilyPresets,
+    given: Mapping[str, float] | None = None,
+    closed: bool = False,
+    roles: Mapping[str, RoleRule] | None = None,
 ) -> KitchenRequest:
     """Resolve a plan and a style.
 
     Args:
-        presets: parameters of all presets of all families.
+        presets: parameters of all presets of all families, and sizes of the assets of libraries.
         given: values of the plan's parameters; those missing have their defaults. closed: open walls are built too.
+        roles: which assets of libraries suit which role.
     Raises:
         PlanConflict: the plan does not fit together.
+        StyleConflict: the style names an asset of a library that does not suit its role.
         UnknownId: the style lacks a model, or names one that does not exist.
     """
     lengths = {**plan.defaults, **(given or {})}
     for name in lengths.keys() - plan.parameters.keys():
         raise PlanConflict(plan.id, ("parameters",), f"one of {', '.join(sorted(plan.parameters))}", repr(name))
-    models = StyleModels(style, presets)
+    models = StyleModels(style, presets, roles or {}, plan.height)
+    check_plan_models(plan, models)
     room = build_room(plan, lengths)
     lines = place_runs(plan, room, lengths, models)
     slots: dict[str, tuple[UnitSlot, ...]] = {}

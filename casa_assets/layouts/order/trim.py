@@ -13,14 +13,14 @@ from casa_assets.layouts.order.build_order import (
     Spot,
     preset_with,
 )
-from casa_assets.layouts.order.cabinets import face_of
+from casa_assets.layouts.order.cabinets import face_of, is_under_cabinet
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import CornerKind
-from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, UpperKind
+from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, UpperKind, UpperUnit
 
 CORNICE_HEIGHT_M = 0.07
 CORNICE_DEPTH_M = 0.04  # projection before the fronts
@@ -28,7 +28,6 @@ FLAT_PROFILE = "flat"  # the profile without projection
 SAME_ROW_M = 0.012  # units with a smaller gap are in one row
 MIN_CORNICE_M = 0.4
 PLAY_M = 0.0005
-HOODS_UNDER_CABINETS = ("under_cabinet", "downlight")  # hoods with a cabinet over them
 LONG_CURTAINS = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
 # Distance of a curtain's back from the wall: where the window has a casing, and where it has none.
 CURTAIN_FROM_WALL_M, CURTAIN_FROM_BARE_WALL_M = 0.0235, 0.004
@@ -112,13 +111,18 @@ def _cornice_cabinets(
         if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3:
             continue
         if slot.is_upper:
-            hood = slot.kind is UpperKind.HOOD and models.for_role("hood").params.get("form") in HOODS_UNDER_CABINETS
+            hood = _is_hood_under_cabinet(slot, models)
             if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
                 yield slot.left, slot.right, standard_sizes.UPPER_DEPTH, False
         elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
             is_freestanding = isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing
             if not is_freestanding:
                 yield slot.left, slot.right, line.depth, True
+
+
+def _is_hood_under_cabinet(slot: UnitSlot, models: StyleModels) -> bool:
+    unit = slot.unit
+    return isinstance(unit, UpperUnit) and unit.kind is UpperKind.HOOD and is_under_cabinet(models.for_unit(unit))
 
 
 def _is_free_end(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLine) -> bool:

@@ -11,11 +11,11 @@ from casa_assets.layouts.order.back_panels import has_back
 from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
-from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.plan.style_models import StyleModel, StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import RunCorner
 from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
-from casa_assets.model.kitchen.units import TALL, BaseKind
+from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit
 
 MAX_SLAB_M = 3.9
 MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a straight one
@@ -243,15 +243,20 @@ def _cutout(slab: WorktopStretch, behind: float, models: StyleModels) -> dict[st
     if not slab.cutout_slots:
         return None
     slot = slab.cutout_slots[0]
+    model = _model_of(slot, models)
     if slot.kind is BaseKind.HOB:
-        model = models.for_role("hob")
         width, depth = model.length("width") - 0.03, model.length("depth") - 0.03
         back, radius = _hob_back(model.length("depth")) + 0.015, 0.01
     else:
-        model = models.for_role("sink")
         width, back, depth, radius = _sink_cutout(model.params)
     left = round(slot.middle - width / 2 - slab.left, 4)
     return {"left": left, "back": round(back + behind, 4), "width": width, "depth": round(depth, 4), "radius": radius}
+
+
+def _model_of(slot: UnitSlot, models: StyleModels) -> StyleModel:
+    """Model of the sink or the hob of a slot."""
+    assert isinstance(slot.unit, BaseUnit), "sinks and hobs are units on the floor"
+    return models.for_unit(slot.unit)
 
 
 def _sink_cutout(sink: Mapping[str, Any]) -> tuple[float, float, float, float]:
@@ -268,7 +273,7 @@ def _hob_back(depth: float) -> float:
 
 
 def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
-    model = models.for_role("sink")
+    model = _model_of(slot, models)
     top = standard_sizes.WORKTOP_HEIGHT + (SINK_RIM_M if model.params["mount"] == "drop_in" else 0.0)
     spot = Spot(slot.line.frame, slot.middle, SINK_BACK_M, top, height_reference=HeightReference.HEAD)
     deck = worktop_of(models, slot.line).thickness
@@ -277,6 +282,6 @@ def _sink(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
 
 
 def _hob(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
-    model = models.for_role("hob")
+    model = _model_of(slot, models)
     spot = Spot(slot.line.frame, slot.middle, _hob_back(model.length("depth")), standard_sizes.WORKTOP_HEIGHT - 0.06)
     order.add(OrderItem(f"{slot.name}_plate", "hob", model.choice, spot, slot.name, slot.line.id))

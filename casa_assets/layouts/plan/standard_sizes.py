@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 from casa_assets.layouts.plan.rows import WidthRange
-from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
+
+if TYPE_CHECKING:  # it asks for the sizes of places
+    from casa_assets.layouts.plan.style_models import StyleModels
 
 # Ref: trade sizes of kitchens: worktops 0.9 to 0.92 m high and 0.635 to 0.65 m deep, 0.45 m up to the wall units.
 WORKTOP_HEIGHT = 0.92
@@ -25,7 +30,19 @@ DIAGONAL, UPPER_DIAGONAL = 0.92, 0.66
 # A refrigerator's door turns with its handle outside its own width: room beside it.
 FRIDGE_SIDE = 0.07
 HOUSING_SIDE = 0.06
+# Room that the doors of a library's refrigerator may take beside it as they turn, and the gap to what stands there; a
+# door that reaches farther opens less wide.
+MAX_DOOR_REACH, DOOR_PLAY = 0.1, 0.015
 END_PANEL = 0.02
+BOARD_THICKNESS = 0.018  # of the boards round a niche
+# Width that units leave beside their appliances, both sides together.
+PLAY_BESIDE: Mapping[BaseKind | UpperKind, float] = {
+    BaseKind.RANGE: 0.006,
+    BaseKind.DISHWASHER: 0.004,
+    BaseKind.OVEN: 0.005,
+}
+NICHE_PLAY = 0.002  # gap between the sides of a niche and an asset of a library that they hold, both together
+TOP_PLAY = 0.004  # gap between a dishwasher and the worktop over it
 # Ref: NKBA kitchen planning guideline 18: 24 inches over the cooking surface to what does not burn.
 HOOD_FROM = 1.62
 CANOPY_LEDGE = 0.012
@@ -54,25 +71,36 @@ def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
     }[unit.kind]
 
 
-def _span_of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
-    if unit.kind is BaseKind.RANGE:
-        width = models.for_role("range").length("width") + 0.006
-    elif unit.kind is BaseKind.DISHWASHER:
-        width = models.for_role("dishwasher").length("width") + 0.004
-    elif unit.kind is BaseKind.FRIDGE:
+def room_beside(unit: BaseUnit | UpperUnit, is_library: bool, sweep: float = 0.0) -> float:
+    """Width of a unit that its appliance leaves on both sides together, metres.
+
+    Args:
+        is_library: the appliance is an asset of a library, the front of which does not cover the sides of a niche.
+        sweep: how far its doors reach beside it as they turn, where that is known.
+    """
+    if unit.kind is BaseKind.FRIDGE:
+        assert isinstance(unit, BaseUnit)
         side = HOUSING_SIDE if unit.housing else FRIDGE_SIDE
-        width = models.for_role("fridge").length("width") + 2 * side
-    elif unit.kind is BaseKind.OVEN:
-        width = models.for_role("oven").length("width") + 0.005
-    elif unit.kind is BaseKind.SINK:
-        minimum = round(models.for_role("sink").length("width") + 0.08, 2)
+        return 2 * (max(side, min(sweep, MAX_DOOR_REACH) + DOOR_PLAY) if is_library else side)
+    if is_library and unit.kind in (BaseKind.OVEN, BaseKind.MICROWAVE, UpperKind.MICROWAVE):
+        return 2 * BOARD_THICKNESS + NICHE_PLAY
+    return PLAY_BESIDE.get(unit.kind, 0.0)
+
+
+def _span_of_model(unit: BaseUnit, models: StyleModels) -> WidthRange | None:
+    if unit.kind in (BaseKind.RANGE, BaseKind.DISHWASHER, BaseKind.FRIDGE, BaseKind.OVEN):
+        model = models.for_unit(unit)
+        width = round(
+            model.length("width") + room_beside(unit, model.choice.is_library, model.params.get("sweep", 0.0)), 3
+        )
+        return WidthRange(width, width)
+    if unit.kind is BaseKind.SINK:
+        minimum = round(models.for_unit(unit).length("width") + 0.08, 2)
         return WidthRange(max(0.6, minimum), max(0.9, minimum + 0.1))
-    elif unit.kind is BaseKind.HOB:
-        minimum = round(models.for_role("hob").length("width") + 0.06, 2)
+    if unit.kind is BaseKind.HOB:
+        minimum = round(models.for_unit(unit).length("width") + 0.06, 2)
         return WidthRange(max(0.6, minimum), max(0.9, minimum))
-    else:
-        return None
-    return WidthRange(round(width, 3), round(width, 3))
+    return None
 
 
 def upper_span(unit: UpperUnit, models: StyleModels) -> WidthRange:
@@ -84,7 +112,7 @@ def upper_span(unit: UpperUnit, models: StyleModels) -> WidthRange:
     if unit.kind is UpperKind.MICROWAVE:
         return WidthRange(0.6, 0.6)
     if unit.kind is UpperKind.HOOD:
-        hood = models.for_role("hood")
+        hood = models.for_unit(unit)
         # The ledge of a canopy stands out beside it.
         width = hood.length("width") + (2 * CANOPY_LEDGE if hood.params.get("form") == "canopy" else 0.0)
         return WidthRange(width, width)

@@ -1,36 +1,56 @@
-"""Look up the family member that a style uses for a role, with its parameters."""
+"""Look up the member of a family, or the asset of a library, that a plan or its style has for a role."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
-from casa_assets.errors import CasaError, UnknownId
+from casa_assets.errors import CasaError, PlanConflict, StyleConflict, UnknownId
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.role_fit import ModelMisfit, Place, fitted_choice
+from casa_assets.model.kitchen.furnishing import WorktopItem
+from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import PresetChoice, Style
+from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
+from casa_assets.model.registry.role import RoleRule
 
 # family -> preset -> its parameters, as JSON has them.
 FamilyPresets = Mapping[str, Mapping[str, Mapping[str, Any]]]
-
-
-# Roles whose members are built to the numbers of a worktop, a wall or a row; an asset of a library cannot be.
-MADE_TO_MEASURE = frozenset({"sink", "hob", "window", "door", "curtain", "boards", "blender"})
+# Kinds of units with an appliance, and its role in styles.
+APPLIANCE_ROLES: Mapping[BaseKind | UpperKind, str] = {
+    BaseKind.RANGE: "range",
+    BaseKind.DISHWASHER: "dishwasher",
+    BaseKind.FRIDGE: "fridge",
+    BaseKind.OVEN: "oven",
+    BaseKind.MICROWAVE: "microwave_built_in",
+    BaseKind.SINK: "sink",
+    BaseKind.HOB: "hob",
+    UpperKind.HOOD: "hood",
+    UpperKind.MICROWAVE: "microwave_built_in",
+}
+# Appliances between which and the cabinets beside them there are joints of some millimetres alone.
+FILLING = (BaseKind.RANGE, BaseKind.DISHWASHER, BaseKind.OVEN)
+ON_WORKTOP = "on_worktop"  # role of what a plan puts on a worktop under a name of its own
+ANYWHERE = Place({})
 
 
 @dataclass(frozen=True)
 class StyleModel:
-    """A chosen member.
+    """A chosen member of a family or asset of a library.
 
     Attributes:
-        choice: as the style has it.
-        params: all parameters, with the changes of the style.
+        choice: as the style or the plan has it; of an asset of a library, with the scale and the base it gets there.
+        params: all parameters, with the changes of the style; of an asset of a library, its sizes as it stands there.
     """
 
     choice: PresetChoice
     params: Mapping[str, Any]
 
     def length(self, name: str) -> float:
-        """A parameter that is a length, metres."""
+        """A parameter that is a length, metres. Raises CasaError where the member has none of that name."""
+        if name not in self.params:
+            raise CasaError(f"{self.choice.preset} has no {name}, which its place in the kitchen asks for")
         return float(self.params[name])
 
     def with_params(self, **params: Any) -> PresetChoice:
@@ -42,34 +62,120 @@ class StyleModel:
 
 @dataclass(frozen=True)
 class StyleModels:
-    """All roles of a style.
+    """The models of a kitchen: those of its style, and those that its plan names itself.
 
     Attributes:
-        style: the style. presets: parameters of all presets of all families.
+        style: the style. presets: parameters of all presets of all families, and sizes of all assets of libraries.
+        roles: which assets of libraries suit which role; a role without a rule takes any, as it is.
+        ceiling: height of the room, metres.
     """
 
     style: Style
     presets: FamilyPresets
+    roles: Mapping[str, RoleRule] = field(default_factory=dict)
+    ceiling: float = 2.7
 
     def for_role(self, role: str) -> StyleModel:
-        """The preset for a role. Raises UnknownId where the style has none, or there is no such preset."""
-        if role not in self.style.models:
-            raise UnknownId(f"model of style {self.style.id}", role, self.style.models)
-        choice = self.style.models[role]
-        if choice.is_library and role in MADE_TO_MEASURE:
-            expected = f"expected a preset of a family, since a {role} is made to the measure of what it is in"
-            raise CasaError(f"style {self.style.id}: models.{role}: {expected}; got {choice.preset}")
-        return self.resolve(choice)
+        """The style's model for a role.
+
+        Raises:
+            UnknownId: the style has none, or there is none of that name. StyleConflict: it does not suit the role.
+        """
+        return self._of_style(role, ANYWHERE)
+
+    def for_unit(self, unit: BaseUnit | UpperUnit) -> StyleModel:
+        """The model of the appliance of a unit: that which the plan names, else the style's.
+
+        Raises:
+            UnknownId, StyleConflict: as `for_role`. ModelMisfit: what the plan names does not suit.
+        """
+        role = APPLIANCE_ROLES.get(unit.kind)
+        if role is None:
+            raise ModelMisfit(f"no model for {unit.kind.value}, which has no appliance", repr(unit.id))
+        place = self._place(unit)
+        return self._of_style(role, place) if unit.model is None else self.fitted(unit.model, role, place)
+
+    def for_item(self, item: WorktopItem) -> StyleModel:
+        """The model of what stands on a worktop. Raises as `for_unit`."""
+        role = self.role_of(item)
+        return self.for_role(item.id) if item.model is None else self.fitted(item.model, role, ANYWHERE)
+
+    def role_of(self, item: WorktopItem) -> str:
+        """Role of what stands on a worktop: its id, or what it is by its category where the plan names it freely."""
+        if item.model is None or item.id in self.style.models:
+            return item.id
+        if not item.model.is_library:
+            return item.model.family
+        category = str(self.resolve(item.model).params["category"])
+        return category if category in self.style.models else ON_WORKTOP
 
     def has(self, role: str) -> bool:
-        """True if the style has a preset for the role."""
+        """True if the style has a model for the role."""
         return role in self.style.models
 
     def resolve(self, choice: PresetChoice) -> StyleModel:
-        """A choice with all parameters of its preset. Raises UnknownId."""
+        """A choice with all parameters of its preset, fitted to no role. Raises UnknownId."""
         if choice.family not in self.presets:
             raise UnknownId("family", choice.family, self.presets)
         presets = self.presets[choice.family]
         if choice.name not in presets:
-            raise UnknownId(f"preset of {choice.family}", choice.name, presets)
+            kind = "asset of the libraries that casa.yaml names" if choice.is_library else f"preset of {choice.family}"
+            raise UnknownId(kind, choice.name, presets)
         return StyleModel(choice, {**presets[choice.name], **choice.params})
+
+    def fitted(self, choice: PresetChoice, role: str, place: Place) -> StyleModel:
+        """A choice as it stands in a role. Raises UnknownId; ModelMisfit where it does not suit."""
+        model = self.resolve(choice)
+        if not choice.is_library or role not in self.roles:
+            return model
+        fitted, params = fitted_choice(choice, role, self.roles[role], self.presets[choice.family], place)
+        return StyleModel(fitted, params)
+
+    def _of_style(self, role: str, place: Place) -> StyleModel:
+        if role not in self.style.models:
+            raise UnknownId(f"model of style {self.style.id}", role, self.style.models)
+        try:
+            return self.fitted(self.style.models[role], role, place)
+        except ModelMisfit as error:
+            raise StyleConflict(self.style.id, ("models", role), error.expected, error.got) from error
+
+    def _place(self, unit: BaseUnit | UpperUnit) -> Place:
+        """Greatest sizes of the appliance of a unit, whether it fills the unit, and how far its doors may reach."""
+        most: dict[str, float] = {}
+        if isinstance(unit.width, float):
+            most["width"] = round(unit.width - standard_sizes.room_beside(unit, is_library=True), 4)
+        if unit.kind is BaseKind.DISHWASHER:
+            most["height"] = standard_sizes.WORKTOP_HEIGHT - self.style.counter.thickness - standard_sizes.TOP_PLAY
+        elif unit.kind is UpperKind.HOOD:
+            most["height"] = round(self.ceiling - standard_sizes.HOOD_FROM, 4)
+        reach = standard_sizes.MAX_DOOR_REACH if unit.kind is BaseKind.FRIDGE else None
+        return Place(most, fills="width" in most and unit.kind in FILLING, name=unit.id, reach=reach)
+
+
+def check_plan_models(plan: Plan, models: StyleModels) -> None:
+    """Raise PlanConflict where a plan names a model that does not suit, or that there is none of."""
+    for pointer, named in _named_models(plan):
+        try:
+            if isinstance(named, WorktopItem):
+                models.for_item(named)
+            else:
+                models.for_unit(named)
+        except ModelMisfit as error:
+            raise PlanConflict(plan.id, pointer, error.expected, error.got) from error
+        except UnknownId as error:
+            near = ", ".join(error.nearest)
+            expected = f"{near}, or another {error.kind}" if near else f"{error.kind}, such as family/preset"
+            raise PlanConflict(plan.id, pointer, expected, repr(error.wanted)) from error
+
+
+def _named_models(plan: Plan) -> Iterator[tuple[tuple[str | int, ...], BaseUnit | UpperUnit | WorktopItem]]:
+    """What names a model of its own, with its place in the plan's file."""
+    for run in plan.runs:
+        rows: tuple[tuple[str, tuple[BaseUnit | UpperUnit, ...]], ...] = (("base", run.base), ("upper", run.upper))
+        for row, units in rows:
+            for k, unit in enumerate(units):
+                if unit.model is not None:
+                    yield ("runs", run.id, row, k, "model"), unit
+    for item in plan.worktop_items:
+        if item.model is not None:
+            yield ("worktop_items", item.id, "model"), item

@@ -270,6 +270,28 @@ class TextureRow(Record):
     generator: str
 
 
+class CreditRow(Record):
+    """Makers of an asset of a library that stands in the kitchen, as its provenance states them.
+
+    Attributes:
+        asset: id of the asset.
+        title: of the work, or the name of its file.
+        licence: SPDX id, or `unknown`.
+        author: empty where nobody stated one.
+        uri: address of its source; empty as well.
+        generator: program that made it; empty as well.
+        sha256: of its source.
+    """
+
+    asset: str
+    title: str
+    licence: str
+    author: str
+    uri: str
+    generator: str
+    sha256: Sha256
+
+
 class CameraRow(PoseRow):
     """A camera; it looks along -z of its frame, y is up.
 
@@ -349,6 +371,7 @@ class SceneFile(Record):
         surfaces: surface -> its main texture.
         covers: surface -> all finishes that cover it.
         textures: pictures of texture packs that it shows, and their makers; left out where there are none.
+        credits: makers of the assets of libraries in it; left out where there are none.
         generator: what wrote the file.
         room: walls and openings.
         fixtures: all that is part of the kitchen.
@@ -372,6 +395,7 @@ class SceneFile(Record):
     surfaces: dict[Surface, str]
     covers: dict[Surface, tuple[str, ...]]
     textures: tuple[TextureRow, ...] = ()
+    credits: tuple[CreditRow, ...] = ()
     generator: str
     room: RoomRow
     fixtures: tuple[FixtureRow, ...]

@@ -6,6 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.kitchen.units import Length
 from casa_assets.model.record import Id, Record
 
@@ -14,9 +15,10 @@ class WorktopItem(Record):
     """Something that stands on a worktop or shelf.
 
     Attributes:
-        id: role of the styles, such as `coffee_machine`.
+        id: role of the styles, such as `coffee_machine`; any name where `model` is given.
         on: id of the unit below. at: position along the unit, 0 left to 1 right.
         back: gap between it and the wall, metres. turn_deg: yaw, counter-clockwise from above.
+        model: as a style names it, such as `library:<id>`; None: the style's for the role.
     """
 
     id: Id
@@ -24,6 +26,7 @@ class WorktopItem(Record):
     at: Annotated[float, Field(ge=0, le=1)] = 0.5
     back: Annotated[float, Field(ge=0.0, le=0.5)] = 0.06
     turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+    model: PresetChoice | None = None
 
 
 class SeatRow(Record):

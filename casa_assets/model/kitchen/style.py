@@ -10,11 +10,14 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, StringConstraints, model_validator
 
+from casa_assets.model.asset.asset import Base
 from casa_assets.model.kitchen.surface import Surface
 from casa_assets.model.record import Id, Record
 
 # In place of a family: `library:<id>` names an asset of a library of the project, and is kept as `library/<id>`.
 LIBRARY = "library"
+LIBRARY_PARAMS = ("scale", "base", "reach")  # what may stand beside the name of an asset of a library
+MAX_SCALE = 100.0
 PresetName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]*/[a-z][a-z0-9_]*$")]
 
 
@@ -22,8 +25,10 @@ class PresetChoice(Record):
     """A chosen preset of a family, with the parameters that differ from it.
 
     Attributes:
-        preset: `family/preset`, such as `range/pro_six`; or `library:<id>`, an asset as it is.
-        params: numbers and choices of the family that differ from the preset's.
+        preset: `family/preset`, such as `range/pro_six`; or `library:<id>`, an asset of a library of the project.
+        params: numbers and choices of the family that differ from the preset's. Of an asset of a library: `scale`, by
+            which it is made larger or smaller, in place of the one that fits it to its place; `base`, fixed or free;
+            `reach`, how far its doors may reach beside it as they turn, metres.
     """
 
     preset: PresetName
@@ -41,9 +46,20 @@ class PresetChoice(Record):
         return value
 
     @model_validator(mode="after")
-    def _is_as_it_is(self) -> Self:
-        if self.is_library and self.params:
-            raise ValueError(f"an asset of a library has no numbers to change: {', '.join(sorted(self.params))}")
+    def _has_its_params(self) -> Self:
+        if not self.is_library:
+            return self
+        if others := sorted(set(self.params) - set(LIBRARY_PARAMS)):
+            known = ", ".join(LIBRARY_PARAMS)
+            raise ValueError(f"an asset of a library has {known} to change and nothing else, got {', '.join(others)}")
+        scale, base = self.params.get("scale", 1.0), self.params.get("base", Base.FREE)
+        if isinstance(scale, bool) or not isinstance(scale, int | float) or not 0 < scale <= MAX_SCALE:
+            raise ValueError(f"scale is a number over 0 and up to {MAX_SCALE:g}, got {scale!r}")
+        reach = self.params.get("reach", 0.0)
+        if isinstance(reach, bool) or not isinstance(reach, int | float) or not 0 <= reach <= MAX_SCALE:
+            raise ValueError(f"reach is metres, got {reach!r}")
+        if base not in tuple(Base):
+            raise ValueError(f"base is {' or '.join(Base)}, got {base!r}")
         return self
 
     @property

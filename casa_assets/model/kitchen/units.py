@@ -8,6 +8,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.record import Id, Record
 
 # Metres, or the name of a parameter of the plan.
@@ -65,10 +66,12 @@ class Unit(Record):
     Attributes:
         id: unique in the plan; where it is not given, the kind and a number.
         width: metres, or (minimum, maximum) of a unit that shares what others leave; None for the usual width.
+        model: of its appliance, as a style names it (`range/pro_six`, `library:<id>`); None: the style's.
     """
 
     id: Id
     width: Width | None = None
+    model: PresetChoice | None = None
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

@@ -6,23 +6,45 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from casa_assets.errors import UnknownId
+import numpy as np
+
+from casa_assets import registry
+from casa_assets.core.rounding import seven_digits
+from casa_assets.errors import OutputError, UnknownId
+from casa_assets.geometry.scale_asset import level_of, scaled
+from casa_assets.geometry.standing import stands_by_itself
 from casa_assets.layouts.compose.compose import box_of
-from casa_assets.model.asset.asset import Asset
-from casa_assets.pipeline.library.library import Library, read_asset
+from casa_assets.layouts.compose.swept_areas import AssetOutlines
+from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind
+from casa_assets.model.asset.provenance import Guess
+from casa_assets.model.kitchen.style import PresetChoice
+from casa_assets.pipeline.cache.cache_key import digest_of
+from casa_assets.pipeline.library.library import Library, read_asset, read_certificate
 from casa_assets.projects import SETTINGS, project_folder, read_once
 from casa_assets.registry.project import load_project
 
+FITTED_DIGITS = 10  # of the digest in the id of an asset that was fitted to its place
+# Steps in which the range of a door is made smaller, down to this share of it at least.
+REACH_STEPS, MIN_SHARE = 61, 0.5
+
 
 class LibraryPresets(Mapping[str, Mapping[str, Any]]):
-    """Sizes of the assets in the libraries of the project in use, by id; an asset is read when it is asked for."""
+    """What layouts ask of the assets in the libraries of the project in use, by id; one is read when it is asked for.
+
+    Width, depth and height are of what an asset takes up without its handles, `size` is the larger of the first two,
+    `level` the height of the face that it works at, `sweep` how far its doors reach beside it as they turn, `drop` how
+    far its flaps and their handles hang below it as they open, metres; `category`; `base`; and `stands`, whether it
+    does by itself.
+    """
 
     def __getitem__(self, name: str) -> Mapping[str, Any]:
-        """Width, depth and height of what an asset takes up without its handles, metres. Raises KeyError."""
+        """Raises KeyError; OutputError where the asset cannot be read."""
         if name not in _folders():
             raise KeyError(name)
-        size = box_of(library_asset(name))[1]
-        return {key: round(float(value), 4) for key, value in zip(("width", "depth", "height"), size, strict=True)}
+        return _sizes(name)
+
+    def __contains__(self, name: object) -> bool:
+        return name in _folders()
 
     def __iter__(self) -> Iterator[str]:
         """Ids, sorted."""
@@ -34,12 +56,139 @@ class LibraryPresets(Mapping[str, Mapping[str, Any]]):
 
 
 @read_once
+def _sizes(name: str) -> Mapping[str, Any]:
+    asset = library_asset(name)
+    middle, size = box_of(asset)
+    width, depth, height = (round(float(value), 4) for value in size)
+    # Where an asset stands is decided by its box: its level face counts from the foot of that.
+    foot = middle[2] - size[2] / 2 - float(asset.bounds[0, 2])
+    return {
+        "width": width,
+        "depth": depth,
+        "height": height,
+        "size": max(width, depth),
+        "level": round(level_of(asset) - foot, 4),
+        "sweep": round(_sweep(asset, middle[0], size[0]), 4),
+        "drop": round(_drop(asset, middle[2] - size[2] / 2), 4),
+        "category": asset.labels.category,
+        "base": asset.base.value,
+        "stands": stands_by_itself(asset),
+    }
+
+
+def _sweep(asset: Asset, middle: float, width: float) -> float:
+    """How far what turns about an upright axis reaches beside the box of an asset at most, metres."""
+    outlines = AssetOutlines(asset)
+    doors = filter(_is_upright, asset.joints)
+    reached = (float(np.abs(outlines.swept_points(joint)[..., 0] - middle).max()) for joint in doors)
+    return max(0.0, *reached, width / 2) - width / 2
+
+
+def _drop(asset: Asset, foot: float) -> float:
+    """How far what turns about a level axis hangs below the foot of an asset at most, metres."""
+    outlines = AssetOutlines(asset)
+    flaps = (joint for joint in asset.joints if joint.kind is JointKind.HINGE and not _is_upright(joint))
+    return max(0.0, *(foot - float(outlines.swept_points(joint)[..., 2].min()) for joint in flaps), 0.0)
+
+
+@read_once
 def library_asset(name: str) -> Asset:
-    """The asset of that id. Raises UnknownId, with the nearest names; OutputError where it cannot be read."""
+    """The asset of that id, as its library has it.
+
+    Raises:
+        UnknownId: there is none; with the nearest names.
+        OutputError: it cannot be read, or is not what was checked when it was made.
+    """
     folders = _folders()
     if name not in folders:
         raise UnknownId("asset of the libraries of the project", name, folders)
-    return read_asset(folders[name])
+    folder = folders[name]
+    asset = read_asset(folder)
+    if asset.digest != read_certificate(folder).asset_digest:
+        message = "is not what was checked: it was changed by hand, or made by another version; make it anew"
+        raise OutputError(str(folder), message)
+    return asset
+
+
+def placed_asset(choice: PresetChoice) -> Asset:
+    """The asset of a choice as it stands in a kitchen: scaled, free or fixed, its doors kept from reaching too far.
+
+    What differs from the library's has an id of its own, `<category>_fitted_<digits>`, and notes in its provenance.
+
+    Raises:
+        UnknownId, OutputError: as `library_asset`.
+    """
+    asset = library_asset(choice.name)
+    own, category = asset.id, asset.labels.category
+    scale, base = float(choice.params.get("scale", 1.0)), Base(choice.params.get("base", asset.base))
+    notes = []
+    if scale != 1.0:
+        asset = scaled(asset, scale, _mass(asset, scale))
+        notes.append(
+            _note("size_in_the_kitchen", f"{scale:g} of its size in the library", "scaled evenly to its place")
+        )
+    if "reach" in choice.params:
+        asset = _within_reach(asset, float(choice.params["reach"]))
+        notes.append(_note("doors_in_the_kitchen", "open less wide", "they would reach what stands beside"))
+    if base is not asset.base:
+        asset = asset.replace(base=base)
+        notes.append(_note("base_in_the_kitchen", base.value, "as its place asks for"))
+    if not notes:
+        return asset
+    notes.append(_note("asset_in_the_library", own, "named by a plan or a style"))
+    asset = asset.replace(provenance=asset.provenance.replace(guesses=(*asset.provenance.guesses, *notes)))
+    return asset.replace(id=f"{category}_fitted_{asset.digest[:FITTED_DIGITS]}")
+
+
+def _note(subject: str, value: str, reason: str) -> Guess:
+    return Guess(subject=subject, value=value, confidence=1.0, reason=reason)
+
+
+def _within_reach(asset: Asset, reach: float) -> Asset:
+    """An asset the doors of which open no wider than they reach so far beside its box, metres."""
+    (middle, *_), (width, *_) = box_of(asset)
+    outlines, joints = AssetOutlines(asset), []
+    for joint in asset.joints:
+        low, high = joint.range
+        steps = np.linspace(1.0, 0.0, REACH_STEPS) if _is_upright(joint) else ()
+        for share in steps:
+            tried = joint.replace(range=(seven_digits(low * float(share)), seven_digits(high * float(share))))
+            beside = np.abs(outlines.swept_points(tried)[-1, :, 0] - middle).max() - width / 2
+            if share < MIN_SHARE or beside <= reach:
+                joint = tried
+                break
+        joints.append(joint)
+    ranges = {joint.name: joint.range for joint in joints}
+    keys = tuple(
+        key.replace(
+            joints=tuple(
+                at.replace(value=min(max(at.value, ranges[at.joint][0]), ranges[at.joint][1])) for at in key.joints
+            )
+        )
+        for key in asset.keyframes
+    )
+    return asset.replace(joints=tuple(joints), keyframes=keys)
+
+
+def _is_upright(joint: Joint) -> bool:
+    """True if a joint turns about an upright axis, as most doors do."""
+    return joint.kind is JointKind.HINGE and abs(joint.axis[2]) > 0.5
+
+
+def placed_key(choice: PresetChoice) -> str:
+    """Key of `placed_asset`: what it is to the last byte. Raises as `library_asset`."""
+    return digest_of("library", placed_asset(choice).digest)
+
+
+def _mass(asset: Asset, scale: float) -> float:
+    """Mass of a scaled asset, kg: of the same density, but no lighter or heavier than things of its category are."""
+    known = registry.load()
+    name, mass = asset.labels.category, asset.mass * scale**3
+    category = known.fixtures.get(name) or known.categories.get(name)
+    if category is None:
+        return seven_digits(mass)
+    low, high = min(category.mass_kg.low, asset.mass), max(category.mass_kg.high, asset.mass)
+    return seven_digits(min(max(mass, low), high))
 
 
 @read_once

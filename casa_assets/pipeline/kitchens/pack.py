@@ -31,6 +31,7 @@ from casa_assets.pipeline.reports import attribution
 
 LICENCE_FIELD = re.compile(rb'string asset_license = "([^"\n]*)"')
 AUTHOR_FIELD = re.compile(rb'string author = "([^"\n]*)"')
+CREDIT_FIELDS = ("licence", "title", "author", "uri", "generator", "sha256")
 # What MJCF and usda name: file="..." and @...@.
 MJCF_REFERENCE = re.compile(rb'\bfile="([^"]+)"')
 USD_REFERENCE = re.compile(rb"@([^@\n]+)@")
@@ -197,7 +198,10 @@ def _credits(members: dict[str, bytes]) -> Iterator[attribution.Credit]:
         name = author[1].decode() if author else ""
         name = "" if name == "unknown" else name
         yield attribution.Credit(PurePosixPath(path).stem, licence[1].decode(), author=name)
-    for row in json.loads(members[SCENE_JSON]).get("textures", ()):
+    facts = json.loads(members[SCENE_JSON])
+    for row in facts.get("credits", ()):  # they say more than the layers do
+        yield attribution.Credit(row["asset"], **{key: row[key] for key in CREDIT_FIELDS})
+    for row in facts.get("textures", ()):
         author_of, generator = (row[key] if row[key] != "unknown" else "" for key in ("author", "generator"))
         yield attribution.Credit(row["id"], row["licence"], author=author_of, generator=generator)
 

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from casa_assets import registry
 from casa_assets.core.sampling import rng_for
-from casa_assets.errors import CasaError, PlanConflict, RegistryError, UnknownId
+from casa_assets.errors import CasaError, PlanConflict, RegistryError, StyleConflict, UnknownId
 from casa_assets.families.family import Params
 from casa_assets.layouts.compose.compose import compose
 from casa_assets.layouts.compose.scatter_props import scatter_props
@@ -27,13 +27,14 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
-from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, library_asset
+from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, placed_asset, placed_key
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
 from casa_assets.pipeline.kitchens.sampling.harmony import goes_together
 from casa_assets.pipeline.kitchens.sampling.mix import mixed_style
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
+from casa_assets.registry.roles import load_roles
 
 # Draws of a plan's lengths are made anew where one does not fit together; so often, then the seed is given up.
 MAX_LENGTH_DRAWS = 20
@@ -141,11 +142,11 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
     """The kitchen of a recipe.
 
     Raises:
-        RegistryError: with file and line, where the plan does not fit together.
+        RegistryError: with file and line, where the plan does not fit together, or a model does not suit its role.
         UnknownId: no such plan, style or model.
     """
     plan, document = kitchens.load_plan(recipe.plan)
-    style, _ = kitchens.load_style(recipe.style)
+    style, style_document = kitchens.load_style(recipe.style)
     turns = 1 if recipe.seed is None else MAX_LENGTH_DRAWS
     failed: PlanConflict | None = None
     for turn in range(turns):
@@ -153,9 +154,11 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
         mixed = mixed_style(style, recipe.seed or 0, turn // LENGTHS_PER_MIX) if recipe.mixed else style
         finished = with_finishes(mixed, dict(recipe.surfaces), recipe.mixed)
         try:
-            return request_kitchen(plan, finished, preset_params(), given, recipe.closed)
+            return request_kitchen(plan, finished, preset_params(), given, recipe.closed, load_roles())
         except PlanConflict as error:
             failed = error
+        except StyleConflict as error:
+            raise style_document.fault(error.pointer, error.expected, error.got) from error
     assert failed is not None
     raise error_with_line(failed, document)
 
@@ -222,7 +225,7 @@ def build_choice(name: str, choice: PresetChoice, store: AssetStore) -> Asset:
     """The asset of a choice. Raises CasaError with the name of the thing that it is for; other errors are faults."""
     try:
         if choice.is_library:
-            return library_asset(choice.name)
+            return placed_asset(choice)
         return store.built(family(choice.family), params_of(choice))
     except CasaError as error:
         raise CasaError(f"{name}: {error}") from error
@@ -275,7 +278,7 @@ def kitchen_key(recipe: SceneRecipe) -> str:
     kitchen = resolve(recipe)
     choices = {c.model_dump_json(): c for c in (*(w.choice for w in kitchen.items), *kitchen.style.props)}
     assets = [
-        (name, library_asset(c.name).digest if c.is_library else asset_key(family(c.family), params_of(c)))
+        (name, placed_key(c) if c.is_library else asset_key(family(c.family), params_of(c)))
         for name, c in sorted(choices.items())
     ]
     # Its text is the same in every process: it holds numbers, text and records, in tuples and in dicts that are filled

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
 import os
 import shutil
@@ -279,10 +280,14 @@ def _staged(library: disk.Library, scene_id: str) -> Iterator[Path]:
 
 
 def _merge(drafts: Path, shared: Path) -> None:
-    """Move files that scenes share into the shared folder, each by one rename; those that are there already stay."""
+    """Move files that scenes share into the shared folder, each by one rename; those that are there already stay.
+
+    Most are named by what they hold. The layer of an asset of a library is named by its id, which the asset keeps when
+    it is made anew: it is compared byte by byte.
+    """
     for draft in sorted(p for p in drafts.rglob("*") if p.is_file()):
         target = shared / draft.relative_to(drafts)
-        if target.exists() and target.stat().st_size == draft.stat().st_size:
+        if target.exists() and filecmp.cmp(draft, target, shallow=False):
             continue
         target.parent.mkdir(parents=True, exist_ok=True)
         draft.replace(target)

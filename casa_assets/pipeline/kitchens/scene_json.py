@@ -32,6 +32,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
     """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
     items = {w.name: w for w in kitchen.items}
     pictures = credits_of_pictures({material.id for asset in scene.assets for material in asset.materials})
+    makers = _credits(kitchen, scene)
     shell, style = kitchen.style.room, kitchen.style
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     return {
@@ -49,6 +50,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
         },
         "covers": surface_finishes(style),
         **({"textures": pictures} if pictures else {}),
+        **({"credits": makers} if makers else {}),
         "generator": f"casa-assets {version('casa-assets')}",
         "room": {
             "outline": [list(p) for p in kitchen.room.outline],
@@ -74,6 +76,24 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
         "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
         **whereabouts(DesignSubject(facts_of(kitchen, scene))),
     }
+
+
+def _credits(kitchen: KitchenRequest, scene: Scene) -> list[dict[str, str]]:
+    """Makers of the assets of libraries in a kitchen, in the order of their ids."""
+    assets, names = scene.asset_of, {item.name for item in kitchen.items if item.choice.is_library}
+    found = {assets[name].id: assets[name].provenance for name in names}
+    return [
+        {
+            "asset": asset,
+            "title": made.title or made.path.rsplit("/", 1)[-1],
+            "licence": made.licence,
+            "author": made.author,
+            "uri": made.uri,
+            "generator": made.generator,
+            "sha256": made.sha256,
+        }
+        for asset, made in sorted(found.items())
+    ]
 
 
 def surface_finishes(style: Style) -> dict[str, list[str]]:

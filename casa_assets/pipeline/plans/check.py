@@ -31,6 +31,7 @@ from casa_assets.pipeline.plans.written import row_at
 from casa_assets.registry.edit import Edit, EditKind, block_text, edited, edited_value
 from casa_assets.registry.kitchens import LIKE, laid_over_like
 from casa_assets.registry.read import parse_document
+from casa_assets.registry.roles import load_roles
 
 MAX_ROUNDS = 60
 
@@ -165,9 +166,9 @@ def _document(text: str, file: str) -> tuple[Document, Fault | None]:
 
 def _fitted(raw: Any, plan: Plan, style: Style) -> tuple[list[Fault], KitchenRequest | None]:
     sizes = PresetSizes()
-    models = StyleModels(style, sizes)
+    models = StyleModels(style, sizes, load_roles(), plan.height)
     try:
-        kitchen = request_kitchen(plan, style, sizes)
+        kitchen = request_kitchen(plan, style, sizes, roles=load_roles())
     except PlanConflict as error:
         return [
             Fault(

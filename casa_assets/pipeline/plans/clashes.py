@@ -10,7 +10,7 @@ from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WallHole, WallLine
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
-from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES, StyleModels
 from casa_assets.model.kitchen.units import BaseKind, UpperKind
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced
 from casa_assets.pipeline.plans.sizes import PresetSizes, width_bounds
@@ -22,9 +22,10 @@ from casa_assets.pipeline.plans.written import (
     unit_at,
     unit_edit,
     with_unit,
-    without_width,
+    without_key,
 )
 from casa_assets.registry.edit import Edit, flow_text
+from casa_assets.registry.roles import load_roles
 
 TOUCH_M = 0.01
 # Ref: NKBA kitchen planning guideline 7: walkways 36 inches wide.
@@ -84,7 +85,7 @@ def _widths(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
         if slot.width < least - 0.0015 or slot.width > most + WIDER_THAN_MODEL_M:
             told.add(name)
             at = unit_at(raw, run, row, k)
-            mend = Mend(f"Take the width of {name} out: it follows from its model.", (without_width(raw, at),))
+            mend = Mend(f"Take the width of {name} out: it follows from its model.", (without_key(raw, at, "width"),))
             yield Fault(at, f"{least:g} to {most:g} m, by the style's model", f"{slot.width:g} m", mend)
     for item in kitchen.items:
         bounds, width = width_bounds(item.choice.family), item.choice.params.get("width")
@@ -97,10 +98,12 @@ def _widths(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
 
 def _usual_widths(kitchen: KitchenRequest) -> dict[str, tuple[float, float]]:
     """Unit -> least and greatest width by the model of its appliance."""
-    models = StyleModels(kitchen.style, PresetSizes())
+    models = StyleModels(kitchen.style, PresetSizes(), load_roles(), kitchen.plan.height)
     out = {}
     for run in kitchen.plan.runs:
         for unit in run.base:
+            if unit.kind in APPLIANCE_ROLES and models.for_unit(unit).choice.is_library:
+                continue  # it is scaled to the width that is stated, or refused
             if unit.kind in (BaseKind.RANGE, BaseKind.DISHWASHER):
                 span = standard_sizes.base_span(unit.replace(width=None), models)
                 out[unit.id] = (span.minimum, span.maximum)
@@ -296,7 +299,7 @@ def _side_by_side(raw: Any, kitchen: KitchenRequest, one: RunLine, two: RunLine)
     if free is not None:
         return Mend(f"Write `on: {free}` for {one.id}.", (key_edit(raw, at, "on", free),))
     length = next(w for w in kitchen.room.walls if w.id == one.run.on).length
-    models = StyleModels(kitchen.style, PresetSizes())
+    models = StyleModels(kitchen.style, PresetSizes(), load_roles(), kitchen.plan.height)
     least = [sum(standard_sizes.base_span(u, models).minimum for u in line.run.base) for line in (one, two)]
     half = round(length / 2, 2)
     if max(least) > half:

@@ -15,9 +15,10 @@ from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening, Run
 from casa_assets.model.kitchen.units import BaseKind, UpperUnit
+from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.fault import Mend, removed, replaced
 from casa_assets.pipeline.plans.rows import LEAST_ADDED, RowChange, shrunk, widened
-from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit, without_width
+from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit, without_key
 from casa_assets.registry.edit import Edit, flow_text
 
 FROM_END_M = 0.05  # what has to remain of a wall beside an opening
@@ -33,6 +34,8 @@ def mend_of(
         return _opening(raw, plan, str(at[1]), models, lengths)
     if at == ("seats",):
         return _seats(raw, plan, lengths, models)
+    if at[-1:] == ("model",):
+        return _without_model(raw, at, models)
     if at[:1] == ("runs",) and len(at) > 1:
         run = next(r for r in plan.runs if r.id == at[1])
         if at[2:3] == ("base",) and len(at) == 3:
@@ -41,6 +44,17 @@ def mend_of(
             return _upper(raw, plan, run, at[3:], models, lengths)
         return _place(raw, run, at[2:])
     return None
+
+
+def _without_model(raw: Any, at: KeyPath, models: StyleModels) -> Mend:
+    """Take out a model that does not suit: the style's stands there then, or nothing where it has none of that name."""
+    if at[0] == "runs":
+        unit = unit_at(raw, str(at[1]), str(at[2]), int(at[3]))
+        return Mend("Take out 'model': the style's stands there.", (without_key(raw, unit, "model"),))
+    row = row_at(raw, str(at[0]), str(at[1]))
+    if models.has(str(at[1])):
+        return Mend("Take out 'model': the style's stands there.", (removed((*row, "model")),))
+    return Mend(f"Take out {str(at[1])!r}.", (removed(row),))
 
 
 def _lines(plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
@@ -191,7 +205,9 @@ def _fixed_unit(
         wide = _fixed_width(other, under, models) > under.width + 0.001
         if start > slot.middle - _fixed_width(unit, slot, models) / 2 and wide and other.kind.value != "hood":
             at = unit_at(raw, run.id, "upper", j)
-            return Mend(f"Take the width of {other.id} out: it is as wide as {other.over}.", (without_width(raw, at),))
+            return Mend(
+                f"Take the width of {other.id} out: it is as wide as {other.over}.", (without_key(raw, at, "width"),)
+            )
     end = round(line.length - line.right.upper_length, 4)
     room = round(2 * min(slot.middle - start, end - slot.middle), 3)
     at = unit_at(raw, run.id, "upper", k)

@@ -242,7 +242,8 @@ def _items(names: References) -> None:
     raw, plan = names.raw, names.plan
     for item in plan.worktop_items:
         at = row_at(raw, "worktop_items", item.id)
-        role = item.id if item.id in names.of_style.models else meant(item.id, names.of_style.models, "roles", 0.75)
+        is_named = item.model is not None or item.id in names.of_style.models
+        role = item.id if is_named else meant(item.id, names.of_style.models, "roles", 0.75)
         if role is None or (role != item.id and role in {i.id for i in plan.worktop_items}):
             names.wrong(at, names.roles, item.id, f"Take out {item.id!r}.", removed(at))
             continue

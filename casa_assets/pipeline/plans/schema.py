@@ -26,6 +26,7 @@ def plan_as_written(made: Schema) -> Schema:
     `like` may stand for all that a plan has to state.
     """
     definitions: Schema = made["$defs"]
+    _write_choices_short(definitions)
     for table in HAVE_IDS:
         record = RECORDS[table]
         definitions[f"{record}Row"] = _without(definitions[record], "id")
@@ -64,8 +65,18 @@ def plan_as_written(made: Schema) -> Schema:
 def style_as_written(made: Schema) -> Schema:
     """Schema of a style's file, of that of its record: `range/pro_six` may stand for a choice, `like` for the rest."""
     definitions: Schema = made["$defs"]
+    _write_choices_short(definitions)
+    parts = {"cabinets": "CabinetStyle", "counter": "WorktopStyle", "island": "WorktopStyle", "room": "RoomStyle"}
+    whole = {key: {"required": definitions[record]["required"]} for key, record in parts.items()}
+    for record in parts.values():
+        definitions[record].pop("required", None)
+    return _or_like(_without(made, "id"), whole)
+
+
+def _write_choices_short(definitions: Schema) -> None:
+    """`range/pro_six` or `library:<id>` stands for a choice, or a mapping with what differs beside it."""
     choice = definitions["PresetChoice"]
-    name = choice["properties"]["preset"]
+    name = {**choice["properties"]["preset"], "pattern": r"^([a-z][a-z0-9_]*/|library:)[a-z][a-z0-9_]*$"}
     definitions["PresetChoice"] = {
         "description": choice["description"],
         "anyOf": [
@@ -73,11 +84,6 @@ def style_as_written(made: Schema) -> Schema:
             {"type": "object", "properties": {"preset": name}, "required": ["preset"], "additionalProperties": True},
         ],
     }
-    parts = {"cabinets": "CabinetStyle", "counter": "WorktopStyle", "island": "WorktopStyle", "room": "RoomStyle"}
-    whole = {key: {"required": definitions[record]["required"]} for key, record in parts.items()}
-    for record in parts.values():
-        definitions[record].pop("required", None)
-    return _or_like(_without(made, "id"), whole)
 
 
 def _without(record: Schema, field: str) -> Schema:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from casa_assets.model.kitchen.style import LIBRARY
 from casa_assets.projects import read_once
 from casa_assets.registry.layered import read_table_file, read_topmost
 
@@ -36,7 +37,7 @@ class PresetSizes(Mapping[str, Presets]):
         return self._read[name]
 
     def __contains__(self, name: object) -> bool:
-        return name in family_sizes() or name in _all_families()
+        return name in family_sizes() or name in _all_families() or name == LIBRARY
 
     def __iter__(self) -> Iterator[str]:
         return iter(_all_families())
@@ -46,6 +47,10 @@ class PresetSizes(Mapping[str, Presets]):
 
 
 def _presets_of(name: str) -> Presets:
+    if name == LIBRARY:
+        from casa_assets.pipeline.kitchens.library_assets import LibraryPresets  # loads what reads meshes
+
+        return LibraryPresets()
     if name not in family_sizes():
         from casa_assets.registry.families import family  # loads the code of all families
 

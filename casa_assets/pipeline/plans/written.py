@@ -46,13 +46,13 @@ def unit_edit(plan: Any, at: KeyPath, key: str, value: Any) -> Edit:
     return replaced((*at, kind), both)
 
 
-def without_width(plan: Any, at: KeyPath) -> Edit:
-    """Take the width of a unit out, so that it has its usual one."""
+def without_key(plan: Any, at: KeyPath, key: str) -> Edit:
+    """Take a field of a unit out that it has, such as its width, so that it has its usual one."""
     unit = value_at(plan, at)
     kind, inner = next(iter(unit.items()))
     if len(unit) > 1:
-        return removed((*at, "width"))
-    return removed((*at, kind, "width")) if isinstance(inner, dict) and len(inner) > 1 else replaced(at, kind)
+        return removed((*at, key))
+    return removed((*at, kind, key)) if isinstance(inner, dict) and len(inner) > 1 else replaced(at, kind)
 
 
 def inserted(at: KeyPath, unit: Any) -> Edit:

@@ -279,7 +279,7 @@ def _crowded(kitchen: KitchenRequest) -> Iterator[str]:
     """Units that are narrower than what stands on them."""
     models = StyleModels(kitchen.style, preset_params())
     for unit, stands in itertools.groupby(sorted(kitchen.plan.worktop_items, key=lambda s: s.on), key=lambda s: s.on):
-        if sum(worktop_width(models, s.id) for s in stands) > kitchen.slot(unit).width:
+        if sum(worktop_width(models, s) for s in stands) > kitchen.slot(unit).width:
             yield unit
 
 

@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.errors import CasaError, RegistryError, UnknownId
+from casa_assets.errors import OutputError, RegistryError, UnknownId
+from casa_assets.geometry.scale_asset import scaled
+from casa_assets.layouts.compose.compose import box_of
+from casa_assets.layouts.compose.floor_facts import facts_of
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.formats.scene_schema import SceneFile
+from casa_assets.model.kitchen.fixture import Role
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.families.run import FamilyRequest, build_all
-from casa_assets.pipeline.kitchens.library_assets import library_asset
+from casa_assets.pipeline.kitchens.library_assets import library_asset, placed_asset
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, resolve
+from casa_assets.pipeline.kitchens.scene_json import describe
+from casa_assets.pipeline.library.library import Library, read_asset
+from casa_assets.pipeline.plans.check import check_plan
 from casa_assets.projects import use_project
+from casa_assets.registry.kitchens import load_style
+from tests.articulated_assets import microwave
+from tests.assets import rigid_mug
+from tests.built_libraries import keep
 from tests.projects import Project
 
 
@@ -20,7 +34,7 @@ def test_a_choice_names_an_asset_as_it_is() -> None:
     choice = PresetChoice.model_validate("library:range_0a1b2c3d4e")
     assert (choice.family, choice.name, choice.is_library) == ("library", "range_0a1b2c3d4e", True)
     assert not PresetChoice.model_validate("range/pro_six").is_library
-    with pytest.raises(ValidationError, match="no numbers to change: width"):
+    with pytest.raises(ValidationError, match="scale, base, reach to change and nothing else, got width"):
         PresetChoice.model_validate({"preset": "library:range_0a1b2c3d4e", "width": 0.7})
 
 
@@ -51,10 +65,119 @@ def test_what_is_wrong_is_told(with_toaster: str, tmp_path: Path) -> None:
         resolve(SceneRecipe("one_wall_small", "ours"))
     style.write_text(f"like: modern_1\nmodels: {{sink: 'library:{with_toaster}'}}\n", encoding="utf-8")
     use_project(tmp_path)
-    with pytest.raises(CasaError, match=r"style ours: models\.sink: .* a sink is made to the measure of what it is in"):
+    with pytest.raises(RegistryError, match=r"ours\.yaml:2: models\.sink: expected a preset of a family"):
         resolve(SceneRecipe("one_wall_small", "ours"))
     style.write_text(f"like: modern_1\nmodels: {{toaster: 'library:{with_toaster}'}}\n", encoding="utf-8")
     (tmp_path / "casa.yaml").write_text("name: ours\nlibraries: [libb]\n", encoding="utf-8")
     use_project(tmp_path)
     with pytest.raises(RegistryError, match=r"casa\.yaml:2: libraries\.0: expected a folder"):
         resolve(SceneRecipe("one_wall_small", "ours"))
+
+
+def _as_read_back(asset: Asset, folder: Path) -> Asset:
+    """An asset with its numbers in single precision, as files have them."""
+    library = Library(keep(folder / "drafts", (asset,)))
+    return read_asset(library.folder(asset.labels.category, asset.id))
+
+
+class TestScaledToTheirPlaces:
+    """A microwave three times as large as microwaves are, and a mug, in kitchens of a project."""
+
+    @pytest.fixture
+    def library(self, project: Project, tmp_path: Path) -> Path:
+        """The project, with a style that names the microwave and a plan that names both."""
+        large, mug = (
+            _as_read_back(asset, tmp_path) for asset in (scaled(microwave(), 3.0, microwave().mass), rigid_mug())
+        )
+        assert large.bounds[1][0] - large.bounds[0][0] > 1.4
+        keep(tmp_path / "lib", (large, mug))
+        plan = (
+            "like: one_wall_small\nworktop_items:\n"
+            f"  kettle: {{on: main_drawers_2, at: 0.1, model: 'library:{large.id}'}}\n"
+        )
+        project(
+            {
+                "casa.yaml": "name: ours\nlibraries: [lib]\n",
+                "styles/ours.yaml": f"like: modern_1\ntitle: Ours\nmodels: {{microwave: 'library:{large.id}'}}\n",
+                "plans/wrong.yaml": plan,
+                "plans/ours.yaml": plan.replace("kettle", "our_mug").replace(large.id, mug.id),
+            }
+        )
+        return tmp_path
+
+    def test_it_is_scaled_and_keeps_what_moves(self, library: Path, cache: Path) -> None:
+        kitchen, scene = build_scene(SceneRecipe("one_wall_small", "ours"), cache)
+        placed = next(one for one in scene.placements if one.name == "microwave")
+        asset = scene.asset_of["microwave"]
+        assert re.fullmatch(r"microwave_fitted_[0-9a-f]{10}", placed.asset)
+        (width, depth, height), before = box_of(asset)[1], library_asset(microwave().id)
+        assert max(width - 0.66, depth - 0.54, height - 0.42) <= 1e-6
+        assert [joint.name for joint in asset.joints] == [joint.name for joint in before.joints]
+        assert {region.name for region in asset.regions} == {region.name for region in before.regions}
+        assert asset.base is Base.FIXED
+        notes = {guess.subject: guess.value for guess in asset.provenance.guesses}
+        assert "of its size in the library" in notes["size_in_the_kitchen"]
+        assert notes["asset_in_the_library"] == microwave().id
+        (fixture,) = (one for one in facts_of(kitchen, scene).fixtures if one.name == "microwave")
+        assert fixture.role is Role.MICROWAVE
+        assert fixture.bottom == pytest.approx(0.92, abs=0.002)
+
+    def test_doors_open_no_wider_than_they_may_reach(self, library: Path) -> None:
+        whole = placed_asset(PresetChoice.model_validate(f"library:{microwave().id}"))
+        choice = PresetChoice.model_validate({"preset": f"library:{microwave().id}", "reach": 0.01})
+        asset = placed_asset(choice)
+        (before,), (after,) = whole.joints, asset.joints
+        assert 0.5 <= max(after.range, key=abs) / max(before.range, key=abs) < 1.0
+
+    def test_its_makers_stand_in_scene_json(self, library: Path, cache: Path) -> None:
+        recipe = SceneRecipe("one_wall_small", "ours")
+        facts = describe(recipe, *build_scene(recipe, cache))
+        SceneFile.model_validate(facts)
+        (row,) = facts["credits"]
+        made = microwave().provenance
+        assert row["asset"].startswith("microwave_fitted_")
+        assert (row["licence"], row["author"], row["sha256"]) == (made.licence, made.author, made.sha256)
+
+    def test_a_thing_of_any_name_stands_on_a_worktop_as_large_as_it_is(self, library: Path) -> None:
+        (item,) = (item for item in resolve(SceneRecipe("ours", "modern_1")).items if item.name == "our_mug")
+        assert item.choice == PresetChoice(preset=f"library/{rigid_mug().id}")
+
+    def test_a_plan_that_names_what_does_not_suit_is_told_with_its_line(self, library: Path) -> None:
+        with pytest.raises(
+            RegistryError, match=r"wrong\.yaml:3: worktop_items\.kettle\.model: expected an asset of the"
+        ):
+            resolve(SceneRecipe("wrong", "modern_1"))
+
+    def test_check_plan_knows_the_libraries(self, library: Path) -> None:
+        style = load_style("ours")[0]
+        for name, count in (("ours", 0), ("wrong", 1)):
+            path = library / "plans" / f"{name}.yaml"
+            found = check_plan(path.read_text(encoding="utf-8"), str(path), style)
+            assert len(found.faults) == count
+            assert found.mended
+
+    def test_a_project_has_roles_of_its_own(self, library: Path) -> None:
+        row = "kettle: {categories: [microwave], width: [0.1, 2], depth: [0.1, 2], height: [0.1, 2]}\n"
+        (library / "roles.yaml").write_text(row, encoding="utf-8")
+        use_project(library)
+        (item,) = (item for item in resolve(SceneRecipe("wrong", "modern_1")).items if item.name == "kettle")
+        assert item.choice.params == {"base": "free"}
+
+    def test_an_asset_that_was_made_anew_makes_another_scene(self, library: Path) -> None:
+        recipe = SceneRecipe("one_wall_small", "ours")
+        before = kitchen_key(recipe)
+        use_project(library)
+        assert kitchen_key(recipe) == before
+        large = scaled(microwave(), 3.0, microwave().mass)
+        painted = large.replace(materials=tuple(m.replace(roughness=0.9) for m in large.materials))
+        keep(library / "lib", (_as_read_back(painted, library),))
+        use_project(library)
+        assert kitchen_key(recipe) != before
+
+    def test_an_asset_that_was_changed_by_hand_is_refused(self, library: Path) -> None:
+        mesh = next((library / "lib" / "microwave").glob("*/meshes/*.obj"))
+        text = mesh.read_text(encoding="ascii")
+        mesh.write_text(text.replace("v -", "v -1", 1), encoding="ascii")
+        use_project(library)
+        with pytest.raises(OutputError, match="is not what was checked: it was changed by hand"):
+            resolve(SceneRecipe("one_wall_small", "ours"))

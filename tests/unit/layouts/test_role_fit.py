@@ -1,0 +1,209 @@
+"""Assets of libraries are scaled to the places of a kitchen, or refused with what would fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from casa_assets.errors import PlanConflict, StyleConflict
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.plan.role_fit import ModelMisfit, Place, category_of, fitted_choice
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.style import PresetChoice
+from casa_assets.model.registry.role import RoleRule
+from casa_assets.pipeline.kitchens.resolve import preset_params
+from casa_assets.registry.kitchens import load_plan, load_style
+from casa_assets.registry.load import load
+from casa_assets.registry.roles import load_roles
+
+RULE = RoleRule(
+    id="range",
+    categories=("range",),
+    width=(0.5, 0.9),
+    depth=(0.5, 0.7),
+    height=(0.8, 1.2),
+    level=(0.9, 0.93),
+    base=Base.FIXED,
+)
+ANYWHERE = Place({})
+
+
+def sizes(
+    width: float, depth: float, height: float, level: float, category: str, base: str = "fixed", stands: bool = True
+) -> dict[str, Any]:
+    size = max(width, depth)
+    named = {"width": width, "depth": depth, "height": height, "level": level, "size": size, "sweep": 0.1, "drop": 0.03}
+    return {**named, "category": category, "base": base, "stands": stands}
+
+
+LIBRARY = {
+    "range_0000000001": sizes(0.6, 0.6, 0.915, 0.91, "range"),
+    "range_articulated_0000000002": sizes(1.2, 1.2, 2.0, 1.8, "range"),  # twice as large as they are
+    "range_0000000003": sizes(0.6, 0.6, 0.3, 0.3, "range"),  # no range has this shape
+    "microwave_0000000004": sizes(0.5, 0.4, 0.3, 0.3, "microwave"),
+    "toaster_0000000005": sizes(0.3, 0.2, 0.2, 0.2, "toaster", "free"),
+    "toaster_0000000006": sizes(0.3, 0.2, 0.2, 0.2, "toaster", "free", stands=False),
+    "refrigerator_0000000007": sizes(0.9, 0.7, 1.9, 1.9, "refrigerator"),
+    "wall_oven_0000000008": sizes(0.6, 0.56, 0.6, 0.6, "wall_oven"),
+}
+
+
+def fit(
+    name: str, place: Place = ANYWHERE, rule: RoleRule = RULE, **params: Any
+) -> tuple[PresetChoice, dict[str, Any]]:
+    choice = PresetChoice.model_validate({"preset": f"library:{name}", **params})
+    return fitted_choice(choice, "range", rule, LIBRARY, place)
+
+
+def test_what_fits_stays_as_it_is() -> None:
+    choice, params = fit("range_0000000001")
+    assert not choice.params
+    assert params["width"] == 0.6
+
+
+def test_what_is_too_large_is_scaled_until_its_cooktop_is_as_high_as_the_worktops() -> None:
+    choice, params = fit("range_articulated_0000000002")
+    assert choice.params == {"scale": pytest.approx(0.5166, abs=1e-4)}
+    assert params["level"] == pytest.approx(0.93, abs=2e-4)
+    assert params["width"] == pytest.approx(0.62, abs=2e-4)
+
+
+def test_the_sizes_of_a_role_go_before_the_height_of_its_level_face() -> None:
+    _, params = fit("range_articulated_0000000002", Place({"width": 0.57}))
+    assert params["width"] <= 0.57
+    assert params["level"] == pytest.approx(0.855, abs=1e-3)
+
+
+def test_a_unit_of_a_stated_width_is_filled_or_its_model_is_refused() -> None:
+    _, params = fit("range_0000000001", Place({"width": 0.624}, fills=True, name="main_range"))
+    assert 0.594 <= params["width"] <= 0.624
+    place = Place({"width": 0.894}, fills=True, name="main_range")
+    with pytest.raises(ModelMisfit, match=r"expected a range of 0\.894 m, to fill main_range: leave the width"):
+        fit("range_articulated_0000000002", place, RULE.replace(height=(0.8, 1.1)))
+
+
+def test_what_no_scale_makes_fit_is_refused_with_its_sizes_and_with_what_fits() -> None:
+    with pytest.raises(ModelMisfit) as caught:
+        fit("range_0000000003")
+    assert "width 0.5 to 0.9, depth 0.5 to 0.7, height 0.8 to 1.2 m" in caught.value.expected
+    assert "library:range_0000000001" in caught.value.expected
+    assert "--front" in caught.value.expected
+    assert "0.600 x 0.600 x 0.300 m" in caught.value.got
+
+
+def test_another_category_is_refused_with_what_suits_and_how_to_change_it() -> None:
+    with pytest.raises(ModelMisfit) as caught:
+        fit("microwave_0000000004")
+    assert "library:range_articulated_0000000002" in caught.value.expected
+    assert "library:toaster" not in caught.value.expected
+    assert "--category range" in caught.value.expected
+    assert "roles.yaml" in caught.value.expected
+    assert caught.value.got == "library:microwave_0000000004, the category of which is microwave"
+
+
+def test_a_scale_of_ones_own_is_held_against_the_sizes() -> None:
+    choice, params = fit("range_0000000001", scale=1.1)
+    assert choice.params == {"scale": 1.1}
+    assert params["width"] == pytest.approx(0.66)
+    with pytest.raises(ModelMisfit, match=r"before it is scaled by 3"):
+        fit("range_0000000001", scale=3)
+
+
+def test_the_base_is_that_of_the_role_unless_one_is_stated() -> None:
+    rule = RoleRule(id="toaster", base=Base.FIXED)
+    assert fit("toaster_0000000005", rule=rule)[0].params == {"base": "fixed"}
+    assert fit("toaster_0000000005", rule=rule, base="free")[0].params == {}
+    assert fit("toaster_0000000005", rule=RoleRule(id="toaster"))[0].params == {}
+
+
+def test_what_does_not_stand_by_itself_is_fixed_unless_it_is_stated_to_be_free() -> None:
+    rule = RoleRule(id="toaster", base=Base.FREE)
+    assert fit("toaster_0000000005", rule=rule)[0].params == {}
+    assert fit("toaster_0000000006", rule=rule)[0].params == {"base": "fixed"}
+    assert fit("toaster_0000000006", rule=rule, base="free")[0].params == {}
+
+
+def test_categories_are_read_from_ids() -> None:
+    assert [category_of(name) for name in LIBRARY] == [
+        *("range", "range", "range", "microwave", "toaster", "toaster"),
+        *("refrigerator", "wall_oven"),
+    ]
+    assert category_of("stand_mixer_0a1b2c3d4e") == "stand_mixer"
+
+
+def test_the_roles_of_the_package_name_categories_and_words_of_styles() -> None:
+    known, style = load(), load_style("modern_1")[0]
+    for rule in load_roles().values():
+        assert set(rule.categories) <= {*known.categories, *known.fixtures}, rule.id
+        assert rule.id in style.models or rule.id == "on_worktop", rule.id
+
+
+class TestInPlans:
+    """Units and worktop items that name a model of their own."""
+
+    def kitchen(self, **changes: Any) -> KitchenRequest:
+        """one_wall_small with changes of its units by id, or of worktop items by id."""
+        plan = self.plan(**changes)
+        presets = {**preset_params(), "library": LIBRARY}
+        return request_kitchen(plan, load_style("modern_1")[0], presets, roles=load_roles())
+
+    def plan(self, **changes: Any) -> Plan:
+        raw = load_plan("one_wall_small")[0].model_dump(mode="json")
+        for run in raw["runs"]:
+            for row in ("base", "upper"):
+                run[row] = [{**unit, **changes.pop(unit["id"], {})} for unit in run[row]]
+        raw["worktop_items"] += [{"id": name, **row} for name, row in changes.items()]
+        return Plan.model_validate(raw)
+
+    def test_a_unit_takes_the_width_of_its_model(self) -> None:
+        kitchen = self.kitchen(main_range={"model": "library:range_0000000001"})
+        assert kitchen.slot("main_range").width == pytest.approx(0.606)
+        (item,) = (item for item in kitchen.items if item.role == "range")
+        assert item.choice.preset == "library/range_0000000001"
+
+    def test_the_open_door_of_an_oven_clears_the_drawer_below_it(self) -> None:
+        kitchen = self.kitchen(main_doors={"kind": "oven", "model": "library:wall_oven_0000000008", "width": None})
+        (oven,) = (item for item in kitchen.items if item.role == "oven")
+        (housing,) = (item for item in kitchen.items if item.name == "main_doors")
+        assert oven.spot.z - 0.03 > housing.choice.params["niche_from"] + 0.009
+        assert kitchen.slot("main_doors").width == pytest.approx(0.638)
+
+    def test_a_refrigerator_has_room_beside_it_for_its_doors(self) -> None:
+        kitchen = self.kitchen(main_fridge={"model": "library:refrigerator_0000000007"})
+        assert kitchen.slot("main_fridge").width == pytest.approx(0.9 + 2 * 0.115)
+
+    def test_a_unit_may_name_a_preset_of_a_family(self) -> None:
+        kitchen = self.kitchen(main_range={"model": {"preset": "range/pro_six", "width": 0.91}})
+        assert kitchen.slot("main_range").width == pytest.approx(0.916)
+
+    def test_a_worktop_item_with_a_model_has_any_name(self) -> None:
+        kitchen = self.kitchen(
+            second_toaster={"on": "main_drawers_2", "at": 0.2, "model": "library:toaster_0000000005"}
+        )
+        (item,) = (item for item in kitchen.items if item.name == "second_toaster")
+        assert (item.role, item.choice.params) == ("toaster", {})
+
+    def test_what_does_not_suit_is_told_with_its_place_in_the_plan(self) -> None:
+        with pytest.raises(PlanConflict, match=r"runs\.main\.base\.5\.model: expected an asset of the category"):
+            self.kitchen(main_range={"model": "library:microwave_0000000004"})
+
+    def test_a_sink_is_no_asset_of_a_library(self) -> None:
+        with pytest.raises(PlanConflict, match=r"a preset of a family for the sink: its worktop is cut out"):
+            self.kitchen(main_sink={"model": "library:toaster_0000000005"})
+
+    def test_cabinets_have_no_model(self) -> None:
+        with pytest.raises(PlanConflict, match="no model for drawers"):
+            self.kitchen(main_drawers={"model": "library:toaster_0000000005"})
+
+    def test_an_unknown_asset_is_told_with_the_nearest(self) -> None:
+        with pytest.raises(PlanConflict, match=r"expected .*range_0000000001, .*got 'range_000000000'"):
+            self.kitchen(main_range={"model": "library:range_000000000"})
+
+    def test_a_style_is_told_with_its_own_place(self) -> None:
+        style = load_style("modern_1")[0]
+        style = style.replace(models={**style.models, "range": "library:range_0000000003"})
+        presets = {**preset_params(), "library": LIBRARY}
+        with pytest.raises(StyleConflict, match=r"modern_1: models\.range: expected a range that can be scaled evenly"):
+            request_kitchen(load_plan("one_wall_small")[0], style, presets, roles=load_roles())
