@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from casa_assets.geometry.outline import separation
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -24,15 +25,23 @@ STYLE = "coastal"
 
 @dataclass(frozen=True)
 class Rect:
-    """A rectangle on the floor: least and greatest x, y, metres."""
+    """A rectangle on the floor: least and greatest x, y, metres; `aslant`: the corners of one that stands so."""
 
     x0: float
     y0: float
     x1: float
     y1: float
+    aslant: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Its corners, in order."""
+        return self.aslant or ((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1))
 
     def gap(self, other: Rect) -> float:
         """Metres between two of them; less than 0 where they overlap by more than their play."""
+        if self.aslant or other.aslant:
+            return separation(self.corners, other.corners)
         dx = max(self.x0 - other.x1, other.x0 - self.x1)
         dy = max(self.y0 - other.y1, other.y0 - self.y1)
         return math.hypot(max(dx, 0.0), max(dy, 0.0)) if max(dx, dy) > -PLAY else max(dx, dy)
@@ -45,8 +54,9 @@ class Rect:
 
 def rect(line: RunLine, left: float, right: float, back: float, front: float) -> Rect:
     """What lies between two places along a run and two distances from its line."""
-    (xa, ya, _), (xb, yb, _) = line.frame.at(left, back), line.frame.at(right, front)
-    return Rect(min(xa, xb), min(ya, yb), max(xa, xb), max(ya, yb))
+    points = [line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front))]
+    xs, ys = zip(*points, strict=True)
+    return Rect(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else tuple(points))
 
 
 def slot_rect(slot: UnitSlot) -> Rect:
@@ -85,6 +95,9 @@ def passages(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float, float]]
         if cornered(kitchen, one, other):
             continue
         a, b = body(kitchen, one), body(kitchen, other)
+        if one.frame.more_deg != other.frame.more_deg:
+            yield one.id, other.id, a.gap(b), 0.0
+            continue
         face = (one.frame.quarter_turns - other.frame.quarter_turns) % 4 == 2
         axis = "x" if one.frame.quarter_turns % 2 == 0 else "y"
         works = face and a.meets(b, axis) and not (one.is_island and other.is_island)
@@ -99,9 +112,7 @@ def walls_free(kitchen: KitchenRequest) -> Iterator[tuple[str, str, float]]:
         for wall in kitchen.room.walls:
             if wall.id == line.run.on or (line.run.joins and wall.id == kitchen.lines[line.run.joins.run].run.on):
                 continue
-            us, vs = zip(
-                *(wall.frame.to_local(x, y) for x in (here.x0, here.x1) for y in (here.y0, here.y1)), strict=True
-            )
+            us, vs = zip(*(wall.frame.to_local(x, y) for x, y in here.corners), strict=True)
             if (
                 wall.frame.to_local(*middle)[1] > 0
                 and min(us) < wall.length

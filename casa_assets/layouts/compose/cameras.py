@@ -54,8 +54,10 @@ def cameras(kitchen: KitchenRequest) -> tuple[Camera, ...]:
 def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:
     """Eye and target of a robot in the left and in the right of the room, where it stands free and sees far."""
     (x0, y0), (x1, y1) = kitchen.room.bounds()
+    columns = [tuple(zip(*placed.outline, strict=True)) for placed in kitchen.room.columns]
     units = [s for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
     boxes = [(_box(s), s.top > EYE_HEIGHT_M - 0.2) for s in units]
+    boxes += [((min(xs), min(ys), max(xs), max(ys)), True) for xs, ys in columns]
     found = []
     for shares, way in (((0.35, 0.28, 0.42, 0.5), 1.0), ((0.65, 0.72, 0.58, 0.5), -1.0)):
         places = [(x0 + fx * (x1 - x0), y0 + fy * (y1 - y0)) for fy in (0.3, 0.2, 0.4, 0.1) for fx in shares]

@@ -88,5 +88,8 @@ def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
     else:
         pose = spot.frame.pose(spot.u, spot.v, spot.z)
         reference = np.array([x, y + back * depth, z + up * height])
+        if spot.tilt_deg:
+            half = math.radians(spot.tilt_deg) / 2
+            pose = pose @ Pose(quaternion=(round(math.cos(half), 12), -round(math.sin(half), 12), 0.0, 0.0))
     px, py, pz = (decimals(float(c), 6) for c in pose.apply(-reference[None, :])[0])
     return Pose(position=(px, py, pz), quaternion=pose.quaternion)

@@ -10,7 +10,6 @@ import numpy as np
 from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.swept_areas import AssetOutlines, door_leaf_widths
-from casa_assets.layouts.order.back_panels import has_back
 from casa_assets.layouts.order.build_order import OrderItem
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
@@ -75,7 +74,8 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
     rows = tuple(_run(kitchen, line, kitchen.slots[name], by_name) for name, line in kitchen.lines.items())
     outline = kitchen.room.outline
     closed = {w.id for w in walls if not w.is_open}
-    holes = [h for h in kitchen.holes if h.wall.id in closed]
+    # Nobody goes through a niche, nor through a window in its back.
+    holes = [h for h in kitchen.holes if h.wall.id in closed and not h.is_niche]
     return KitchenFacts(
         id=scene.id,
         plan=kitchen.plan.id,
@@ -87,11 +87,13 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
         openings=tuple(_opening(h, assets.get(h.opening.id), by_name.get(h.opening.id)) for h in holes),
         runs=rows,
         fixtures=fixtures,
-        aisles=find_aisles(rows, walls, outline),
+        aisles=find_aisles(rows, walls, outline, {c.column.id: c.outline for c in kitchen.room.columns}),
     )
 
 
 def _role(item: OrderItem, place: Placement, asset: Asset, low: float) -> Role:
+    if item.role == "column":
+        return Role.ON_FLOOR
     if place.layer is not Layer.THINGS:
         return Role.ROOM
     if item.role == "base":
@@ -183,6 +185,7 @@ def _opening(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> Wa
         top=hole.top,
         clear_width=round(clear_width, 4),
         can_open=asset is not None and bool(asset.joints),
+        leads_out=opening.closet is None,
         swept_area=swept_area,
     )
 
@@ -191,16 +194,13 @@ def _run(
     kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], fixtures: Mapping[str, Fixture]
 ) -> PlacedRun:
     corner = line.right.corner
-    behind = 0.0
-    if not line.at_wall:
-        behind = (standard_sizes.END_PANEL if has_back(line) else 0.0) + max(line.run.overhang, 0.01)
     tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.top > standard_sizes.WORKTOP_HEIGHT}
     return PlacedRun(
         id=line.id,
         origin=(line.frame.x, line.frame.y),
-        yaw=round(line.frame.quarter_turns % 4 * math.pi / 2, 9),
+        yaw=round(math.radians(line.frame.turn_deg), 9),
         length=line.length,
-        depth_behind=round(behind, 4),
+        depth_behind=line.depth_behind,
         depth_before=round(line.depth + standard_sizes.WORKTOP_OVERHANG, 4),
         height=standard_sizes.WORKTOP_HEIGHT,
         at_wall=line.at_wall,
@@ -220,7 +220,7 @@ def _run(
 
 
 def _unit(line: RunLine, slot: UnitSlot, worktop: bool, fixtures: Mapping[str, Fixture]) -> PlacedUnit:
-    fronts = [slot.depth + (standard_sizes.WORKTOP_OVERHANG if worktop else 0.0)]
+    fronts = [slot.depth - slot.recess + (standard_sizes.WORKTOP_OVERHANG if worktop else 0.0)]
     for fixture in fixtures.values():
         if fixture.unit == slot.name and fixture.bottom < 0.3 and slot.kind is not BaseKind.GAP:
             fronts.append(line.frame.to_local(*fixture.footprint.at(0.0, 0.0))[1])

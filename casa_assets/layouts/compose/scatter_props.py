@@ -97,7 +97,7 @@ def scatter_props(
 
 def _surfaces(kitchen: KitchenRequest, assets: Mapping[str, Asset]) -> Iterator[SupportSurface]:
     for item in kitchen.items:
-        if item.role not in ("counter", "shelf"):
+        if item.role not in ("counter", "shelf", "larder"):
             continue
         asset = assets[item.name]
         pose = pose_at_spot(asset, item.spot)
@@ -148,8 +148,9 @@ def _spot(surface: SupportSurface, x: float, y: float, turn: float) -> Spot:
     """A spot on a surface; the thing faces as the surface does."""
     px, py, pz = (float(c) for c in surface.pose.apply(np.array([[x, y, SET_DOWN_GAP_M]]))[0])
     along = surface.pose.rotation[:, 0]
-    quarter = round(math.atan2(float(along[1]), float(along[0])) / (math.pi / 2)) % 4
-    frame = WallFrame(round(px, 4), round(py, 4), quarter)
+    turn_deg = round(math.degrees(math.atan2(float(along[1]), float(along[0]))), 4) % 360.0
+    quarters, more = divmod(turn_deg, 90.0)
+    frame = WallFrame(round(px, 4), round(py, 4), int(quarters), more)
     return Spot(frame, 0.0, 0.0, round(pz, 5), turn, DepthReference.MIDDLE)
 
 

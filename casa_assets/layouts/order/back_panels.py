@@ -10,16 +10,11 @@ from casa_assets.layouts.order.cabinets import front_look, group_of
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.model.kitchen.units import BaseKind, RunSide
+from casa_assets.model.kitchen.units import RunSide
 
 MAX_PANEL_M = 1.2  # metres of one panel
 FIELD_WIDTH_M = 0.5  # metres of one field of it
 PLAY_M = 0.0005
-
-
-def has_back(line: RunLine) -> bool:
-    """True if a run needs panels behind it: it stands at no wall, and its units have no finished back."""
-    return not line.at_wall and all(u.kind is not BaseKind.ISLAND for u in line.run.base)
 
 
 def order_back_panels(
@@ -28,7 +23,7 @@ def order_back_panels(
     """Panels along the back of every free-standing run, from the wall that a peninsula begins at to its free end."""
     for name, line in lines.items():
         floor = [s for s in slots[name] if not s.is_upper]
-        if not has_back(line) or not floor:
+        if not line.has_back or not floor:
             continue
         low, high = floor[0].left, floor[-1].right
         if line.run.joins is not None:

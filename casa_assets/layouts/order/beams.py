@@ -52,21 +52,25 @@ class BeamGrid:
 def beams_of(
     plan: Plan, style: Style, room: Room, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]]
 ) -> BeamGrid | None:
-    """The beams of a style that has some, clear of the hoods that reach the ceiling.
+    """The beams of a style that has some, clear of the hoods and the columns that reach the ceiling.
 
     Where the plan has a row of lamps they run along it, so that it hangs between two of them.
     """
     if style.room.beams is None:
         return None
-    (x0, y0), (x1, y1) = room.bounds()
+    (x0, y0), (x1, y1) = room.level_bounds()
     rows = [lines[lamps.over] for lamps in plan.lamps if lamps.over is not None and lamps.over in lines]
-    directions = (rows[0].frame.quarter_turns % 2 == 0,) if rows else (False, True)
+    directions = (rows[0].frame.quarter_turns % 2 == 0,) if rows and rows[0].frame.is_aligned else (False, True)
     usual, every = (
         [w for along_x in directions for w in _grids(along_x, *((y0, y1) if along_x else (x0, x1)), off)]
         for off in (MAX_COUNT_CHANGE, MAX_COUNT)
     )
     for grids, reach in ((usual, None), (every, None), (every, CHIMNEY_WIDTH_M)):
-        clear = (w for w in grids if not any(w.crosses(*h) for h in _hoods(slots, w.along_x, reach)))
+        clear = (
+            w
+            for w in grids
+            if not any(w.crosses(*h) for h in (*_hoods(slots, w.along_x, reach), *_columns(room, w.along_x)))
+        )
         found = next(clear, None)
         if found is not None:
             return found
@@ -87,4 +91,11 @@ def _hoods(slots: Mapping[str, Sequence[UnitSlot]], along_x: bool, wide: float |
         middle, half = (slot.left + slot.right) / 2, (slot.right - slot.left) / 2
         half = half if wide is None else min(half, wide / 2)
         ends = [slot.line.frame.at(u, v)[axis] for u in (middle - half, middle + half) for v in (0.0, HOOD_DEPTH_M)]
+        yield min(ends), max(ends)
+
+
+def _columns(room: Room, along_x: bool) -> Iterator[Vec2]:
+    """From where to where columns reach across the beams, metres."""
+    for placed in room.columns:
+        ends = [corner[1 if along_x else 0] for corner in placed.outline]
         yield min(ends), max(ends)

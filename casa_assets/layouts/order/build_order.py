@@ -35,6 +35,7 @@ class Spot:
         frame: of the line. u: of the item's centre along it. v: of the side that `depth_reference` names, away from the
         line. z: of the end that `height_reference` names. All metres.
         turn_deg: yaw, counter-clockwise from above.
+        tilt_deg: by which its front is raised about its lower back edge, which lies on the line at `v`.
     """
 
     frame: WallFrame
@@ -44,6 +45,7 @@ class Spot:
     turn_deg: float = 0.0
     depth_reference: DepthReference = DepthReference.BACK
     height_reference: HeightReference = HeightReference.FOOT
+    tilt_deg: float = 0.0
 
 
 @dataclass(frozen=True)

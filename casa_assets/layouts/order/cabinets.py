@@ -82,7 +82,7 @@ def _add(
     z: float | None = None,
     **at: Any,
 ) -> None:
-    spot = Spot(slot.line.frame, slot.middle, v, slot.bottom if z is None else z, **at)
+    spot = Spot(slot.line.frame, slot.middle, v - slot.recess, slot.bottom if z is None else z, **at)
     order.add(OrderItem(name or slot.name, role, choice, spot, slot.name, slot.line.id))
 
 

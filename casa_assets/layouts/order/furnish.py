@@ -17,8 +17,9 @@ from casa_assets.layouts.order.build_order import (
     preset_with,
 )
 from casa_assets.layouts.order.room_shell import position_on_wall
+from casa_assets.layouts.order.tables import PlacedTable, places_over
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import Room, resolve_length, wall_of
+from casa_assets.layouts.plan.room import PlacedColumn, Room, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
@@ -41,6 +42,7 @@ WORKTOP_WIDTHS_M = {
 }
 ON_BACKSPLASH_M = 0.0105  # of what hangs on a backsplash from the wall
 LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
+LAMP_FROM_COLUMN_M = 0.4  # metres between a column and a lamp of the room
 MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run
 LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
 BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
@@ -152,10 +154,16 @@ def order_wall_items(
 
 
 def order_lamps(
-    order: BuildOrder, plan: Plan, room: Room, lines: Mapping[str, RunLine], models: StyleModels, beams: BeamGrid | None
+    order: BuildOrder,
+    plan: Plan,
+    room: Room,
+    lines: Mapping[str, RunLine],
+    tables: Mapping[str, PlacedTable],
+    models: StyleModels,
+    beams: BeamGrid | None,
 ) -> None:
-    """Order lamps under the ceiling, between its beams; none near those that hang over an island."""
-    (x0, y0), (x1, y1) = room.bounds()
+    """Order lamps under the ceiling, between its beams; none near those that hang over an island or a table."""
+    (x0, y0), (x1, y1) = room.level_bounds()
     placed: list[Vec2] = []
     for n, lamps in enumerate(plan.lamps):
         if not models.has(lamps.item):
@@ -165,10 +173,19 @@ def order_lamps(
         count = lamps.count
         if lamps.over is not None and lamps.over in lines:
             count = _lamps_that_fit(count, lines[lamps.over], models.for_role(lamps.item).length("size"))
-        for k, (frame, u, v) in enumerate(_lamp_positions(lamps.over, count, lines, (x0, y0, x1, y1), room)):
+        table = tables.get(lamps.over) if lamps.over is not None else None
+        places = (
+            places_over(table, count)
+            if table is not None
+            else _lamp_positions(lamps.over, count, lines, (x0, y0, x1, y1), room)
+        )
+        for k, (frame, u, v) in enumerate(places):
             if beams is not None:
                 u, v = frame.to_local(*beams.between(*frame.at(u, v)[:2]))
             x, y, _ = frame.at(u, v)
+            if room.ceiling_at(x, y) < room.height:
+                expected = "a row under the level part of the ceiling, where lamps hang"
+                raise PlanConflict(plan.id, ("lamps", n), expected, f"{lamps.over}, under a slope")
             if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
                 continue
             placed.append((x, y))
@@ -207,11 +224,18 @@ def _lamp_positions(
             for dx in (-LAMP_FROM_WALL_M, LAMP_FROM_WALL_M)
             for dy in (-LAMP_FROM_WALL_M, LAMP_FROM_WALL_M)
         )
-        if all(room.contains(*p) for p in beside) and not any(
-            _is_near(line, x, y) for line in lines.values() if not line.at_wall
-        ):
+        is_crowded = any(_is_near(line, x, y) for line in lines.values() if not line.at_wall)
+        is_crowded = is_crowded or any(_is_at_column(placed, x, y) for placed in room.columns)
+        if all(room.contains(*p) for p in beside) and not is_crowded:
             out.append((WallFrame(x0, y1, 0), x - x0, y1 - y))
     return out
+
+
+def _is_at_column(placed: PlacedColumn, x: float, y: float) -> bool:
+    """True if a lamp at a point would touch a column."""
+    u, v = placed.frame.to_local(x, y)
+    gap = LAMP_FROM_COLUMN_M
+    return placed.left - gap < u < placed.right + gap and placed.back - gap < v < placed.front + gap
 
 
 def _is_near(line: RunLine, x: float, y: float) -> bool:

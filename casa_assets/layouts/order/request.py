@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order import furnish, worktops
 from casa_assets.layouts.order.back_panels import order_back_panels
 from casa_assets.layouts.order.backsplash import order_backsplash
-from casa_assets.layouts.order.beams import beams_of
+from casa_assets.layouts.order.beams import HOOD_DEPTH_M, beams_of
 from casa_assets.layouts.order.build_order import BuildOrder, OrderItem
 from casa_assets.layouts.order.cabinets import order_unit
-from casa_assets.layouts.order.room_shell import find_holes, order_shell, order_skirting
+from casa_assets.layouts.order.clearances import keep_clear
+from casa_assets.layouts.order.room_shell import find_holes, in_niches, order_shell, order_skirting
+from casa_assets.layouts.order.tables import PlacedTable, order_tables
 from casa_assets.layouts.order.trim import order_cornices, order_curtains
 from casa_assets.layouts.plan.place import place_runs
 from casa_assets.layouts.plan.room import Room, WallHole, build_room
@@ -33,6 +35,7 @@ class KitchenRequest:
         room, holes, lines: walls, openings and runs.
         slots: run -> slots of its units, on the floor and on the wall.
         items: everything to build.
+        tables: where tables to eat at stand, by id.
     """
 
     plan: Plan
@@ -43,6 +46,7 @@ class KitchenRequest:
     lines: Mapping[str, RunLine]
     slots: Mapping[str, tuple[UnitSlot, ...]]
     items: tuple[OrderItem, ...]
+    tables: Mapping[str, PlacedTable] = field(default_factory=dict)
 
     def slot(self, name: str) -> UnitSlot:
         """The slot of that name."""
@@ -79,23 +83,27 @@ def request_kitchen(
     for name, line in lines.items():
         floor = base_slots(plan, line, models)
         slots[name] = (*floor, *upper_slots(plan, line, {s.name: s for s in floor}, models))
+    holes = find_holes(plan, room, lengths, {s.name: s for row in slots.values() for s in row})
+    slots = in_niches(slots, holes)
     every = {s.name: s for row in slots.values() for s in row}
-    holes = find_holes(plan, room, lengths, every)
     order = BuildOrder()
     beams = beams_of(plan, style, room, lines, slots)
     order_shell(order, room, holes, models, closed, beams)
     for row in slots.values():
         for slot in row:
-            order_unit(order, slot, models, room.height)
+            ceiling = room.ceiling_over(slot.line.frame, (slot.left, slot.right), (0.0, HOOD_DEPTH_M))
+            order_unit(order, slot, models, ceiling)
     order_back_panels(order, lines, slots, models)
     worktops.order_worktops(order, lines, slots, models)
     order_backsplash(order, lines, slots, holes, models)
     order_cornices(order, lines, slots, models)
-    order_curtains(order, holes, models)
+    order_curtains(order, [h for h in holes if h.wall in room.walls], models)
     order_skirting(order, room, holes, lines, slots, [c.runs for c in plan.corners], models, closed)
     furnish.order_worktop_items(order, plan, every, models)
     furnish.order_seats(order, plan, lines, models)
     furnish.order_wall_items(order, plan, room, lengths, every, models)
-    furnish.order_lamps(order, plan, room, lines, models, beams)
+    tables = order_tables(order, plan, room, lengths, models)
+    keep_clear(plan, room, slots, tables, models)
+    furnish.order_lamps(order, plan, room, lines, tables, models, beams)
     furnish.order_floor_items(order, plan, room, lengths, models)
-    return KitchenRequest(plan, style, lengths, room, holes, lines, slots, tuple(order.items))
+    return KitchenRequest(plan, style, lengths, room, holes, lines, slots, tuple(order.items), tables)

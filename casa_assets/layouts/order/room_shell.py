@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.beams import BeamGrid
-from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, preset_with
+from casa_assets.layouts.order.build_order import (
+    BuildOrder,
+    DepthReference,
+    HeightReference,
+    OrderItem,
+    Spot,
+    preset_with,
+)
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, WallLine, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -15,8 +24,9 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.furnishing import WallItem
 from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening
+from casa_assets.model.kitchen.room_parts import Closet, ColumnShape
 from casa_assets.model.kitchen.style import PresetChoice, RoomStyle
-from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.kitchen.units import BaseKind, BaseUnit
 from casa_assets.model.record import Vec2
 
 CASING_WIDTH_M = 0.07
@@ -24,25 +34,70 @@ SKIRTING_HEIGHT_M = 0.1
 SKIRTING_DEPTH_M, WAINSCOT_DEPTH_M = 0.017, 0.034
 WAINSCOT_HEIGHT_M = 0.92  # as high as worktops
 WALL_PLAY_M = 0.004  # gap between a wall and what is built into it
+NICHE_HEAD_M = 0.05  # by which a window in a niche may come nearer to its head than to a ceiling
+SLAB_M = 0.05  # thickness of the floor of a niche or closet
+CLOSET_HEIGHT_M = 2.5  # at most, of a closet
+# Shelves in a closet: their usual depth, height and greatest width, and what is free at their ends.
+LARDER_DEPTH_M, LARDER_HEIGHT_M, LARDER_MOST_M, LARDER_PLAY_M = 0.35, 2.0, 1.2, 0.003
 DOOR_FRAME_M = 0.034  # lining and gap between a door's leaf and the wall, on each side and above
 
 
 def find_holes(
     plan: Plan, room: Room, parameters: Mapping[str, float], slots: Mapping[str, UnitSlot]
 ) -> tuple[WallHole, ...]:
-    """All openings in their walls. Raises PlanConflict where one does not fit."""
+    """All openings in their walls; windows also in the backs of niches that come before them in the plan.
+
+    Raises PlanConflict where one does not fit.
+    """
     out: list[WallHole] = []
     for opening in plan.openings:
         at = ("openings", opening.id)
-        wall = wall_of(plan, room, opening.wall, *at, "wall")
+        niche = next((h for h in out if h.opening.id == opening.wall and h.back is not None), None)
+        if niche is not None and niche.back is not None:
+            wall, low, top = niche.back, niche.bottom, niche.top + NICHE_HEAD_M
+        else:
+            wall = wall_of(plan, room, opening.wall, *at, "wall")
+            low, top = 0.0, room.height_of(wall)
         middle = position_on_wall(plan, wall, opening, parameters, slots, *at)
-        left, right = round(middle - opening.width / 2, 4), round(middle + opening.width / 2, 4)
+        width = _width_of(opening, slots)
+        left, right = round(middle - width / 2, 4), round(middle + width / 2, 4)
         high = round(opening.bottom + opening.height, 4)
-        if left < 0.05 or right > wall.length - 0.05 or high > room.height - 0.1:
+        top = min(top, room.ceiling_over(wall.frame, (left, right), (0.0, 0.0)))
+        if left < 0.05 or right > wall.length - 0.05 or high > top - 0.1 or opening.bottom < low:
             got = f"{left:.2f} to {right:.2f} m, up to {high:.2f} m"
-            raise PlanConflict(plan.id, at, f"a hole inside {wall.length:.2f} x {room.height:.2f} m", got)
-        out.append(WallHole(opening, wall, left, right, opening.bottom, high))
+            raise PlanConflict(plan.id, at, f"a hole inside {wall.length:.2f} x {top:.2f} m", got)
+        if niche is not None and opening.kind is not OpeningKind.WINDOW:
+            raise PlanConflict(plan.id, (*at, "kind"), "a window, in the back of a niche", opening.kind.value)
+        back = None
+        if opening.kind is OpeningKind.NICHE:
+            assert opening.depth is not None, "the record has it for niches"
+            back = WallLine(opening.id, wall.frame.offset(left, -opening.depth), round(right - left, 4), False)
+        out.append(WallHole(opening, wall, left, right, opening.bottom, high, back))
     return tuple(out)
+
+
+def _width_of(opening: PlanOpening, slots: Mapping[str, UnitSlot]) -> float:
+    """Width of a hole, metres: a niche over a unit is as wide as that where the plan does not say."""
+    fits_unit = opening.kind is OpeningKind.NICHE and "width" not in opening.model_fields_set
+    return slots[opening.over].width if fits_unit and opening.over is not None else opening.width
+
+
+def in_niches(slots: Mapping[str, Sequence[UnitSlot]], holes: Sequence[WallHole]) -> dict[str, tuple[UnitSlot, ...]]:
+    """Units with those refrigerators set back that stand before a niche as high and wide as they are."""
+    niches = [h for h in holes if h.is_niche and h.bottom == 0.0]
+
+    def recess(slot: UnitSlot) -> float:
+        unit = slot.unit
+        if not (isinstance(unit, BaseUnit) and unit.kind is BaseKind.FRIDGE and not unit.housing and slot.line.at_wall):
+            return 0.0
+        for hole in niches:
+            start = hole.wall.frame.to_local(slot.line.frame.x, slot.line.frame.y)[0]
+            left, right = slot.left + start, slot.right + start
+            if hole.wall.id == slot.line.run.on and hole.left <= left + 1e-6 and right <= hole.right + 1e-6:
+                return float(hole.opening.depth or 0.0)
+        return 0.0
+
+    return {name: tuple(replace(s, recess=recess(s)) for s in row) for name, row in slots.items()}
 
 
 def position_on_wall(
@@ -81,20 +136,140 @@ def order_shell(
     floor = {"outline": outline, "face": shell.floor, "boards": boards}
     spot = Spot(flat, middle, 0.0, 0.0, height_reference=HeightReference.HEAD)
     order.add(_room_part("floor", "floor", preset_with("room_floor/oak_boards", floor), spot))
-    ceiling: dict[str, Any] = {"outline": outline, "face": shell.ceiling, "trim": shell.trim}
-    if beams is not None:
-        ceiling["beams"] = {"count": beams.count, "run": "x" if beams.along_x else "y", "finish": shell.beams}
-    top = Spot(flat, middle, 0.0, room.height, height_reference=HeightReference.FOOT)
-    order.add(OrderItem("ceiling", "ceiling", preset_with("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
+    _order_ceiling(order, room, shell, beams)
+    _order_columns(order, room, shell)
     for wall in room.walls:
         if wall.open and not closed:
             continue
         own_holes = [h for h in holes if h.wall.id == wall.id]
         order.add(_wall(wall, room, own_holes, models, closed))
         for hole in own_holes:
-            if not hole.is_window:
-                _threshold(order, hole, shell.floor)
-            _order_window_or_door(order, hole, models)
+            _order_opening(order, room, hole, holes, models)
+
+
+def _order_ceiling(order: BuildOrder, room: Room, shell: RoomStyle, beams: BeamGrid | None) -> None:
+    """The level part of the ceiling with its beams, and its slopes."""
+    (x0, y0), (x1, y1) = room.level_bounds()
+    outline = [(round(x - x0, 5), round(y - y0, 5)) for x, y in room.level_outline]
+    ceiling: dict[str, Any] = {"outline": outline, "face": shell.ceiling, "trim": shell.trim}
+    if beams is not None:
+        ceiling["beams"] = {"count": beams.count, "run": "x" if beams.along_x else "y", "finish": shell.beams}
+    top = Spot(WallFrame(x0, y1, 0), (x1 - x0) / 2, 0.0, room.height, height_reference=HeightReference.FOOT)
+    order.add(OrderItem("ceiling", "ceiling", preset_with("room_ceiling/white_plain", ceiling), top, layer="ceiling"))
+    for k, slope in enumerate(room.slopes):
+        length, wide = slope.wall.length, round(math.hypot(slope.run, room.height - slope.knee), 5)
+        sides = {
+            "outline": [(0.0, 0.0), (length, 0.0), (length, wide), (0.0, wide)],
+            "boards": "x",
+            "face": shell.ceiling,
+            "trim": shell.trim,
+        }
+        spot = Spot(slope.wall.frame, length / 2, 0.0, slope.knee, tilt_deg=slope.pitch_deg)
+        choice = preset_with("room_ceiling/white_plain", sides)
+        order.add(OrderItem(f"ceiling_slope_{k + 1}", "ceiling", choice, spot, layer="ceiling"))
+
+
+def _order_columns(order: BuildOrder, room: Room, shell: RoomStyle) -> None:
+    for placed in room.columns:
+        column = placed.column
+        params = {
+            "width": column.width,
+            "depth": column.depth,
+            "height": room.height,
+            "is_round": column.shape is ColumnShape.ROUND,
+            "at_wall": placed.back == 0.0,
+            "face": shell.wall,
+            "trim": shell.trim,
+        }
+        spot = Spot(placed.frame, placed.u, placed.back, 0.0)
+        order.add(_room_part(column.id, "column", preset_with("room_column/plaster_square", params), spot))
+
+
+def _order_opening(
+    order: BuildOrder, room: Room, hole: WallHole, holes: Sequence[WallHole], models: StyleModels
+) -> None:
+    """What fills an opening, the floor in it, and what lies behind it."""
+    shell = models.style.room
+    if hole.is_niche:
+        is_seat = hole.bottom > 0.0
+        board = models.style.cabinets.shelf if is_seat else shell.floor
+        _threshold(order, hole, board)
+        within = [h for h in holes if hole.back is not None and h.wall.id == hole.back.id]
+        depth = (hole.opening.depth or 0.0) - WALL_THICKNESS_M
+        _order_recess(order, hole, hole.right - hole.left, depth, within, board, shell)
+        for window in within:
+            _order_window_or_door(order, window, models)
+        return
+    if not hole.is_window:
+        _threshold(order, hole, shell.floor)
+    _order_window_or_door(order, hole, models)
+    if hole.opening.closet is not None:
+        _order_closet(order, room, hole, hole.opening.closet, models)
+
+
+def _order_recess(
+    order: BuildOrder,
+    hole: WallHole,
+    width: float,
+    depth: float,
+    windows: Sequence[WallHole],
+    floor: str,
+    shell: RoomStyle,
+    height: float | None = None,
+) -> None:
+    """The room behind a wall, from its outer face; a niche is as high as its hole."""
+    tall = round((hole.top if height is None else height) - hole.bottom, 4)
+    params = {
+        "width": round(width, 4),
+        "depth": round(depth, 4),
+        "height": tall,
+        "walls": WALL_THICKNESS_M,
+        "base": SLAB_M,
+        "lip": WALL_THICKNESS_M if hole.is_niche else 0.0,
+        "openings": [
+            {
+                "left": w.left,
+                "bottom": round(w.bottom - hole.bottom, 4),
+                "width": round(w.right - w.left, 4),
+                "height": round(w.top - w.bottom, 4),
+            }
+            for w in windows
+        ],
+        "inside": shell.wall,
+        "floor": floor,
+    }
+    # The lining of a niche begins at the inner face of the wall, a closet at the outer one.
+    front = 0.0 if hole.is_niche else -WALL_THICKNESS_M
+    middle, foot = (hole.left + hole.right) / 2, round(hole.bottom - SLAB_M, 4)
+    spot = Spot(hole.wall.frame, middle, front, foot, depth_reference=DepthReference.FRONT)
+    order.add(_room_part(f"recess_{hole.opening.id}", "recess", preset_with("room_recess/fridge_niche", params), spot))
+
+
+def _order_closet(order: BuildOrder, room: Room, hole: WallHole, closet: Closet, models: StyleModels) -> None:
+    """A closet behind a door or passage, with open shelves along its back."""
+    shell = models.style.room
+    high = min(room.height_of(hole.wall), CLOSET_HEIGHT_M)
+    _order_recess(order, hole, closet.width, closet.depth, (), shell.floor, shell, high)
+    if not closet.shelves:
+        return
+    face = models.style.cabinets.shelf
+    count = math.ceil((closet.width - 2 * LARDER_PLAY_M) / LARDER_MOST_M)
+    width = round((closet.width - 2 * LARDER_PLAY_M) / count, 4)
+    deep = round(min(LARDER_DEPTH_M, closet.depth - 0.3), 3)
+    for k in range(count):
+        params = {
+            "width": round(width - 0.001, 4),
+            "depth": deep,
+            "height": LARDER_HEIGHT_M,
+            "plinth": 0.08,
+            "shelves": closet.shelves,
+            "face": face,
+            "inside": face,
+        }
+        u = (hole.left + hole.right) / 2 - closet.width / 2 + LARDER_PLAY_M + (k + 0.5) * width
+        spot = Spot(hole.wall.frame, round(u, 5), -WALL_THICKNESS_M - closet.depth + 0.002, 0.0)
+        name = f"{hole.opening.id}_larder" if k == 0 else f"{hole.opening.id}_larder_{k + 1}"
+        order.add(OrderItem(name, "larder", preset_with("open_shelf/pine_floor", params), spot))
 
 
 def _room_part(name: str, role: str, choice: PresetChoice, spot: Spot) -> OrderItem:
@@ -104,22 +279,23 @@ def _room_part(name: str, role: str, choice: PresetChoice, spot: Spot) -> OrderI
 def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleModels, closed: bool) -> OrderItem:
     walls = room.walls
     after = walls[(walls.index(wall) + 1) % len(walls)]
-    # Of two walls that meet, the left one closes the corner; an outer corner needs none.
-    right_more = 0.0 if wall.right_outer_corner or (after.open and not closed) else WALL_THICKNESS_M
+    # Of two walls that meet at a right angle, the left one closes the corner; an outer corner needs none.
+    is_closed_by_next = wall.right_outer_corner or wall.right_aslant or (after.open and not closed)
+    right_more = 0.0 if is_closed_by_next else WALL_THICKNESS_M
     # At an outer corner the two walls would overlap: the first one ends earlier.
     length = round(wall.length - (WALL_THICKNESS_M if wall.right_outer_corner else 0.0), 5)
     params = {
         "length": length,
-        "height": room.height,
+        "height": room.height_of(wall),
         "thickness": WALL_THICKNESS_M,
         "left_more": 0.0,
         "right_more": right_more,
         "openings": [
             {
                 "left": h.left,
-                "bottom": h.bottom,
+                "bottom": _foot_of(h),
                 "width": round(h.right - h.left, 4),
-                "height": round(h.top - h.bottom, 4),
+                "height": round(h.top - _foot_of(h), 4),
             }
             for h in holes
         ],
@@ -129,13 +305,19 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleMo
     return _room_part(f"wall_{wall.id}", "wall", preset_with("room_wall/plaster_bare", params), spot)
 
 
+def _foot_of(hole: WallHole) -> float:
+    """Height at which a hole in a wall begins, metres: that of a niche over the floor holds its slab too."""
+    return round(hole.bottom - SLAB_M, 4) if hole.is_niche and hole.bottom > 0.0 else hole.bottom
+
+
 def _threshold(order: BuildOrder, hole: WallHole, face: str) -> None:
-    """The floor in the thickness of the wall."""
+    """The floor in the thickness of the wall, of a niche where that begins."""
     wide = round(hole.right - hole.left, 4)
     outline = [(0.0, 0.0), (wide, 0.0), (wide, WALL_THICKNESS_M), (0.0, WALL_THICKNESS_M)]
     choice = preset_with("room_floor/oak_boards", {"outline": outline, "face": face})
+    low = hole.bottom if hole.is_niche else 0.0
     spot = Spot(
-        hole.wall.frame, (hole.left + hole.right) / 2, -WALL_THICKNESS_M, 0.0, height_reference=HeightReference.HEAD
+        hole.wall.frame, (hole.left + hole.right) / 2, -WALL_THICKNESS_M, low, height_reference=HeightReference.HEAD
     )
     order.add(_room_part(f"threshold_{hole.opening.id}", "floor", choice, spot))
 
@@ -182,9 +364,10 @@ def order_skirting(
         if wall.open and not closed:
             continue
         beside = _door_casing(models)
-        own_holes = [h for h in holes if h.wall.id == wall.id and (not h.is_window or h.bottom < high + CASING_WIDTH_M)]
+        own_holes = [h for h in holes if h.wall.id == wall.id and h.bottom < high + CASING_WIDTH_M]
         occupied = [(h.left - beside, h.right + beside) for h in own_holes]
         occupied += _occupied_by_units(wall, lines, slots, corners)
+        occupied += _occupied_by_columns(wall, room)
         occupied = [(a, b) for a, b in occupied if b > 0.0 and a < wall.length]
         # In an inner corner it ends before that of the wall beside.
         at, k = WAINSCOT_DEPTH_M if models.style.room.wainscot else SKIRTING_DEPTH_M, 0
@@ -233,6 +416,16 @@ def _occupied_by_units(
         last, begin = max(s.right for s in slots[first]), min(s.left for s in slots[second])
         out += _touched_interval(wall, a, (last, last + b.depth + standard_sizes.WORKTOP_OVERHANG), (0.0, a.depth))
         out += _touched_interval(wall, b, (begin - a.depth - standard_sizes.WORKTOP_OVERHANG, begin), (0.0, b.depth))
+    return out
+
+
+def _occupied_by_columns(wall: WallLine, room: Room) -> list[tuple[float, float]]:
+    """Intervals of a wall that columns stand at."""
+    out = []
+    for placed in room.columns:
+        along, before = zip(*(wall.frame.to_local(x, y) for x, y in placed.outline), strict=True)
+        if min(before) < WAINSCOT_DEPTH_M + 0.01:
+            out.append((min(along), max(along)))
     return out
 
 

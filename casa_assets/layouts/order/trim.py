@@ -108,7 +108,7 @@ def _cornice_cabinets(
 ) -> Iterator[tuple[float, float, float, bool]]:
     """Left, right, depth of cabinets that reach the height of the wall units, and whether they stand on the floor."""
     for slot in slots:
-        if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3:
+        if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3 or slot.recess:
             continue
         if slot.is_upper:
             hood = _is_hood_under_cabinet(slot, models)

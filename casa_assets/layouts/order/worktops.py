@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from casa_assets.layouts.order.back_panels import has_back
 from casa_assets.layouts.order.build_order import BuildOrder, HeightReference, OrderItem, Spot, preset_with
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -102,7 +101,7 @@ def _corner_top(
             # cabinet, and the one along the wall begins at its edge.
             end, begin = standard_sizes.WORKTOP_DEPTH, 0.0
         else:
-            end, begin = -_behind(bar), standard_sizes.WORKTOP_DEPTH
+            end, begin = -bar.depth_behind, standard_sizes.WORKTOP_DEPTH
         if bar is second:
             a, b = a.with_ends(a.left, at_wall.length - end), b.with_ends(begin, b.right)
         else:
@@ -177,14 +176,6 @@ def worktop_of(models: StyleModels, line: RunLine) -> WorktopStyle:
     return models.style.island if line.is_island else models.style.counter
 
 
-def _behind(line: RunLine) -> float:
-    """Distance that the worktop reaches behind the line of a run: over its back panel, and to the seats."""
-    if line.at_wall:
-        return 0.0
-    panel = standard_sizes.END_PANEL if has_back(line) else 0.0
-    return round(panel + max(line.run.overhang, 0.01), 4)
-
-
 def _slab_params(top: WorktopStyle) -> dict[str, Any]:
     return {"thickness": top.thickness, "edge": top.edge, "top": top.face}
 
@@ -193,7 +184,7 @@ def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch,
     top = worktop_of(models, line)
     width = round(slab.right - slab.left, 4)
     overhang = line.run.overhang
-    behind = _behind(line)
+    behind = line.depth_behind
     depth = round(line.depth + standard_sizes.WORKTOP_OVERHANG + behind, 4)
     cutout = _cutout(slab, behind, models)
     z = standard_sizes.WORKTOP_HEIGHT - top.thickness

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from types import MappingProxyType
 
 import numpy as np
 
@@ -49,10 +50,22 @@ class RunFace:
         return np.array([y, -x])
 
 
-def find_aisles(runs: Sequence[PlacedRun], walls: Sequence[RoomWall], outline: Corners) -> tuple[Aisle, ...]:
-    """Narrowest place between each two faces that look at each other."""
+def find_aisles(
+    runs: Sequence[PlacedRun],
+    walls: Sequence[RoomWall],
+    outline: Corners,
+    columns: Mapping[str, Corners] = MappingProxyType({}),
+) -> tuple[Aisle, ...]:
+    """Narrowest place between each two faces that look at each other.
+
+    Args:
+        columns: corners of each column on the floor, clockwise seen from above, metres.
+    """
     faces = [f for run in runs for f in _faces(run)]
     faces += [RunFace(FaceKind.WALL, w.id, w.start, w.end) for w in walls if not w.is_open]
+    for name, corners in columns.items():
+        # A face has free space to the right of its way.
+        faces += [RunFace(FaceKind.WALL, name, a, b) for a, b in zip((*corners[1:], corners[0]), corners, strict=True)]
     bodies = [_body(run) for run in runs]
     narrowest: dict[tuple[str, str, str], Aisle] = {}
     for face in faces:

@@ -10,7 +10,7 @@ from casa_assets.layouts.plan.room import Room, WallLine, resolve_length, wall_o
 from casa_assets.layouts.plan.runs import TOUCH_M, LineEnd, RunLine, base_slots
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import CornerKind, Plan, Run, RunCorner
+from casa_assets.model.kitchen.plan import CornerKind, IslandSide, Plan, Run, RunCorner
 from casa_assets.model.kitchen.units import BaseKind, RunSide
 
 MIN_LENGTH_M = 0.3  # of a run at a wall
@@ -35,6 +35,11 @@ def place_runs(plan: Plan, room: Room, parameters: Mapping[str, float], models: 
             lines[run.id] = _place_at_wall(plan, run, wall, parameters, left, right)
         else:
             lines[run.id] = _place_free(plan, run, parameters, models, lines, left, right)
+    for k, corner in enumerate(plan.corners):
+        first, second = (lines[name].frame for name in corner.runs)
+        if first.more_deg != second.more_deg:
+            got = f"{(first.turn_deg - second.turn_deg) % 360.0:g} degrees between {' and '.join(corner.runs)}"
+            raise PlanConflict(plan.id, ("corners", k), "runs that meet at a right angle", got)
     return lines
 
 
@@ -112,7 +117,13 @@ def _place_free(
             raise PlanConflict(plan.id, (*at, "faces", "in_front_of"), f"a unit of {other.id}", repr(unit))
         middle = slots[unit].middle
     middle += run.faces.shift
-    back = standard_sizes.WORKTOP_DEPTH + run.faces.aisle + standard_sizes.WORKTOP_OVERHANG + depth
+    away = run.faces.aisle + standard_sizes.WORKTOP_OVERHANG + depth
+    if run.faces.side is IslandSide.BACK:
+        if other.at_wall:
+            raise PlanConflict(plan.id, (*at, "faces", "side"), "front, since that run stands at a wall", "'back'")
+        frame = other.frame.offset(middle - length / 2, -other.depth_behind - away)
+        return RunLine(run, frame, length, depth, left, right)
+    back = standard_sizes.WORKTOP_DEPTH + away
     return RunLine(run, other.frame.offset(middle + length / 2, back, 2), length, depth, left, right)
 
 
@@ -140,7 +151,9 @@ def _check_names(plan: Plan) -> None:
         ((field, item.id), item.id)
         for field, items in (
             ("openings", plan.openings),
+            ("columns", plan.columns),
             ("worktop_items", plan.worktop_items),
+            ("tables", plan.tables),
             ("wall_items", plan.wall_items),
             ("floor_items", plan.floor_items),
         )

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from casa_assets.errors import PlanConflict
 from casa_assets.geometry.outline import contains_point
-from casa_assets.layouts.plan.wall_frame import QUARTERS, WallFrame
-from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, PlanOpening
+from casa_assets.layouts.plan.wall_frame import WallFrame, frame_with_heading
+from casa_assets.model.kitchen.plan import Heading, OpeningKind, Plan, PlanOpening, Wall, degrees_of
+from casa_assets.model.kitchen.room_parts import Column, ColumnShape
 from casa_assets.model.kitchen.units import Length
 from casa_assets.model.record import Vec2
 
 WALL_THICKNESS_M = 0.12
+MIN_LEVEL_M = 0.4  # metres of ceiling that stay level beside slopes
+FOOT_M = 0.015  # metres that the foot of a column stands out
+# Headings along each axis of a room, there and back.
+AXES = ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT))
 
 
 @dataclass(frozen=True)
@@ -21,7 +27,9 @@ class WallLine:
 
     Attributes:
         left_outer_corner, right_outer_corner: whether the corner at that end points into the room.
-        left_bare, right_bare: whether no wall adjoins that end inside the room: an outer corner, or an open wall.
+        left_bare, right_bare: whether no wall adjoins that end inside the room at a right angle: an outer corner, an
+            open wall, or a wall aslant.
+        left_aslant, right_aslant: whether the wall at that end goes on at another angle than a right one.
     """
 
     id: str
@@ -32,6 +40,8 @@ class WallLine:
     right_outer_corner: bool = False
     left_bare: bool = False
     right_bare: bool = False
+    left_aslant: bool = False
+    right_aslant: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,11 +50,15 @@ class Room:
 
     Attributes:
         outline: corners (x, y), metres, clockwise from the back left.
+        height: of the level part of the ceiling, metres. slopes: of the ceiling.
+        columns: that stand in it.
     """
 
     walls: tuple[WallLine, ...]
     outline: tuple[Vec2, ...]
     height: float
+    slopes: tuple[CeilingSlope, ...] = ()
+    columns: tuple[PlacedColumn, ...] = ()
 
     def bounds(self) -> tuple[Vec2, Vec2]:
         """Lower and upper corner (x, y), metres."""
@@ -55,10 +69,89 @@ class Room:
         """True if a point of the floor lies inside."""
         return contains_point(self.outline, (x, y))
 
+    def ceiling_at(self, x: float, y: float) -> float:
+        """Height of the ceiling over a point of the floor, metres."""
+        return min([self.height, *(slope.height_at(x, y) for slope in self.slopes)])
+
+    def ceiling_over(self, frame: WallFrame, us: Vec2, vs: Vec2) -> float:
+        """Least height of the ceiling over a rectangle between two distances along a line and two before it, metres."""
+        if not self.slopes:
+            return self.height
+        return round(min(self.ceiling_at(*frame.at(u, v)[:2]) for u in us for v in vs), 4)
+
+    def height_of(self, wall: WallLine) -> float:
+        """Height of a wall, metres: under a slope its knee."""
+        return next((slope.knee for slope in self.slopes if slope.wall.id == wall.id), self.height)
+
+    @property
+    def level_outline(self) -> tuple[Vec2, ...]:
+        """Corners of the level part of the ceiling, in the order of the outline."""
+        corners = list(self.outline)
+        for slope in self.slopes:
+            k = next(i for i, wall in enumerate(self.walls) if wall.id == slope.wall.id)
+            (nx, ny), run = slope.wall.frame.normal, slope.run
+            for i in (k, (k + 1) % len(corners)):
+                corners[i] = (round(corners[i][0] + run * nx, 5), round(corners[i][1] + run * ny, 5))
+        return tuple(corners)
+
+    def level_bounds(self) -> tuple[Vec2, Vec2]:
+        """Lower and upper corner (x, y) of the level part of the ceiling, metres."""
+        xs, ys = zip(*self.level_outline, strict=True)
+        return (min(xs), min(ys)), (max(xs), max(ys))
+
+
+@dataclass(frozen=True)
+class CeilingSlope:
+    """A slope of the ceiling, from a wall up to its level part.
+
+    Attributes:
+        wall: that it begins at. knee: height there. pitch_deg: angle with the floor. run: how far it reaches into the
+            room. Metres.
+    """
+
+    wall: WallLine
+    knee: float
+    pitch_deg: float
+    run: float
+
+    def height_at(self, x: float, y: float) -> float:
+        """Height of its plane over a point of the floor, metres; beyond its run more than the ceiling's."""
+        before = self.wall.frame.to_local(x, y)[1]
+        return self.knee + max(before, 0.0) * math.tan(math.radians(self.pitch_deg))
+
+
+@dataclass(frozen=True)
+class PlacedColumn:
+    """A column in the room.
+
+    Attributes:
+        column: as the plan has it. frame: of the wall that it is measured from. u: of its middle along that wall.
+            back, front: distances of its back and front from the wall, foot included. left, right: of its sides along
+            the wall, foot included. All metres.
+    """
+
+    column: Column
+    frame: WallFrame
+    u: float
+    back: float
+    front: float
+    left: float
+    right: float
+
+    @property
+    def outline(self) -> tuple[Vec2, ...]:
+        """Corners (x, y) on the floor, metres."""
+        ends = ((self.left, self.back), (self.right, self.back), (self.right, self.front), (self.left, self.front))
+        return tuple(self.frame.at(u, v)[:2] for u, v in ends)
+
 
 @dataclass(frozen=True)
 class WallHole:
-    """An opening in its wall: left and right edge along it, lower and upper edge, metres."""
+    """An opening in its wall: left and right edge along it, lower and upper edge, metres.
+
+    Attributes:
+        back: of a niche, the face of its back as a wall; windows may be in it.
+    """
 
     opening: PlanOpening
     wall: WallLine
@@ -66,14 +159,20 @@ class WallHole:
     right: float
     bottom: float
     top: float
+    back: WallLine | None = None
 
     @property
     def is_window(self) -> bool:
         """True if it is a window."""
         return self.opening.kind is OpeningKind.WINDOW
 
+    @property
+    def is_niche(self) -> bool:
+        """True if it is a niche."""
+        return self.opening.kind is OpeningKind.NICHE
 
-def wall_of(plan: Plan, room: Room, name: str, *pointer: str) -> WallLine:
+
+def wall_of(plan: Plan, room: Room, name: str, *pointer: str | int) -> WallLine:
     """The wall of that id. Raises PlanConflict, at the pointer of the key that names it."""
     walls = {wall.id: wall for wall in room.walls}
     if name not in walls:
@@ -95,26 +194,94 @@ def build_room(plan: Plan, parameters: Mapping[str, float]) -> Room:
     x = y = 0.0
     lines: list[WallLine] = []
     for wall, length in zip(plan.walls, _lengths(plan, parameters), strict=True):
-        frame = WallFrame(round(x, 5), round(y, 5), QUARTERS[wall.heading])
+        frame = frame_with_heading(round(x, 5), round(y, 5), wall.heading)
         lines.append(WallLine(wall.id, frame, length, wall.open))
         x, y, _ = frame.at(length, 0.0)
     if max(abs(x), abs(y)) > 1e-3:
         raise PlanConflict(
             plan.id, ("walls",), "walls that lead back to where they begin", f"an end at {x:.3f}, {y:.3f} m"
         )
-    count = len(lines)
-    turns = [(lines[i].frame.quarter_turns - lines[(i + 1) % count].frame.quarter_turns) % 4 for i in range(count)]
-    if any(t in (0, 2) for t in turns):
-        wrong = lines[next(i for i, t in enumerate(turns) if t in (0, 2))].id
-        raise PlanConflict(plan.id, ("walls", wrong), "a wall at a right angle to the next", "one that goes on or back")
-    if turns.count(1) - turns.count(3) != 4:
+    turns = corner_turns(plan.walls)
+    wrong = next((i for i, turn in enumerate(turns) if not is_corner(turn)), None)
+    if wrong is not None:
+        message = "a wall at a right angle to the next, or one that turns to the right by less"
+        got = "one that goes on or back" if turns[wrong] in (0.0, 180.0) else f"a turn of {turns[wrong]:g} degrees"
+        raise PlanConflict(plan.id, ("walls", lines[wrong].id), message, got)
+    if round(sum(turns), 6) != 360.0:
         raise PlanConflict(plan.id, ("walls",), "walls that go round clockwise once", "others")
-    walls = []
+    walls, count = [], len(lines)
     for i, w in enumerate(lines):
-        left, right = turns[i - 1] == 3, turns[i] == 3
-        bare = (left or lines[i - 1].open, right or lines[(i + 1) % count].open)
-        walls.append(WallLine(w.id, w.frame, w.length, w.open, left, right, *bare))
-    return Room(tuple(walls), tuple((w.frame.x, w.frame.y) for w in walls), plan.height)
+        left, right = turns[i - 1] == -90.0, turns[i] == -90.0
+        aslant = (turns[i - 1] not in (90.0, -90.0), turns[i] not in (90.0, -90.0))
+        bare = (left or aslant[0] or lines[i - 1].open, right or aslant[1] or lines[(i + 1) % count].open)
+        walls.append(WallLine(w.id, w.frame, w.length, w.open, left, right, *bare, *aslant))
+    room = Room(tuple(walls), tuple((w.frame.x, w.frame.y) for w in walls), plan.height)
+    room = replace(room, slopes=_slopes(plan, room))
+    return replace(room, columns=_columns(plan, room, parameters))
+
+
+def _slopes(plan: Plan, room: Room) -> tuple[CeilingSlope, ...]:
+    """The slopes of the ceiling. Raises PlanConflict where one does not fit between the walls beside it."""
+    found: list[CeilingSlope] = []
+    for k, slope in enumerate(plan.slopes):
+        at = ("slopes", k)
+        wall = wall_of(plan, room, slope.wall, *at, "wall")
+        if slope.knee > plan.height - 0.1:
+            raise PlanConflict(plan.id, (*at, "knee"), f"less than {plan.height - 0.1:g} m", f"{slope.knee:g} m")
+        run = round((plan.height - slope.knee) / math.tan(math.radians(slope.pitch_deg)), 4)
+        i = room.walls.index(wall)
+        beside = (room.walls[i - 1], room.walls[(i + 1) % len(room.walls)])
+        taken = {s.wall.id for s in found}
+        if wall.left_outer_corner or wall.right_outer_corner or wall.left_aslant or wall.right_aslant:
+            raise PlanConflict(plan.id, (*at, "wall"), "a wall between two inner corners of 90 degrees", repr(wall.id))
+        if wall.id in taken or taken & {w.id for w in beside}:
+            raise PlanConflict(plan.id, (*at, "wall"), "a wall beside which no other slope begins", repr(wall.id))
+        across = [s.run for s in found if s.wall.frame.turn_deg == (wall.frame.turn_deg + 180.0) % 360.0]
+        room_for_it = min(w.length for w in beside) - MIN_LEVEL_M - sum(across)
+        if run > room_for_it:
+            got = f"{run:.2f} m, from {slope.knee:g} m up to {plan.height:g} m at {slope.pitch_deg:g} degrees"
+            message = f"a slope that reaches at most {room_for_it:.2f} m into the room"
+            raise PlanConflict(plan.id, at, message, got)
+        found.append(CeilingSlope(wall, slope.knee, slope.pitch_deg, run))
+    return tuple(found)
+
+
+def _columns(plan: Plan, room: Room, parameters: Mapping[str, float]) -> tuple[PlacedColumn, ...]:
+    """The columns in their places. Raises PlanConflict where one stands outside, or under a slope."""
+    found = []
+    for column in plan.columns:
+        at = ("columns", column.id)
+        wall = wall_of(plan, room, column.wall, *at, "wall")
+        u = resolve_length(plan, column.at, parameters, *at, "at")
+        gap = resolve_length(plan, column.from_wall, parameters, *at, "from_wall")
+        half = round(column.width / 2 + FOOT_M, 4)
+        deep = column.width if column.shape is ColumnShape.ROUND else column.depth
+        behind = 0.0 if gap == 0.0 and column.shape is ColumnShape.SQUARE else FOOT_M
+        placed = PlacedColumn(
+            column, wall.frame, u, gap, round(gap + behind + deep + FOOT_M, 4), round(u - half, 4), round(u + half, 4)
+        )
+        middle = wall.frame.at(u, (placed.back + placed.front) / 2)[:2]
+        if not room.contains(*middle) or placed.left < 0.0 or placed.right > wall.length:
+            raise PlanConflict(plan.id, at, "a place inside the room", f"{middle[0]:.2f}, {middle[1]:.2f} m")
+        if room.ceiling_over(wall.frame, (placed.left, placed.right), (placed.back, placed.front)) < room.height:
+            raise PlanConflict(plan.id, at, "a place under the level part of the ceiling", "one under a slope")
+        found.append(placed)
+    return tuple(found)
+
+
+def corner_turns(walls: Sequence[Wall]) -> list[float]:
+    """Degrees from the heading of each wall to that of the next, to the right, more than -180 and at most 180."""
+    degrees = [degrees_of(w.heading) for w in walls]
+    turns = [round(degrees[(i + 1) % len(degrees)] - d, 6) % 360.0 for i, d in enumerate(degrees)]
+    return [t - 360.0 if t > 180.0 else t for t in turns]
+
+
+def is_corner(turn: float) -> bool:
+    """True for the turn of a corner that walls can have: a right angle either way, or less than that to the right.
+
+    Two walls that jut into the room at another angle would have to be cut to fit.
+    """
+    return turn == -90.0 or 0.0 < turn <= 90.0
 
 
 def _lengths(plan: Plan, parameters: Mapping[str, float]) -> list[float]:
@@ -124,13 +291,16 @@ def _lengths(plan: Plan, parameters: Mapping[str, float]) -> list[float]:
         for w in plan.walls
         if w.length is not None
     }
-    for headings in ((Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)):
+    for wall in plan.walls:
+        if wall.is_aslant and wall.length is None:
+            raise PlanConflict(plan.id, ("walls", wall.id), "a length, since it stands aslant", "none")
+    for headings in AXES:
         open_ended = [w for w in plan.walls if w.heading in headings and w.length is None]
         if len(open_ended) > 1:
             message = f"a length, since that of {open_ended[0].id} is left open"
             raise PlanConflict(plan.id, ("walls", open_ended[1].id), message, "none")
         if open_ended:
-            first, second = (sum(known[w.id] for w in plan.walls if w.heading is h and w.id in known) for h in headings)
+            first, second = (lengths_along(plan.walls, known, h) for h in headings)
             rest = round(second - first if open_ended[0].heading is headings[0] else first - second, 4)
             if rest < 0.3:
                 raise PlanConflict(
@@ -138,3 +308,12 @@ def _lengths(plan: Plan, parameters: Mapping[str, float]) -> list[float]:
                 )
             known[open_ended[0].id] = rest
     return [known[w.id] for w in plan.walls]
+
+
+def lengths_along(walls: Sequence[Wall], known: Mapping[str, float], heading: Heading) -> float:
+    """Metres that walls of known lengths lead in a direction; those aslant by their share, none that lead back."""
+    total = sum(known[w.id] for w in walls if w.heading is heading and w.id in known)
+    for wall in walls:
+        if wall.is_aslant and wall.id in known:
+            total += known[wall.id] * max(0.0, math.cos(math.radians(degrees_of(wall.heading) - degrees_of(heading))))
+    return total

@@ -16,6 +16,7 @@ from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, RunSide, U
 
 TOUCH_M = 0.002  # an end that is so near to a wall stands at it
 MAX_FILLER_M, MIN_STRIP_M = 0.12, 0.02
+BACK_EDGE_M = 0.01  # least distance that a worktop stands out behind a run that stands at no wall
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,19 @@ class RunLine:
         """True if it stands free on all sides."""
         return self.run.faces is not None
 
+    @property
+    def has_back(self) -> bool:
+        """True if it needs panels behind it: it stands at no wall, and its units have no finished back."""
+        return not self.at_wall and all(u.kind is not BaseKind.ISLAND for u in self.run.base)
+
+    @property
+    def depth_behind(self) -> float:
+        """Metres that its worktop reaches behind its line: over its back panel, and to the seats; 0 at a wall."""
+        if self.at_wall:
+            return 0.0
+        panel = standard_sizes.END_PANEL if self.has_back else 0.0
+        return round(panel + max(self.run.overhang, BACK_EDGE_M), 4)
+
 
 class CornerPart(StrEnum):
     """Units that plans do not name: what stands in a corner, and strips that close gaps."""
@@ -71,6 +85,7 @@ class UnitSlot:
         name: of the unit. kind: of unit, or of corner part. unit: as the plan has it, None for a corner part.
         line: its run. left, right: along it. depth: from its back. bottom, top: above the floor. All metres.
         hinge: side of a single door. corner: side of it on which a corner lies.
+        recess: how far it stands back into a niche behind its line, metres.
     """
 
     name: str
@@ -84,6 +99,7 @@ class UnitSlot:
     unit: BaseUnit | UpperUnit | None = None
     hinge: RunSide | None = None
     corner: RunSide | None = None
+    recess: float = 0.0
 
     @property
     def width(self) -> float:

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 from casa_assets.core.rounding import decimals
-from casa_assets.model.kitchen.plan import Heading
+from casa_assets.model.kitchen.plan import Heading, degrees_of
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3, Vec4
 
-# Quarter turns to the left, seen from above, that take the x axis to a heading.
-QUARTERS = {Heading.RIGHT: 0, Heading.BACK: 1, Heading.LEFT: 2, Heading.FRONT: 3}
 _DIRECTIONS: tuple[Vec2, ...] = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 _HALF = math.sqrt(0.5)
 _TURNS: tuple[Vec4, ...] = (
@@ -29,26 +27,47 @@ class WallFrame:
     Attributes:
         x, y: its left end in the room, metres.
         quarter_turns: turns to the left from the room's x axis.
+        more_deg: degrees by which it is turned further to the left than these, at least 0 and less than 90.
     """
 
     x: float
     y: float
     quarter_turns: int
+    more_deg: float = 0.0
+
+    @property
+    def turn_deg(self) -> float:
+        """Turn to the left from the room's x axis, degrees, at least 0 and less than 360."""
+        return self.quarter_turns % 4 * 90.0 + self.more_deg
+
+    @property
+    def is_aligned(self) -> bool:
+        """True if it runs along an axis of the room."""
+        return self.more_deg == 0.0
 
     @property
     def direction(self) -> Vec2:
         """Unit vector from left to right."""
-        return _DIRECTIONS[self.quarter_turns % 4]
+        return self._direction(self.quarter_turns)
 
     @property
     def normal(self) -> Vec2:
         """Unit vector from the line into the room."""
-        return _DIRECTIONS[(self.quarter_turns - 1) % 4]
+        return self._direction(self.quarter_turns - 1)
+
+    def _direction(self, quarters: int) -> Vec2:
+        if self.is_aligned:
+            return _DIRECTIONS[quarters % 4]
+        angle = math.radians(quarters % 4 * 90.0 + self.more_deg)
+        return (math.cos(angle), math.sin(angle))
 
     @property
     def rotation(self) -> Vec4:
         """room_from_asset of what faces away from the line: quaternion (w, x, y, z)."""
-        return _TURNS[self.quarter_turns % 4]
+        if self.is_aligned:
+            return _TURNS[self.quarter_turns % 4]
+        half = math.radians(self.turn_deg if self.turn_deg <= 180.0 else self.turn_deg - 360.0) / 2
+        return (round(math.cos(half), 12), 0.0, 0.0, round(math.sin(half), 12))
 
     def at(self, u: float, v: float, z: float = 0.0) -> Vec3:
         """Point u metres along the line, v away from it, z up, in the room."""
@@ -62,13 +81,19 @@ class WallFrame:
     def offset(self, u: float, v: float = 0.0, turn: int = 0) -> WallFrame:
         """A frame whose left end is at (u, v), turned by quarter turns to the left."""
         x, y, _ = self.at(u, v)
-        return WallFrame(x, y, (self.quarter_turns + turn) % 4)
+        return WallFrame(x, y, (self.quarter_turns + turn) % 4, self.more_deg)
 
     def to_local(self, x: float, y: float) -> Vec2:
         """Distances (u, v) of a point of the room along the line and away from it, metres."""
         (a, b), (c, d) = self.direction, self.normal
         dx, dy = x - self.x, y - self.y
         return (dx * a + dy * b, dx * c + dy * d)
+
+
+def frame_with_heading(x: float, y: float, heading: Heading | float) -> WallFrame:
+    """The frame of a wall with a heading, its left end at x, y; metres."""
+    quarters, more = divmod(-degrees_of(heading) % 360.0, 90.0)
+    return WallFrame(x, y, int(quarters) % 4, more)
 
 
 def _rounded(value: float) -> float:

@@ -62,6 +62,7 @@ class WallOpening(Record):
         start, end: of the hole on the inner face of the wall, from left to right. bottom, top: heights, metres.
         clear_width: free width with the door open; of windows the width of the hole; metres.
         can_open: whether it has joints. swept_area: of a door's leaf.
+        leads_out: whether it leads out of the kitchen, and not into a closet.
     """
 
     id: Id
@@ -73,6 +74,7 @@ class WallOpening(Record):
     top: float
     clear_width: float
     can_open: bool = False
+    leads_out: bool = True
     swept_area: SweptArea | None = None
 
 

@@ -36,6 +36,25 @@ class SeatRow(Record):
     count: Annotated[int, Field(ge=1, le=6)]
 
 
+class DiningTable(Record):
+    """A table to eat at, with chairs round it: the style's, as long as its chairs need.
+
+    Attributes:
+        id: unique.
+        wall: from which its place is measured. at: distance of its middle from the wall's left end. from_wall: distance
+            of its middle from the wall. Metres.
+        chairs: how many stand at it, along its long sides, the odd one at its left end; evenly round a round one.
+        turn_deg: yaw, counter-clockwise from above; at 0 its long sides run along the wall.
+    """
+
+    id: Id
+    wall: Id
+    at: Length
+    from_wall: Length
+    chairs: Annotated[int, Field(ge=1, le=8)] = 4
+    turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+
+
 class WallItem(Record):
     """Something on a wall.
 
@@ -64,7 +83,7 @@ class CeilingLamps(Record):
     """Lamps under the ceiling.
 
     Attributes:
-        item: role of the styles. over: run along which they hang; None: over the free floor.
+        item: role of the styles. over: run or table along which they hang; None: over the free floor.
     """
 
     item: Id

@@ -11,9 +11,17 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from casa_assets.model.kitchen.furnishing import CeilingLamps, FloorItem, SeatRow, WallItem, WorktopItem
+from casa_assets.model.kitchen.furnishing import (
+    CeilingLamps,
+    DiningTable,
+    FloorItem,
+    SeatRow,
+    WallItem,
+    WorktopItem,
+)
+from casa_assets.model.kitchen.room_parts import Closet, Column, Slope
 from casa_assets.model.kitchen.units import BaseUnit, Length, RunSide, UpperUnit, with_ids
 from casa_assets.model.record import Id, Record
 
@@ -25,6 +33,15 @@ class Heading(StrEnum):
     FRONT = "front"
     LEFT = "left"
     BACK = "back"
+
+
+# Degrees clockwise from the room's x axis.
+_DEGREES = {Heading.RIGHT: 0.0, Heading.FRONT: 90.0, Heading.LEFT: 180.0, Heading.BACK: 270.0}
+
+
+def degrees_of(heading: Heading | float) -> float:
+    """Degrees of a heading clockwise from `right`, seen from above."""
+    return _DEGREES[heading] if isinstance(heading, Heading) else heading
 
 
 class Parameter(Record):
@@ -53,32 +70,49 @@ class Wall(Record):
     """A side of the room. An `open` one is drawn only where a closed room is asked for.
 
     Attributes:
-        heading: direction from its left to its right end, seen from above.
+        heading: direction from its left to its right end, seen from above: a word, or, of a wall that stands aslant,
+            degrees clockwise from `right`; 45 lies between `right` and `front`.
         length: metres. One wall across the room and one along it may have None: they are as long as closes the outline.
     """
 
     id: Id
-    heading: Heading
+    heading: Heading | Annotated[float, Field(ge=0, lt=360)]
     length: Length | None = None
     open: bool = False
 
+    @field_validator("heading")
+    @classmethod
+    def _in_words(cls, value: Heading | float) -> Heading | float:
+        """A quarter turn has a name."""
+        return next((word for word, degrees in _DEGREES.items() if degrees == value), value)
+
+    @property
+    def is_aslant(self) -> bool:
+        """True if it does not run along an axis of the room."""
+        return not isinstance(self.heading, Heading)
+
 
 class OpeningKind(StrEnum):
-    """Kind of an opening in a wall: window, door or passage."""
+    """Kind of an opening in a wall: window, door, passage, or a niche, which has a back of its own."""
 
     WINDOW = "window"
     DOOR = "door"
     PASSAGE = "passage"
+    NICHE = "niche"
 
 
 class PlanOpening(Record):
-    """A window, a door, or a passage without a leaf.
+    """A window, a door, a passage without a leaf, or a niche: a recess for a refrigerator, a seat or a shelf.
 
     Attributes:
-        wall: id of the wall that it is in.
+        wall: id of the wall that it is in; of a window also that of a niche before it, in whose back it is.
         at, over: either the distance of its centre from the wall's left end, or the unit that it is centred on.
-        width, height: of the hole. sill: height of its lower edge; doors and passages begin at the floor. All metres.
+        width, height: of the hole; a niche over a unit is as wide as that where its width is not stated.
+        sill: height of its lower edge; doors, passages, and niches that state none begin
+            at the floor. All metres.
         hinge: side of a door's hinges.
+        depth: of a niche, from the face of the wall, metres.
+        closet: small room that a door or a passage leads to; None: it leads out.
     """
 
     id: Id
@@ -90,29 +124,46 @@ class PlanOpening(Record):
     height: Annotated[float, Field(ge=0.4, le=2.4)] = 1.1
     sill: Annotated[float, Field(ge=0, le=1.8)] = 1.02
     hinge: RunSide = RunSide.LEFT
+    depth: Annotated[float | None, Field(ge=0.2, le=1.2)] = None
+    closet: Closet | None = None
 
     @model_validator(mode="after")
     def _placed(self) -> Self:
         if (self.at is None) == (self.over is None):
             raise ValueError("give either `at` or `over`")
+        is_niche = self.kind is OpeningKind.NICHE
+        if is_niche is (self.depth is None):
+            raise ValueError("a niche needs a `depth`" if is_niche else "only a niche has a `depth`")
+        if self.closet is not None and self.kind not in (OpeningKind.DOOR, OpeningKind.PASSAGE):
+            raise ValueError("only a door or a passage leads to a `closet`")
         return self
 
     @property
     def bottom(self) -> float:
         """Height of the lower edge, metres."""
+        if self.kind is OpeningKind.NICHE:
+            return self.sill if "sill" in self.model_fields_set else 0.0
         return self.sill if self.kind is OpeningKind.WINDOW else 0.0
 
 
+class IslandSide(StrEnum):
+    """Side of a run that an island stands at: where one works at it, or, of another island, the one behind that."""
+
+    FRONT = "front"
+    BACK = "back"
+
+
 class IslandPosition(Record):
-    """Position of an island: in front of a run, and turned to it.
+    """Position of an island: in front of a run, or behind another island; turned to it.
 
     Attributes:
-        run: id of the run that it faces. aisle: from worktop to worktop, metres.
+        run: id of the run that it faces. side: of that run. aisle: from worktop to worktop, metres.
         in_front_of: unit of that run that it is centred on; None: the middle of the run.
         shift: of its centre to the right, for a person in front of the run, metres.
     """
 
     run: Id
+    side: IslandSide = IslandSide.FRONT
     aisle: Annotated[float, Field(ge=0.9, le=3)] = 1.2
     in_front_of: Id | None = None
     shift: float = 0.0
@@ -201,8 +252,8 @@ class Plan(Record):
     Attributes:
         id, title: name, and what a person calls it.
         parameters: lengths that may vary.
-        height: of the room, metres.
-        worktop_items, seats, wall_items, lamps, floor_items: furnishings besides the units.
+        height: of the room, metres; of one with slopes where its ceiling is level.
+        worktop_items, seats, tables, wall_items, lamps, floor_items: furnishings besides the units.
         compact: whether it is a small kitchen, in which aisles may be 0.914 m wide, as walkways are.
         all_tasks: whether each of the 25 atomic tasks of RoboCasa v0.2 has to find what it needs (check TSK001).
     """
@@ -213,10 +264,13 @@ class Plan(Record):
     height: Annotated[float, Field(ge=2.3, le=3.4)] = 2.7
     walls: Annotated[tuple[Wall, ...], Field(min_length=4)]
     openings: tuple[PlanOpening, ...] = ()
+    columns: tuple[Column, ...] = ()
+    slopes: tuple[Slope, ...] = ()
     runs: Annotated[tuple[Run, ...], Field(min_length=1)]
     corners: tuple[RunCorner, ...] = ()
     worktop_items: tuple[WorktopItem, ...] = ()
     seats: tuple[SeatRow, ...] = ()
+    tables: tuple[DiningTable, ...] = ()
     wall_items: tuple[WallItem, ...] = ()
     lamps: tuple[CeilingLamps, ...] = ()
     floor_items: tuple[FloorItem, ...] = ()
@@ -230,7 +284,7 @@ class Plan(Record):
         if not isinstance(value, Mapping):
             return value
         fields = dict(value)
-        for field in ("walls", "openings", "runs", "worktop_items", "wall_items", "floor_items"):
+        for field in ("walls", "openings", "columns", "runs", "worktop_items", "tables", "wall_items", "floor_items"):
             if isinstance(rows := fields.get(field), Mapping):
                 fields[field] = [{"id": name, **row} if isinstance(row, Mapping) else row for name, row in rows.items()]
         return fields

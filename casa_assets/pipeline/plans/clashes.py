@@ -6,12 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from casa_assets.geometry.outline import separation
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import WallHole, WallLine
+from casa_assets.layouts.plan.room import WALL_THICKNESS_M, WallHole, WallLine
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES, StyleModels
 from casa_assets.model.kitchen.units import BaseKind, UpperKind
+from casa_assets.model.record import Vec2
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced
 from casa_assets.pipeline.plans.sizes import PresetSizes, width_bounds
 from casa_assets.pipeline.plans.written import (
@@ -41,27 +43,34 @@ WIDER_THAN_MODEL_M = 0.03  # how much wider than its appliance a place may be be
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle on the floor, metres."""
+    """A rectangle on the floor: least and greatest x and y, metres; `aslant`: the corners of one that stands so."""
 
     x0: float
     y0: float
     x1: float
     y1: float
+    aslant: tuple[Vec2, ...] = ()
+
+    @property
+    def corners(self) -> tuple[Vec2, ...]:
+        """Corners (x, y), in order, metres."""
+        return self.aslant or ((self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1))
 
     def overlaps(self, other: Box) -> bool:
         """True if the two share more than an edge."""
         return self.gap(other) < -TOUCH_M
 
     def gap(self, other: Box) -> float:
-        """Distance along the axis on which they are apart, metres; negative where they overlap."""
-        return max(other.x0 - self.x1, self.x0 - other.x1, other.y0 - self.y1, self.y0 - other.y1)
+        """Distance along the side that parts them best, metres; negative where they overlap."""
+        return separation(self.corners, other.corners)
 
 
 def clash_faults(raw: Any, kitchen: KitchenRequest) -> list[Fault]:
     """All of them; where rows clash, what hangs on them is looked at when they no longer do."""
     found = [*_widths(raw, kitchen)]
     found = found or [*_rows(raw, kitchen)]
-    return found or [*_openings(raw, kitchen), *_hoods(raw, kitchen), *_on_walls(raw, kitchen)]
+    found = found or [*_openings(raw, kitchen), *_behind_walls(raw, kitchen)]
+    return found or [*_hoods(raw, kitchen), *_on_walls(raw, kitchen)]
 
 
 # Widths ----------------------------------------------------------------------------------------------------------
@@ -141,9 +150,9 @@ def _unbuildable(
 
 def box_of(line: RunLine, left: float, right: float, back: float, front: float) -> Box:
     """The rectangle between two places along a run and two before it."""
-    points = [line.frame.at(u, v)[:2] for u in (left, right) for v in (back, front)]
+    points = [line.frame.at(u, v)[:2] for u, v in ((left, back), (right, back), (right, front), (left, front))]
     xs, ys = zip(*points, strict=True)
-    return Box(min(xs), min(ys), max(xs), max(ys))
+    return Box(min(xs), min(ys), max(xs), max(ys), () if line.frame.is_aligned else tuple(points))
 
 
 def row_box(kitchen: KitchenRequest, name: str) -> Box | None:
@@ -191,7 +200,8 @@ def _face(line: RunLine, other: RunLine, a: Box, b: Box) -> bool:
     beside_y = min(a.y1, b.y1) - max(a.y0, b.y0) > 0.3
     if not (beside_x or beside_y):
         return False
-    return not (line.at_wall and other.at_wall and line.frame.quarter_turns == other.frame.quarter_turns)
+    turn = abs((line.frame.turn_deg - other.frame.turn_deg + 180.0) % 360.0 - 180.0)
+    return not (line.at_wall and other.at_wall and turn < 90.0)
 
 
 def _outside(raw: Any, kitchen: KitchenRequest, name: str, box: Box) -> Fault | None:
@@ -353,12 +363,20 @@ def kitchen_turns(kitchen: KitchenRequest, wall: str) -> int:
 # Openings --------------------------------------------------------------------------------------------------------
 
 
-def stretches(kitchen: KitchenRequest, wall: WallLine, low: float, high: float) -> list[tuple[float, float]]:
-    """Stretches of a wall that units stand or hang before between two heights, metres from its left end."""
+def stretches(
+    kitchen: KitchenRequest, wall: WallLine, low: float, high: float, is_niche: bool = False
+) -> list[tuple[float, float]]:
+    """Stretches of a wall that units stand or hang before between two heights, metres from its left end.
+
+    Args:
+        is_niche: leave out what stands back into a niche.
+    """
     out = []
     for name, line in kitchen.lines.items():
         for slot in kitchen.slots[name]:
             if slot.kind in (BaseKind.GAP, UpperKind.GAP) or slot.top <= low or slot.bottom >= high:
+                continue
+            if is_niche and slot.recess:
                 continue
             back = 0.0 if line.at_wall else -line.run.overhang
             points = [
@@ -380,10 +398,10 @@ def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
         low = max(hole.bottom, 0.05)
         blocked = [
             s
-            for s in stretches(kitchen, hole.wall, low, hole.top)
+            for s in stretches(kitchen, hole.wall, low, hole.top, is_niche=hole.is_niche)
             if s[0] < hole.right - TOUCH_M and s[1] > hole.left + TOUCH_M
         ]
-        if not hole.is_window and hole.top < LEAST_DOOR_M:
+        if not hole.is_window and not hole.is_niche and hole.top < LEAST_DOOR_M:
             mend = Mend("Write `height: 2.04`.", (key_edit(raw, at, "height", 2.04),))
             yield Fault(at, "a door or passage that people walk through", f"{hole.top:g} m high", mend)
         elif hole.is_window and blocked and (gap := _gap_over(raw, kitchen, hole)):
@@ -513,20 +531,65 @@ def _on_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
                     f"{u + item.shift:.2f} m",
                     Mend(f"Write `at: {middle:g}`.", tuple(edits)),
                 )
-        if item.height > room.height - 0.2:
+        top = room.height_of(walls[item.wall])
+        if item.height > top - 0.2:
             yield Fault(
                 at,
-                f"a height below {room.height:g} m",
+                f"a height below {top:g} m",
                 f"{item.height:g} m",
                 Mend("Write `height: 1.8`.", (key_edit(raw, at, "height", 1.8),)),
             )
     boxes = [box for name in kitchen.lines if (box := row_box(kitchen, name)) is not None]
+    solids = [box.corners for box in boxes] + [placed.outline for placed in room.columns]
+    for name, table in kitchen.tables.items():
+        deepest = max((-separation(table.outline, solid) for solid in solids), default=0.0)
+        outside = [p for p in table.outline if not room.contains(*p)]
+        if deepest > TOUCH_M or outside:
+            got = f"one {deepest:.2f} m in what stands there" if not outside else "one that reaches out of the room"
+            yield _table_out(raw, kitchen, name, got)
     for floor_item in plan.floor_items:
         wall = walls[floor_item.wall]
         u, v = (plan.length(x, kitchen.parameters) for x in (floor_item.at, floor_item.from_wall))
         x, y, _ = wall.frame.at(u, v)
         around = Box(x - 0.15, y - 0.15, x + 0.15, y + 0.15)
-        if not room.contains(x, y) or any(around.overlaps(box) for box in boxes):
+        in_the_way = [*solids, *(t.outline for t in kitchen.tables.values())]
+        if not room.contains(x, y) or any(separation(around.corners, solid) < -TOUCH_M for solid in in_the_way):
             at = row_at(raw, "floor_items", floor_item.id)
             mend = Mend(f"Take out {floor_item.id}.", (removed(at),))
             yield Fault(at, "a free place on the floor", f"{x:.2f}, {y:.2f} m", mend)
+
+
+def _table_out(raw: Any, kitchen: KitchenRequest, name: str, got: str) -> Fault:
+    """A table that has no room: with fewer chairs, else it goes, with the lamps over it."""
+    at = row_at(raw, "tables", name)
+    chairs = next(t.chairs for t in kitchen.plan.tables if t.id == name)
+    expected = "a free place on the floor for the table and its chairs"
+    if chairs > 2:
+        fewer = chairs - 2
+        return Fault(at, expected, got, Mend(f"Write `chairs: {fewer}`.", (key_edit(raw, at, "chairs", fewer),)))
+    lamps = [k for k, lamp in enumerate(kitchen.plan.lamps) if lamp.over == name]
+    edits = (*(removed(("lamps", k)) for k in reversed(lamps)), removed(at))
+    return Fault(at, expected, got, Mend(f"Take out the table {name}.", edits))
+
+
+def _behind_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Niches and closets that reach from behind their wall into the room, or into each other."""
+    room, found = kitchen.room, list[tuple[Vec2, ...]]()
+    for hole in kitchen.holes:
+        opening, middle = hole.opening, (hole.left + hole.right) / 2
+        width = opening.closet.width if opening.closet else hole.right - hole.left
+        depth = WALL_THICKNESS_M + opening.closet.depth if opening.closet else opening.depth or 0.0
+        if depth <= WALL_THICKNESS_M:
+            continue
+        half, deep, near = width / 2 + WALL_THICKNESS_M, depth + WALL_THICKNESS_M, WALL_THICKNESS_M + 0.001
+        ends = ((-half, -near), (half, -near), (half, -deep), (-half, -deep), (0.0, -deep))
+        points = tuple(hole.wall.frame.at(middle + u, v)[:2] for u, v in ends)
+        is_inside = any(room.contains(*p) for p in points)
+        other = any(separation(points[:4], one) < -TOUCH_M for one in found)
+        found.append(points[:4])
+        if is_inside or other:
+            at = row_at(raw, "openings", opening.id)
+            got = "one that reaches into the room" if is_inside else "one that reaches into another"
+            edits = (removed((*at, "closet")),) if opening.closet else (removed(at),)
+            said = f"Take out the closet of {opening.id}." if opening.closet else f"Take out {opening.id}."
+            yield Fault(at, "a room behind the wall, where nothing else is", got, Mend(said, edits))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -16,13 +17,14 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening, Run
 from casa_assets.model.kitchen.units import BaseKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
-from casa_assets.pipeline.plans.fault import Mend, removed, replaced
+from casa_assets.pipeline.plans.fault import Mend, added, removed, replaced
 from casa_assets.pipeline.plans.rows import LEAST_ADDED, RowChange, shrunk, widened
 from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit, without_key
 from casa_assets.registry.edit import Edit, flow_text
 
 FROM_END_M = 0.05  # what has to remain of a wall beside an opening
 BELOW_CEILING_M = 0.1
+KNEE_MOST_M, PITCH_MOST_DEG = 3.0, 70.0  # bounds of a slope
 
 
 def mend_of(
@@ -36,6 +38,15 @@ def mend_of(
         return _seats(raw, plan, lengths, models)
     if at[-1:] == ("model",):
         return _without_model(raw, at, models)
+    if at[:1] == ("columns",) and len(at) > 1:
+        column = row_at(raw, "columns", str(at[1]))
+        return Mend(f"Take out the column {at[1]}: it stands in the way.", (removed(column),))
+    if at[:1] == ("slopes",) and len(at) > 1:
+        return _slope(plan, int(at[1]), conflict)
+    if at[:1] == ("lamps",) and len(at) == 2:
+        return Mend("Take out these lamps.", (removed(at),))
+    if at[:1] == ("corners",) and len(at) == 2:
+        return Mend("Take out this corner: the two runs stand at walls that meet aslant.", (removed(at),))
     if at[:1] == ("runs",) and len(at) > 1:
         run = next(r for r in plan.runs if r.id == at[1])
         if at[2:3] == ("base",) and len(at) == 3:
@@ -55,6 +66,31 @@ def _without_model(raw: Any, at: KeyPath, models: StyleModels) -> Mend:
     if models.has(str(at[1])):
         return Mend("Take out 'model': the style's stands there.", (removed((*row, "model")),))
     return Mend(f"Take out {str(at[1])!r}.", (removed(row),))
+
+
+def _slope(plan: Plan, k: int, conflict: PlanConflict) -> Mend:
+    """A slope that is too low over something begins higher, one that reaches too far is steeper; else it goes."""
+    slope, at = plan.slopes[k], conflict.pointer
+    if conflict.expected.startswith("a ceiling of at least"):
+        wanted, got = (float(text.split(" m")[0].split()[-1]) for text in (conflict.expected, conflict.got))
+        knee = round(slope.knee + wanted - got + 0.01, 2)
+        if knee <= min(KNEE_MOST_M, plan.height - BELOW_CEILING_M):
+            return Mend(f"Write `knee: {knee:g}`.", (added_or_replaced(plan, k, "knee", knee),))
+    elif conflict.expected.startswith("a slope that reaches"):
+        reach = float(conflict.expected.split(" m ")[0].split()[-1])
+        pitch = math.ceil(math.degrees(math.atan2(plan.height - slope.knee, max(reach, 1e-6))) * 10) / 10
+        if reach > 0.0 and pitch <= PITCH_MOST_DEG:
+            return Mend(f"Write `pitch_deg: {pitch:g}`.", (added_or_replaced(plan, k, "pitch_deg", pitch),))
+    elif at[2:] == ("knee",):
+        knee = round(plan.height - 2 * BELOW_CEILING_M, 2)
+        return Mend(f"Write `knee: {knee:g}`.", (added_or_replaced(plan, k, "knee", knee),))
+    return Mend("Take out this slope.", (removed(("slopes", k)),))
+
+
+def added_or_replaced(plan: Plan, k: int, key: str, value: float) -> Edit:
+    """The edit that sets a number of a slope, which may be the usual one that the file does not state."""
+    at = ("slopes", k, key)
+    return replaced(at, value) if key in plan.slopes[k].model_fields_set else added(at, value)
 
 
 def _lines(plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> dict[str, RunLine]:
@@ -271,7 +307,7 @@ def _opening(raw: Any, plan: Plan, name: str, models: StyleModels, lengths: Mapp
         edits.append(key_edit(raw, at, key, value))
         said.append(f"{key}: {value:g}")
 
-    top = room.height - BELOW_CEILING_M
+    top = room.height_of(wall) - BELOW_CEILING_M
     if round(opening.bottom + opening.height, 4) > top:
         _lowered(opening, top, put)
     most = round(wall.length - 2 * FROM_END_M, 3)
@@ -288,6 +324,8 @@ def _opening(raw: Any, plan: Plan, name: str, models: StyleModels, lengths: Mapp
             put("at", fits)
     else:
         return _over_unit(raw, plan, opening, room, wall.id, models, lengths, edits)
+    if not edits and room.slopes:
+        return Mend(f"Take out {name}: the ceiling is too low there.", (removed(at),))
     return Mend(f"Write `{', '.join(said)}`.", tuple(edits)) if edits else None
 
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from casa_assets.errors import CasaError
-from casa_assets.model.kitchen.plan import Heading, Plan
+from casa_assets.layouts.plan.room import AXES
+from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 from casa_assets.pipeline.plans.check import PlanCheck, check_plan, plan_id
 from casa_assets.pipeline.plans.fault import replaced
@@ -20,7 +21,6 @@ from casa_assets.registry.edit import Edit, edited, flow_text
 from casa_assets.registry.kitchens import LIKE
 from casa_assets.registry.read import parse_document
 
-ACROSS, ALONG = (Heading.RIGHT, Heading.LEFT), (Heading.BACK, Heading.FRONT)
 COOKERS, KEPT = ("range", "hob"), ("sink", "fridge")
 TOLERANCE_M = 0.005
 SEARCH_STEPS = 6  # of the least room, each of which halves what is not known of it
@@ -60,6 +60,12 @@ def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> 
         raise CasaError(f"{file}: has faults of its own; look at them with `casa-assets scenes check-plan {file}`")
     if LIKE in parse_document(text, file).value:
         raise CasaError(f"{file}: is like another plan; give the file of that one")
+    aslant = next((w.id for w in before.kitchen.plan.walls if w.is_aslant), None)
+    if aslant is not None:
+        raise CasaError(
+            f"{file}: its wall {aslant} stands aslant; only rooms whose walls meet at right angles are fitted. "
+            f"Change the lengths of its walls by hand, and look with `casa-assets scenes check-plan {file}`"
+        )
     (x0, y0), (x1, y1) = before.kitchen.room.bounds()
     size = (round(x1 - x0, 4), round(y1 - y0, 4))
     fitted, reason = _tried(text, file, style, size, (width, depth))
@@ -122,7 +128,7 @@ def _resized(raw: Any, plan: Plan, size: tuple[float, float], wanted: tuple[floa
     out: list[tuple[Edit, str]] = []
     done: set[str] = set()
     lengths: Mapping[str, float] = plan.defaults
-    for headings, old, new in ((ACROSS, size[0], wanted[0]), (ALONG, size[1], wanted[1])):
+    for headings, old, new in zip(AXES, size, wanted, strict=True):
         if abs(old - new) < 1e-9:
             continue
         for wall in plan.walls:

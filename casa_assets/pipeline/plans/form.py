@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
-from casa_assets.model.kitchen.furnishing import CeilingLamps, FloorItem, SeatRow, WallItem, WorktopItem
+from casa_assets.model.kitchen.furnishing import CeilingLamps, DiningTable, FloorItem, SeatRow, WallItem, WorktopItem
 from casa_assets.model.kitchen.plan import (
     IslandPosition,
     Parameter,
@@ -21,6 +21,7 @@ from casa_assets.model.kitchen.plan import (
     RunCorner,
     Wall,
 )
+from casa_assets.model.kitchen.room_parts import Closet, Column, Slope
 from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind, UpperUnit
 from casa_assets.model.record import Record
 from casa_assets.model.registry.document import KeyPath
@@ -35,15 +36,22 @@ HEADINGS = {"back": "right", "right": "front", "front": "left", "left": "back"}
 ROWS: Mapping[str, tuple[type[Record], str]] = {
     "walls": (Wall, "wall"),
     "openings": (PlanOpening, "opening"),
+    "columns": (Column, "column"),
+    "slopes": (Slope, "slope"),
     "runs": (Run, "run"),
     "corners": (RunCorner, "corner"),
     "worktop_items": (WorktopItem, "worktop_item"),
+    "tables": (DiningTable, "table"),
     "wall_items": (WallItem, "wall_item"),
     "floor_items": (FloorItem, "floor_item"),
     "seats": (SeatRow, "seat"),
     "lamps": (CeilingLamps, "lamp"),
 }
-HAVE_IDS = ("walls", "openings", "runs", "worktop_items", "wall_items", "floor_items")
+HAVE_IDS = ("walls", "openings", "columns", "runs", "worktop_items", "tables", "wall_items", "floor_items")
+# Tables that are lists, and the keys that the name and the value of a row stand for where one is a mapping.
+LISTS = {"seats": ("run", "count"), "lamps": ("item", "count"), "corners": ("", ""), "slopes": ("wall", "knee")}
+OPENINGS = ("windows", "doors", "window", "door", "passages", "niches", "niche")  # on the top level
+USUAL_NICHE_DEPTH = 0.3
 USUAL_ROOM = {"width": 4.2, "depth": 3.6}
 
 
@@ -95,6 +103,7 @@ def _words() -> frozenset[str]:
         UpperUnit,
         IslandPosition,
         PeninsulaPosition,
+        Closet,
     )
     return frozenset(field for record in records for field in record.model_fields)
 
@@ -140,7 +149,7 @@ def _top(form: Form) -> None:
     plain: dict[str, Any] = {}
     for key, value in plan.items():
         word = spelt(key)
-        if word in ("windows", "doors", "window", "door", "passages") and isinstance(value, list | dict):
+        if word in OPENINGS and isinstance(value, list | dict):
             _more_openings(form, key, word.removesuffix("s"), value)
         elif word in ("island", "peninsula") and isinstance(value, dict):
             _more_runs(form, key, word, value)
@@ -156,7 +165,7 @@ def _more_openings(form: Form, key: str, kind: str, value: Any) -> None:
     for name, row in _named(value, kind).items():
         if isinstance(row, dict):
             name = name if name not in rows else f"{name}_{len(rows) + 1}"
-            rows[name] = {"kind": kind, **row}
+            rows[name] = {"kind": kind, **({"depth": USUAL_NICHE_DEPTH} if kind == "niche" else {}), **row}
     edits = (removed((key,)), _put(form.plan, ("openings",), rows))
     form.say((key,), "openings, each with its kind", key, f"Write {key!r} as rows of 'openings'.", *edits)
 
@@ -317,7 +326,7 @@ def _tables(form: Form) -> None:
         elif value is None or value == "" or (not value and isinstance(value, list | dict) and name != "runs"):
             if value is None or not isinstance(value, list | dict):
                 form.say(at, "rows", "nothing", f"Take out '{name}'.", removed(at))
-        elif name in ("seats", "lamps", "corners") and isinstance(value, dict):
+        elif name in LISTS and isinstance(value, dict):
             rows = _listed(name, value)
             form.say(at, "a list", value, f"Write '{name}' as {flow_text(rows)}.", replaced(at, rows))
         elif name == "seats" and isinstance(value, int):
@@ -344,7 +353,7 @@ def _listed(name: str, value: Mapping[str, Any]) -> list[Any]:
     fields = ROWS[name][0].model_fields
     if any(key in fields for key in value):
         return [dict(value)]
-    key, number = {"seats": ("run", "count"), "lamps": ("item", "count"), "corners": ("", "")}[name]
+    key, number = LISTS[name]
     rows: list[Any] = []
     for said, row in value.items():
         inner = row if isinstance(row, dict) else {number: row} if number else {"runs": row}
@@ -424,6 +433,8 @@ def _row_as_value(form: Form, name: str, at: KeyPath, row: Any) -> None:
         made = {"item": spelt(row)}
     elif name == "seats" and isinstance(row, str):
         made = {"run": spelt(row), "count": 2}
+    elif name == "slopes" and isinstance(row, str):
+        made = {"wall": spelt(row)}
     elif name == "worktop_items" and isinstance(row, str) and isinstance(at[-1], str):
         made = {"on": row}
     if made is None:
@@ -446,6 +457,8 @@ def _row_keys(form: Form) -> None:
             for inner, kind in (("faces", IslandPosition), ("joins", PeninsulaPosition)):
                 if name == "runs" and isinstance(row.get(inner), dict):
                     form.keys((name, key, inner), row[inner], kind.model_fields, "position")
+            if name == "openings" and isinstance(row.get("closet"), dict):
+                form.keys((name, key, "closet"), row["closet"], Closet.model_fields, "closet")
 
 
 def _runs(form: Form) -> None:

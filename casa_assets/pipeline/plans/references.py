@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.plan import OpeningKind, Plan
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.registry.document import KeyPath
@@ -90,11 +90,13 @@ def _lengths(names: References) -> None:
     known = sorted(names.plan.parameters)
     rows: list[tuple[str, str, str, Any, float | None]] = []
     for w in names.plan.walls:
-        rows.append(("walls", w.id, "length", w.length, 4.0 if w.heading.value in ("left", "right") else 3.6))
+        rows.append(("walls", w.id, "length", w.length, 4.0 if w.heading in ("left", "right") else 3.6))
     rows += [("openings", o.id, "at", o.at, 1.0) for o in names.plan.openings]
     for run in names.plan.runs:
         rows += [("runs", run.id, key, getattr(run, key), None) for key in ("start", "end", "length")]
     rows += [("wall_items", i.id, "at", i.at, 1.0) for i in names.plan.wall_items]
+    rows += [("columns", c.id, key, getattr(c, key), 0.5) for c in names.plan.columns for key in ("at", "from_wall")]
+    rows += [("tables", t.id, key, getattr(t, key), 1.5) for t in names.plan.tables for key in ("at", "from_wall")]
     rows += [
         ("floor_items", f.id, key, getattr(f, key), 0.5) for f in names.plan.floor_items for key in ("at", "from_wall")
     ]
@@ -177,6 +179,8 @@ def _same_names(names: References) -> None:
                 seen.add(unit.id)
     others: tuple[tuple[str, Iterable[str]], ...] = (
         ("openings", [o.id for o in plan.openings]),
+        ("columns", [c.id for c in plan.columns]),
+        ("tables", [t.id for t in plan.tables]),
         ("worktop_items", [i.id for i in plan.worktop_items]),
         ("wall_items", [i.id for i in plan.wall_items]),
         ("floor_items", [i.id for i in plan.floor_items]),
@@ -207,9 +211,13 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def _openings(names: References) -> None:
+    niches: list[str] = []
     for opening in names.plan.openings:
         at = row_at(names.raw, "openings", opening.id)
-        names.name((*at, "wall"), opening.wall, names.walls, "walls", instead=names.walls[0])
+        known = [*names.walls, *niches] if opening.kind is OpeningKind.WINDOW else names.walls
+        names.name((*at, "wall"), opening.wall, known, "walls", instead=names.walls[0])
+        if opening.kind is OpeningKind.NICHE:
+            niches.append(opening.id)
         if opening.wall in names.walls:
             _over(names, at, opening.over, opening.wall)
     for run in names.plan.runs:
@@ -265,16 +273,23 @@ def _items(names: References) -> None:
         at = row_at(raw, "floor_items", floor_item.id)
         names.name((*at, "wall"), floor_item.wall, names.walls, "walls", instead=names.walls[0])
         _role(names, at, floor_item.item)
+    for table, things in (("columns", plan.columns), ("tables", plan.tables)):
+        for thing in things:
+            at = row_at(raw, table, thing.id)
+            names.name((*at, "wall"), thing.wall, names.walls, "walls", instead=names.walls[0])
+    for k, slope in enumerate(plan.slopes):
+        names.name(("slopes", k, "wall"), slope.wall, names.walls, "walls")
     for k, seats in enumerate(plan.seats):
         free = [r.id for r in plan.runs if r.on is None]
         names.name(("seats", k, "run"), seats.run, names.runs, instead=free[0] if free else "")
     for k, lamps in enumerate(plan.lamps):
         _role(names, ("lamps", k), lamps.item)
-        if lamps.over is not None and lamps.over not in names.runs:
-            near = meant(lamps.over, names.runs, "walls")
+        below = [*names.runs, *(t.id for t in plan.tables)]
+        if lamps.over is not None and lamps.over not in below:
+            near = meant(lamps.over, below, "walls")
             edit = replaced(("lamps", k, "over"), near) if near else removed(("lamps", k, "over"))
             names.wrong(
-                ("lamps", k, "over"), names.runs, lamps.over, f"Name {near!r}." if near else "Take out 'over'.", edit
+                ("lamps", k, "over"), below, lamps.over, f"Name {near!r}." if near else "Take out 'over'.", edit
             )
 
 

@@ -12,8 +12,10 @@ Schema = dict[str, Any]
 RECORDS = {
     "walls": "Wall",
     "openings": "PlanOpening",
+    "columns": "Column",
     "runs": "Run",
     "worktop_items": "WorktopItem",
+    "tables": "DiningTable",
     "wall_items": "WallItem",
     "floor_items": "FloorItem",
 }

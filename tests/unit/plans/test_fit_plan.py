@@ -8,15 +8,17 @@ import pytest
 from typer.testing import CliRunner
 
 from casa_assets.cli.main import app
+from casa_assets.errors import CasaError
 from casa_assets.pipeline.plans.check import check_plan
 from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan
 from casa_assets.projects import data_root
-from casa_assets.registry.kitchens import load_style, plan_names
+from casa_assets.registry.kitchens import load_plan, load_style, plan_names
 
 STYLE = "modern_1"
 ROOMS = ((4.2, 3.1), (5.0, 4.2), (6.0, 5.0), (7.5, 6.5))
-# Rooms in which a sink on an island has no place, since the island has to go.
-REFUSED = {("u_large", (4.2, 3.1))}
+# Rooms in which a sink on an island has no place, since the island has to go, and in which a U beside a dining area is
+# too short for its cooker.
+REFUSED = {("u_large", (4.2, 3.1)), ("u_dining", (4.2, 3.1)), ("u_dining", (5.0, 4.2))}
 
 
 def text_of(name: str) -> str:
@@ -27,6 +29,10 @@ def text_of(name: str) -> str:
 @pytest.mark.parametrize("name", plan_names())
 def test_a_plan_in_a_room(name: str, room: tuple[float, float]) -> None:
     style, text = load_style(STYLE)[0], text_of(name)
+    if any(wall.is_aslant for wall in load_plan(name)[0].walls):
+        with pytest.raises(CasaError, match=r"its wall \w+ stands aslant"):
+            fit_plan(text, f"{name}.yaml", style, *room)
+        return
     if (name, room) in REFUSED:
         with pytest.raises(DoesNotFit) as refused:
             fit_plan(text, f"{name}.yaml", style, *room)

@@ -106,7 +106,7 @@ class FloorMap:
     def _entries(self) -> Iterator[Mask]:
         """Cells just inside of each doorway and of each open side."""
         lines = [(w.start, w.end) for w in self.facts.walls if w.is_open]
-        lines += [(w.start, w.end) for w in self.facts.openings if w.kind is not OpeningKind.WINDOW]
+        lines += [(w.start, w.end) for w in self.facts.openings if w.kind is not OpeningKind.WINDOW and w.leads_out]
         for start, end in lines:
             yield self._inside_of(start, end)
 

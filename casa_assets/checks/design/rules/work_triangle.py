@@ -78,7 +78,7 @@ def tall_between(facts: KitchenFacts) -> float | None:
 
 def crossed(facts: KitchenFacts) -> float | None:
     """Metres of a straight way from door to door inside the triangle, the most; None with fewer than two doors."""
-    doors = [w for w in facts.openings if w.kind is not OpeningKind.WINDOW]
+    doors = [w for w in facts.openings if w.kind is not OpeningKind.WINDOW and w.leads_out]
     points = [p for _, p in centres(facts)]
     if len(doors) < 2 or len(points) < 3:
         return None

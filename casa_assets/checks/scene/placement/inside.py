@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 
 from casa_assets.checks.check import Measurement, not_applicable
 from casa_assets.checks.motion.simulation import box_around, geom_boxes, vertices_of
-from casa_assets.checks.scene.placement.support import CEILING, FLOOR, ROOM, WALL
+from casa_assets.checks.scene.placement.support import CEILING, FLOOR, RECESS, ROOM, WALL
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.core.typing import Floats
 
@@ -25,7 +25,7 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
         # Normals and offsets of the edges of a floor or wall seen from above.
         ConvexHull(vertices_of(subject.model, subject.data, int(geom))[:, :2]).equations
         for name, category in categories.items()
-        if category in (FLOOR, WALL)
+        if category in (FLOOR, WALL, RECESS)
         for geom in subject.geoms_of[name]
     ]
     low, high = _heights(subject, categories)

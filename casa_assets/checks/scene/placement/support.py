@@ -11,8 +11,8 @@ from casa_assets.checks.scene.subject import SceneSubject, boxes_meet
 from casa_assets.core.typing import Floats
 
 # Categories of placements.
-FLOOR, WALL, CEILING = "floor", "wall", "ceiling"
-ROOM = (FLOOR, WALL, CEILING)
+FLOOR, WALL, CEILING, RECESS = "floor", "wall", "ceiling", "recess"
+ROOM = (FLOOR, WALL, CEILING, RECESS)
 # How far a thing may be from what carries it, metres: feet are adjusted, walls are uneven and have skirting or tiles
 # between, canopies of lamps cover a gap. Our choices.
 FLOOR_GAP_M, WALL_GAP_M, CEILING_GAP_M, OTHER_GAP_M = 0.002, 0.012, 0.005, 0.002

@@ -1,0 +1,322 @@
+"""Rooms that are not plain boxes: islands behind islands, tables, columns, niches, closets, slopes, walls aslant."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from casa_assets.errors import PlanConflict, RegistryError
+from casa_assets.geometry.outline import separation
+from casa_assets.layouts.compose.compose import pose_at_spot
+from casa_assets.layouts.order.build_order import OrderItem
+from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
+from casa_assets.layouts.plan import standard_sizes
+from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.layouts.plan.wall_frame import WallFrame, frame_with_heading
+from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit
+from casa_assets.model.kitchen.plan import Heading
+from casa_assets.pipeline.kitchens.resolve import error_with_line, params_of, preset_params
+from casa_assets.registry.kitchens import load_style, read_plan
+from tests.family_members import made
+
+PLAN = """\
+title: Studio
+height: 2.7
+walls:
+  back: {heading: right, length: 5.6}
+  right: {heading: front, length: 6.4}
+  front: {heading: left, open: true}
+  left: {heading: back}
+runs:
+  main:
+    on: back
+    base:
+      - drawers: [0.4, 1.2]
+      - sink
+      - dishwasher
+      - drawers: [0.4, 1.2]
+      - range
+      - fridge: {housing: false}
+"""
+ISLANDS = """\
+  island:
+    faces: {run: main, aisle: 1.2}
+    overhang: 0.3
+    base: [island]
+  second:
+    faces: {run: island, side: back, aisle: 1.1, shift: 0.2}
+    base: [{drawers: 0.6}, {doors: 0.8}]
+"""
+CUT = "  cut: {heading: 45, length: 1.5}\n  right: {heading: front}\n"
+ASLANT = PLAN.replace("  right: {heading: front, length: 6.4}\n", CUT).replace("length: 5.6", "length: 4.6")
+ASLANT = ASLANT.replace("left: {heading: back}", "left: {heading: back, length: 6.4}")
+
+
+def kitchen_of(text: str, tmp_path: Path, style: str = "coastal") -> KitchenRequest:
+    """A plan as written, in a style. Raises RegistryError as the pipeline does."""
+    path = tmp_path / "studio.yaml"
+    path.write_text(text)
+    plan, document = read_plan(path)
+    try:
+        return request_kitchen(plan, load_style(style)[0], preset_params())
+    except PlanConflict as error:
+        raise error_with_line(error, document) from None
+
+
+def item(kitchen: KitchenRequest, name: str) -> OrderItem:
+    return next(i for i in kitchen.items if i.name == name)
+
+
+def place(kitchen: KitchenRequest, name: str) -> np.ndarray:
+    """(8, 3) corners of the region `main` of an ordered item, in the room, metres."""
+    found = item(kitchen, name)
+    asset = made(found.choice.family, params_of(found.choice))
+    region = next(r for r in asset.regions if r.name == "main")
+    half = np.array(region.size) / 2
+    ends = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
+    return np.asarray((pose_at_spot(asset, found.spot) @ asset.root.pose @ region.pose).apply(ends))
+
+
+class TestIslands:
+    def test_a_second_one_stands_behind_the_first(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(PLAN + ISLANDS, tmp_path)
+        first, second = kitchen.lines["island"], kitchen.lines["second"]
+        assert second.frame.turn_deg == first.frame.turn_deg
+        assert second.is_island
+        front = first.frame.to_local(*second.frame.at(0.0, second.depth + standard_sizes.WORKTOP_OVERHANG)[:2])[1]
+        assert -front - first.depth_behind == pytest.approx(1.1)
+        middle = first.frame.to_local(*second.frame.at(second.length / 2, 0.0)[:2])[0]
+        assert middle == pytest.approx(first.length / 2 + 0.2)
+
+    def test_none_stands_behind_a_wall(self, tmp_path: Path) -> None:
+        text = PLAN + "  island:\n    faces: {run: main, side: back}\n    base: [island]\n"
+        with pytest.raises(RegistryError, match=r"studio.yaml:.*side.*front, since that run stands at a wall"):
+            kitchen_of(text, tmp_path)
+
+
+class TestTables:
+    TABLE = "tables:\n  dining: {wall: left, at: 2.0, from_wall: 2.0, chairs: 5, turn_deg: 30}\n"
+
+    @pytest.mark.parametrize("style", ["coastal", "modern_1"])
+    def test_chairs_stand_round_it_and_face_it(self, tmp_path: Path, style: str) -> None:
+        kitchen = kitchen_of(PLAN + self.TABLE, tmp_path, style)
+        table = kitchen.tables["dining"]
+        chairs = [i for i in kitchen.items if i.role == "chair"]
+        assert len(chairs) == 5
+        for chair in chairs:
+            x, y, _ = chair.spot.frame.at(chair.spot.u, chair.spot.v)
+            turn = math.radians(chair.spot.frame.turn_deg + chair.spot.turn_deg)
+            looks = (math.sin(turn), -math.cos(turn))  # the front of an asset looks to -y
+            to_table = np.subtract(table.middle, (x, y))
+            assert float(to_table @ looks) > 0.3
+            assert separation(table.outline, [(x, y)] * 3) < 0.0
+
+    def test_it_is_as_long_as_its_chairs_need(self, tmp_path: Path) -> None:
+        widths = {}
+        for count in (2, 4, 6, 8):
+            kitchen = kitchen_of(PLAN + self.TABLE.replace("chairs: 5", f"chairs: {count}"), tmp_path)
+            widths[count] = item(kitchen, "dining").choice.params["width"]
+        assert widths == {2: 1.0, 4: 1.4, 6: 2.0, 8: 2.6} or widths[6] - widths[4] == pytest.approx(0.6)
+
+    def test_lamps_hang_over_it(self, tmp_path: Path) -> None:
+        lamps = "lamps:\n  - {item: pendant_light, over: dining, count: 2}\n"
+        kitchen = kitchen_of(PLAN + self.TABLE + lamps, tmp_path)
+        places = [i.spot.frame.at(i.spot.u, i.spot.v)[:2] for i in kitchen.items if i.role == "lamp"]
+        assert np.mean(places, axis=0) == pytest.approx(kitchen.tables["dining"].middle, abs=1e-4)
+
+
+class TestColumns:
+    def test_one_stands_at_a_wall_and_one_in_the_room(self, tmp_path: Path) -> None:
+        columns = (
+            "columns:\n  pier: {wall: left, at: 2.0, width: 0.4, depth: 0.25}\n"
+            "  post: {wall: back, at: 3.0, from_wall: 3.0, shape: round, width: 0.2}\n"
+        )
+        kitchen = kitchen_of(PLAN + columns, tmp_path)
+        pier, post = place(kitchen, "pier"), place(kitchen, "post")
+        assert pier[:, 0].min() == pytest.approx(0.0, abs=1e-6)
+        assert pier[:, 0].max() == pytest.approx(0.265, abs=1e-6)
+        assert pier[:, 1].mean() == pytest.approx(-4.4, abs=1e-6)
+        assert post[:, 1].max() == pytest.approx(-3.0, abs=1e-6)
+        assert pier[:, 2].max() == pytest.approx(2.7, abs=1e-6)
+        skirting = [i for i in kitchen.items if i.name.startswith("skirting_left")]
+        assert len(skirting) == 2
+
+    @pytest.mark.parametrize(
+        ("row", "said"),
+        [
+            ("{wall: back, at: 2.0}", "a place apart from main_"),
+            ("{wall: back, at: 9.0, from_wall: 3.0}", "a place inside the room"),
+            ("{wall: nowhere, at: 1.0}", "one of back, right, front, left"),
+        ],
+    )
+    def test_units_keep_clear_of_it(self, tmp_path: Path, row: str, said: str) -> None:
+        with pytest.raises(RegistryError, match=said):
+            kitchen_of(f"{PLAN}columns:\n  post: {row}\n", tmp_path)
+
+    def test_an_aisle_is_measured_to_it(self) -> None:
+        unit = PlacedUnit(name="a", kind="drawers", left=0.0, right=2.0, front=0.65, height=0.9)
+        run = PlacedRun(id="run", origin=(0.0, 0.0), yaw=0.0, length=2.0, units=(unit,))
+        room = ((0.0, 0.0), (4.0, 0.0), (4.0, -4.0), (0.0, -4.0))
+        post = ((0.9, -1.5), (1.1, -1.5), (1.1, -1.7), (0.9, -1.7))
+        (aisle,) = find_aisles([run], [], room, {"post": post})
+        assert (aisle.first, aisle.second) == ("post", "run")
+        assert aisle.width == pytest.approx(0.85)
+
+
+class TestNiches:
+    NICHE = "openings:\n  cold: {kind: niche, wall: back, over: main_fridge, height: 2.0, depth: 0.4}\n"
+
+    def test_a_refrigerator_stands_back_into_it(self, tmp_path: Path) -> None:
+        text = PLAN.replace("on: back", "on: back\n    end: 0.2")
+        kitchen, plain = kitchen_of(text + self.NICHE, tmp_path), kitchen_of(text, tmp_path)
+        (hole,) = kitchen.holes
+        slot = kitchen.slot("main_fridge")
+        assert (hole.left, hole.right) == pytest.approx((slot.left, slot.right))
+        moved = place(kitchen, "main_fridge")[:, 1].mean() - place(plain, "main_fridge")[:, 1].mean()
+        assert moved == pytest.approx(0.4)
+        shell = place(kitchen, "recess_cold")
+        assert shell[:, 1].min() == pytest.approx(0.0, abs=1e-6)
+        assert shell[:, 1].max() == pytest.approx(0.4 + 0.12, abs=1e-6)
+
+    def test_a_seat_has_its_window_in_its_back(self, tmp_path: Path) -> None:
+        text = PLAN + (
+            "openings:\n  seat: {kind: niche, wall: left, at: 2.0, width: 1.5, height: 1.6, sill: 0.45, depth: 0.5}\n"
+            "  pane: {kind: window, wall: seat, at: 0.75, width: 1.1, height: 1.0, sill: 0.9}\n"
+        )
+        kitchen = kitchen_of(text, tmp_path)
+        window = place(kitchen, "pane")
+        assert window[:, 0].max() < -0.4
+        shell = item(kitchen, "recess_seat").choice.params
+        assert shell["openings"] == [{"left": pytest.approx(0.2), "bottom": 0.45, "width": 1.1, "height": 1.0}]
+        (hole,) = item(kitchen, "wall_left").choice.params["openings"]
+        assert hole["bottom"] == pytest.approx(0.4)  # the slab of the seat lies in it
+
+    @pytest.mark.parametrize(
+        ("row", "said"),
+        [
+            ("{kind: niche, wall: left, at: 2.0}", "a niche needs a `depth`"),
+            ("{kind: window, wall: left, at: 2.0, depth: 0.3}", "only a niche has a `depth`"),
+            ("{kind: window, wall: left, at: 2.0, closet: {}}", "only a door or a passage leads to a `closet`"),
+            ("{kind: niche, wall: left, at: 2.0, height: 2.4, sill: 0.5, depth: 0.3}", "a hole inside 6.40 x 2.70 m"),
+        ],
+    )
+    def test_what_it_cannot_be_is_told(self, tmp_path: Path, row: str, said: str) -> None:
+        with pytest.raises(RegistryError, match=said):
+            kitchen_of(f"{PLAN}openings:\n  odd: {row}\n", tmp_path)
+
+    def test_a_closet_lies_behind_its_door(self, tmp_path: Path) -> None:
+        closet = "{width: 1.8, depth: 1.2, shelves: 3}"
+        door = f"{{kind: door, wall: left, at: 3.0, width: 0.93, height: 2.04, closet: {closet}}}"
+        kitchen = kitchen_of(f"{PLAN}openings:\n  pantry: {door}\n", tmp_path)
+        shell, larders = place(kitchen, "recess_pantry"), [i for i in kitchen.items if i.role == "larder"]
+        assert (shell[:, 0].min(), shell[:, 0].max()) == pytest.approx((-0.12 - 1.2 - 0.12, -0.12))
+        assert len(larders) == 2
+        for larder in larders:
+            stands = place(kitchen, larder.name)
+            assert stands[:, 0].max() < -0.12
+            assert stands[:, 2].min() == pytest.approx(0.0, abs=1e-6)
+
+
+class TestSlopes:
+    SLOPE = "slopes:\n  - {wall: left, knee: 1.5, pitch_deg: 45}\n"
+
+    def test_it_leads_from_the_knee_to_the_level_part(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(PLAN.replace("on: back", "on: back\n    start: 1.0") + self.SLOPE, tmp_path)
+        low = place(kitchen, "ceiling_slope_1")
+        under = low[np.argsort(low[:, 2] + low[:, 0])]  # along the slope
+        assert under[:, 2].min() == pytest.approx(1.5, abs=1e-5)
+        level = place(kitchen, "ceiling")
+        assert level[:, 0].min() == pytest.approx(1.2, abs=1e-5)
+        assert item(kitchen, "wall_left").choice.params["height"] == 1.5
+        assert kitchen.room.ceiling_at(0.4, -2.0) == pytest.approx(1.9)
+        assert kitchen.room.ceiling_at(3.0, -2.0) == 2.7
+        edge = low[np.isclose(low[:, 0], 1.2, atol=1e-5)]
+        assert edge[:, 2].min() == pytest.approx(2.7, abs=1e-5)
+
+    def test_a_hood_under_it_is_lower(self, tmp_path: Path) -> None:
+        hood = PLAN + "    upper:\n      - hood: {over: main_range}\n"
+        slope = "slopes:\n  - {wall: back, knee: 2.1, pitch_deg: 30}\n"
+        plain, under = kitchen_of(hood, tmp_path, "modern_1"), kitchen_of(hood + slope, tmp_path, "modern_1")
+        tall, low = (float(item(k, "main_upper_hood").choice.params["height"]) for k in (plain, under))
+        assert low == pytest.approx(2.1 - standard_sizes.HOOD_FROM)
+        assert low < tall
+
+    @pytest.mark.parametrize(
+        ("slope", "said"),
+        [
+            ("{wall: back, knee: 1.5, pitch_deg: 40}", r"a ceiling of at least \d.\d+ m over main_"),
+            ("{wall: left, knee: 1.0, pitch_deg: 15}", "a slope that reaches at most 5.20 m into the room"),
+            ("{wall: left, knee: 2.65}", "less than 2.6 m"),
+        ],
+    )
+    def test_what_does_not_fit_is_told(self, tmp_path: Path, slope: str, said: str) -> None:
+        with pytest.raises(RegistryError, match=said):
+            kitchen_of(f"{PLAN}slopes:\n  - {slope}\n", tmp_path)
+
+    def test_no_two_meet_in_a_corner(self, tmp_path: Path) -> None:
+        both = self.SLOPE + "  - {wall: front, knee: 1.5, pitch_deg: 45}\n"
+        with pytest.raises(RegistryError, match="beside which no other slope begins"):
+            kitchen_of(PLAN.replace("on: back", "on: back\n    start: 1.0") + both, tmp_path)
+
+
+class TestAslant:
+    def test_headings_turn_to_the_right(self) -> None:
+        assert frame_with_heading(0.0, 0.0, Heading.FRONT) == WallFrame(0.0, 0.0, 3)
+        frame = frame_with_heading(1.0, 2.0, 45.0)
+        assert frame.direction == pytest.approx((math.sqrt(0.5), -math.sqrt(0.5)))
+        assert frame.normal == pytest.approx((-math.sqrt(0.5), -math.sqrt(0.5)))
+        assert frame.to_local(*frame.at(0.3, 0.7)[:2]) == pytest.approx((0.3, 0.7), abs=1e-4)
+        w, _, _, z = frame.rotation
+        assert math.degrees(2 * math.atan2(z, w)) == pytest.approx(-45.0)
+
+    def test_the_walls_close(self, tmp_path: Path) -> None:
+        room = kitchen_of(ASLANT, tmp_path).room
+        share = 1.5 * math.sqrt(0.5)
+        lengths = {w.id: w.length for w in room.walls}
+        assert lengths["right"] == pytest.approx(6.4 - share, abs=1e-4)
+        assert lengths["front"] == pytest.approx(4.6 + share, abs=1e-4)
+        assert not room.contains(4.6 + share - 0.1, -0.1)
+        assert room.contains(4.6, -0.5)
+
+    def test_floor_and_ceiling_have_its_outline(self, tmp_path: Path) -> None:
+        kitchen = kitchen_of(ASLANT, tmp_path)
+        for name in ("floor", "ceiling"):
+            found = item(kitchen, name)
+            asset = made(found.choice.family, params_of(found.choice))
+            area = 6.4 * (4.6 + 1.5 * math.sqrt(0.5)) - (1.5**2) / 4
+            mass = {"floor": 2000.0, "ceiling": 0.0}[name]
+            if mass:
+                assert asset.mass == pytest.approx(area * 0.05 * mass, rel=0.02)
+            assert len(asset.root.colliders) == 1
+
+    def test_a_run_stands_at_it(self, tmp_path: Path) -> None:
+        text = ASLANT.replace("runs:\n", "runs:\n  bar:\n    on: cut\n    start: 0.4\n    base: [{drawers: 0.6}]\n")
+        kitchen = kitchen_of(text.replace("length: 4.6", "length: 5.2"), tmp_path)
+        corners = place(kitchen, "bar_drawers")
+        assert kitchen.lines["bar"].frame.more_deg == 45.0
+        frame = next(w.frame for w in kitchen.room.walls if w.id == "cut")
+        before = [frame.to_local(x, y)[1] for x, y, _ in corners]
+        assert (min(before), max(before)) == pytest.approx((0.0, standard_sizes.BASE_DEPTH), abs=1e-4)
+
+    @pytest.mark.parametrize(
+        ("old", "new", "said"),
+        [
+            (
+                "heading: 45",
+                "heading: 135",
+                "at a right angle to the next, or one that turns to the right by less",
+            ),
+            ("cut: {heading: 45, length: 1.5}", "cut: {heading: 45}", "a length, since it stands aslant"),
+        ],
+    )
+    def test_walls_that_cannot_be_built_are_told(self, tmp_path: Path, old: str, new: str, said: str) -> None:
+        with pytest.raises(RegistryError, match=said):
+            kitchen_of(ASLANT.replace(old, new), tmp_path)
+
+    def test_runs_form_no_corner_there(self, tmp_path: Path) -> None:
+        text = ASLANT.replace("runs:\n", "runs:\n  bar:\n    on: cut\n    base: [{drawers: 0.6}]\n")
+        with pytest.raises(RegistryError, match="runs that meet at a right angle"):
+            kitchen_of(text + "corners:\n  - {runs: [main, bar], base: dead}\n", tmp_path)
