@@ -101,6 +101,21 @@ def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats
     return world
 
 
+def turned_vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
+    """Like `vertices_of`, but of a round geom the corners of the box along its own axes: closer where it is turned."""
+    kind, (a, b, _) = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]
+    half = {
+        mujoco.mjtGeom.mjGEOM_SPHERE: (a, a, a),
+        mujoco.mjtGeom.mjGEOM_CYLINDER: (a, a, b),
+        mujoco.mjtGeom.mjGEOM_CAPSULE: (a, a, a + b),
+    }.get(kind)
+    if half is None:
+        return vertices_of(model, data, geom)
+    local = box_corners(np.array([[np.negative(half), half]]))
+    world: Floats = local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom]
+    return world
+
+
 def box_corners(boxes: Floats) -> Floats:
     """(8 N, 3) corners of (N, 2, 3) boxes."""
     grid = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])

@@ -165,7 +165,8 @@ def _more_openings(form: Form, key: str, kind: str, value: Any) -> None:
     for name, row in _named(value, kind).items():
         if isinstance(row, dict):
             name = name if name not in rows else f"{name}_{len(rows) + 1}"
-            rows[name] = {"kind": kind, **({"depth": USUAL_NICHE_DEPTH} if kind == "niche" else {}), **row}
+            has_depth = kind != "niche" or any(meant(k, ["depth"], "opening") for k in row)
+            rows[name] = {"kind": kind, **({} if has_depth else {"depth": USUAL_NICHE_DEPTH}), **row}
     edits = (removed((key,)), _put(form.plan, ("openings",), rows))
     form.say((key,), "openings, each with its kind", key, f"Write {key!r} as rows of 'openings'.", *edits)
 

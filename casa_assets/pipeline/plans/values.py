@@ -19,12 +19,15 @@ TABLES = {
     "heading": "headings",
     "hinge": "sides",
     "end": "sides",
+    "side": "island_sides",
+    "shape": "column_shapes",
     "kind": "openings",
     "base": "corner_kinds",
     "upper": "corner_kinds",
 }
 DEFAULTS: Mapping[str, Any] = {
     "aisle": 1.2, "count": 2, "height": 1.12, "from_wall": 0.4, "heading": "right", "kind": "window", "end": "right",
+    "depth": 0.3, "at": 1.0,
 }  # fmt: skip
 LIMITS = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}
 
@@ -198,6 +201,12 @@ def _rule(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> Men
             return _put("Take out 'at'.", removed((*at, "at")))
         middle = 1.0
         return _put(f"Add `at: {middle:g}`.", added((*at, "at"), middle))
+    if "needs a `depth`" in said:
+        return _put(f"Add `depth: {DEFAULTS['depth']}`.", added((*at, "depth"), DEFAULTS["depth"]))
+    if "has a `depth`" in said:
+        return _put("Take out 'depth'.", removed((*at, "depth")))
+    if "leads to a `closet`" in said:
+        return _put("Take out 'closet'.", removed((*at, "closet")))
     if "minimum width" in said:
         width = got["width"] if isinstance(got, dict) and "width" in got else got
         inner = (*at, "width") if isinstance(got, dict) and "width" in got else at

@@ -28,9 +28,9 @@ Checked = tuple[Path, SceneResult]
 
 def test_list_names_plans_and_styles() -> None:
     rows = [json.loads(line) for line in RUNNER.invoke(app, ["list", "--json"]).stdout.splitlines()]
-    assert [row["kind"] for row in rows] == ["plan"] * 10 + ["style"] * 12
+    assert [row["kind"] for row in rows] == ["plan"] * 16 + ["style"] * 12
     told = RUNNER.invoke(app, ["list"]).stdout
-    assert "10 plans x 12 styles = 120 scenes" in told
+    assert "16 plans x 12 styles = 192 scenes" in told
 
 
 def test_build_keeps_what_is_there(checked_kitchen: Checked) -> None:

@@ -14,13 +14,23 @@ from pydantic import ValidationError
 
 from casa_assets.families.family import Params
 from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, CovingProfile
+from casa_assets.families.fixtures.room.room_column import Column
 from casa_assets.families.fixtures.room.room_floor import Floor
+from casa_assets.families.fixtures.room.room_recess import Recess
 from casa_assets.families.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallStructure
 from casa_assets.families.fixtures.room.skirting import Skirting, SkirtingEnd, SkirtingProfile, section
 from casa_assets.families.fixtures.room.wall_panelling import Panelling, PanellingStyle
 from casa_assets.families.kit.solids import cells
 from casa_assets.families.kit.solids.moulding import room_moulding, straight_moulding
-from casa_assets.families.parts.room_outline import LayDirection, Outline, interior_spans, outline_cells
+from casa_assets.families.parts.room_outline import (
+    LayDirection,
+    Outline,
+    convex_pieces,
+    interior_spans,
+    outline_cells,
+    room_slab,
+    spans_inside,
+)
 from casa_assets.geometry.mesh.measure import face_normals
 from casa_assets.geometry.mesh.topology import is_closed, weld
 from casa_assets.model.asset.asset import Asset, Visual
@@ -361,7 +371,6 @@ def test_boards_run_as_asked_from_a_corner_of_the_room(family: str, boards: LayD
 @pytest.mark.parametrize(
     ("message", "outline"),
     [
-        ("runs aslant", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (1.0, 2.5))),
         ("shorter than", ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.05, 2.0), (0.05, 2.0), (0.0, 2.0))),
         # a figure of eight
         ("cross or touch", ((0, 0), (2, 0), (2, 2), (1, 2), (1, -1), (0, -1))),
@@ -487,3 +496,94 @@ def test_panelling_fills_its_length_and_height(panels: PanellingStyle) -> None:
     assert asset.bounds == pytest.approx(np.array([low, high]), abs=1e-6)
     points = np.random.default_rng(4).uniform((low[0], low[2]), (high[0], high[2]), (200, 2))
     assert (hits(asset.root.visuals, points, (0, 2), np.array([0.0, 1.0, 0.0])) >= 1).all()
+
+
+# A room with a corner cut at 45 degrees, and a part taken out of another corner: 16 - 0.5 - 2 square metres.
+CUT_ROOM: Outline = ((0.0, 0.0), (3.0, 0.0), (4.0, -1.0), (4.0, -3.0), (2.0, -3.0), (2.0, -4.0), (0.0, -4.0))
+
+
+FIRST_ROWS = (-0.6, -0.5)
+
+
+class TestAslant:
+    @pytest.mark.parametrize("outline", [CUT_ROOM, CUT_ROOM[::-1]])
+    def test_a_floor_fills_the_outline(self, outline: Outline) -> None:
+        asset = made("room_floor", Floor(outline=outline))
+        assert asset.mass == pytest.approx(13.5 * 0.05 * 2000.0, rel=1e-6)
+        slab = room_slab(outline, -0.05, 0.0)
+        whole = slab.shell.solid()
+        assert whole.volume == pytest.approx(13.5 * 0.05)
+        assert is_closed(weld(whole.points)[1][whole.faces])
+        assert len(slab.shapes) == len(asset.root.colliders) == 2
+
+    def test_pieces_are_convex_and_leave_nothing_out(self) -> None:
+        loop = np.array(CUT_ROOM[::-1])
+        triangles = np.array([[0, 1, 2], [0, 2, 6], [2, 3, 6], [3, 4, 6], [4, 5, 6]])
+        pieces = convex_pieces(loop, triangles)
+        areas = []
+        for piece in pieces:
+            points = loop[piece]
+            before, after = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+            assert (before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] > -1e-9).all()
+            x, y = points.T
+            areas.append(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
+        assert sum(areas) == pytest.approx(13.5)
+        assert len(pieces) < len(triangles)
+
+    def test_beams_stop_where_the_room_does(self) -> None:
+        assert spans_inside(CUT_ROOM, LayDirection.X, -0.6, -0.5) == [pytest.approx((0.0, 3.5), abs=1e-4)]
+        assert spans_inside(CUT_ROOM, LayDirection.X, -3.6, -3.5) == [pytest.approx((0.0, 2.0), abs=1e-4)]
+        assert spans_inside(CUT_ROOM, LayDirection.Y, 3.4, 3.5) == [pytest.approx((-3.0, -0.5), abs=1e-4)]
+        assert spans_inside(L_ROOM, LayDirection.X, *FIRST_ROWS) == interior_spans(outline_cells(L_ROOM), *FIRST_ROWS)
+        asset = made("room_ceiling", Ceiling(outline=CUT_ROOM, beams=Beams(count=3)))
+        assert len(boxes(asset, "beam")) == 3
+
+    @pytest.mark.parametrize(
+        ("outline", "said"),
+        [
+            (((0.0, 0.0), (2.0, 0.0), (2.05, -0.05), (2.05, -2.0), (0.0, -2.0)), "shorter than 0.1 m"),
+            (((0.0, 0.0), (2.0, -2.0), (2.0, 0.0), (0.0, -2.5)), "cross or touch each other"),
+        ],
+    )
+    def test_what_is_no_room_is_told(self, outline: Outline, said: str) -> None:
+        with pytest.raises(ValidationError, match=said):
+            Floor(outline=outline)
+
+    def test_a_coving_needs_right_angles(self) -> None:
+        with pytest.raises(ValidationError, match="runs aslant"):
+            Ceiling(outline=CUT_ROOM, coving=CovingProfile.COVE)
+
+
+class TestRecess:
+    PANE = WallOpening(left=0.3, bottom=0.4, width=0.6, height=0.8)
+    P = Recess(width=1.2, depth=0.5, height=1.5, lip=0.12, openings=(PANE,))
+
+    def test_is_hollow_and_open_in_front(self) -> None:
+        asset = made("room_recess", self.P)
+        low, high = main(asset)
+        assert high - low == pytest.approx((1.2 + 2 * 0.12, 0.12 + 0.5 + 0.12, 0.05 + 1.5 + 0.12))
+        inside = np.array([(low[0] + high[0]) / 2, low[1] + 0.3, low[2] + 0.05 + 0.7])
+        window = np.array([(low[0] + high[0]) / 2, high[1] - 0.06, low[2] + 0.05 + 0.8])
+        for box in boxes(asset, "recess"):
+            for point in (inside, window):
+                assert not ((point > box[0]) & (point < box[1])).all()
+
+    def test_a_window_stays_within_its_back(self) -> None:
+        with pytest.raises(ValidationError, match="at an edge"):
+            Recess(width=1.0, openings=(WallOpening(left=0.1, bottom=0.4, width=0.9, height=0.8),))
+
+
+class TestColumn:
+    @pytest.mark.parametrize("is_round", [False, True])
+    def test_stands_from_floor_to_ceiling(self, is_round: bool) -> None:
+        asset = made("room_column", Column(width=0.3, depth=0.3, height=2.6, is_round=is_round))
+        low, high = main(asset)
+        assert high - low == pytest.approx((0.33, 0.33, 2.6))
+        area = math.pi * 0.15**2 if is_round else 0.09
+        assert asset.mass == pytest.approx(area * 2.6 * 700.0, rel=0.05)
+
+    def test_has_no_foot_at_a_wall(self) -> None:
+        asset = made("room_column", Column(width=0.4, depth=0.2, at_wall=True))
+        low, high = main(asset)
+        assert high - low == pytest.approx((0.43, 0.215, 2.7))
+        assert len(boxes(asset, "skirting")) == 3

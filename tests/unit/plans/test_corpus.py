@@ -40,6 +40,7 @@ BEYOND_SCHEMA = {
     "neither_at_nor_over",
     "parameter_order",
     "range_reversed",
+    "window_with_closet",
 }
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from casa_assets.checks.check import Measurement, not_applicable
-from casa_assets.checks.motion.simulation import box_around, geom_boxes, vertices_of
+from casa_assets.checks.motion.simulation import box_around, geom_boxes, turned_vertices_of, vertices_of
 from casa_assets.checks.scene.placement.support import CEILING, FLOOR, RECESS, ROOM, WALL
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.core.typing import Floats
@@ -33,7 +33,8 @@ def things_are_inside_room(subject: SceneSubject, limit: float) -> Measurement:
     for name, category in categories.items():
         if category in ROOM:
             continue
-        points = np.concatenate([vertices_of(subject.model, subject.data, int(g)) for g in subject.geoms_of[name]])
+        geoms = subject.geoms_of[name]
+        points = np.concatenate([turned_vertices_of(subject.model, subject.data, int(g)) for g in geoms])
         beside = float(np.min([_distance_outside(edges, points) for edges in outlines], axis=0).max())
         distances = {
             "beside the room": max(0.0, beside - ALLOWED_BESIDE_M.get(category, 0.0)),

@@ -310,10 +310,10 @@ class TestPictures:
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_ten_plans_in_twelve_styles() -> None:
-    assert len(plan_names()) == 10
+def test_sixteen_plans_in_twelve_styles() -> None:
+    assert len(plan_names()) == 16
     assert len(style_names()) == 12
-    assert len(scene_folders.all_recipes()) == 120
+    assert len(scene_folders.all_recipes()) == 192
 
 
 def test_globs() -> None:
@@ -325,7 +325,7 @@ def test_globs() -> None:
 def test_globs_with_objects(tmp_path: Path) -> None:
     lived_in = scene_folders.recipes_named([f"{PLAN}__scand*__o40s3", f"{SCENE}__o40s3", SCENE], tmp_path)
     assert [r.scene_id for r in lived_in] == [f"{SCENE}__o40s3", SCENE]
-    assert {len(scene_folders.recipes_named([f"*{end}"], tmp_path)) for end in ("", "__o12")} == {120}
+    assert {len(scene_folders.recipes_named([f"*{end}"], tmp_path)) for end in ("", "__o12")} == {192}
     for name in ("no_such__*__o40", f"{SCENE}__o40s", f"{PLAN}__no_such__o40"):
         with pytest.raises(UnknownId):
             scene_folders.recipes_named([name], tmp_path)
