@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from casa_assets.geometry.outline import separation
+from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -41,7 +41,7 @@ class Rect:
     def gap(self, other: Rect) -> float:
         """Metres between two of them; less than 0 where they overlap by more than their play."""
         if self.aslant or other.aslant:
-            return separation(self.corners, other.corners)
+            return -penetration_depth(self.corners, other.corners)
         dx = max(self.x0 - other.x1, other.x0 - self.x1)
         dy = max(self.y0 - other.y1, other.y0 - self.y1)
         return math.hypot(max(dx, 0.0), max(dy, 0.0)) if max(dx, dy) > -PLAY else max(dx, dy)

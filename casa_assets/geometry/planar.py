@@ -1,4 +1,4 @@
-"""Outlines in a plane: signed area; of convex ones hull, penetration depth, distance, length of a line inside."""
+"""Outlines in a plane: signed area; of convex ones hull, distance, length of a line inside."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from casa_assets.core.typing import Floats, Ints
-from casa_assets.geometry.outline import Outline
+from casa_assets.geometry.outline import Outline, edge_normals
 
 
 def signed_area(outline: Floats) -> float:
@@ -33,14 +33,6 @@ def outline_of(points: Outline) -> Floats:
     return outline
 
 
-def penetration_depth(one: Outline, other: Outline) -> float:
-    """Least translation that parts two convex outlines, metres; negative for a gap between them."""
-    a, b = np.asarray(one, dtype=np.float64), np.asarray(other, dtype=np.float64)
-    normals = np.concatenate([_normals(a), _normals(b)])
-    p, q = normals @ a.T, normals @ b.T
-    return float(np.minimum(p.max(axis=1) - q.min(axis=1), q.max(axis=1) - p.min(axis=1)).min())
-
-
 def distance(outline: Outline, points: Floats) -> Floats:
     """(N,) distance of (N, 2) points from a convex outline, 0 inside, metres."""
     a = np.asarray(outline, dtype=np.float64)
@@ -58,7 +50,7 @@ def distance(outline: Outline, points: Floats) -> Floats:
 def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float, float]) -> float:
     """Length of the part of a straight line that lies inside a convex outline, metres."""
     a = np.asarray(outline, dtype=np.float64)
-    normals = _normals(a)
+    normals = edge_normals(a)
     p, q = np.array(start), np.array(end)
     low, high = 0.0, 1.0
     for normal, corner in zip(normals, a, strict=True):
@@ -71,11 +63,3 @@ def length_inside(outline: Outline, start: tuple[float, float], end: tuple[float
         else:
             low = max(low, -here / step)
     return max(0.0, high - low) * float(np.linalg.norm(q - p))
-
-
-def _normals(outline: Floats) -> Floats:
-    """(M, 2) outward unit normals of the edges of a counter-clockwise outline."""
-    edge = np.roll(outline, -1, axis=0) - outline
-    normals = np.stack([edge[:, 1], -edge[:, 0]], axis=1)
-    found: Floats = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from casa_assets.errors import PlanConflict
-from casa_assets.geometry.outline import separation
+from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.beams import HOOD_DEPTH_M
 from casa_assets.layouts.order.tables import PlacedTable
 from casa_assets.layouts.order.trim import CORNICE_HEIGHT_M, HOODS_UNDER_CABINETS
@@ -32,7 +32,7 @@ def keep_clear(
     """Raise PlanConflict where a unit or a table stands in a column, or a unit is higher than the ceiling over it."""
     for placed in room.columns:
         for name, outline in _bodies(slots, tables):
-            overlap = -separation(placed.outline, outline)
+            overlap = penetration_depth(placed.outline, outline)
             if overlap > MAX_OVERLAP_M:
                 at, expected = ("columns", placed.column.id), f"a place apart from {name}"
                 raise PlanConflict(plan.id, at, expected, f"one that is {overlap:.3f} m in it")

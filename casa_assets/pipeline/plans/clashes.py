@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from casa_assets.geometry.outline import separation
+from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WALL_THICKNESS_M, WallHole, WallLine
@@ -62,7 +62,7 @@ class Box:
 
     def gap(self, other: Box) -> float:
         """Distance along the side that parts them best, metres; negative where they overlap."""
-        return separation(self.corners, other.corners)
+        return -penetration_depth(self.corners, other.corners)
 
 
 def clash_faults(raw: Any, kitchen: KitchenRequest) -> list[Fault]:
@@ -542,7 +542,7 @@ def _on_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
     boxes = [box for name in kitchen.lines if (box := row_box(kitchen, name)) is not None]
     solids = [box.corners for box in boxes] + [placed.outline for placed in room.columns]
     for name, table in kitchen.tables.items():
-        deepest = max((-separation(table.outline, solid) for solid in solids), default=0.0)
+        deepest = max((penetration_depth(table.outline, solid) for solid in solids), default=0.0)
         outside = [p for p in table.outline if not room.contains(*p)]
         if deepest > TOUCH_M or outside:
             got = f"one {deepest:.2f} m in what stands there" if not outside else "one that reaches out of the room"
@@ -553,7 +553,7 @@ def _on_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
         x, y, _ = wall.frame.at(u, v)
         around = Box(x - 0.15, y - 0.15, x + 0.15, y + 0.15)
         in_the_way = [*solids, *(t.outline for t in kitchen.tables.values())]
-        if not room.contains(x, y) or any(separation(around.corners, solid) < -TOUCH_M for solid in in_the_way):
+        if not room.contains(x, y) or any(penetration_depth(around.corners, solid) > TOUCH_M for solid in in_the_way):
             at = row_at(raw, "floor_items", floor_item.id)
             mend = Mend(f"Take out {floor_item.id}.", (removed(at),))
             yield Fault(at, "a free place on the floor", f"{x:.2f}, {y:.2f} m", mend)
@@ -585,7 +585,7 @@ def _behind_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
         ends = ((-half, -near), (half, -near), (half, -deep), (-half, -deep), (0.0, -deep))
         points = tuple(hole.wall.frame.at(middle + u, v)[:2] for u, v in ends)
         is_inside = any(room.contains(*p) for p in points)
-        other = any(separation(points[:4], one) < -TOUCH_M for one in found)
+        other = any(penetration_depth(points[:4], one) > TOUCH_M for one in found)
         found.append(points[:4])
         if is_inside or other:
             at = row_at(raw, "openings", opening.id)

@@ -52,7 +52,7 @@ TABLE = {
     "attic": (5.8, 4.6, False, 0, True),
     "double_island": (7.2, 8.4, False, 4, True),
     "l_bay": (5.8, 5.17279, False, 0, True),
-    "l_columns": (6.4, 6.0, False, 3, True),
+    "l_columns": (6.5, 6.0, False, 3, True),
     "pantry_island": (6.71, 3.96, False, 3, True),
     "u_dining": (5.73, 6.3, False, 0, True),
 }

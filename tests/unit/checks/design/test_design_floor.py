@@ -24,8 +24,8 @@ from casa_assets.checks.design.robot.placing import (
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.design.summary import whereabouts
 from casa_assets.core.sampling import rng_for
-from casa_assets.geometry.outline import contains_point
-from casa_assets.geometry.planar import distance, length_inside, outline_of, penetration_depth
+from casa_assets.geometry.outline import contains_point, penetration_depth
+from casa_assets.geometry.planar import distance, length_inside, outline_of
 from casa_assets.model.kitchen.floor import FixtureRegion, Footprint, KitchenFacts, ParkingSide, Role, RoomWall
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.record import Vec2
@@ -74,6 +74,13 @@ class TestOutlines:
 
 
 class TestFloor:
+    def test_nobody_comes_in_through_a_closet(self) -> None:
+        facts = kitchen()
+        closed = tuple(w.replace(is_open=False) for w in facts.walls)
+        ways = tuple(o.replace(leads_out=False) for o in facts.openings)
+        assert FloorMap(facts.replace(walls=closed)).entries.any()
+        assert not FloorMap(facts.replace(walls=closed, openings=ways)).entries.any()
+
     def test_walls_end_at_a_corner_that_points_into_the_room(self) -> None:
         """They close the corners round the room, and stand nowhere on its floor."""
         outline = ((0.0, 0.0), (2.0, 0.0), (2.0, -1.0), (1.0, -1.0), (1.0, -2.0), (0.0, -2.0))
