@@ -47,14 +47,15 @@ class WallRow(Record):
 
 
 class OpeningRow(Record):
-    """A door, a window or a passage in a wall.
+    """A door, a window, a passage or a niche in a wall.
 
     Attributes:
         id: name in the plan.
         kind: what it is.
-        wall: id of its wall.
+        wall: id of its wall; of a window in the back of a niche, of the wall that the niche is in.
         start: lower left corner, metres.
         end: upper right corner, metres.
+        closet: whether it leads to a closet, and not out.
     """
 
     id: str
@@ -62,6 +63,7 @@ class OpeningRow(Record):
     wall: str
     start: Vec3 = Field(alias="from")
     end: Vec3 = Field(alias="to")
+    closet: bool = False
 
 
 class RoomRow(Record):
@@ -71,7 +73,7 @@ class RoomRow(Record):
         outline: corners of the floor, metres.
         bounds: lower and upper corner of the room, metres.
         walls: in the order of the plan.
-        openings: doors, windows and passages.
+        openings: doors, windows, passages and niches.
     """
 
     outline: tuple[Vec2, ...]

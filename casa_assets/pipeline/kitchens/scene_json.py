@@ -35,6 +35,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
     makers = _credits(kitchen, scene)
     shell, style = kitchen.style.room, kitchen.style
     (x0, y0), (x1, y1) = kitchen.room.bounds()
+    behind = {h.back.id: h.wall.id for h in kitchen.holes if h.back is not None}  # niche -> the wall that it is in
     return {
         "format": FORMAT,
         "id": scene.id,
@@ -63,9 +64,10 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
                 {
                     "id": h.opening.id,
                     "kind": h.opening.kind.value,
-                    "wall": h.wall.id,
+                    "wall": behind.get(h.wall.id, h.wall.id),
                     "from": list(h.wall.frame.at(h.left, 0, h.bottom)),
                     "to": list(h.wall.frame.at(h.right, 0, h.top)),
+                    **({"closet": True} if h.opening.closet else {}),
                 }
                 for h in kitchen.holes
             ],

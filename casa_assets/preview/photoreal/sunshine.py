@@ -18,7 +18,20 @@ ACROSS, UP = (0.15, 0.35, 0.5, 0.65, 0.85), (0.1, 0.25, 0.4, 0.55)  # of an open
 NEAR_M = 1.2  # a patch as near to the window is a strip on its sill and worktop
 LEVEL, UPRIGHT = 1.0, 0.6  # worth of a patch on a floor or a worktop, and on a front or a wall
 FROM_BEHIND = -0.5  # worth of one on a front through the glazed doors behind the camera: as flat as a flash
-NOT_SOLID = ("window", "door", "lamp", "floor", "ceiling", "wall", "skirting", "cornice", "switch", "outlet", "sink")
+NOT_SOLID = (
+    "window",
+    "door",
+    "lamp",
+    "floor",
+    "ceiling",
+    "wall",
+    "skirting",
+    "cornice",
+    "switch",
+    "outlet",
+    "sink",
+    "recess",
+)
 
 
 def sun_direction(scene: Mapping[str, Any], view: View, aspect: float) -> tuple[float, float, float] | None:

@@ -110,7 +110,7 @@ def _fixtures(scene: Mapping[str, Any]) -> _Fixtures:
     rows = []
     for fixture in scene["fixtures"]:
         box = fixture["regions"].get("main")
-        if box is None or fixture["role"] in ("floor", "ceiling", "wall", "skirting", "cornice"):
+        if box is None or fixture["role"] in ("floor", "ceiling", "wall", "skirting", "cornice", "recess"):
             continue
         w, _, _, z = fixture["quaternion"]
         yaw = 2 * math.atan2(z, w)

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from casa_assets.checks.readers import scene_mjcf
+from casa_assets.checks.scene.formats.parity import scene_parity
 from casa_assets.errors import PlanConflict, RegistryError
 from casa_assets.geometry.outline import contains_point
 from casa_assets.layouts.compose.compose import pose_at_spot
@@ -18,9 +20,11 @@ from casa_assets.layouts.plan.aisles import find_aisles
 from casa_assets.layouts.plan.wall_frame import WallFrame, frame_with_heading
 from casa_assets.model.kitchen.floor import PlacedRun, PlacedUnit
 from casa_assets.model.kitchen.plan import Heading
+from casa_assets.model.kitchen.scene import Layer, Placement, Scene
 from casa_assets.pipeline.kitchens.resolve import error_with_line, params_of, preset_params
-from casa_assets.registry.kitchens import load_style, read_plan
+from casa_assets.registry.kitchens import load_plan, load_style, read_plan
 from tests.family_members import made
+from tests.scenes import written
 
 PLAN = """\
 title: Studio
@@ -320,3 +324,24 @@ class TestAslant:
         text = ASLANT.replace("runs:\n", "runs:\n  bar:\n    on: cut\n    base: [{drawers: 0.6}]\n")
         with pytest.raises(RegistryError, match="runs that meet at a right angle"):
             kitchen_of(text + "corners:\n  - {runs: [main, bar], base: dead}\n", tmp_path)
+
+
+@pytest.mark.parametrize("name", ["attic", "l_bay", "l_columns", "pantry_island"])
+def test_both_formats_say_the_same_of_the_room(name: str, tmp_path: Path) -> None:
+    """Shell, slopes, columns and recesses of a plan, without its units."""
+    kitchen = request_kitchen(load_plan(name)[0], load_style("coastal")[0], preset_params(), closed=True)
+    shell = [i for i in kitchen.items if i.layer != "things" and i.choice.family not in ("window", "door")]
+    built = {i.name: made(i.choice.family, params_of(i.choice)) for i in shell}
+    poses = {i.name: pose_at_spot(built[i.name], i.spot) for i in shell}
+    scene = Scene(
+        id=f"{name}__shell",
+        assets=tuple({a.id: a for a in built.values()}.values()),
+        placements=tuple(
+            Placement(name=i.name, asset=built[i.name].id, pose=poses[i.name], layer=Layer(i.layer)) for i in shell
+        ),
+    )
+    folder = written(scene, tmp_path)
+    assert scene_parity(folder / "scene.xml", folder / "scene.usda") == []
+    assert scene_parity(folder / "scene.xml", folder / "scene_nested.usda") == []
+    found = {p.name: p for p in scene_mjcf.facts(folder / "scene.xml").placements}
+    assert found.keys() == built.keys()

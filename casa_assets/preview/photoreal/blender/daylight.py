@@ -114,7 +114,7 @@ def light_room(room: dict[str, Any], beyond_m: float, sun: Sequence[float] | Non
     day, lamp = _take_out_lights()
     walls = {wall["id"]: wall for wall in room["walls"]}
     for opening in room["openings"]:
-        if opening["kind"] != "passage":
+        if opening["kind"] not in ("passage", "niche") and not opening.get("closet"):
             start, end = Vector(opening["from"]), Vector(opening["to"])
             _sky_light(opening["id"], start, end, inward(walls[opening["wall"]]), SKY_RADIANCE, day)
 
