@@ -8,7 +8,7 @@ from casa_assets.errors import PlanConflict
 from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.beams import HOOD_DEPTH_M
 from casa_assets.layouts.order.tables import PlacedTable
-from casa_assets.layouts.order.trim import CORNICE_HEIGHT_M, HOODS_UNDER_CABINETS
+from casa_assets.layouts.order.trim import CORNICE_HEIGHT_M, is_hood_under_cabinet
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import CeilingSlope, Room
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -73,10 +73,10 @@ def _height(slot: UnitSlot, models: StyleModels) -> float | None:
     """Least height of the ceiling over a unit, metres; None over a gap."""
     if slot.kind in (BaseKind.GAP, UpperKind.GAP):
         return None
-    if slot.kind is UpperKind.HOOD and models.for_role("hood").params.get("form") not in HOODS_UNDER_CABINETS:
+    if slot.kind is UpperKind.HOOD and not is_hood_under_cabinet(slot, models):
         return standard_sizes.HOOD_FROM + LEAST_HOOD_M
     if isinstance(slot.unit, BaseUnit) and slot.kind is BaseKind.FRIDGE and not slot.unit.housing:
-        return round(models.for_role("fridge").length("height") + PLAY_M, 4)
+        return round(models.for_unit(slot.unit).length("height") + PLAY_M, 4)
     is_high = abs(slot.top - standard_sizes.UPPER_TO) < 1e-3
     cornice = CORNICE_HEIGHT_M if is_high and models.style.cabinets.cornice is not None else 0.0
     return round(slot.top + cornice + PLAY_M, 4)

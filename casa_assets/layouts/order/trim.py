@@ -111,7 +111,7 @@ def _cornice_cabinets(
         if abs(slot.top - standard_sizes.UPPER_TO) > 1e-3 or slot.recess:
             continue
         if slot.is_upper:
-            hood = _is_hood_under_cabinet(slot, models)
+            hood = is_hood_under_cabinet(slot, models)
             if hood or slot.kind in (UpperKind.DOORS, UpperKind.GLASS, CornerPart.BLIND, CornerPart.FILLER):
                 yield slot.left, slot.right, standard_sizes.UPPER_DEPTH, False
         elif slot.kind in (*TALL, BaseKind.PANEL, BaseKind.FILLER, CornerPart.FILLER):
@@ -120,7 +120,8 @@ def _cornice_cabinets(
                 yield slot.left, slot.right, line.depth, True
 
 
-def _is_hood_under_cabinet(slot: UnitSlot, models: StyleModels) -> bool:
+def is_hood_under_cabinet(slot: UnitSlot, models: StyleModels) -> bool:
+    """True if it is a hood with a cabinet over it."""
     unit = slot.unit
     return isinstance(unit, UpperUnit) and unit.kind is UpperKind.HOOD and is_under_cabinet(models.for_unit(unit))
 

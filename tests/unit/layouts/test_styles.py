@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import pytest
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
+from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
-from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, HOODS_UNDER_CABINETS, LONG_CURTAINS, find_rows
+from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, LONG_CURTAINS, find_rows
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.style import FrontStyle, PresetChoice, Style
 from casa_assets.model.kitchen.units import UpperKind
