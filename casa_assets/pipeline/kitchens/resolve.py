@@ -29,7 +29,7 @@ from casa_assets.pipeline.families.finishes import available_finishes
 from casa_assets.pipeline.families.run import asset_key
 from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, placed_asset, placed_key
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
-from casa_assets.pipeline.kitchens.sampling.harmony import goes_together
+from casa_assets.pipeline.kitchens.sampling.harmony import goes_together, is_wooden
 from casa_assets.pipeline.kitchens.sampling.mix import mixed_style
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
@@ -164,7 +164,10 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
 
 
 def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = False) -> Style:
-    """A style with other finishes of its surfaces; appliances behind cabinet fronts get the fronts of the cabinets.
+    """A style with other finishes of its surfaces, and of what has to match them.
+
+    Appliances behind cabinet fronts get the fronts of the cabinets; beside cabinets of wood, open shelves are of that
+    wood.
 
     Args:
         mixed: the fronts are not those that the style was made with, so that appliances get them in any case.
@@ -172,6 +175,9 @@ def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = F
     style = style.with_surfaces(surfaces)
     if not mixed and Surface.CABINET not in surfaces:
         return style
+    wood = surfaces.get(Surface.CABINET)
+    if wood is not None and is_wooden(wood):
+        style = style.replace(cabinets=style.cabinets.replace(shelf=wood))
     base = style.cabinets.base
     look = {"front": base.front, "face": base.face, "metal": base.metal}
     models = {

@@ -52,6 +52,11 @@ def goes_together(names: Iterable[str]) -> bool:
     )
 
 
+def is_wooden(name: str) -> bool:
+    """True if a finish with a picture shows wood. Raises UnknownId."""
+    return find_recipe(name).kind in load_mixing().finishes.wooden
+
+
 @lru_cache(maxsize=1024)
 def tone_of(recipe: TextureRecipe) -> Tone | None:
     """Mean of the main colours that a recipe names; None where it names none."""

@@ -139,6 +139,10 @@ class TestMixing:
         steel = with_finishes(style("coastal"), {Surface.CABINET: "paint_sage"})
         assert steel.models["fridge"] == style("coastal").models["fridge"]
 
+    def test_open_shelves_beside_cabinets_of_wood_are_of_that_wood(self) -> None:
+        assert with_finishes(style("coastal"), {Surface.CABINET: "walnut_straight"}).cabinets.shelf == "walnut_straight"
+        assert with_finishes(style("coastal"), {Surface.CABINET: "paint_sage"}).cabinets.shelf == "oak_whitened"
+
     def test_a_mixed_kitchen_fits_into_every_plan(self) -> None:
         for plan in plan_names():
             for seed in range(4):
