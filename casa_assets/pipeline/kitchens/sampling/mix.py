@@ -26,9 +26,8 @@ def mixed_style(style: Style, seed: int, turn: int = 0) -> Style:
         seed: of the draws; every part has a lane of its own.
         turn: another one draws anew, where what was drawn does not fit into a plan.
     """
-    fronts, tops, room, props = (
-        _drawn(style, _styles(), seed, turn, part) for part in ("fronts", "worktops", "woodwork", "props")
-    )
+    parts = {part: _drawn(style, _styles(), seed, turn, part) for part in ("fronts", "worktops", "woodwork", "props")}
+    fronts, tops, room, props = parts.values()
     faces = {name: getattr(style.cabinets, name).face for name in GROUPS}
     groups = {name: getattr(fronts.cabinets, name).replace(face=face) for name, face in faces.items()}
     return style.replace(
@@ -37,7 +36,7 @@ def mixed_style(style: Style, seed: int, turn: int = 0) -> Style:
         island=tops.island.replace(face=style.island.face),
         backsplash=tops.backsplash,
         room=room.room.replace(wall=style.room.wall, floor=style.room.floor, turn_deg=style.room.turn_deg),
-        models=_models(style, seed, turn),
+        models=_models(style, seed, turn, parts),
         props=props.props,
     )
 
@@ -54,8 +53,12 @@ def kinds_of_fronts() -> tuple[tuple[str | None, str | None], ...]:
     return tuple(sorted({(base.front, base.handle) for base in bases}, key=str))
 
 
-def _models(style: Style, seed: int, turn: int) -> Mapping[str, PresetChoice]:
-    """The models of a mixed style: the roles of the style itself, suite by suite and else one by one."""
+def _models(style: Style, seed: int, turn: int, parts: Mapping[str, Style]) -> Mapping[str, PresetChoice]:
+    """The models of a mixed style: the roles of the style itself, suite by suite and else one by one.
+
+    Args:
+        parts: name of a part -> style that it comes from; a suite of that name comes from it too.
+    """
     suites = dict(load_mixing().suites)
     in_suites = {role for roles in suites.values() for role in roles}
     suites |= {role: (role,) for role in style.models if role not in in_suites}
@@ -63,7 +66,9 @@ def _models(style: Style, seed: int, turn: int) -> Mapping[str, PresetChoice]:
     for name, roles in suites.items():
         wanted = [role for role in roles if role in style.models]
         whole = [other for other in _styles() if all(role in other.models for role in wanted)]
-        drawn = _drawn(style, whole, seed, turn, f"models/{name}")
+        drawn = parts.get(name)
+        if drawn not in whole:
+            drawn = _drawn(style, whole, seed, turn, f"models/{name}")
         source |= dict.fromkeys(wanted, drawn)
     return {role: source[role].models[role] for role in style.models}
 

@@ -122,6 +122,13 @@ class TestMixing:
             for roles in load_mixing().suites.values():
                 assert any(all(s.models[role] == mixed.models[role] for role in roles) for s in styles), (seed, roles)
 
+    def test_what_hangs_on_a_splashback_is_of_the_style_of_the_splashback(self) -> None:
+        styles = [style(name) for name in style_names()]
+        for seed in range(20):
+            mixed = mixed_style(style("modern_1"), seed)
+            found = [s for s in styles if s.backsplash == mixed.backsplash and s.counter.edge == mixed.counter.edge]
+            assert mixed.models["utensil_rack"] in [s.models["utensil_rack"] for s in found], seed
+
     def test_every_model_of_a_role_is_drawn(self) -> None:
         found = Counter(mixed_style(style("rustic"), seed).models["toaster"].preset for seed in range(300))
         assert set(found) == {style(name).models["toaster"].preset for name in style_names()}
