@@ -23,6 +23,7 @@ from casa_assets.pipeline.plans.written import (
     row_at,
     unit_at,
     unit_edit,
+    with_row,
     with_unit,
     without_key,
 )
@@ -37,6 +38,7 @@ DOOR_WIDTHS_M = (0.93, 0.83, 0.73)
 WINDOW_WIDTHS_M = (1.2, 0.9, 0.6)
 FROM_END_M = 0.05
 LEAST_DOOR_M = 1.9
+DOOR_HEIGHT_M = 2.04
 UNIT_ROLES = ("base", "upper", "sink_base", "pantry", "shelf", "filler", "housing")
 WIDER_THAN_MODEL_M = 0.03  # how much wider than its appliance a place may be before a gap shows
 
@@ -69,7 +71,7 @@ def clash_faults(raw: Any, kitchen: KitchenRequest) -> list[Fault]:
     """All of them; where rows clash, what hangs on them is looked at when they no longer do."""
     found = [*_widths(raw, kitchen)]
     found = found or [*_rows(raw, kitchen)]
-    found = found or [*_openings(raw, kitchen), *_behind_walls(raw, kitchen)]
+    found = found or [*_openings(raw, kitchen), *_behind_walls(raw, kitchen), *_entries(raw, kitchen)]
     return found or [*_hoods(raw, kitchen), *_on_walls(raw, kitchen)]
 
 
@@ -402,7 +404,7 @@ def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
             if s[0] < hole.right - TOUCH_M and s[1] > hole.left + TOUCH_M
         ]
         if not hole.is_window and not hole.is_niche and hole.top < LEAST_DOOR_M:
-            mend = Mend("Write `height: 2.04`.", (key_edit(raw, at, "height", 2.04),))
+            mend = Mend(f"Write `height: {DOOR_HEIGHT_M:g}`.", (key_edit(raw, at, "height", DOOR_HEIGHT_M),))
             yield Fault(at, "a door or passage that people walk through", f"{hole.top:g} m high", mend)
         elif hole.is_window and blocked and (gap := _gap_over(raw, kitchen, hole)):
             yield Fault(at, "no wall units before the window", f"one from {blocked[0][0]:.2f} m", gap)
@@ -410,6 +412,23 @@ def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
             what = beside.opening.id if beside else "units"
             got = f"{hole.left:.2f} to {hole.right:.2f} m, where {what} {'is' if beside else 'are'}"
             yield Fault(at, "a place on a wall where nothing else is", got, _moved(raw, kitchen, hole))
+
+
+def _entries(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """A room that nobody gets into: all its walls are closed, and no door or passage leads in."""
+    walls = kitchen.room.walls
+    if any(w.open for w in walls) or any(not h.is_window and not h.is_niche for h in kitchen.holes):
+        return
+    width, height = DOOR_WIDTHS_M[0], DOOR_HEIGHT_M
+    free = {w.id: _free_middle(kitchen, w, 0.05, height, width, w.length / 2) for w in walls}
+    named = {run.on for run in kitchen.plan.runs}
+    mend: Mend | None = None
+    for wall in sorted(walls, key=lambda w: (w.id in named, -w.length)):
+        if free[wall.id] is not None:
+            row = {"id": "door", "kind": "door", "wall": wall.id, "at": free[wall.id], "width": width, "height": height}
+            mend = Mend(f"Add a door: `wall: {wall.id}, at: {free[wall.id]:g}`.", (with_row(raw, "openings", row),))
+            break
+    yield Fault(("walls",), "a door, a passage or an `open` wall, by which one gets in", "none of them", mend)
 
 
 def _gap_over(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend | None:
@@ -459,20 +478,36 @@ def _moved(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend:
 
 def _free_place(kitchen: KitchenRequest, wall: WallLine, hole: WallHole, width: float) -> float | None:
     """Middle of the free place on a wall that is nearest to where an opening is, metres from its left end."""
-    taken = stretches(kitchen, wall, max(hole.bottom, 0.05), hole.top)
-    taken += [(h.left - CASING_M, h.right + CASING_M) for h in kitchen.holes if h.wall.id == wall.id and h is not hole]
     wanted = (hole.left + hole.right) / 2 if wall.id == hole.wall.id else wall.length / 2
+    return _free_middle(kitchen, wall, max(hole.bottom, 0.05), hole.top, width, wanted, hole)
+
+
+def _free_middle(
+    kitchen: KitchenRequest,
+    wall: WallLine,
+    low: float,
+    high: float,
+    width: float,
+    wanted: float,
+    besides: WallHole | None = None,
+) -> float | None:
+    """Middle of a free place on a wall, the nearest to one that is wanted; metres from the wall's left end.
+
+    Args:
+        low, high: heights between which it has to be free. besides: opening that is not in its own way.
+    """
+    taken = stretches(kitchen, wall, low, high)
+    holes = [h for h in kitchen.holes if h.wall.id == wall.id and h is not besides]
+    taken += [(h.left - CASING_M, h.right + CASING_M) for h in holes]
     best: float | None = None
     start = FROM_END_M
     for left, right in [*sorted(taken), (wall.length - FROM_END_M, wall.length)]:
-        low, high = start + width / 2, left - width / 2
+        first, last = start + width / 2, left - width / 2
         # Beside units and other openings a casing has to find room too.
-        low, high = (
-            (low + CASING_M if start > FROM_END_M else low),
-            (high - CASING_M if left < wall.length - FROM_END_M else high),
-        )
-        if low <= high + 1e-6:
-            middle = min(max(wanted, low), high)
+        first += CASING_M if start > FROM_END_M else 0.0
+        last -= CASING_M if left < wall.length - FROM_END_M else 0.0
+        if first <= last + 1e-6:
+            middle = min(max(wanted, first), last)
             if best is None or abs(middle - wanted) < abs(best - wanted):
                 best = middle
         start = max(start, right)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import chain, count
 from typing import Any
 
 from casa_assets.model.registry.document import KeyPath
@@ -65,6 +66,18 @@ def with_unit(plan: Any, run: str, row: str, index: int, unit: Any) -> Edit:
     at = row_at(plan, "runs", run)
     units = value_at(plan, (*at, row))
     return inserted((*at, row, index), unit) if isinstance(units, list) and units else key_edit(plan, at, row, [unit])
+
+
+def with_row(plan: Any, table: str, row: Mapping[str, Any]) -> Edit:
+    """Add a row with an `id` to a table that is written by ids, or as a list, or not yet."""
+    rows = plan.get(table)
+    if isinstance(rows, list):
+        return appended(plan, table, dict(row))
+    names = rows or {}
+    spare = (f"{row['id']}_{k}" for k in count(2))
+    name = next(n for n in chain([row["id"]], spare) if n not in names)
+    value = {key: told for key, told in row.items() if key != "id"}
+    return added((table, name), value) if rows else key_edit(plan, (), table, {name: value})
 
 
 def appended(plan: Any, table: str, row: Any) -> Edit:
