@@ -301,6 +301,11 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleMo
         ],
         "inside": models.style.room.wall,
     }
+    before = walls[walls.index(wall) - 1]
+    for key, beside in (("left_slope", before), ("right_slope", after)):
+        slope = next((s for s in room.slopes if s.wall.id == beside.id), None)
+        if slope is not None:
+            params[key] = {"knee": slope.knee, "run": slope.run}
     spot = Spot(wall.frame, length / 2, -WALL_THICKNESS_M, 0.0)
     return _room_part(f"wall_{wall.id}", "wall", preset_with("room_wall/plaster_bare", params), spot)
 

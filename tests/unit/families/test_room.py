@@ -17,7 +17,7 @@ from casa_assets.families.fixtures.room.room_ceiling import Beams, Ceiling, Covi
 from casa_assets.families.fixtures.room.room_column import Column
 from casa_assets.families.fixtures.room.room_floor import Floor
 from casa_assets.families.fixtures.room.room_recess import Recess
-from casa_assets.families.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallStructure
+from casa_assets.families.fixtures.room.room_wall import DENSITY, Wall, WallOpening, WallSlope, WallStructure
 from casa_assets.families.fixtures.room.skirting import Skirting, SkirtingEnd, SkirtingProfile, section
 from casa_assets.families.fixtures.room.wall_panelling import Panelling, PanellingStyle
 from casa_assets.families.kit.solids import cells
@@ -587,3 +587,49 @@ class TestColumn:
         low, high = main(asset)
         assert high - low == pytest.approx((0.43, 0.215, 2.7))
         assert len(boxes(asset, "skirting")) == 3
+
+
+class TestGable:
+    P = Wall(
+        length=5.8,
+        height=2.7,
+        right_more=0.12,
+        left_slope=WallSlope(knee=1.5, run=1.2),
+        right_slope=WallSlope(knee=1.6, run=1.1),
+        openings=(
+            WallOpening(left=3.6, bottom=1.0, width=0.8, height=0.95),
+            WallOpening(left=2.0, width=0.9, height=2.1),
+        ),
+    )
+
+    def test_its_upper_edge_follows_the_slopes(self) -> None:
+        asset = made("room_wall", self.P)
+        area = 5.8 * 2.7 - 1.2 * 1.2 / 2 - 1.1 * 1.1 / 2 - 0.8 * 0.95 - 0.9 * 2.1
+        assert asset.mass == pytest.approx((area * 0.12 + 0.12 * 0.12 * 1.6) * 250.0, rel=1e-6)
+        low, high = main(asset)
+        for x, z, is_there in (
+            (0.3, 1.7, True),
+            (0.3, 1.9, False),
+            (5.5, 1.8, True),
+            (5.5, 2.0, False),
+            (4.0, 1.5, False),
+        ):
+            points = np.array([[low[0] + x, low[2] + z]])
+            seen = hits([visual(asset, "wall")], points, (0, 2), np.array([0.0, -1.0, 0.0]))
+            assert bool(seen[0]) is is_there, (x, z)
+        assert (high - low)[0] == pytest.approx(5.8)
+
+    def test_a_wall_without_slopes_has_the_digest_that_it_had(self) -> None:
+        assert "left_slope" not in Wall().model_dump(mode="json")
+        assert self.P.digest != self.P.replace(left_slope=None).digest
+
+    @pytest.mark.parametrize(
+        ("fields", "said"),
+        [
+            ({"left_slope": {"knee": 1.5, "run": 5.0}}, "is level between them"),
+            ({"openings": [{"left": 0.1, "bottom": 1.0, "width": 0.8, "height": 0.9}]}, "out of the wall at its slope"),
+        ],
+    )
+    def test_what_does_not_fit_is_refused(self, fields: dict[str, Any], said: str) -> None:
+        with pytest.raises(ValidationError, match=said):
+            Wall.model_validate({**self.P.model_dump(mode="json"), **fields})
