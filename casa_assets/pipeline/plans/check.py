@@ -156,7 +156,7 @@ def _document(text: str, file: str) -> tuple[Document, Fault | None]:
         names = getattr(error, "expected", str(error))
         near = names.split("'")[1] if names.startswith("'") else None
         if near:
-            mend = Mend(f"Name {near!r}.", (replaced((LIKE,), near),))
+            mend = Mend(f"Write `{LIKE}: {near}`.", (replaced((LIKE,), near),))
         elif "walls" in document.value:
             mend = Mend(f"Take out '{LIKE}'.", (removed((LIKE,)),))
         else:

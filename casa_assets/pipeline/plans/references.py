@@ -19,6 +19,11 @@ from casa_assets.registry.edit import Edit, EditKind, flow_text
 CORNERS = ("left_corner", "right_corner", "left_filler", "right_filler")
 
 
+def written(at: KeyPath, value: str) -> str:
+    """The sentence that has a value written at a key, or in the place of an item of a list."""
+    return f"Write `{at[-1]}: {value}`." if isinstance(at[-1], str) else f"Write {value!r}."
+
+
 class References:
     """All names of a plan, and the faults of those that are wrong.
 
@@ -47,7 +52,7 @@ class References:
             return
         near = meant(got, known, table) or instead
         if near:
-            self.wrong(at, known, got, f"Name {near!r}.", replaced(at, near))
+            self.wrong(at, known, got, written(at, near), replaced(at, near))
         else:
             self.wrong(at, known, got, f"Take out {flow_text(at[-2])}.", removed(at[:-1]))
 
@@ -106,7 +111,7 @@ def _lengths(names: References) -> None:
         at = (*row_at(names.raw, table, name), key)
         near = meant(value, known)
         if near:
-            names.wrong(at, known, value, f"Name {near!r}.", replaced(at, near))
+            names.wrong(at, known, value, written(at, near), replaced(at, near))
         elif instead is None:
             names.wrong(at, known, value, f"Take out '{key}'.", removed(at))
         else:
@@ -134,7 +139,7 @@ def _runs(names: References) -> None:
             if found != run.faces.in_front_of:
                 known = [k for k, (r, _) in names.units.items() if r == placed.run]
                 edit = replaced(inner, found) if found else removed(inner)
-                sentence = f"Name {found!r}." if found else "Take out 'in_front_of'."
+                sentence = written(inner, found) if found else "Take out 'in_front_of'."
                 names.wrong(inner, known, run.faces.in_front_of, sentence, edit)
     for k, corner in enumerate(names.plan.corners):
         at = ("corners", k)
@@ -142,14 +147,14 @@ def _runs(names: References) -> None:
             if name not in names.runs:
                 near = meant(name, [r for r in names.runs if r not in corner.runs], "walls")
                 edits = (replaced((*at, "runs", i), near),) if near else (removed(at),)
-                sentence = f"Name {near!r}." if near else "Take out this corner."
+                sentence = f"Write {near!r} in the place of {name!r}." if near else "Take out this corner."
                 names.wrong((*at, "runs", i), names.runs, name, sentence, *edits)
                 break
         else:
             if corner.owner is not None and corner.owner not in corner.runs:
                 near = meant(corner.owner, corner.runs, "walls") or corner.runs[0]
                 names.wrong(
-                    (*at, "owner"), corner.runs, corner.owner, f"Name {near!r}.", replaced((*at, "owner"), near)
+                    (*at, "owner"), corner.runs, corner.owner, written(("owner",), near), replaced((*at, "owner"), near)
                 )
 
 
@@ -228,7 +233,7 @@ def _openings(names: References) -> None:
             at = unit_at(names.raw, run.id, "upper", k)
             known = [u.id for u in run.base]
             edit = unit_edit(names.raw, at, "over", found) if found else removed(at)
-            sentence = f"Name {found!r}." if found else f"Take out the {unit.kind.value}."
+            sentence = written(("over",), found) if found else f"Take out the {unit.kind.value}."
             names.wrong(at, known, unit.over, sentence, edit)
 
 
@@ -239,7 +244,7 @@ def _over(names: References, at: KeyPath, over: str | None, wall: str) -> None:
         return
     if found:
         edits: tuple[Edit, ...] = (replaced((*at, "over"), found),)
-        sentence = f"Name {found!r}."
+        sentence = written(("over",), found)
     else:
         edits = (Edit(EditKind.RENAME, (*at, "over"), "at"), replaced((*at, "at"), 1.0))
         sentence = "Write `at: 1.0`, metres from the left end of the wall."
@@ -262,7 +267,7 @@ def _items(names: References) -> None:
         found = names.unit((*at, "on"), item.on)
         if found != item.on:
             edit = replaced((*at, "on"), found) if found else removed(at)
-            sentence = f"Name {found!r}." if found else f"Take out {item.id!r}."
+            sentence = written(("on",), found) if found else f"Take out {item.id!r}."
             names.wrong((*at, "on"), list(names.units), item.on, sentence, edit)
     for wall_item in plan.wall_items:
         at = row_at(raw, "wall_items", wall_item.id)
@@ -289,7 +294,7 @@ def _items(names: References) -> None:
             near = meant(lamps.over, below, "walls")
             edit = replaced(("lamps", k, "over"), near) if near else removed(("lamps", k, "over"))
             names.wrong(
-                ("lamps", k, "over"), below, lamps.over, f"Name {near!r}." if near else "Take out 'over'.", edit
+                ("lamps", k, "over"), below, lamps.over, written(("over",), near) if near else "Take out 'over'.", edit
             )
 
 
@@ -298,7 +303,7 @@ def _role(names: References, at: KeyPath, item: str) -> None:
         return
     near = meant(item, names.roles, "roles", 0.7)
     edit = key_edit(names.raw, at, "item", near) if near else removed(at)
-    names.wrong((*at, "item"), names.roles, item, f"Name {near!r}." if near else f"Take out {item!r}.", edit)
+    names.wrong((*at, "item"), names.roles, item, written(("item",), near) if near else f"Take out {item!r}.", edit)
 
 
 def lengths_of(plan: Plan) -> Mapping[str, float]:

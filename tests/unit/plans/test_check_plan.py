@@ -78,8 +78,8 @@ def test_faults_of_several_kinds_are_told_in_one_call_with_their_lines() -> None
     ("old", "new", "sentence"),
     [
         ("- drawers: [0.4, 0.9]", "- drawers: [0.9, 0.4]", "Write [0.4, 0.9]."),
-        ("over: main_range", "over: rnage", "Name 'main_range'."),
-        ("on: back", "on: north", "Name 'back'."),
+        ("over: main_range", "over: rnage", "Write `over: main_range`."),
+        ("on: back", "on: north", "Write `on: back`."),
         ("heading: front", "heading: down", "Write front."),
         ("- sink\n", "- {type: sink, width: 36 in}\n", 'Write `sink: {width: "36 in"}`.'),
         (
