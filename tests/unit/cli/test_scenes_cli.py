@@ -144,9 +144,9 @@ class TestSample:
         self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
         _, message = self.told(0, monkeypatch, tmp_path)
-        assert re.search(r"diversity +these 4 +the 120 of plan x style", message), message
+        assert re.search(r"diversity +these 4 +the 192 of plan x style", message), message
         data = json.loads((tmp_path / "diversity.json").read_text(encoding="utf-8"))
-        assert (data["kitchens"]["kitchens"], data["reference"]["kitchens"]) == (4, 120)
+        assert (data["kitchens"]["kitchens"], data["reference"]["kitchens"]) == (4, 192)
         assert data["reference"]["plans"] == data["reference"]["styles"] == 1.0
 
     def test_none_passes(self, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.sampling import diversity, traits
 from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, distance, diversity_of, evenness
+from casa_assets.registry.kitchens import plan_names, style_names
 
 SURFACES = {"wall": "brick", "floor": "oak", "counter": "marble", "cabinet": "navy"}
 FIXTURES = {"fridge": "fridge/steel", "sink": "sink/double", "stool": "stool/woven", "window": "window/slider"}
@@ -142,7 +143,7 @@ class TestTraits:
 
     def test_as_many_values_as_there_are(self) -> None:
         possible = traits.choices()
-        assert (possible.plans, possible.styles) == (10, 12)
+        assert (possible.plans, possible.styles) == (len(plan_names()), len(style_names()))
         assert set(possible.surfaces.values()) == {100}
         assert possible.fixtures["fridge"] == 12
         assert possible.fixtures["floor_plant"] == 2
