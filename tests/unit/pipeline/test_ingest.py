@@ -121,13 +121,14 @@ def test_the_library_may_lie_in_the_source(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("named", ["meshes/milk_carton.obj", "meshes/manifest.jsonl", "meshes"])
 def test_what_is_named_is_an_input_though_a_folder_above_it_holds_a_library(tmp_path: Path, named: str) -> None:
-    meshes = write_box(tmp_path / "meshes")
+    project = tmp_path / "all" / "project"
+    meshes = write_box(project / "meshes")
     (meshes / "manifest.jsonl").write_text('{"id": "a", "file": "milk_carton.obj"}\n', encoding="ascii")
-    with Library(tmp_path).locked():  # as where a pack of textures was put into a project
+    with Library(project).locked():  # as where a pack of textures was put into a project
         pass
-    assert len(list(discover_inputs([tmp_path / named], tmp_path / "out" / "library"))) == 1
-    assert list(discover_inputs([tmp_path / named], tmp_path)) == []
-    assert list(discover_inputs([tmp_path.parent], tmp_path.parent / "library")) == []
+    assert len(list(discover_inputs([project / named], project / "out" / "library"))) == 1
+    assert list(discover_inputs([project / named], project)) == []
+    assert list(discover_inputs([project.parent], project.parent / "library")) == []
 
 
 def test_the_same_bytes_under_two_roots_are_made_once(tmp_path: Path) -> None:
