@@ -226,15 +226,7 @@ def _order_recess(
         "walls": WALL_THICKNESS_M,
         "base": SLAB_M,
         "lip": WALL_THICKNESS_M if hole.is_niche else 0.0,
-        "openings": [
-            {
-                "left": w.left,
-                "bottom": round(w.bottom - hole.bottom, 4),
-                "width": round(w.right - w.left, 4),
-                "height": round(w.top - w.bottom, 4),
-            }
-            for w in windows
-        ],
+        "openings": [_cut(w, round(w.bottom - hole.bottom, 4)) for w in windows],
         "inside": shell.wall,
         "floor": floor,
     }
@@ -290,15 +282,7 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleMo
         "thickness": WALL_THICKNESS_M,
         "left_more": 0.0,
         "right_more": right_more,
-        "openings": [
-            {
-                "left": h.left,
-                "bottom": _foot_of(h),
-                "width": round(h.right - h.left, 4),
-                "height": round(h.top - _foot_of(h), 4),
-            }
-            for h in holes
-        ],
+        "openings": [_cut(h, _foot_of(h)) for h in holes],
         "inside": models.style.room.wall,
     }
     before = walls[walls.index(wall) - 1]
@@ -308,6 +292,12 @@ def _wall(wall: WallLine, room: Room, holes: Sequence[WallHole], models: StyleMo
             params[key] = {"knee": slope.knee, "run": slope.run}
     spot = Spot(wall.frame, length / 2, -WALL_THICKNESS_M, 0.0)
     return _room_part(f"wall_{wall.id}", "wall", preset_with("room_wall/plaster_bare", params), spot)
+
+
+def _cut(hole: WallHole, bottom: float) -> dict[str, float]:
+    """The hole of an opening, as families of slabs take it. bottom: of the hole above the foot of the slab, metres."""
+    width, height = round(hole.right - hole.left, 4), round(hole.top - _foot_of(hole), 4)
+    return {"left": hole.left, "bottom": bottom, "width": width, "height": height}
 
 
 def _foot_of(hole: WallHole) -> float:
