@@ -1,14 +1,17 @@
 """How an ingest run spreads: one worker against two, Ray against the pool of this machine, and the model of a run.
 
-    ./dev bench scale                     30 inputs made of the sample meshes, nine runs, twenty minutes
+    ./dev bench scale                     30 inputs made of the sample meshes, eleven runs, half an hour
     ./dev bench scale --inputs FOLDER     meshes of one's own
     ./dev bench scale --copies 5          so many of each sample, each a little larger than the one before
     ./dev bench scale --rounds 1          each run once instead of twice; the faster of two is what is compared
 
 Prints seconds of each run, the efficiency of two workers, what Ray costs beside the local pool (where it is installed),
-and how far the model of `pipeline/ingest/forecast.py` is off. Two cores of a virtual machine are often two threads of
-one, and share memory and caches in any case. What that costs is measured apart: by two runs side by side that know
-nothing of each other. Ends with what runs on clusters would take by that model. Idle cores, please.
+and how far the model of `pipeline/ingest/forecast.py` is off. Ends with what runs on clusters would take by that model.
+
+Efficiency compares two workers on two cores with one worker on one core: a worker that has two cores to itself uses
+some of the second, since drawing and reading USD run threads. Cores share memory and caches, and those of a virtual
+machine may be threads of one core. What that costs is measured apart: by two runs side by side that know nothing of
+each other, one core each. Idle cores, please.
 """
 
 from __future__ import annotations
@@ -16,10 +19,13 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import multiprocessing
+import os
 import shutil
 import tempfile
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +42,7 @@ SAMPLES = Path(__file__).parents[1] / "examples" / "meshes"
 SUFFIXES = {".glb", ".obj", ".ply", ".stl", ".gltf"}
 GROWTH = 1.07  # of each copy of a sample: another asset, and not a copy
 CORES = (1, 8, 64, 512, 1_000, 10_000)
+ONE_CORE = "local, 1 on 1 core"
 HEADS = ("seconds", "first after", "processor s", "of workers", "leading s")
 COUNTS = (10_000, 800_000, 10_000_000)
 
@@ -74,7 +81,7 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="casa-scale-") as folder:
         inputs = given.inputs or scaled_samples(Path(folder), given.copies)
-        kinds: dict[str, Workers] = {"local, 1 worker": 1, "local, 2 workers": 2}
+        kinds: dict[str, Workers] = {ONE_CORE: 1, "local, 1 worker": 1, "local, 2 workers": 2}
         if importlib.util.find_spec("ray") is not None:
             kinds |= {"Ray, 1 worker": RayCluster(most=1), "Ray, 2 workers": RayCluster(most=2)}
         first_run(inputs, Path(folder))
@@ -82,17 +89,19 @@ def main() -> None:
         print(f"{'run':18} {'inputs':>7}" + "".join(f"{head:>13}" for head in HEADS))
         for turn in range(given.rounds):
             for name, kind in kinds.items():
-                one = run(inputs, Path(folder) / f"library {name} {turn}", kind)
+                with on_core(0 if name == ONE_CORE else None):
+                    one = run(inputs, Path(folder) / f"library {name} {turn}", kind)
                 numbers = (one.seconds, one.first_s, one.cpu_s, one.costs.sum(), one.lead_s)
                 print(f"{name:18} {len(one.events):7}" + "".join(f"{number:13.1f}" for number in numbers), flush=True)
                 runs[name] = min(one, runs.get(name, one), key=lambda each: each.seconds)
         apart = apart_s(inputs, Path(folder))
-    single, double = runs["local, 1 worker"], runs["local, 2 workers"]
-    efficiency, bound = single.seconds / double.seconds / 2, single.costs.sum() / apart
-    print(f"\nefficiency of two workers: {efficiency:.2f}")
-    print(f"the inputs take a worker {single.costs.sum():.1f} s alone and {apart:.1f} s beside one of another run,")
-    print(f"so two of these cores do {bound:.2f} of twice what one does, whatever runs on them;")
+    pinned, single, double = runs[ONE_CORE], runs["local, 1 worker"], runs["local, 2 workers"]
+    efficiency, bound = pinned.seconds / double.seconds / 2, pinned.costs.sum() / apart
+    print(f"\nefficiency of two workers on two cores, beside one worker on one core: {efficiency:.2f}")
+    print(f"the inputs take a worker {pinned.costs.sum():.1f} s on one core, and {apart:.1f} s with another run on the")
+    print(f"other core: two of these cores do {bound:.2f} of twice what one does, whatever runs on them;")
     print(f"efficiency of two workers, of what these cores can do: {efficiency / bound:.2f}")
+    print(f"beside one worker that may use both cores: {single.seconds / double.seconds / 2:.2f}")
     print_engines(runs)
     overheads = measured_overheads(single)
     print(f"\nseconds besides the work, of the run with one worker: {overheads}")
@@ -116,7 +125,7 @@ def print_engines(runs: dict[str, Run]) -> None:
     for count in (1, 2):
         word = f"{count} worker" + "s" * (count > 1)
         for name, other in (("local", "Ray"), ("Ray", "local")):
-            if f"{other}, {word}" not in runs:
+            if not {f"{name}, {word}", f"{other}, {word}"} <= set(runs):
                 continue
             one, beside = runs[f"{name}, {word}"], runs[f"{other}, {word}"]
             if name == "Ray":
@@ -128,8 +137,26 @@ def print_engines(runs: dict[str, Run]) -> None:
             print(f"model of {name}, {word}: {predicted:.1f} s, {error}{note}")
 
 
+@contextmanager
+def on_core(number: int | None) -> Iterator[None]:
+    """Keep this process, and all that it starts meanwhile, on one of its cores; None: leave it where it is."""
+    cores = os.sched_getaffinity(0)
+    try:
+        if number is not None:
+            os.sched_setaffinity(0, {sorted(cores)[number % len(cores)]})
+        yield
+    finally:
+        os.sched_setaffinity(0, cores)
+
+
+def run_on_core(number: int, inputs: Path, library: Path) -> Run:
+    """Ingest into a fresh library with one worker, all on one core."""
+    with on_core(number):
+        return run(inputs, library, 1)
+
+
 def apart_s(inputs: Path, folder: Path) -> float:
-    """Seconds that all inputs take a worker where two runs go on side by side, one worker and half of them each."""
+    """Seconds that all inputs take a worker where two runs go on side by side, a core and half of the inputs each."""
     halves = [folder / "even", folder / "odd"]
     for place, half in enumerate(halves):
         half.mkdir()
@@ -137,7 +164,7 @@ def apart_s(inputs: Path, folder: Path) -> float:
             shutil.copy(path, half)
     libraries = [folder / f"library {half.name}" for half in halves]
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as processes:
-        return sum(float(one.costs.sum()) for one in processes.map(run, halves, libraries, [1, 1]))
+        return sum(float(one.costs.sum()) for one in processes.map(run_on_core, (0, 1), halves, libraries))
 
 
 def scaled_samples(folder: Path, copies: int) -> Path:
