@@ -31,7 +31,13 @@ class Difference(NamedTuple):
 
     pointer: str
     size: float | None
-    message: str
+    expected: object
+    actual: object
+
+    @property
+    def message(self) -> str:
+        """What is said of the cell; made only for those that are told, since nearly all cells agree."""
+        return f"is {_formatted(self.actual)}, should be {_formatted(self.expected)}"
 
 
 def agree(expected: AssetFacts, actual: AssetFacts, tolerance: float) -> Measurement:
@@ -140,7 +146,7 @@ def texts(expected: ProgramTexts, actual: ProgramTexts) -> Iterator[Difference]:
 def text(at: str, expected: object, actual: object) -> Iterator[Difference]:
     """A cell that is no number, where it differs."""
     if expected != actual:
-        yield Difference(at, None, f"is {actual!s}, should be {expected!s}")
+        yield Difference(at, None, expected, actual)
 
 
 def quaternion(at: str, expected: object, actual: object) -> Difference:
@@ -153,15 +159,17 @@ def numbers(at: str, expected: object, actual: object, scale: float = 1.0) -> Di
     """A cell of numbers: the largest difference, over `scale`."""
     a, b = np.asarray(expected, dtype=np.float64), np.asarray(actual, dtype=np.float64)
     size = float(np.abs(a - b).max(initial=0.0)) / scale
-    return Difference(at, size, f"is {_formatted(b)}, should be {_formatted(a)}")
+    return Difference(at, size, a, b)
 
 
 def relative(at: str, expected: np.ndarray, actual: np.ndarray) -> Difference:
     """A cell of numbers: the largest difference, each relative to the larger of its two numbers."""
     size = relative_difference(expected, actual) if expected.shape == actual.shape else None
-    return Difference(at, size, f"is {_formatted(actual)}, should be {_formatted(expected)}")
+    return Difference(at, size, expected, actual)
 
 
-def _formatted(values: np.ndarray) -> str:
-    """The numbers of a cell; rows of a table of numbers are parted by semicolons."""
+def _formatted(values: object) -> str:
+    """What a cell holds; rows of a table of numbers are parted by semicolons."""
+    if not isinstance(values, np.ndarray):
+        return str(values)
     return "; ".join(" ".join(f"{v:.6g}" for v in row) for row in np.atleast_2d(values))

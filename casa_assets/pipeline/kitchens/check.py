@@ -18,10 +18,11 @@ from casa_assets.checks.design.robot.picture import floor_picture
 from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.checks.package import usd
+from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import load_table, report_not_run, run
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
-from casa_assets.checks.scene.motion.stopwatch import in_a_fresh_process
+from casa_assets.checks.scene.motion.stopwatch import time_loading_and_stepping
 from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pixels, PreviewImages
@@ -174,7 +175,8 @@ def run_checks_on_scene(
         "parking": [p.model_dump(mode="json") for p in design.parking.every],
     }
     if subject.loaded.model is not None:
-        load_s, steps_per_s, timestep_s = in_a_fresh_process(subject.mjcf)
+        with native_warnings():  # SCN001 reports them
+            load_s, steps_per_s, timestep_s = time_loading_and_stepping(subject.mjcf)
         speed = MeasuredSpeed(load_s * 1000.0, steps_per_s, timestep_s)
         for measurable in (speed, _views(subject.loaded.model, folder)):
             report += run(measurable, scene.id, limits, waived, table)

@@ -205,16 +205,15 @@ class TestSpeed:
     def test_pace_is_simulated_seconds_per_second(self) -> None:
         assert MeasuredSpeed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
 
-    @pytest.mark.parametrize("watch", [stopwatch.timed, stopwatch.in_a_fresh_process])
     def test_stopwatch_tells_the_step_of_the_model_and_leaves_no_log(
-        self, watch: Callable[[Path], tuple[float, float, float]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         found = subject(things(), tmp_path, ("<statistic ", '<statistic meaninertia="1" '))
         here = tmp_path / "here"
         here.mkdir()
         monkeypatch.chdir(here)
         with native_warnings():
-            load_s, steps_per_s, timestep_s = watch(found.mjcf)
+            load_s, steps_per_s, timestep_s = stopwatch.time_loading_and_stepping(found.mjcf)
         assert timestep_s == 0.002
         assert 0.0 < load_s < 60.0
         assert steps_per_s > 100.0
@@ -230,7 +229,7 @@ class TestSpeed:
     def test_stopwatch_names_the_file_that_does_not_load(self, tmp_path: Path) -> None:
         (tmp_path / "scene.xml").write_text("<mujoco><worldbody><geom/></worldbody></mujoco>")
         with pytest.raises(CasaError, match=r"scene\.xml: it cannot be timed: .*"):
-            stopwatch.in_a_fresh_process(tmp_path / "scene.xml")
+            stopwatch.time_loading_and_stepping(tmp_path / "scene.xml")
 
     def test_holdings_are_those_of_the_model(self, tmp_path: Path) -> None:
         held = scene_sizes(subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path))

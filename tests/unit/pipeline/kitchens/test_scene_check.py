@@ -106,7 +106,7 @@ class TestVerdict:
         before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
         monkeypatch.setattr(check, "run_scene", lambda subject, *_: Report(subject=subject.scene.id))
         monkeypatch.setattr(check, "run", lambda subject, name, *_: Report(subject=name))
-        monkeypatch.setattr(check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
+        monkeypatch.setattr(check, "time_loading_and_stepping", lambda path: (0.5, 4000.0, 0.002))
         check.run_checks_on_scene(*composed, folder)
         assert {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]} == before
 
@@ -179,7 +179,7 @@ class TestVerdict:
         tamper(folder / "scene.xml", (LABEL, LABEL + "cold "))
         tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
         monkeypatch.setattr(check, "CHECK_FRAME", PictureSettings(64, 48, 1))
-        monkeypatch.setattr(check, "in_a_fresh_process", lambda path: (0.5, 4000.0, 0.002))
+        monkeypatch.setattr(check, "time_loading_and_stepping", lambda path: (0.5, 4000.0, 0.002))
         done = check.check_one(RECIPE, copy, force=True)
         assert not done.passed
         assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
