@@ -11,18 +11,21 @@ from typing import Any
 from casa_assets.api.kitchen import Kitchen
 from casa_assets.errors import CasaError, OutputError
 from casa_assets.families.family import Params
+from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.asset.asset import Asset
 from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.families.run import params_of as drawn
 from casa_assets.pipeline.ingest.job import writing
-from casa_assets.pipeline.kitchens.check import run_checks_on_scene as check_scene
+from casa_assets.pipeline.kitchens.check import run_checks_on_scene
 from casa_assets.pipeline.kitchens.resolve import build_scene, params_of
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
+from casa_assets.pipeline.kitchens.scene_json import design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.library.asset_json import manifest_of
 from casa_assets.pipeline.library.asset_package import check_package, write_package
@@ -128,11 +131,17 @@ def check(subject: Asset | Kitchen | str | Path) -> Report:
             return check_package(subject, folder)
     if isinstance(subject, Kitchen):
         with tempfile.TemporaryDirectory(prefix="casa-assets-") as place:
-            return check_scene(subject.resolved, subject.scene, subject.write(place))[0]
+            return _check_scene(subject.resolved, subject.scene, subject.write(place))
     folder = Path(subject)
     if (folder / SCENE_JSON).is_file():
         recipe = recipe_of(folder.absolute().name, (folder.absolute().parent,))
-        return check_scene(*build_scene(recipe, cache_dir()), folder)[0]
+        return _check_scene(*build_scene(recipe, cache_dir()), folder)
     if (folder / disk.CERTIFICATE).is_file():
         return check_package(disk.read_asset(folder), folder)
     raise OutputError(str(folder), f"holds neither {SCENE_JSON} of a scene nor {disk.CERTIFICATE} of an asset")
+
+
+def _check_scene(kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
+    """Every check on a scene in its folder."""
+    report, _ = run_checks_on_scene(scene, design_of(kitchen, scene), folder)
+    return report

@@ -29,8 +29,6 @@ from casa_assets.checks.scene.views import Pixels, PreviewImages
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.export.mjcf.scene.kitchen import FILE
-from casa_assets.layouts.compose.floor_facts import facts_of
-from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
@@ -48,6 +46,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     run_recipes,
     scene_key,
 )
+from casa_assets.pipeline.kitchens.scene_json import design_of
 from casa_assets.pipeline.kitchens.scene_page import (
     is_model_current,
     is_page_current,
@@ -67,7 +66,7 @@ from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 
 FLOOR_MAP = "floor_map.png"
 # Enough to tell whether a camera shows something, by its shares of black and white pixels.
-CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
+CHECK_FRAME = room.PictureSettings(240, 180, passes=1, directions=6, shadow_px=256)
 
 
 def check_one(
@@ -128,7 +127,7 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
         clock = StepClock()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
         clock.end(BUILD)
-        report = check_and_report(recipe, kitchen, scene, folder, in_3d)
+        report = check_and_report(recipe, scene, design_of(kitchen, scene), folder, in_3d)
         clock.end(CHECK)
         build_s, check_s = clock.wall_s[BUILD], clock.wall_s[CHECK]
         return SceneResult(recipe, str(folder), report=report, build_s=build_s, check_s=check_s, cpu_s=clock.cpu_s)
@@ -137,10 +136,14 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
 
 
 def check_and_report(
-    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, folder: Path, in_3d: bool = True
+    recipe: SceneRecipe, scene: Scene, design: DesignSubject, folder: Path, in_3d: bool = True
 ) -> Report:
-    """Run every check on a scene in its folder, and leave report, page and pictures there; `in_3d`: a model, too."""
-    report, measured, design = run_checks_on_scene(kitchen, scene, folder)
+    """Run every check on a scene in its folder, and leave report, page and pictures there.
+
+    Args:
+        design: of the scene. in_3d: with a model, too.
+    """
+    report, measured = run_checks_on_scene(scene, design, folder)
     model = put_scene_model(folder, scene) if in_3d else read_report(folder).get("model_key")
     floor_picture(design).save(folder / FLOOR_MAP, format="PNG")
     keys = {"key": verdict_key(recipe), "model_key": model}
@@ -154,18 +157,15 @@ def verdict_key(recipe: SceneRecipe) -> str:
     return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, floor_picture))
 
 
-def run_checks_on_scene(
-    kitchen: KitchenRequest, scene: Scene, folder: Path
-) -> tuple[Report, dict[str, Any], DesignSubject]:
-    """Run every check on a scene in its folder, which is only read.
+def run_checks_on_scene(scene: Scene, design: DesignSubject, folder: Path) -> tuple[Report, dict[str, Any]]:
+    """Run every check on a scene in its folder, which is only read; `design`: of the scene.
 
     Returns:
-        The report; what was measured besides, for report.json (grade, tasks, parking places, budgets, speed); and the
-        subject of the design checks, from which a map of the floor can be drawn.
+        The report, and what was measured besides, for report.json: grade, tasks, parking places, budgets, speed.
     """
     begin, records = time.perf_counter(), registry.load()
     limits, waived, table = with_plugin_limits(records.limits), records.waived(scene.id), check_table()
-    subject, design = SceneSubject(scene, folder), DesignSubject(facts_of(kitchen, scene))
+    subject = SceneSubject(scene, folder)
     report = run_scene(subject, limits, waived, table)
     for part in (SceneFiles(subject), design):
         report += run(part, scene.id, limits, waived, table)
@@ -187,7 +187,7 @@ def run_checks_on_scene(
     if (folder / START_STATES).is_file():
         report += run(StatesSubject(read_states(folder), Stage(folder)), scene.id, limits, waived, table)
     ordered = sorted(report.results, key=lambda r: r.code)
-    return report.replace(results=tuple(ordered)), measured, design
+    return report.replace(results=tuple(ordered)), measured
 
 
 def _views(model: Any, folder: Path) -> PreviewImages:

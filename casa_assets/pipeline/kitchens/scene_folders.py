@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from casa_assets import registry
+from casa_assets.checks.design.subject import DesignSubject
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.export.mjcf import label
 from casa_assets.export.mjcf.scene import kitchen as mjcf
@@ -38,7 +39,7 @@ from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of, split_objects
-from casa_assets.pipeline.kitchens.scene_json import describe
+from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
 from casa_assets.pipeline.workers.batch import attempt, run_batch
@@ -56,7 +57,7 @@ EYE_FRAME, OPEN = room.PictureSettings(816, 544, passes=3), "open"  # of the pic
 BUILD, WRITE, DRAW, CHECK, PUT = "build", "write", "draw", "check", "put"  # steps of a scene
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
 # Checks a scene in its folder and returns the report.
-Judge = Callable[[SceneRecipe, KitchenRequest, Scene, Path], Report]
+Judge = Callable[[SceneRecipe, Scene, DesignSubject, Path], Report]
 
 
 @dataclass(frozen=True)
@@ -241,7 +242,8 @@ def publish_scene(
     clock = StepClock()
     with _staged(library, scene.id) as folder:
         keys = {"key": key, **({"picture_key": picture_key(key)} if options.drawn else {})}
-        facts = {**keys, **describe(recipe, kitchen, scene)}
+        design = design_of(kitchen, scene)
+        facts = {**keys, **describe(recipe, kitchen, scene, design)}
         store = AssetStore(library.cache)
         write_scene(folder, folder.parent, facts, scene, store.lightened)
         store.tidy()
@@ -251,7 +253,7 @@ def publish_scene(
         if options.at_eye_level:
             draw_cameras(folder, (EYE,), EYE_FRAME, OPEN)
         clock.end(DRAW)
-        report = options.judge(recipe, kitchen, scene, folder) if options.judge else None
+        report = options.judge(recipe, scene, design, folder) if options.judge else None
         placed = report is None or report.passed or not options.strict
         if placed:
             _merge(folder.parent / SHARED, library.root / SHARED)

@@ -28,8 +28,20 @@ if TYPE_CHECKING:
 FORMAT = 1
 
 
-def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict[str, Any]:
-    """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world."""
+def design_of(kitchen: KitchenRequest, scene: Scene) -> DesignSubject:
+    """A kitchen as the checks of its design see it, and those who tell where a robot parks and what it can do."""
+    return DesignSubject(facts_of(kitchen, scene))
+
+
+def describe(
+    recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, design: DesignSubject | None = None
+) -> dict[str, Any]:
+    """The content of scene.json. Lengths in metres, angles in radians, quaternions (w, x, y, z), frame of the world.
+
+    Args:
+        design: of this kitchen and scene, where the caller goes on with it: what it has found once is not found again.
+    """
+    design = design or design_of(kitchen, scene)
     items = {w.name: w for w in kitchen.items}
     pictures = credits_of_pictures({material.id for asset in scene.assets for material in asset.materials})
     makers = _credits(kitchen, scene)
@@ -76,7 +88,7 @@ def describe(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene) -> dict
         **({"objects": [_object(p, scene.asset_of[p.name]) for p in scene.objects]} if scene.objects else {}),
         "spawn": [_spawn(space, scene) for space in find_spaces(scene, load_habits().spaces)],
         "cameras": [{"name": c.name, **_pose(c.pose), "fov_y_deg": c.fov_y_deg} for c in scene.cameras],
-        **whereabouts(DesignSubject(facts_of(kitchen, scene))),
+        **whereabouts(design),
     }
 
 

@@ -22,6 +22,7 @@ from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.kitchens import check, scene_folders, scene_page
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneResult, build_with_options
+from casa_assets.pipeline.kitchens.scene_json import design_of
 from casa_assets.pipeline.reports import kitchens
 from casa_assets.preview.kitchen import PictureSettings
 from tests.packages import tamper
@@ -107,7 +108,8 @@ class TestVerdict:
         monkeypatch.setattr(check, "run_scene", lambda subject, *_: Report(subject=subject.scene.id))
         monkeypatch.setattr(check, "run", lambda subject, name, *_: Report(subject=name))
         monkeypatch.setattr(check, "time_loading_and_stepping", lambda path: (0.5, 4000.0, 0.002))
-        check.run_checks_on_scene(*composed, folder)
+        kitchen, scene = composed
+        check.run_checks_on_scene(scene, design_of(kitchen, scene), folder)
         assert {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]} == before
 
     def test_it_is_kept_while_nothing_changes(self, checked_kitchen: Checked) -> None:
@@ -212,7 +214,7 @@ class TestFacts:
         assert {name: tuple(t["fixtures"]) for name, t in facts["tasks"].items()} == told
 
 
-def refuse(recipe: SceneRecipe, kitchen: KitchenRequest, scene: Scene, folder: Path) -> Report:
+def refuse(recipe: SceneRecipe, scene: Scene, design: DesignSubject, folder: Path) -> Report:
     """A judge that nobody pleases."""
     assert (folder / "scene.xml").is_file()
     assert (folder.parent / "assets").is_dir()

@@ -63,13 +63,14 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
         for i in range(3):  # which scenes share
             (shared / f"{(number(scene.id) + i) % 7}.obj").write_text("mesh")
 
-    def judge(recipe, kitchen, scene, folder, in_3d=True):
+    def judge(recipe, scene, design, folder, in_3d=True):
         (folder / "report.json").write_text("{}")
         return verdict(recipe.scene_id)
 
     scene_folders.build_scene = check.build_scene = build
     scene_folders.write_scene = write
-    scene_folders.describe = lambda recipe, kitchen, scene: {"id": scene.id}
+    scene_folders.design_of = lambda kitchen, scene: None
+    scene_folders.describe = lambda recipe, kitchen, scene, design: {"id": scene.id}
     scene_folders.draw_cameras = lambda folder, cameras=(), *_: (folder / "overview.png").write_text("picture")
     scene_folders.is_drawn = lambda folder, key: (folder / "overview.png").is_file()
     scene_folders.scene_key = check.scene_key = lambda recipe: hashlib.sha256(recipe.scene_id.encode()).hexdigest()
