@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
     from casa_assets.api.stable_poses import StablePose, stable_poses
     from casa_assets.api.start_states import StartStates
+    from casa_assets.api.textures import ingest_textures
     from casa_assets.errors import CasaError, OutputError, RegistryError, Rejected, UnknownId
     from casa_assets.families.family import Params
     from casa_assets.geometry.mesh.trimesh_exchange import to_trimesh
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.ingest.in_memory import MeshInput
     from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
     from casa_assets.pipeline.reports.entry import Entry
+    from casa_assets.pipeline.textures.packs.ingest import PackReport
     from casa_assets.projects import use_project
     from casa_assets.registry.plugins.plugin import Exporter, Plugin, Source
 
@@ -55,6 +57,7 @@ __all__ = [
     "Behaviors",
     "ingest",
     "articulate",
+    "ingest_textures",
     "build",
     "build_object",
     "sample",
@@ -86,6 +89,7 @@ __all__ = [
     "Entry",
     "SearchHit",
     "Articulated",
+    "PackReport",
     "Rejection",
     "PlanInfo",
     "StyleInfo",
@@ -105,6 +109,8 @@ _SOURCES = {
     **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
     **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),
     "StartStates": "casa_assets.api.start_states",
+    "ingest_textures": "casa_assets.api.textures",
+    "PackReport": "casa_assets.pipeline.textures.packs.ingest",
     **dict.fromkeys(("StablePose", "stable_poses"), "casa_assets.api.stable_poses"),
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),
     **dict.fromkeys(("Ingested", "IngestResult", "Articulated", "Rejection"), "casa_assets.api.library"),

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import io
+import struct
+import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import OpenEXR
 from PIL import Image
 
 from casa_assets.core.sampling import rng_for
@@ -35,6 +39,52 @@ def encoded(image: npt.NDArray[np.generic], kind: str = "PNG") -> bytes:
     out = io.BytesIO()
     Image.fromarray(image).save(out, kind)
     return out.getvalue()
+
+
+def exr(planes: Mapping[str, npt.NDArray[np.generic]], compression: str = "ZIP") -> bytes:
+    """The bytes of an EXR file. planes: name of a channel -> (H, W) of float16 or float32."""
+    out = io.BytesIO()
+    header = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION"), "type": OpenEXR.scanlineimage}
+    with OpenEXR.File(header, dict(planes)) as file:
+        file.write(out)
+    return out.getvalue()
+
+
+def deep_png(image: npt.NDArray[np.uint16]) -> bytes:
+    """The bytes of a PNG of 16 bits. image: (H, W) or (H, W, 3)."""
+    height, width = image.shape[:2]
+    rows = image.astype(">u2").reshape(height, -1)
+    packed = zlib.compress(b"".join(b"\0" + row.tobytes() for row in rows), 1)
+    head = struct.pack(">IIBBBBB", width, height, 16, 0 if image.ndim == 2 else 2, 0, 0, 0)
+    parts = ((b"IHDR", head), (b"IDAT", packed), (b"IEND", b""))
+    chunks = (struct.pack(">I", len(d)) + n + d + struct.pack(">I", zlib.crc32(n + d)) for n, d in parts)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(chunks)
+
+
+def tiff(image: npt.NDArray[np.generic], **tile: int) -> bytes:
+    """The bytes of a TIFF that is not packed, with numbers of any kind.
+
+    Args:
+        image: (H, W) or (H, W, 3). tile: width and height of tiles, which the header claims and the file has not.
+    """
+    (height, width), samples = image.shape[:2], 1 if image.ndim == 2 else 3
+    data, kind = image.tobytes(), {"u": 1, "i": 2, "f": 3}[image.dtype.kind]
+    short, long = (3, "<H"), (4, "<I")
+    bits = image.dtype.itemsize * 8
+    tags = [(256, long, [width]), (257, long, [height]), (258, short, [bits] * samples), (259, short, [1])]
+    tags += [(262, short, [1 if samples == 1 else 2]), (273, long, [8]), (277, short, [samples])]
+    tags += [(278, long, [height]), (279, long, [len(data)])]
+    tags += [(code, long, [tile[side]]) for code, side in ((322, "width"), (323, "height")) if side in tile]
+    tags += [(339, short, [kind] * samples)]
+    start = 8 + len(data)
+    rows, behind = b"", b""
+    for number, (code, form), values in tags:
+        packed = b"".join(struct.pack(form, value) for value in values)
+        if len(packed) > 4:
+            at = start + 2 + 12 * len(tags) + 4 + len(behind)
+            packed, behind = struct.pack("<I", at), behind + packed
+        rows += struct.pack("<HHI", number, code, len(values)) + packed.ljust(4, b"\0")
+    return b"II*\0" + struct.pack("<I", start) + data + struct.pack("<H", len(tags)) + rows + bytes(4) + behind
 
 
 def write_pictures(folder: Path, count: int, name: str = "stone") -> Path:

@@ -35,6 +35,7 @@ PLANTS = [
     ("trimesh", "geometry", "import trimesh"),
     ("packed", "pipeline", "import ufbx"),
     ("packed", "geometry", "import DracoPy"),
+    ("exr", "pipeline", "import OpenEXR"),
     ("coacd", "pipeline", "import coacd"),
     ("coacd", "geometry", "import vhacdx"),
     ("terminal", "pipeline", "import rich.console"),

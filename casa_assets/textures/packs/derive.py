@@ -27,6 +27,7 @@ MAX_SEAM = 2.5
 _RELIEF_M = 0.0006
 _GLOSS = {Surface.WALL: 0.75, Surface.FLOOR: 0.45, Surface.COUNTER: 0.25, Surface.CABINET: 0.45}
 _UNEVEN = 0.15  # roughness between the palest and the darkest detail
+HEIGHT = "height"  # the map that is kept with 16 bits
 _FLATTEST = 0.1  # least z of a normal: steeper ones have no slope that could be averaged
 
 Floats = npt.NDArray[np.float32]
@@ -98,7 +99,7 @@ def tile(pixels: Floats, size_px: int = SIZE_PX, given: GivenMaps | None = None)
     height, width = whole.shape[:2]
     stored, at = {}, 3
     for name, plane in maps.items():
-        stored[name] = png(whole[..., at : at + plane.shape[2]])
+        stored[name] = png(whole[..., at : at + plane.shape[2]], is_deep=name == HEIGHT)
         at += plane.shape[2]
     return TiledPicture(
         base=png(whole[..., :3]),
@@ -140,7 +141,7 @@ def finish_of_tile(
     base = scaled(pixels_of(made.base), size_px)
     maps = {key: scaled(pixels_of(data), size_px) for key, data in made.maps.items()}
     painted = layers(base, *look)
-    height = _RELIEF_M * _detail(maps["height"][..., 0]) if "height" in maps else painted.height_m
+    height = _RELIEF_M * _detail(maps[HEIGHT][..., 0]) if HEIGHT in maps else painted.height_m
     rough = maps["roughness"][..., 0] if "roughness" in maps else painted.roughness
     whole = finish(name, tile_m, Layers.of(painted.albedo, height, rough), substance)
     material = whole.material
@@ -190,9 +191,14 @@ def scaled(pixels: Floats, size_px: int) -> Floats:
     return _fitted(pixels, max(1, round(height * scale)), max(1, round(width * scale)))
 
 
-def png(image: Floats) -> bytes:
-    """(H, W, 3) or (H, W, 1) 0..1 as PNG, the same bytes every time."""
-    pixels = np.rint(np.clip(image, 0.0, 1.0) * 255.0).astype(np.uint8)
+def png(image: Floats, is_deep: bool = False) -> bytes:
+    """(H, W, 3) or (H, W, 1) 0..1 as PNG, the same bytes every time.
+
+    Args:
+        is_deep: with 16 bits, of (H, W, 1): slopes of heights in 255 steps are stairs.
+    """
+    whole = np.clip(image, 0.0, 1.0)
+    pixels = np.rint(whole * 65535.0).astype(np.uint16) if is_deep else np.rint(whole * 255.0).astype(np.uint8)
     out = io.BytesIO()
     Image.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels).save(out, "PNG", compress_level=6)
     return out.getvalue()
@@ -201,6 +207,9 @@ def png(image: Floats) -> bytes:
 def pixels_of(data: bytes) -> Floats:
     """(H, W, 3) float32 0..1 of a PNG that this package wrote."""
     with Image.open(io.BytesIO(data)) as image:
+        if image.mode.startswith("I"):  # with 16 bits
+            grey = np.asarray(image, dtype=np.float32) / np.float32(65535.0)
+            return np.repeat(grey[..., None], 3, axis=2)
         return np.asarray(image.convert("RGB"), dtype=np.float32) / np.float32(255.0)
 
 

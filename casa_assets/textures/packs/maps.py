@@ -43,7 +43,7 @@ _WORDS = {
 _ROLES = {word: role for role, words in _WORDS.items() for word in words.split()}
 _SUFFIX = re.compile(rf"^(.+?)[ _-]+({'|'.join(sorted(_ROLES, key=len, reverse=True))})$")
 # A resolution, and the format that ambientCG writes behind it.
-_RESOLUTION = re.compile(r"[ _-]\d{1,2}k(?:[ _-](?:jpe?g|png|exr))?(?=$|[ _-])")
+_RESOLUTION = re.compile(r"[ _-]\d{1,2}k(?:[ _-](?:jpe?g|png|exr|tiff?))?(?=$|[ _-])")
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,9 @@ class PictureRejection(StrEnum):
 
 REMEDIES = {
     PictureRejection.UNREADABLE: "Replace it with a readable regular file inside the folder.",
-    PictureRejection.NOT_A_PICTURE: "Save it as PNG, JPEG or WebP.",
+    PictureRejection.NOT_A_PICTURE: (
+        "Save it as PNG, JPEG or WebP, as TIFF of 8 or 16 bits, or as EXR with the channels R, G and B or one alone."
+    ),
     PictureRejection.BROKEN: "Download or generate it again; the file is cut or garbled.",
     PictureRejection.TOO_LARGE: (
         f"Scale it down to at most {MAX_SIDE_PX} pixels a side and at most {MAX_FILE_BYTES // 2**20} MiB."

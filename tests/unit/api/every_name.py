@@ -61,6 +61,8 @@ kept: casa.Asset = library.get(hits[0].id)
 print(len(library), library.folder("mug_0"), "mug_0" in library)
 cache: Path = casa.cache_dir()
 casa.use_project(None)
+pack: casa.PackReport = casa.ingest_textures("pictures", surface="wall", tile_m=(1.2, 1.2), licence="CC0-1.0")
+picture: str = pack.pack.pictures[0].id
 plugin: casa.Plugin = casa.plugins().get("ours") or casa.Plugin("ours", "1.0")
 sources: tuple[casa.Source, ...] = plugin.sources
 exporters: tuple[casa.Exporter, ...] = plugin.exporters

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -15,8 +15,10 @@ from casa_assets.errors import CasaError, RegistryError, Rejected
 from casa_assets.model.record import Record
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.optional_packages import require
 from casa_assets.pipeline.textures.packs.sources import SourceFile, SourceFiles
-from casa_assets.textures.packs.decode import SUFFIXES, decode, decode_map
+from casa_assets.textures.packs import exr
+from casa_assets.textures.packs.decode import SUFFIX_GROUPS, SUFFIXES, decode, decode_map
 from casa_assets.textures.packs.derive import SIZE_PX, Floats, GivenMaps, TiledPicture, scaled, tile
 from casa_assets.textures.packs.entry import UNKNOWN, PictureDescription, RejectedPicture
 from casa_assets.textures.packs.maps import MapRole, MaterialFiles, group_maps
@@ -31,8 +33,6 @@ _MAX_LIST_BYTES = 16 << 20
 # Roles of files that are not read as maps.
 _NO_MAPS = frozenset({MapRole.COLOR, MapRole.OTHER})
 _SAME_ASPECT = 0.02  # by which the shape of a map may differ from that of the colour
-# Formats of maps that are not read: a material is taken without them.
-_OTHER_SUFFIXES = (".exr", ".tif", ".tiff")
 
 
 @dataclass(frozen=True)
@@ -150,14 +150,18 @@ def read_description(source: Path, found: SourceFiles) -> PackDescription:
 
 
 def survey(found: SourceFiles, description: PackDescription, options: PackOptions, store: Store) -> PackSurvey:
-    """Look at every file of a source; what is wrong with one does not touch the others."""
+    """Look at every file of a source; what is wrong with one does not touch the others.
+
+    Raises:
+        CasaError: an EXR file would be read, and the package that does is not installed.
+    """
     accepted: list[AcceptedPicture] = []
     refusals = list(found.refused)
     by_bytes: dict[str, str] = {}
     by_path = {file.path: file for file in found.files}
-    # Of two files of one map the one that can be read is taken.
-    shown = [file.path for suffixes in (SUFFIXES, _OTHER_SUFFIXES) for file in found.files if file.suffix in suffixes]
-    materials = [one for one in group_maps(shown) if _is_picture(one)]
+    shown = [file.path for suffixes in SUFFIX_GROUPS for file in found.files if file.suffix in suffixes]
+    materials = sorted(group_maps(shown), key=lambda one: min(one.maps.values()))
+    _check_readers(materials)
     for files in materials:
         try:
             accepted.append(_accepted(files, by_path, by_bytes, description, options, store))
@@ -203,9 +207,16 @@ def _source(files: MaterialFiles) -> str:
     return files.maps.get(MapRole.COLOR, next(iter(files.maps.values())))
 
 
-def _is_picture(files: MaterialFiles) -> bool:
-    """False for a file of a format that is not read and is of no material."""
-    return len(files.maps) > 1 or PurePosixPath(_source(files)).suffix.lower() in SUFFIXES
+def _check_readers(materials: Iterable[MaterialFiles]) -> None:
+    """Raise CasaError where an EXR file would be read and OpenEXR is not installed.
+
+    Pictures without these maps would be others: what comes of a source must not hang on what is installed.
+    """
+    for files in materials:
+        for role, path in files.maps.items():
+            if role is not MapRole.OTHER and PurePosixPath(path).suffix.lower() == exr.SUFFIX:
+                require(exr.MODULE, exr.EXTRA, f"{path}: an EXR file, for which a PNG may stand in,")
+                return
 
 
 def _origins(prepared: PreparedPicture, maps: Mapping[MapRole, SourceFile]) -> dict[str, str]:
@@ -249,10 +260,6 @@ def _prepared(
     notes: list[str] = []
     for role, file in maps.items():
         try:
-            if file.suffix in _OTHER_SUFFIXES:
-                raise rejection_error(
-                    PictureRejection.NOT_A_PICTURE, f"is a {file.suffix} file, which is not read; get a PNG or JPEG"
-                )
             read[role] = file.read()
         except Rejected as error:
             notes.append(_without(role, error))
@@ -279,7 +286,7 @@ def _given(read: Mapping[MapRole, bytes], aspect: float, size_px: int) -> tuple[
     notes: list[str] = []
     for role, data in read.items():
         try:
-            pixels = decode_map(data)
+            pixels = decode_map(data, role)
             if abs(pixels.shape[1] / pixels.shape[0] / aspect - 1.0) > _SAME_ASPECT:
                 raise rejection_error(PictureRejection.TOO_LONG, "has another shape than the colour")
             planes[role] = scaled(pixels, size_px)

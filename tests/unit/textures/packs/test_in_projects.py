@@ -132,6 +132,29 @@ def test_a_pack_does_not_take_the_place_of_pictures(ingested: Ingested, tmp_path
     assert (folder / "stone 00.png").is_file()
 
 
+def test_from_python(project: Project, tmp_path: Path) -> None:
+    """What the command line does: into the project in use, by ids that kitchens take at once; or into a folder."""
+    pictures = write_pictures(tmp_path / "slates", 2)
+    (pictures / "broken.png").write_bytes(b"no picture")
+    said = {"tile_m": (1.0, 1.0), "licence": "CC0-1.0", "substance": "stone"}
+    with pytest.raises(CasaError, match=r"casa\.use_project\(folder\), or library=folder"):
+        casa.ingest_textures(pictures, surface="floor", **said)
+    ours = project({})
+    done = casa.ingest_textures(pictures, surface="floor", **said)
+    assert (done.folder, done.changed) == (ours / "textures" / "slates", True)
+    assert [picture.id for picture in done.pack.pictures] == ["slates_stone_00", "slates_stone_01"]
+    assert [(row.source, row.code) for row in done.pack.refused] == [("broken.png", "PCK002")]
+    assert set(casa.surfaces()["floor"]) >= {"slates_stone_00", "slates_stone_01"}
+    assert casa.kitchen("one_wall_small", "coastal", surfaces={"floor": "slates_stone_01"}).surfaces
+    assert not casa.ingest_textures(pictures, surface="floor", **said).changed
+    elsewhere = casa.ingest_textures(pictures, "other", surface="wall", library=tmp_path / "lib", **said)
+    assert elsewhere.folder == tmp_path / "lib" / "textures" / "other"
+    with pytest.raises(UnknownId, match="did you mean floor"):
+        casa.ingest_textures(pictures, surface="flor", **said)
+    with pytest.raises(CasaError, match=r"tile_m\.1: .*greater than 0, got -1"):
+        casa.ingest_textures(pictures, surface="floor", tile_m=(1.0, -1.0))
+
+
 @pytest.mark.parametrize("text", ["{}", "[", '{"id": "slates", "version": 3, "pictures": [{"files": ["../a.png"]}]}'])
 def test_a_damaged_pack_is_told_with_its_file(ingested: Ingested, tmp_path: Path, text: str) -> None:
     (ingested().folder / "pack.json").write_text(text, encoding="utf-8")
