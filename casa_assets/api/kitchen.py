@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -26,7 +26,14 @@ from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, draw_surfaces, ordered_surfaces, resolve
+from casa_assets.pipeline.kitchens.resolve import (
+    SceneRecipe,
+    build_scene,
+    draw_surfaces,
+    ordered_models,
+    ordered_surfaces,
+    resolve,
+)
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
     BuildOptions,
@@ -55,7 +62,7 @@ class Kitchen:
     Attributes:
         id: such as `galley__rustic__s7`; the same id gives the same scene files with one version of the program.
         plan, style: names. seed: that drew the lengths, or None. closed: whether open walls are drawn too.
-        surfaces: surface -> texture, where it differs from the style's.
+        surfaces: surface -> texture, and models: role -> model, where they differ from the style's.
     """
 
     def __init__(self, recipe: SceneRecipe) -> None:
@@ -65,6 +72,7 @@ class Kitchen:
         self.id, self.plan, self.style = recipe.scene_id, recipe.plan, recipe.style
         self.seed, self.closed = recipe.seed, recipe.closed
         self.surfaces: Mapping[str, str] = {surface.value: name for surface, name in recipe.surfaces}
+        self.models: Mapping[str, str] = dict(recipe.models)
 
     def __repr__(self) -> str:
         """Text such as `<Kitchen galley__rustic__s7>`."""
@@ -161,6 +169,7 @@ def kitchen(
     objects: int = 0,
     objects_seed: int = 0,
     mixed: bool = False,
+    models: Mapping[str, str] | None = None,
 ) -> Kitchen:
     """A floor plan in a style.
 
@@ -175,21 +184,27 @@ def kitchen(
             are fewer where there is no room for so many; `facts["objects"]` lists them.
         objects_seed: draws which things, and where.
         mixed: fronts, appliances, furniture and small things are drawn out of all styles, by the seed.
+        models: role of a style, such as `range` or `fridge` -> what takes the place of the style's model: a preset of
+            a family (`range/pro_six`), or an asset of a library of the project (`library:<id>`).
     Raises:
-        UnknownId: no such plan, style, surface or texture; the error names the nearest.
-        CasaError: a number of objects is negative, or the plan does not fit together with these lengths or this style.
+        UnknownId: no such plan, style, surface, texture, role or model; the error names the nearest.
+        CasaError: a number of objects is negative, a model does not suit its role or the plan has nothing of it, or
+            the plan does not fit together with these lengths or this style.
     """
     for name, number in (("objects", objects), ("objects_seed", objects_seed)):
         if number < 0:
             raise CasaError(f"{name}={number}: it has to be 0 or more")
-    if surfaces == "random":
-        return Kitchen(SceneRecipe(plan, style, seed, draw_surfaces(seed or 0), closed, objects, objects_seed, mixed))
-    pairs = []
-    for name, texture in (surfaces or {}).items():
+    finishes = draw_surfaces(seed or 0) if surfaces == "random" else ordered_surfaces(_pairs(surfaces or {}))
+    chosen = ordered_models((models or {}).items())
+    return Kitchen(SceneRecipe(plan, style, seed, finishes, closed, objects, objects_seed, mixed, chosen))
+
+
+def _pairs(surfaces: Mapping[str, str]) -> Iterator[tuple[Surface, str]]:
+    """Surfaces with their textures. Raises UnknownId."""
+    for name, texture in surfaces.items():
         if name not in list(Surface):
             raise UnknownId("surface", name, [s.value for s in Surface])
-        pairs.append((Surface(name), texture))
-    return Kitchen(SceneRecipe(plan, style, seed, ordered_surfaces(pairs), closed, objects, objects_seed, mixed))
+        yield Surface(name), texture
 
 
 @overload

@@ -397,6 +397,12 @@ def new(
         str,
         typer.Option(help="'style', 'random' (drawn by the seed), or ids: 'wall=brick_red_running,floor=oak_ebony'."),
     ] = "style",
+    model: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A model in place of the style's, by its role: 'range=range/pro_six', 'fridge=library:ID'; repeatable."
+        ),
+    ] = None,
     mixed: Annotated[
         bool,
         typer.Option(
@@ -421,13 +427,14 @@ def new(
 
     Example:  casa-assets scenes new galley --style rustic --seed 7 --textures random --objects 40
     """
-    from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces
+    from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_models, ordered_surfaces
     from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
     from casa_assets.registry.kitchens import load_plan, load_style
 
     load_plan(plan), load_style(style)
     surfaces = draw_surfaces(seed or 0) if textures == "random" else ordered_surfaces(_pairs(textures))
-    recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed, mixed)
+    models = ordered_models(_roles(model or []))
+    recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed, mixed, models)
     _build([recipe], out, 1, BuildOptions(), Output(json_, quiet, verbose))
 
 
@@ -437,6 +444,17 @@ scene_app.command("new", cls=verb(old_path="scene new", path="scenes new"))(new)
 @scene_app.callback()
 def scene() -> None:
     """A kitchen of one's own; now `scenes new`."""
+
+
+def _roles(texts: list[str]) -> list[tuple[str, str]]:
+    """`range=range/pro_six` as pairs."""
+    pairs = []
+    for text in texts:
+        role, _, name = text.partition("=")
+        if not role or not name:
+            raise typer.BadParameter(f"{text!r}: write ROLE=FAMILY/PRESET or ROLE=library:ID", param_hint="--model")
+        pairs.append((role, name))
+    return pairs
 
 
 def _pairs(text: str) -> list[tuple[Surface, str]]:

@@ -372,6 +372,7 @@ class SceneFile(Record):
         parameters: lengths of the plan, metres.
         surfaces: surface -> its main texture.
         covers: surface -> all finishes that cover it.
+        models: role -> model in place of the style's, `family/preset` or `library:<id>`; left out where there are none.
         textures: pictures of texture packs that it shows, and their makers; left out where there are none.
         credits: makers of the assets of libraries in it; left out where there are none.
         generator: what wrote the file.
@@ -396,6 +397,7 @@ class SceneFile(Record):
     parameters: dict[str, float]
     surfaces: dict[Surface, str]
     covers: dict[Surface, tuple[str, ...]]
+    models: dict[str, str] = Field(default_factory=dict)
     textures: tuple[TextureRow, ...] = ()
     credits: tuple[CreditRow, ...] = ()
     generator: str

@@ -30,7 +30,7 @@ from casa_assets.pipeline.families.run import asset_key
 from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, placed_asset, placed_key
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
 from casa_assets.pipeline.kitchens.sampling.harmony import goes_together, is_wooden
-from casa_assets.pipeline.kitchens.sampling.mix import mixed_style
+from casa_assets.pipeline.kitchens.sampling.mix import mixed_style, models_of_roles
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
@@ -74,6 +74,7 @@ class SceneRecipe:
         objects: how many things of registry/objects/ are put into it, where people keep them; 0: none.
         objects_seed: draws which, and where.
         mixed: whether its fronts, models and other parts are drawn out of all styles, by `seed`, or 0 without one.
+        models: role -> model in place of the style's, `family/preset` or `library:<id>`, sorted by role.
     """
 
     plan: str
@@ -84,20 +85,22 @@ class SceneRecipe:
     objects: int = 0
     objects_seed: int = 0
     mixed: bool = False
+    models: tuple[tuple[str, str], ...] = ()
 
     @property
     def scene_id(self) -> str:
         """`<plan>__<style>`, and what applies of `__s<seed>`, `__t<digest of finishes>` and further parts.
 
-        These are `__mixed`, `__closed` and `__o<objects>`. The last has the seed of the objects, where it is not 0,
-        right after their number: `__o40s3`.
+        These are `__m<digest of models>`, `__mixed`, `__closed` and `__o<objects>`. The last has the seed of the
+        objects, where it is not 0, right after their number: `__o40s3`.
         """
         parts = [self.plan, self.style]
         if self.seed is not None:
             parts.append(f"s{self.seed}")
         if self.surfaces:
-            text = ",".join(f"{surface.value}={name}" for surface, name in self.surfaces)
-            parts.append("t" + hashlib.sha256(text.encode()).hexdigest()[:8])
+            parts.append("t" + _short_digest((surface.value, name) for surface, name in self.surfaces))
+        if self.models:
+            parts.append("m" + _short_digest(self.models))
         if self.mixed:
             parts.append("mixed")
         if self.closed:
@@ -105,6 +108,12 @@ class SceneRecipe:
         if self.objects:
             parts.append(f"o{self.objects}" + (f"s{self.objects_seed}" if self.objects_seed else ""))
         return "__".join(parts)
+
+
+def _short_digest(pairs: Iterable[tuple[str, str]]) -> str:
+    """The digits that stand for a choice in the id of a scene."""
+    text = ",".join(f"{key}={name}" for key, name in pairs)
+    return hashlib.sha256(text.encode()).hexdigest()[:8]
 
 
 def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Surface, str], ...]:
@@ -115,6 +124,29 @@ def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Sur
         if name not in finishes[surface]:
             raise UnknownId(f"{surface.value} texture", name, finishes[surface])
     return tuple((s, picked[s]) for s in Surface if s in picked)
+
+
+def ordered_models(models: Iterable[tuple[str, str]]) -> tuple[tuple[str, str], ...]:
+    """Models of roles, sorted by role, each a text such as `range/pro_six` or `library:<id>`.
+
+    Raises:
+        UnknownId: no style has such a role. CasaError: a text names no model.
+    """
+    roles, picked = models_of_roles(), dict(models)
+    for role, name in picked.items():
+        if role not in roles:
+            raise UnknownId("role of models", role, roles)
+        _choice(role, name)
+    return tuple(sorted(picked.items()))
+
+
+def _choice(role: str, name: str) -> PresetChoice:
+    try:
+        if isinstance(name, str):
+            return PresetChoice.model_validate(name)
+    except ValidationError:
+        pass
+    raise CasaError(f"model of {role}: write FAMILY/PRESET or library:ID, got {name!r}")
 
 
 def draw_surfaces(seed: int) -> tuple[tuple[Surface, str], ...]:
@@ -143,24 +175,39 @@ def resolve(recipe: SceneRecipe) -> KitchenRequest:
 
     Raises:
         RegistryError: with file and line, where the plan does not fit together, or a model does not suit its role.
-        UnknownId: no such plan, style or model.
+        UnknownId: no such plan, style or model. CasaError: a model that the recipe names suits nothing.
     """
     plan, document = kitchens.load_plan(recipe.plan)
     style, style_document = kitchens.load_style(recipe.style)
     turns = 1 if recipe.seed is None else MAX_LENGTH_DRAWS
     failed: PlanConflict | None = None
+    chosen = {role: _choice(role, name) for role, name in recipe.models}
     for turn in range(turns):
         given = None if recipe.seed is None else draw_lengths(plan, recipe.seed, turn)
         mixed = mixed_style(style, recipe.seed or 0, turn // LENGTHS_PER_MIX) if recipe.mixed else style
-        finished = with_finishes(mixed, dict(recipe.surfaces), recipe.mixed)
+        equipped = mixed.replace(models={**mixed.models, **chosen}) if chosen else mixed
+        finished = with_finishes(equipped, dict(recipe.surfaces), recipe.mixed)
         try:
-            return request_kitchen(plan, finished, preset_params(), given, recipe.closed, load_roles())
+            kitchen = request_kitchen(plan, finished, preset_params(), given, recipe.closed, load_roles())
+            _check_taken(recipe.plan, chosen, kitchen)
+            return kitchen
         except PlanConflict as error:
             failed = error
         except StyleConflict as error:
+            if error.pointer[-1] in chosen:
+                raise CasaError(f"model of {error.pointer[-1]}: expected {error.expected}, got {error.got}") from error
             raise style_document.fault(error.pointer, error.expected, error.got) from error
     assert failed is not None
     raise error_with_line(failed, document)
+
+
+def _check_taken(plan: str, chosen: Mapping[str, PresetChoice], kitchen: KitchenRequest) -> None:
+    """Raise CasaError where nothing in a kitchen is of a model that was chosen for it."""
+    there = {item.choice.preset for item in kitchen.items}
+    for role, choice in chosen.items():
+        if choice.preset not in there:
+            message = f"plan {plan} has nothing of this role, or names another model for it itself"
+            raise CasaError(f"model of {role}: {choice.preset} would stand nowhere: {message}")
 
 
 def with_finishes(style: Style, surfaces: Mapping[Surface, str], mixed: bool = False) -> Style:

@@ -11,13 +11,14 @@ from pathlib import Path
 
 from casa_assets.errors import CasaError, UnknownId
 from casa_assets.model.kitchen.surface import Surface
-from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_surfaces
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_models, ordered_surfaces
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
 
 _OBJECTS = r"(?:__o(?P<objects>\d+)(?:s(?P<objects_seed>\d+))?)?"
 _REST = re.compile(
-    r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?P<mixed>__mixed)?(?P<closed>__closed)?" + _OBJECTS
+    r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?:__m(?P<models>[0-9a-f]{8}))?"
+    r"(?P<mixed>__mixed)?(?P<closed>__closed)?" + _OBJECTS
 )
 
 
@@ -31,13 +32,13 @@ def split_objects(name: str) -> tuple[str, int, int]:
 def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     """Parse the id of a kitchen into its recipe.
 
-    The finishes are only a digest in the id. They are found where the seed drew them (`--textures random`), or where
-    the kitchen stands in one of `places`.
+    The finishes are only a digest in the id, and so are the models. Finishes are found where the seed drew them
+    (`--textures random`), both where the kitchen stands in one of `places`.
 
     Args:
         scene_id: such as `galley__rustic__s7__t5c1d2e3f`. places: folders of scenes, searched in this order.
     Raises:
-        UnknownId: no such plan or style, or not an id. CasaError: the finishes cannot be found.
+        UnknownId: no such plan or style, or not an id. CasaError: the finishes or the models cannot be found.
     """
     plan, _, tail = scene_id.partition("__")
     style, _, rest = tail.partition("__")
@@ -48,18 +49,31 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     _, objects, objects_seed = split_objects(scene_id)
     is_closed, is_mixed = fields["closed"] is not None, fields["mixed"] is not None
     bare = SceneRecipe(plan, style, seed, (), is_closed, objects, objects_seed, is_mixed)
-    if fields["finishes"] is None:
-        return bare
-    for surfaces in _candidates(scene_id, seed, places):
-        recipe = replace(bare, surfaces=surfaces)
-        if recipe.scene_id == scene_id:
-            return recipe
+    has_finishes, has_models = fields["finishes"] is not None, fields["models"] is not None
+    for models in _stated_models(scene_id, places) if has_models else [()]:
+        for surfaces in _candidates(scene_id, seed, places) if has_finishes else [()]:
+            recipe = replace(bare, surfaces=surfaces, models=models)
+            if recipe.scene_id == scene_id:
+                return recipe
     where = ", ".join(str(place) for place in places) or "no folder"
+    told = [("t" + fields["finishes"], "finishes", "surfaces={'wall': ...}")] if has_finishes else []
+    told += [("m" + fields["models"], "models", "models={'range': ...}")] if has_models else []
+    digests = " and ".join(f"'{digits}' is a digest of its {name}" for digits, name, _ in told)
     raise CasaError(
-        f"{scene_id}: 't{fields['finishes']}' is a digest of its finishes and does not say which they are, and no "
-        f"scene of this id stands in {where}. Give the folder that it stands in, or make it anew with "
-        f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, surfaces={{'wall': ...}})"
+        f"{scene_id}: {digests}; which they are cannot be told from that, and no scene of this id stands in {where}. "
+        f"Give the folder that it stands in, or make it anew with "
+        f"casa_assets.kitchen({plan!r}, {style!r}, seed={seed}, {', '.join(option for *_, option in told)})"
     )
+
+
+def _stated_models(scene_id: str, places: Sequence[Path]) -> Iterator[tuple[tuple[str, str], ...]]:
+    """Models that the scenes of this id in folders of scenes say that they have."""
+    for place in places:
+        try:
+            found = json.loads((place / scene_id / SCENE_JSON).read_text(encoding="utf-8"))["models"]
+            yield ordered_models((role, str(name)) for role, name in found.items())
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, CasaError):
+            continue
 
 
 def _candidates(scene_id: str, seed: int | None, places: Sequence[Path]) -> Iterator[tuple[tuple[Surface, str], ...]]:

@@ -62,6 +62,7 @@ def describe(
             "cabinet": style.cabinets.base.face,
         },
         "covers": surface_finishes(style),
+        **({"models": dict(recipe.models)} if recipe.models else {}),
         **({"textures": pictures} if pictures else {}),
         **({"credits": makers} if makers else {}),
         "generator": f"casa-assets {version('casa-assets')}",

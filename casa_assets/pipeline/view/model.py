@@ -158,7 +158,8 @@ def _note(subject: Kitchen, folder: Path | None) -> str:
 
 def build_command(recipe: SceneRecipe) -> str:
     """The command that writes the scene of a recipe to the disk."""
-    if not recipe.surfaces and recipe.seed is None and not recipe.closed and not recipe.mixed:
+    has_options = bool(recipe.surfaces or recipe.models or recipe.closed or recipe.mixed)
+    if not has_options and recipe.seed is None:
         return f"casa-assets scenes build {recipe.scene_id}"
     words = [f"casa-assets scenes new {recipe.plan} --style {recipe.style}"]
     if recipe.seed is not None:
@@ -167,6 +168,7 @@ def build_command(recipe: SceneRecipe) -> str:
         words.append("--textures random")
     elif recipe.surfaces:
         words.append("--textures " + ",".join(f"{surface.value}={name}" for surface, name in recipe.surfaces))
+    words += [f"--model {role}={name}" for role, name in recipe.models]
     words += ["--mixed"] * recipe.mixed + ["--closed"] * recipe.closed
     if recipe.objects:
         words.append(f"--objects {recipe.objects} --objects-seed {recipe.objects_seed}")

@@ -14,6 +14,7 @@ style: casa.StyleInfo = casa.styles()["coastal"]
 family: casa.FamilyInfo = casa.families()["microwave"]
 walls: tuple[str, ...] = casa.surfaces()["wall"]
 kitchen: casa.Kitchen = casa.kitchen("l_small", "coastal", seed=7, surfaces={"wall": walls[0]}, closed=True)
+equipped: casa.Kitchen = casa.kitchen("l_small", "coastal", models={"range": "range/pro_six"})
 random: casa.Kitchen = casa.kitchen("l_small", "coastal", surfaces="random")
 weight: casa.Weight = "light"
 model: mujoco.MjModel = kitchen.to_mjmodel(weight, sleep=True)

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from casa_assets.errors import OutputError, RegistryError, UnknownId
+import casa_assets as casa
+from casa_assets.errors import CasaError, OutputError, RegistryError, UnknownId
 from casa_assets.geometry.scale_asset import scaled
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.floor_facts import facts_of
@@ -19,14 +20,17 @@ from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.pipeline.families.run import FamilyRequest, build_all
 from casa_assets.pipeline.kitchens.library_assets import library_asset, placed_asset
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, resolve
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe
 from casa_assets.pipeline.library.library import Library, read_asset
 from casa_assets.pipeline.plans.check import check_plan
+from casa_assets.pipeline.view.model import build_command
 from casa_assets.projects import use_project
 from casa_assets.registry.kitchens import load_style
 from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
 from tests.built_libraries import keep
+from tests.libraries import with_cache
 from tests.projects import Project
 
 
@@ -55,6 +59,41 @@ def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_pa
     (asset,) = (one for one in scene.assets if one.id == with_toaster)
     assert asset.mass == pytest.approx(library_asset(with_toaster).mass)
     assert kitchen_key(recipe) != kitchen_key(SceneRecipe("one_wall_small", "modern_1"))
+
+
+def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Path, cache: Path) -> None:
+    """In place of the style's: an asset of a library, and a preset of a family; its id and scene.json tell of them."""
+    models = {"toaster": f"library:{with_toaster}"}
+    kitchen = casa.kitchen("one_wall_small", "modern_1", models=models)
+    assert kitchen.models == models
+    assert re.fullmatch(r"one_wall_small__modern_1__m[0-9a-f]{8}", kitchen.id)
+    assert {p.name: p.asset for p in kitchen.placements}["toaster"] == with_toaster
+    SceneFile.model_validate(kitchen.facts)
+    assert kitchen.facts["models"] == models
+    assert "models" not in casa.kitchen("one_wall_small", "modern_1").facts
+    place = kitchen.write(with_cache(tmp_path / "scenes", cache))
+    assert recipe_of(place.name, (place.parent,)).models == tuple(models.items())
+    told = build_command(recipe_of(place.name, (place.parent,)))
+    assert told == f"casa-assets scenes new one_wall_small --style modern_1 --model toaster=library:{with_toaster}"
+    items = resolve(SceneRecipe("one_wall_small", "modern_1", models=(("range", "range/pro_six"),))).items
+    assert [item.choice.preset for item in items if item.role == "range"] == ["range/pro_six"]
+
+
+UNSUITED = (
+    ({"rang": "range/pro_six"}, "unknown role of models 'rang'; did you mean range"),
+    ({"range": "pro_six"}, "model of range: write FAMILY/PRESET or library:ID, got 'pro_six'"),
+    ({"range": "range/pro_sixx"}, "unknown preset of range 'pro_sixx'; did you mean pro_six"),
+    ({"range": "library:range_0"}, "unknown asset of the libraries that casa.yaml names 'range_0'"),
+    ({"hob": "hob/gas_five"}, "model of hob: hob/gas_five would stand nowhere: plan one_wall_small has"),
+    ({"microwave": "library:TOASTER"}, "model of microwave: expected .*, got"),
+)
+
+
+def test_a_model_that_does_not_suit_is_told(with_toaster: str) -> None:
+    for models, message in UNSUITED:
+        named = {role: name.replace("TOASTER", with_toaster) for role, name in models.items()}
+        with pytest.raises(CasaError, match=message):
+            casa.kitchen("one_wall_small", "modern_1", models=named)
 
 
 def test_what_is_wrong_is_told(with_toaster: str, tmp_path: Path) -> None:

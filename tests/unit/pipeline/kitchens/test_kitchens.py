@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -262,7 +264,23 @@ class TestIds:
         (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps({"surfaces": told}), encoding="utf-8")
         assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
 
-    @pytest.mark.parametrize("word", ["", PLAN, f"{SCENE}__x", f"{SCENE}__t12", f"{SCENE}__closed__s3", "x__y"])
+    def test_chosen_models_are_found_where_the_scene_stands(self, tmp_path: Path) -> None:
+        models = resolve.ordered_models([("range", "range/pro_six"), ("fridge", "library:fridge_ab12")])
+        assert [role for role, _ in models] == ["fridge", "range"]
+        recipe = SceneRecipe(PLAN, STYLE, 7, resolve.draw_surfaces(7), objects=9, mixed=True, models=models)
+        assert re.fullmatch(rf"{SCENE}__s7__t[0-9a-f]{{8}}__m[0-9a-f]{{8}}__mixed__o9", recipe.scene_id)
+        assert recipe.scene_id != replace(recipe, models=models[1:]).scene_id
+        message = r"'t\w+' is a digest of its finishes and 'm\w+' is a digest of its models; .*models=\{'range'"
+        with pytest.raises(CasaError, match=message):
+            recipe_of(recipe.scene_id, (tmp_path,))
+        (tmp_path / recipe.scene_id).mkdir()
+        told = {"surfaces": {}, "models": dict(models)}
+        (tmp_path / recipe.scene_id / "scene.json").write_text(json.dumps(told), encoding="utf-8")
+        assert recipe_of(recipe.scene_id, (tmp_path,)) == recipe
+
+    @pytest.mark.parametrize(
+        "word", ["", PLAN, f"{SCENE}__x", f"{SCENE}__t12", f"{SCENE}__m12", f"{SCENE}__closed__s3", "x__y"]
+    )
     def test_what_is_no_id(self, word: str) -> None:
         with pytest.raises(UnknownId):
             recipe_of(word)
