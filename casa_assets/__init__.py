@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from casa_assets.api.kitchen import Kitchen, Weight, kitchen, load_scene, start_states
     from casa_assets.api.library import Articulated, Ingested, IngestResult, Library, Rejection, articulate, ingest
+    from casa_assets.api.make import MadeRun, make
     from casa_assets.api.stable_poses import StablePose, stable_poses
     from casa_assets.api.start_states import StartStates
     from casa_assets.api.textures import ingest_textures
@@ -69,6 +70,7 @@ __all__ = [
     "Library",
     "cache_dir",
     "use_project",
+    "make",
     "plugins",
     "Plugin",
     "Source",
@@ -90,6 +92,7 @@ __all__ = [
     "SearchHit",
     "Articulated",
     "PackReport",
+    "MadeRun",
     "Rejection",
     "PlanInfo",
     "StyleInfo",
@@ -110,6 +113,7 @@ _SOURCES = {
     **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),
     "StartStates": "casa_assets.api.start_states",
     "ingest_textures": "casa_assets.api.textures",
+    **dict.fromkeys(("MadeRun", "make"), "casa_assets.api.make"),
     "PackReport": "casa_assets.pipeline.textures.packs.ingest",
     **dict.fromkeys(("StablePose", "stable_poses"), "casa_assets.api.stable_poses"),
     **dict.fromkeys(("Library", "ingest", "articulate"), "casa_assets.api.library"),

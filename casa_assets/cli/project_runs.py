@@ -75,6 +75,10 @@ def _words(command: Any, values: Mapping[str, Any], document: Document, at: KeyP
             behind += texts if texts is not None else [_text(value, document, here)]
         elif parameter.is_flag:
             yield from _flag(parameter, value, document, here)
+        elif parameter.nargs > 1:
+            if texts is None or len(texts) != parameter.nargs:
+                raise document.fault(here, f"{parameter.nargs} values", repr(value))
+            yield from (_long(parameter.opts), *texts)
         else:
             for text in texts if texts is not None else [_text(value, document, here)]:
                 yield f"{_long(parameter.opts)}={text}"

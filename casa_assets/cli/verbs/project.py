@@ -17,6 +17,7 @@ from casa_assets.projects import project_folder
 if TYPE_CHECKING:
     from casa_assets.cli.project_runs import Step
 
+VERDICTS = {0: "done", 4: "review"}  # of a run by its exit code; any other: failed
 FAILED = (2, 3)  # exit codes after which the next command would fail too: misuse or a broken machine, a fault
 
 
@@ -54,8 +55,9 @@ def make(
 ) -> None:
     """Call the commands that the project lists under `runs` in its casa.yaml, one after the other, in its folder.
 
-    What an earlier call made and has not changed is kept. Exit 0 when all ended with 0, 1 when something was rejected
-    or failed, 4 when a person has to decide, 2 on misuse or a broken machine: the commands behind are not called then.
+    What an earlier call made and has not changed is kept. With --json each command prints its rows, and behind them
+    stands one on the command itself. Exit 0 when all ended with 0, 1 when something was rejected or failed, 4 when a
+    person has to decide, 2 on misuse or a broken machine: the commands behind are not called then.
 
     Example:  casa-assets make --project my_kitchens
     """
@@ -80,6 +82,7 @@ def make(
             continue
         output.console.rule(words, align="left")
         codes.append(_call(step, output))
+        output.row({"id": words, "verdict": VERDICTS.get(codes[-1], "failed"), "exit_code": codes[-1]})
         if codes[-1] in FAILED or codes[-1] < 0:
             break
     raise typer.Exit(_worst(codes))

@@ -64,6 +64,8 @@ cache: Path = casa.cache_dir()
 casa.use_project(None)
 pack: casa.PackReport = casa.ingest_textures("pictures", surface="wall", tile_m=(1.2, 1.2), licence="CC0-1.0")
 picture: str = pack.pack.pictures[0].id
+runs: tuple[casa.MadeRun, ...] = casa.make("my_kitchens", plugins=False)
+print(runs[0].passed, runs[0].command, runs[0].exit_code, runs[0].rows[0]["id"])
 plugin: casa.Plugin = casa.plugins().get("ours") or casa.Plugin("ours", "1.0")
 sources: tuple[casa.Source, ...] = plugin.sources
 exporters: tuple[casa.Exporter, ...] = plugin.exporters

@@ -9,8 +9,11 @@ from pathlib import Path
 
 import pytest
 
+import casa_assets
+from casa_assets.errors import CasaError
 from casa_assets.pipeline.project.starter import name_of
 from tests.libraries import ROOT, command
+from tests.pictures import write_pictures
 
 
 def casa(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
@@ -87,6 +90,33 @@ def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path) -> Non
     assert "is no library" in done.stderr
 
 
+def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each run with what it made; one that something was left out of is told, one that cannot work is an error."""
+    folder = tmp_path / "ours"
+    write_pictures(folder / "pictures", 1)
+    (folder / "pictures" / "broken.png").write_bytes(b"no picture")
+    walls = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
+    pack = "  - textures ingest: {source: pictures, surface: wall, tile: [1, 1], licence: CC0-1.0}\n"
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}{pack}", encoding="utf-8")
+    first, second = casa_assets.make(folder)
+    assert (first.passed, first.exit_code) == (True, 0)
+    assert first.command == "casa-assets textures make --out=out/walls --width-px=64 -- stucco_white"
+    assert [row["id"] for row in first.rows] == ["stucco_white"]
+    assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
+    assert (second.passed, second.exit_code) == (False, 1)
+    assert [row["verdict"] for row in second.rows] == ["accepted", "rejected"]
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}  - find: {{query: mug, words: true}}\n{pack}")
+    with pytest.raises(CasaError, match=r"^casa-assets find .*: .*is no library"):
+        casa_assets.make(folder)
+    (folder / "casa.yaml").write_text("name: ours\nruns: [{ingst: {}}]\n")
+    with pytest.raises(CasaError, match=r"casa\.yaml:2: runs\.0\.ingst: expected 'ingest'"):
+        casa_assets.make(folder)
+    monkeypatch.delenv("CASA_ASSETS_PROJECT", raising=False)
+    for project in (None, tmp_path / "nowhere"):
+        with pytest.raises(CasaError, match=r"give a folder with a casa\.yaml"):
+            casa_assets.make(project)
+
+
 @pytest.mark.parametrize(
     ("runs", "message"),
     [
@@ -96,6 +126,8 @@ def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path) -> Non
         ("[{scenes build: {all: 3}}]", "casa.yaml:2: runs.0.scenes build.all: expected true or false, got 3"),
         ("[{scenes build: {out: [a, b]}}]", "casa.yaml:2: runs.0.scenes build.out: expected one value"),
         ("[{scenes build: {scenes: [[a]]}}]", "casa.yaml:2: runs.0.scenes build.scenes: expected a text or a number"),
+        ("[{textures ingest: {tile: 1.2}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values, got 1.2"),
+        ("[{textures ingest: {tile: [1, 2, 3]}}]", "casa.yaml:2: runs.0.textures ingest.tile: expected 2 values"),
         ("[]", "casa.yaml: lists no runs"),
     ],
 )
