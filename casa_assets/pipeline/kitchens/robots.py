@@ -75,7 +75,6 @@ def certify_all(
         CasaError: mink is not installed, a robot's files are not there. OutputError: the folder cannot be written.
         UnknownId: there is no such robot.
     """
-    require("mink", "robots", "Inverse kinematics of robots")
     for name in robots:
         robot = load_robot(name)
         for part in robot.parts:
@@ -84,6 +83,7 @@ def certify_all(
                     f"{models / part.file}: robot {name} needs this file of robosuite {TESTED_ROBOSUITE}, and it is "
                     "not there; name the folder robosuite/models/assets of that version with --models"
                 )
+    require("mink", "robots", "Inverse kinematics of robots")
     work = partial(certify_one, out=out, robots=tuple(robots), models=models, force=force, only=tuple(only))
     return run_recipes(work, recipes, out, jobs)
 

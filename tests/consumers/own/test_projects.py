@@ -43,6 +43,7 @@ ROWS = {
     "materials.yaml": 'enamel_ours: {color: "#a34f27", metallic: 0.1, roughness: 0.25, substance: steel}\n',
     "textures/cabinet.yaml": "paint_ours: {kind: painted_front, seed: 7, tile_m: [0.8, 0.8], substance: wood, "
     'params: {color: "#a9c6d8", roughness: 0.4}}\n',
+    "habits.yaml": "habits:\n  mugs: {objects: {enamel_mug: 2}}\n",
     "families/kettle.yaml": "presets:\n  ours: {body: enamel_ours}\n",
     "limits.yaml": "hull_count: {value: 31}\nscene_bodies: {value: 399}\n",
     "waivers.yaml": f"- {{code: SCN026, subject: {LIKE}, reason: Our machine is slow.}}\n",
@@ -239,6 +240,11 @@ def test_objects(made: Made) -> None:
 def test_a_member_of_a_family(made: Made) -> None:
     assert made.fixture("kettle")["preset"] == "ours"
     assert made.fixture("kettle")["asset"] == made.checked["member"].facts["id"]
+
+
+def test_habits(made: Made) -> None:
+    kept = {thing for space in made.whole.facts["spawn"] for thing in space["objects"]}
+    assert {"enamel_mug", "plate"} <= kept
 
 
 def test_limits(made: Made) -> None:

@@ -1,0 +1,180 @@
+"""Each kind of row that a project lays over the package's works with the installed wheel, by command and from Python.
+
+Here are the kinds that decide what one asset is; those of kitchens are in test_projects.py. A kind is a row of KINDS:
+files of the project, the thing that is made with them, and the mark that they leave on it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import casa_assets
+from casa_assets.projects import data_root
+from tests.consumers.own.results import TELLING, Checked, certified, only_entry, told_by
+from tests.installed import Environment
+from tests.libraries import box_obj
+
+pytestmark = pytest.mark.consumers
+MESH = "cereal_beside_banana"  # by the words of the package a thing that is called so is a banana
+RUNS = f"""name: rows
+runs:
+  - objects build: {{names: [mug], count: 1, library: out/mug, jobs: 1}}
+  - families show: {{names: [base_cabinet], preset: [ours], out: out/base_cabinet}}
+  - families show: {{names: [kettle], preset: [jug_steel], out: out/kettle}}
+  - ingest: {{sources: [meshes/{MESH}.obj], library: out/mesh, jobs: 1}}
+"""
+SCRIPT = f"""{TELLING}
+casa.use_project(".")
+tell_asset("mug", casa.build_object("mug"))
+tell_asset("base_cabinet", casa.build("base_cabinet", "ours"))
+tell_asset("kettle", casa.build("kettle", "jug_steel"))
+done = casa.ingest("meshes/{MESH}.obj")
+tell_asset("mesh", done.asset, done.report)
+end()
+"""
+CATEGORIES = {"mug": "mug", "base_cabinet": "base_cabinet", "kettle": "kettle", "mesh": "cereal"}
+SKIN = """skin_ours: {kind: skin, seed: 330, tile_m: [0.28, 0.22], substance: ceramic,
+  params: {colors: ["#efeee8", "#a34f27"], at: [0, 1], mottle: 0.04, relief_mm: 0.0, roughness: 0.2}}
+"""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of row. files: of the project. thing: what is made with them. leaves_mark: whether that shows."""
+
+    files: Mapping[str, str]
+    thing: str
+    leaves_mark: Callable[[Checked], bool]
+
+
+def _materials(asset: Checked) -> set[str]:
+    return {material["id"] for material in asset.facts["materials"]}
+
+
+KINDS = {
+    "skins": Kind(
+        {"skins/ours.yaml": SKIN, "objects/tableware.yaml": "mug: {sample: {skin: skin_ours}}\n"},
+        "mug",
+        lambda mug: "skin_ours" in _materials(mug),
+    ),
+    "looks": Kind(
+        {
+            "looks.yaml": "ours: {front: slab, handle: knob, face: paint_forest, metal: bronze_ours}\n",
+            "families/base_cabinet.yaml": "presets:\n  ours: {look: ours}\n",
+        },
+        "base_cabinet",
+        lambda cabinet: "paint_forest" in _materials(cabinet),
+    ),
+    "substances": Kind(
+        {
+            "substances.yaml": "tin_bronze: {density: 8100, static_friction: 0.5, dynamic_friction: 0.4, metallic: 1, "
+            "roughness: 0.3}\n",
+            "materials.yaml": 'bronze_ours: {color: "#7a5a3a", metallic: 1, roughness: 0.4, substance: tin_bronze}\n',
+        },
+        "base_cabinet",
+        lambda cabinet: {s["id"]: s["density"] for s in cabinet.facts["substances"]}.get("tin_bronze") == 8100,
+    ),
+    "densities": Kind(
+        {"densities.yaml": "kettle_base: {kg_m3: 1500}\n"},
+        "kettle",
+        lambda kettle: _mass(kettle) > casa_assets.build("kettle", "jug_steel").mass + 0.05,
+    ),
+    "words": Kind(
+        {"words.yaml": 'separators: [with, without, w, for, from, in, "on", by, near, under, beside]\n'},
+        "mesh",
+        lambda mesh: mesh.facts["labels"]["category"] == "cereal",
+    ),
+}
+
+
+def _mass(asset: Checked) -> float:
+    return float(sum(link["inertial"]["mass"] for link in asset.facts["links"]))
+
+
+@pytest.fixture(scope="module")
+def project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project with rows of all kinds, in a folder outside the checkout."""
+    folder = tmp_path_factory.mktemp("rows")
+    files = {name: text for kind in KINDS.values() for name, text in kind.files.items()}
+    for name, text in {**files, "casa.yaml": RUNS, f"meshes/{MESH}.obj": box_obj((0.19, 0.29, 0.06))}.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module", params=["command", "python"])
+def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Mapping[str, Checked]:
+    """What is made with the project, by the names of KINDS: by command, and from Python."""
+    if request.param == "command":
+        done = user.casa("make", cwd=project)
+        assert done.returncode == 0, f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+        return {name: certified(only_entry(project / "out" / name, "*")) for name in CATEGORIES}
+    script = project / "script.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    done = user.python(script, cwd=project)
+    assert done.returncode == 0, done.stderr
+    return told_by(project)
+
+
+def test_all_has_passed_its_checks(made: Mapping[str, Checked]) -> None:
+    assert {name: one.passed for name, one in made.items()} == dict.fromkeys(CATEGORIES, True)
+    assert {name: one.facts["labels"]["category"] for name, one in made.items()} == CATEGORIES
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_kind_of_row_leaves_its_mark(made: Mapping[str, Checked], kind: str) -> None:
+    assert KINDS[kind].leaves_mark(made[KINDS[kind].thing])
+
+
+def test_all_runs_are_made_from_python(user: Environment, project: Path) -> None:
+    script = project / "make.py"
+    script.write_text(
+        "import casa_assets as casa\n"
+        "for run in casa.make('.'):\n    print(run.passed, run.command.split()[1], len(run.rows))\n",
+        encoding="utf-8",
+    )
+    done = user.python(script, cwd=project)
+    told = ["True objects 1", "True families 1", "True families 1", "True ingest 1"]
+    assert done.stdout.splitlines() == told, done.stderr
+
+
+@pytest.mark.parametrize("way", ["command", "python"])
+def test_a_contract_asks_for_more(user: Environment, tmp_path: Path, way: str) -> None:
+    """A runtime of the user's own wants a region of clocks that ours do not have: a check tells."""
+    (tmp_path / "casa.yaml").write_text("name: rows\n", encoding="utf-8")
+    (tmp_path / "contracts").mkdir()
+    (tmp_path / "contracts" / "clock.yaml").write_text("regions: [main, dial_front]\n", encoding="utf-8")
+    if way == "command":
+        done = user.casa("families", "show", "wall_clock", "--preset", "square", "--out", "out", cwd=tmp_path)
+        assert done.returncode == 1
+        told = done.stdout + done.stderr
+    else:
+        script = tmp_path / "script.py"
+        script.write_text(
+            'import casa_assets as casa\ncasa.use_project(".")\n'
+            'print(casa.check(casa.build("wall_clock", "square")).issues)\n',
+            encoding="utf-8",
+        )
+        told = user.python(script, cwd=tmp_path).stdout
+    assert "CON004" in told
+    assert "dial_front" in told
+
+
+def test_a_robot(user: Environment, tmp_path: Path) -> None:
+    """The file of a project's robot is read, and what it names is looked for; robosuite's own files are not here."""
+    (tmp_path / "robots").mkdir()
+    (tmp_path / "casa.yaml").write_text("name: rows\n", encoding="utf-8")
+    text = (data_root() / "robots" / "PandaOmron.yaml").read_text(encoding="utf-8")
+    ours = tmp_path / "robots" / "Ours.yaml"
+    ours.write_text(text.replace("bases/omron_mobile_base.xml", "bases/ours.xml"), encoding="utf-8")
+    words = ("scenes", "robots", "one_wall_small__coastal", "--models", ".", "--robot")
+    done = user.casa(*words, "Ours", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "bases/ours.xml: robot Ours needs this file" in done.stderr
+    assert "did you mean Ours" in user.casa(*words, "Our", cwd=tmp_path).stderr
+    ours.write_text(text.replace("drives: true", "drives: north"), encoding="utf-8")
+    assert "robots/Ours.yaml:" in user.casa(*words, "Ours", cwd=tmp_path).stderr
