@@ -24,7 +24,16 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_extras_of_a_checkout() -> None:
-    assert set(optional_packages.extras()) == {"clip", "gymnasium", "objaverse", "parquet", "ray", "robots", "stores"}
+    assert set(optional_packages.extras()) == {
+        "clip",
+        "exr",
+        "gymnasium",
+        "objaverse",
+        "parquet",
+        "ray",
+        "robots",
+        "stores",
+    }
     assert [line.split(">")[0] for line in optional_packages.extras()["parquet"]] == ["pyarrow"]
 
 
