@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import OpenEXR
 from PIL import Image
 
 from casa_assets.core.sampling import rng_for
@@ -43,6 +42,8 @@ def encoded(image: npt.NDArray[np.generic], kind: str = "PNG") -> bytes:
 
 def exr(planes: Mapping[str, npt.NDArray[np.generic]], compression: str = "ZIP") -> bytes:
     """The bytes of an EXR file. planes: name of a channel -> (H, W) of float16 or float32."""
+    import OpenEXR
+
     out = io.BytesIO()
     header = {"compression": getattr(OpenEXR, f"{compression}_COMPRESSION"), "type": OpenEXR.scanlineimage}
     with OpenEXR.File(header, dict(planes)) as file:
