@@ -109,7 +109,10 @@ def _edited(text: str, root: yaml.Node, edit: Edit) -> str:
 def _child(parent: yaml.Node, step: str | int) -> tuple[yaml.Node | None, yaml.Node]:
     """The key node, None in a list, and the value node of a part."""
     if isinstance(parent, yaml.MappingNode):
-        return next((k, v) for k, v in parent.value if str(k.value) == str(step))
+        found = next(((k, v) for k, v in parent.value if str(k.value) == str(step)), None)
+        if found is None:
+            raise KeyError(step)
+        return found
     assert isinstance(parent, yaml.SequenceNode)
     return None, parent.value[int(step)]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -11,12 +11,10 @@ from casa_assets.core.rounding import decimals
 from casa_assets.layouts.compose.compose import box_of
 from casa_assets.layouts.compose.swept_areas import AssetOutlines, door_leaf_widths
 from casa_assets.layouts.order.build_order import OrderItem
+from casa_assets.layouts.order.placed_runs import placed_run
 from casa_assets.layouts.order.request import KitchenRequest
-from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
-from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles
 from casa_assets.layouts.plan.room import WallHole
-from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.floor import (
     Fixture,
@@ -25,16 +23,12 @@ from casa_assets.model.kitchen.floor import (
     FixtureSite,
     Footprint,
     KitchenFacts,
-    PlacedRun,
-    PlacedUnit,
     Role,
     RoomWall,
-    RunEnd,
     WallOpening,
 )
 from casa_assets.model.kitchen.plan import OpeningKind
 from casa_assets.model.kitchen.scene import Layer, Placement, Scene
-from casa_assets.model.kitchen.units import BaseKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec2, Vec3
 
@@ -71,7 +65,8 @@ def facts_of(kitchen: KitchenRequest, scene: Scene) -> KitchenFacts:
         )
         for w in kitchen.room.walls
     )
-    rows = tuple(_run(kitchen, line, kitchen.slots[name], by_name) for name, line in kitchen.lines.items())
+    fronts = _fronts(kitchen, fixtures)
+    rows = tuple(placed_run(line, kitchen.slots[name], fronts) for name, line in kitchen.lines.items())
     outline = kitchen.room.outline
     closed = {w.id for w in walls if not w.is_open}
     # Nobody goes through a niche, nor through a window in its back.
@@ -190,49 +185,15 @@ def _opening(hole: WallHole, asset: Asset | None, fixture: Fixture | None) -> Wa
     )
 
 
-def _run(
-    kitchen: KitchenRequest, line: RunLine, slots: Sequence[UnitSlot], fixtures: Mapping[str, Fixture]
-) -> PlacedRun:
-    corner = line.right.corner
-    tall = {s.name for s in slots if s.kind in WORKTOP_BREAKS or s.top > standard_sizes.WORKTOP_HEIGHT}
-    return PlacedRun(
-        id=line.id,
-        origin=(line.frame.x, line.frame.y),
-        yaw=round(math.radians(line.frame.turn_deg), 9),
-        length=line.length,
-        depth_behind=line.depth_behind,
-        depth_before=round(line.depth + standard_sizes.WORKTOP_OVERHANG, 4),
-        height=standard_sizes.WORKTOP_HEIGHT,
-        at_wall=line.at_wall,
-        is_island=line.is_island,
-        left_end=RunEnd(line.left.kind.value),
-        right_end=RunEnd(line.right.kind.value),
-        next_run=corner.runs[1] if corner is not None and corner.runs[0] == line.id else None,
-        corner_left=line.left.base_length,
-        corner_right=line.right.base_length,
-        overhang=line.run.overhang,
-        units=tuple(
-            _unit(line, slot, slot.name not in tall, fixtures)
-            for slot in slots
-            if not slot.is_upper and not (isinstance(slot.kind, CornerPart) and slot.corner is not None)
-        ),
-    )
-
-
-def _unit(line: RunLine, slot: UnitSlot, worktop: bool, fixtures: Mapping[str, Fixture]) -> PlacedUnit:
-    fronts = [slot.depth - slot.recess + (standard_sizes.WORKTOP_OVERHANG if worktop else 0.0)]
-    for fixture in fixtures.values():
-        if fixture.unit == slot.name and fixture.bottom < 0.3 and slot.kind is not BaseKind.GAP:
-            fronts.append(line.frame.to_local(*fixture.footprint.at(0.0, 0.0))[1])
-    return PlacedUnit(
-        name=slot.name,
-        kind=slot.kind.value,
-        left=slot.left,
-        right=slot.right,
-        front=round(max(fronts), 4),
-        height=slot.top,
-        has_worktop=worktop,
-    )
+def _fronts(kitchen: KitchenRequest, fixtures: Iterable[Fixture]) -> dict[str, float]:
+    """Unit -> distance of the front of what stands on the floor in its place from the line of its run, metres."""
+    lines = {slot.name: slot.line for row in kitchen.slots.values() for slot in row}
+    out: dict[str, float] = {}
+    for fixture in fixtures:
+        if fixture.bottom < 0.3 and fixture.unit in lines:
+            front = lines[fixture.unit].frame.to_local(*fixture.footprint.at(0.0, 0.0))[1]
+            out[fixture.unit] = max(front, out.get(fixture.unit, 0.0))
+    return out
 
 
 def _yaw(pose: Pose) -> float:

@@ -108,8 +108,8 @@ def _base(order: BuildOrder, slot: UnitSlot, models: StyleModels) -> None:
     elif unit.kind is BaseKind.SINK:
         _add(order, slot, "sink_base", preset_with("sink_base/shaker_white", {**common, "hinge": side}))
     elif unit.kind is BaseKind.ISLAND:
-        columns = ("drawers", "doors", "drawers") if slot.width > 1.55 else ("drawers", "doors")
-        _add(order, slot, "base", preset_with("island_base/shaker_white", {**common, "columns": columns}))
+        columns = {"columns": standard_sizes.island_columns(slot.width)}
+        _add(order, slot, "base", preset_with("island_base/shaker_white", {**common, **columns}))
     elif unit.kind is BaseKind.SHELF:
         face = models.style.cabinets.shelf
         shelf = {"width": slot.width, "depth": 0.58, "height": slot.top, "plinth": 0.1, "face": face, "inside": face}

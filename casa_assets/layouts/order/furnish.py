@@ -43,6 +43,8 @@ WORKTOP_WIDTHS_M = {
 ON_BACKSPLASH_M = 0.0105  # of what hangs on a backsplash from the wall
 LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
 LAMP_FROM_COLUMN_M = 0.4  # metres between a column and a lamp of the room
+# Of the chimney of a hood, and what is between it and the shade of a lamp of the room, metres.
+CHIMNEY_WIDTH_M, CHIMNEY_DEPTH_M, LAMP_FROM_HOOD_M = 0.36, 0.32, 0.02
 MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run
 LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
 BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
@@ -161,8 +163,13 @@ def order_lamps(
     tables: Mapping[str, PlacedTable],
     models: StyleModels,
     beams: BeamGrid | None,
+    hoods: Sequence[UnitSlot] = (),
 ) -> None:
-    """Order lamps under the ceiling, between its beams; none near those that hang over an island or a table."""
+    """Order lamps under the ceiling, between its beams; none near a hood, an island's lamps or those of a table.
+
+    Args:
+        hoods: which reach up to the ceiling, or towards it.
+    """
     (x0, y0), (x1, y1) = room.level_bounds()
     placed: list[Vec2] = []
     for n, lamps in enumerate(plan.lamps):
@@ -187,6 +194,9 @@ def order_lamps(
                 expected = "a row under the level part of the ceiling, where lamps hang"
                 raise PlanConflict(plan.id, ("lamps", n), expected, f"{lamps.over}, under a slope")
             if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
+                continue
+            half = models.for_role(lamps.item).length("size") / 2
+            if lamps.over is None and any(_is_at_hood(slot, x, y, half + LAMP_FROM_HOOD_M) for slot in hoods):
                 continue
             placed.append((x, y))
             # A long lamp hangs along the beams; over a run they go its way already.
@@ -229,6 +239,12 @@ def _lamp_positions(
         if all(room.contains(*p) for p in beside) and not is_crowded:
             out.append((WallFrame(x0, y1, 0), x - x0, y1 - y))
     return out
+
+
+def _is_at_hood(slot: UnitSlot, x: float, y: float, gap: float) -> bool:
+    """True if a lamp at a point would touch the chimney of a hood."""
+    u, v = slot.line.frame.to_local(x, y)
+    return abs(u - slot.middle) < CHIMNEY_WIDTH_M / 2 + gap and v < CHIMNEY_DEPTH_M + gap
 
 
 def _is_at_column(placed: PlacedColumn, x: float, y: float) -> bool:

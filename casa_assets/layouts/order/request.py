@@ -23,6 +23,7 @@ from casa_assets.layouts.plan.style_models import FamilyPresets, StyleModels, ch
 from casa_assets.layouts.plan.wall_units import upper_slots
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
+from casa_assets.model.kitchen.units import UpperKind
 from casa_assets.model.registry.role import RoleRule
 
 
@@ -104,6 +105,7 @@ def request_kitchen(
     furnish.order_wall_items(order, plan, room, lengths, every, models)
     tables = order_tables(order, plan, room, lengths, models)
     keep_clear(plan, room, slots, tables, models)
-    furnish.order_lamps(order, plan, room, lines, tables, models, beams)
+    hoods = [s for s in every.values() if s.kind is UpperKind.HOOD]
+    furnish.order_lamps(order, plan, room, lines, tables, models, beams, hoods)
     furnish.order_floor_items(order, plan, room, lengths, models)
     return KitchenRequest(plan, style, lengths, room, holes, lines, slots, tuple(order.items), tables)

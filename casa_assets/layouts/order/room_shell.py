@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -30,15 +30,23 @@ from casa_assets.model.kitchen.units import BaseKind, BaseUnit
 from casa_assets.model.record import Vec2
 
 CASING_WIDTH_M = 0.07
-SKIRTING_HEIGHT_M = 0.1
+SKIRTING_HEIGHT_M = 0.098  # fronts over a plinth of 0.1 m pass over it
 SKIRTING_DEPTH_M, WAINSCOT_DEPTH_M = 0.017, 0.034
 WAINSCOT_HEIGHT_M = 0.92  # as high as worktops
+# Units that open beside a wall, and so far before their fronts that a lining would be in their way.
+FLAPS, FRONTS = (BaseKind.RANGE, BaseKind.DISHWASHER), (
+    BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SINK, BaseKind.HOB, BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE,
+)  # fmt: skip
+OPEN_BEFORE_M = 0.8
 WALL_PLAY_M = 0.004  # gap between a wall and what is built into it
 NICHE_HEAD_M = 0.05  # by which a window in a niche may come nearer to its head than to a ceiling
 SLAB_M = 0.05  # thickness of the floor of a niche or closet
 CLOSET_HEIGHT_M = 2.5  # at most, of a closet
 # Shelves in a closet: their usual depth, height and greatest width, and what is free at their ends.
 LARDER_DEPTH_M, LARDER_HEIGHT_M, LARDER_MOST_M, LARDER_PLAY_M = 0.35, 2.0, 1.2, 0.003
+# A lever of a tap turns back to 0.027 m from the wall, at most so high above the floor that a window over this height
+# has its sill over it; the sill of a lower one stands out less.
+TAP_LEVERS_M, SILL_BEHIND_TAP_M = 1.08, 0.02
 DOOR_FRAME_M = 0.034  # lining and gap between a door's leaf and the wall, on each side and above
 
 
@@ -72,8 +80,18 @@ def find_holes(
         if opening.kind is OpeningKind.NICHE:
             assert opening.depth is not None, "the record has it for niches"
             back = WallLine(opening.id, wall.frame.offset(left, -opening.depth), round(right - left, 4), False)
-        out.append(WallHole(opening, wall, left, right, opening.bottom, high, back))
+        hole = WallHole(opening, wall, left, right, opening.bottom, high, back)
+        out.append(replace(hole, behind_tap=hole.is_window and _is_behind_tap(hole, slots.values())))
     return tuple(out)
+
+
+def _is_behind_tap(hole: WallHole, slots: Iterable[UnitSlot]) -> bool:
+    """True if a sink stands at the wall before an opening, whose lower edge is no higher than the levers of its tap."""
+    if hole.bottom > TAP_LEVERS_M:
+        return False
+    sinks = [s for s in slots if s.kind is BaseKind.SINK and s.line.run.on == hole.wall.id]
+    ends = [[hole.wall.frame.to_local(*s.line.frame.at(u, 0.0)[:2])[0] for u in (s.left, s.right)] for s in sinks]
+    return any(a < hole.right and b > hole.left for a, b in ends)
 
 
 def _width_of(opening: PlanOpening, slots: Mapping[str, UnitSlot]) -> float:
@@ -326,6 +344,8 @@ def _order_window_or_door(order: BuildOrder, hole: WallHole, models: StyleModels
     width, height = round(hole.right - hole.left - WALL_PLAY_M, 4), round(hole.top - hole.bottom - WALL_PLAY_M / 2, 4)
     casing = float(model.params.get("casing", CASING_WIDTH_M))
     params = {**model.choice.params, "width": width, "height": height, "wall": WALL_THICKNESS_M}
+    if hole.behind_tap:
+        params["sill"] = min(float(model.params.get("sill", SILL_BEHIND_TAP_M)), SILL_BEHIND_TAP_M)
     if not hole.is_window:
         # A window is as wide as its frame, a door as its leaf.
         params["width"] = round(width - 2 * DOOR_FRAME_M, 4)
@@ -363,6 +383,7 @@ def order_skirting(
         occupied = [(h.left - beside, h.right + beside) for h in own_holes]
         occupied += _occupied_by_units(wall, lines, slots, corners)
         occupied += _occupied_by_columns(wall, room)
+        occupied += _opened_beside(wall, lines, slots, FLAPS + FRONTS if models.style.room.wainscot else FLAPS)
         occupied = [(a, b) for a, b in occupied if b > 0.0 and a < wall.length]
         # In an inner corner it ends before that of the wall beside.
         at, k = WAINSCOT_DEPTH_M if models.style.room.wainscot else SKIRTING_DEPTH_M, 0
@@ -411,6 +432,24 @@ def _occupied_by_units(
         last, begin = max(s.right for s in slots[first]), min(s.left for s in slots[second])
         out += _touched_interval(wall, a, (last, last + b.depth + standard_sizes.WORKTOP_OVERHANG), (0.0, a.depth))
         out += _touched_interval(wall, b, (begin - a.depth - standard_sizes.WORKTOP_OVERHANG, begin), (0.0, b.depth))
+    return out
+
+
+def _opened_beside(
+    wall: WallLine,
+    lines: Mapping[str, RunLine],
+    slots: Mapping[str, Sequence[UnitSlot]],
+    kinds: Sequence[BaseKind],
+) -> list[tuple[float, float]]:
+    """Intervals of a wall along which units of some kinds open that stand right beside it, with no strip between."""
+    out = []
+    for name, line in lines.items():
+        row = [s for s in slots[name] if not s.is_upper]
+        for slot in row[:1] + row[-1:]:
+            for at, gap in ((slot.left, slot.left), (slot.right, line.length - slot.right)):
+                if line.at_wall and slot.kind in kinds and gap < WAINSCOT_DEPTH_M:
+                    before = (slot.depth, slot.depth + OPEN_BEFORE_M)
+                    out += _touched_interval(wall, line, (at - 0.01, at + 0.01), before)
     return out
 
 

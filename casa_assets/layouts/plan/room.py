@@ -151,6 +151,7 @@ class WallHole:
 
     Attributes:
         back: of a niche, the face of its back as a wall; windows may be in it.
+        behind_tap: of a window, whether a tap stands before it at the height of its sill.
     """
 
     opening: PlanOpening
@@ -160,6 +161,7 @@ class WallHole:
     bottom: float
     top: float
     back: WallLine | None = None
+    behind_tap: bool = False
 
     @property
     def is_window(self) -> bool:

@@ -16,6 +16,7 @@ from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, RunSide, U
 
 TOUCH_M = 0.002  # an end that is so near to a wall stands at it
 MAX_FILLER_M, MIN_STRIP_M = 0.12, 0.02
+FRIDGE_FROM_WALL_M = 0.02  # between a wall and the place of a refrigerator, with the room beside it that it has anyway
 BACK_EDGE_M = 0.01  # least distance that a worktop stands out behind a run that stands at no wall
 
 
@@ -122,12 +123,16 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
     units = line.run.base
     available = line.length - line.left.base_length - line.right.base_length
     spans = [standard_sizes.base_span(u, models) for u in units]
-    widths = share_widths(spans, available)
+    widths = share_widths(spans, available - room_at_walls(line))
     if widths is None:
         needed = f"at least {sum(s.minimum for s in spans):.3f} m ({describe_units(units, spans)})"
-        raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that need at most {available:.3f} m", needed)
+        most = available - room_at_walls(line)
+        raise PlanConflict(plan.id, ("runs", line.id, "base"), f"units that need at most {most:.3f} m", needed)
     rest = round(available - sum(widths), 3)
-    first, last = _strip_widths(plan, line, rest) if rest > 0.0 else (0.0, 0.0)
+    least = _from_walls(line)
+    spare = round(rest - sum(least), 3)
+    first, last = _strip_widths(plan, line, spare) if spare > 0.0 else (0.0, 0.0)
+    first, last = round(first + least[0], 4), round(last + least[1], 4)
     worktop = models.style.island if line.is_island else models.style.counter
     top = standard_sizes.WORKTOP_HEIGHT - worktop.thickness
     slots: list[UnitSlot] = [*corner_slots(line, RunSide.LEFT, top)]
@@ -142,6 +147,21 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
     if last >= MIN_STRIP_M and not _stands_free(units[-1:]):
         slots.append(_strip(line, f"{line.id}_strip_right", left, left + last, _strip_height(units[-1:], top)))
     return (*slots, *corner_slots(line, RunSide.RIGHT, top))
+
+
+def room_at_walls(line: RunLine) -> float:
+    """Metres of a run that refrigerators leave to a wall beside them, which the pulls of their doors need."""
+    return sum(_from_walls(line))
+
+
+def _from_walls(line: RunLine) -> tuple[float, float]:
+    """The same at the left and at the right end."""
+
+    def least(end: LineEnd, units: tuple[BaseUnit, ...]) -> float:
+        is_beside = end.kind is RunEnd.WALL and any(unit.kind is BaseKind.FRIDGE for unit in units)
+        return FRIDGE_FROM_WALL_M if is_beside else 0.0
+
+    return least(line.left, line.run.base[:1]), least(line.right, line.run.base[-1:])
 
 
 def describe_units(units: tuple[BaseUnit, ...] | tuple[UpperUnit, ...], spans: list[WidthRange]) -> str:

@@ -46,7 +46,7 @@ TOP_PLAY = 0.004  # gap between a dishwasher and the worktop over it
 # Ref: NKBA kitchen planning guideline 18: 24 inches over the cooking surface to what does not burn.
 HOOD_FROM = 1.62
 CANOPY_LEDGE = 0.012
-WIDEST_SINGLE_DOOR = 0.5  # a wider cabinet has two doors
+WIDEST_SINGLE_DOOR, WIDEST_SINK_DOOR = 0.5, 0.549  # a wider cabinet, or a wider one below a sink, has two doors
 
 
 def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
@@ -69,6 +69,11 @@ def base_span(unit: BaseUnit, models: StyleModels) -> WidthRange:
         BaseKind.PANTRY: WidthRange(0.45, 0.6),
         BaseKind.MICROWAVE: WidthRange(0.6, 0.6),
     }[unit.kind]
+
+
+def island_columns(width: float) -> tuple[str, ...]:
+    """What the columns of an island of a width hold, from left to right."""
+    return ("drawers", "doors", "drawers") if width > 1.55 else ("drawers", "doors")
 
 
 def room_beside(unit: BaseUnit | UpperUnit, is_library: bool, sweep: float = 0.0) -> float:

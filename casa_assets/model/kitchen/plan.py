@@ -92,6 +92,10 @@ class Wall(Record):
         return not isinstance(self.heading, Heading)
 
 
+# Height at which a window begins where a plan states none: over a worktop of 0.92 m and the levers of a tap on it.
+WINDOW_SILL_M = 1.12
+
+
 class OpeningKind(StrEnum):
     """Kind of an opening in a wall: window, door, passage, or a niche, which has a back of its own."""
 
@@ -121,8 +125,8 @@ class PlanOpening(Record):
     at: Length | None = None
     over: Id | None = None
     width: Annotated[float, Field(ge=0.4, le=2.4)] = 1.2
-    height: Annotated[float, Field(ge=0.4, le=2.4)] = 1.1
-    sill: Annotated[float, Field(ge=0, le=1.8)] = 1.02
+    height: Annotated[float, Field(ge=0.4, le=2.4)] = 1.05
+    sill: Annotated[float, Field(ge=0, le=1.8)] = WINDOW_SILL_M
     hinge: RunSide = RunSide.LEFT
     depth: Annotated[float | None, Field(ge=0.2, le=1.2)] = None
     closet: Closet | None = None

@@ -7,7 +7,6 @@ what. The mends of a round are made in a copy of the text before the next round 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +19,7 @@ from casa_assets.model.registry.document import Document, KeyPath
 from casa_assets.pipeline.plans.clashes import clash_faults
 from casa_assets.pipeline.plans.conflicts import mend_of
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
+from casa_assets.pipeline.plans.foresight.faults import foreseen_faults
 from casa_assets.pipeline.plans.form import form_faults
 from casa_assets.pipeline.plans.references import reference_faults
 from casa_assets.pipeline.plans.sizes import PresetSizes
@@ -126,7 +126,7 @@ def find_faults(text: str, file: str, style: Style) -> tuple[list[Fault], Kitche
     unread = text_fault(text, file)
     if unread is not None:
         return [unread], None
-    document, wrong = _document(text, file)
+    document, wrong = plan_document(text, file)
     if wrong is not None:
         return [wrong], None
     raw, stem = document.value, plan_id(file)
@@ -145,8 +145,8 @@ def plan_id(file: str) -> str:
     return stem if stem[:1].isalpha() else f"plan_{stem}".rstrip("_")
 
 
-def _document(text: str, file: str) -> tuple[Document, Fault | None]:
-    """The document of a text, laid over the plan that it is like."""
+def plan_document(text: str, file: str) -> tuple[Document, Fault | None]:
+    """The document of a text, laid over the plan that it is like; with a fault where there is none of that name."""
     document = parse_document(text, file)
     if not isinstance(document.value, dict) or LIKE not in document.value:
         return document, None
@@ -180,7 +180,7 @@ def _fitted(raw: Any, plan: Plan, style: Style) -> tuple[list[Fault], KitchenReq
         ], None
     except UnknownId as error:
         return [Fault((), "models that the style has", str(error), None)], None
-    return clash_faults(raw, kitchen), kitchen
+    return clash_faults(raw, kitchen) or foreseen_faults(raw, kitchen), kitchen
 
 
 def _pointer(raw: Any, pointer: KeyPath) -> KeyPath:
@@ -226,20 +226,29 @@ def _waits(pointer: KeyPath, touched: list[tuple[KeyPath, bool]]) -> bool:
 
 
 def edited_text(text: str, file: str, edit: Edit) -> str:
-    """The text with an edit; of a plan that is like another, what that one states is copied to where it changes."""
-    try:
+    """The text with an edit; of a plan that is like another, what that one states is copied to where it changes.
+
+    Where the other states what the edit takes out, the whole plan is written, without `like`.
+    """
+    own: Any = parse_document(text, file).value if edit.pointer else None
+    if not isinstance(own, dict) or LIKE not in own or edit.pointer == (LIKE,):
         return edited(text, edit)
-    except (KeyError, IndexError, TypeError):
-        document, wrong = _document(text, file)
-        if wrong is not None:
-            raise
-        own: Mapping[str, Any] = parse_document(text, file).value
-        whole = edited_value(document.value, edit)
-        top = edit.pointer[0]
-        if edit.kind is EditKind.REMOVE or not isinstance(top, str):
-            return block_text(whole)
-        change = replaced((top,), whole[top]) if top in own else added((top,), whole[top])
-        return edited(text, change)
+    document, wrong = plan_document(text, file)
+    if wrong is not None:
+        return edited(text, edit)
+    whole, top = edited_value(document.value, edit), edit.pointer[0]
+    if not isinstance(top, str) or top not in whole:
+        return block_text(whole)
+    change = replaced((top,), whole[top]) if top in own else added((top,), whole[top])
+    is_own = edit.kind in (EditKind.ADD, EditKind.INSERT) or value_at(own, edit.pointer) is not None
+    for step in (edit, change) if is_own else (change,):
+        try:
+            after = edited(text, step)
+            if plan_document(after, file)[0].value == whole:
+                return after
+        except (KeyError, IndexError, TypeError):
+            continue
+    return block_text(whole)
 
 
 def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
@@ -247,7 +256,7 @@ def _told(fault: Fault, first: str, now: str, file: str) -> ToldFault:
     line = fault.line
     old: tuple[Any, ...] = ()
     try:
-        document, _ = _document(now, file)
+        document, _ = plan_document(now, file)
     except CasaError:
         document = None
     if document is not None:

@@ -12,9 +12,10 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WALL_THICKNESS_M, WallHole, WallLine
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES, StyleModels
+from casa_assets.model.kitchen.plan import OpeningKind, PlanOpening
 from casa_assets.model.kitchen.units import BaseKind, UpperKind
 from casa_assets.model.record import Vec2
-from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced
+from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
 from casa_assets.pipeline.plans.sizes import PresetSizes, width_bounds
 from casa_assets.pipeline.plans.written import (
     appended,
@@ -34,9 +35,11 @@ TOUCH_M = 0.01
 # Ref: NKBA kitchen planning guideline 7: walkways 36 inches wide.
 LEAST_AISLE_M = 0.914
 CASING_M = 0.08  # beside the hole of a door or window
-DOOR_WIDTHS_M = (0.93, 0.83, 0.73)
+DOOR_WIDTHS_M = (0.93, 0.83)  # a door of the second would leave too little beside its open leaf
 WINDOW_WIDTHS_M = (1.2, 0.9, 0.6)
 FROM_END_M = 0.05
+SAME_PLACE_M, APART_M = 0.05, 0.2  # of things on a wall: where one hides another, and how far it is moved
+ITEM_FROM_HOLE_M = 0.14  # between an opening and the middle of a switch: its casing, and half of the switch
 LEAST_DOOR_M = 1.9
 DOOR_HEIGHT_M = 2.04
 UNIT_ROLES = ("base", "upper", "sink_base", "pantry", "shelf", "filler", "housing")
@@ -219,7 +222,7 @@ def _outside(raw: Any, kitchen: KitchenRequest, name: str, box: Box) -> Fault | 
         return None
     expected = f"a row inside the room, {LEAST_AISLE_M} m from its walls"
     got = f"{max(beyond, 0.0):.2f} m outside" if not inside else f"{near:.2f} m"
-    return Fault(row_at(raw, "runs", name), expected, got, _smaller_island(raw, kitchen, name))
+    return Fault(row_at(raw, "runs", name), expected, got, smaller_island(raw, kitchen, name))
 
 
 def _to_wall(wall: WallLine, box: Box) -> float:
@@ -231,7 +234,7 @@ def _to_wall(wall: WallLine, box: Box) -> float:
     return min(v for _, v in points)
 
 
-def _smaller_island(raw: Any, kitchen: KitchenRequest, name: str) -> Mend:
+def smaller_island(raw: Any, kitchen: KitchenRequest, name: str) -> Mend:
     """What makes room round an island or peninsula: no overhang, a narrower aisle, the middle, less length, none."""
     run = kitchen.lines[name].run
     at = row_at(raw, "runs", name)
@@ -286,7 +289,7 @@ def _overlap(raw: Any, kitchen: KitchenRequest, name: str, other: str, boxes: di
     expected, got = f"a place of its own, apart from {other}", "the two overlap"
     if not (one.at_wall and two.at_wall):
         free = name if not one.at_wall else other
-        return Fault(row_at(raw, "runs", free), expected, got, _smaller_island(raw, kitchen, free))
+        return Fault(row_at(raw, "runs", free), expected, got, smaller_island(raw, kitchen, free))
     if one.run.on == two.run.on:
         return Fault(at, expected, got, _side_by_side(raw, kitchen, one, two))
     walls = [w.id for w in kitchen.room.walls]
@@ -332,12 +335,12 @@ def _narrow(raw: Any, kitchen: KitchenRequest, name: str, other: str, gap: float
         faces = line.run.faces
         if faces is not None and faces.run in (name, other) and line.run.faces is not None:
             return Fault(at, expected, got, Mend("Write `aisle: 1.2`.", (key_edit(raw, (*at, "faces"), "aisle", 1.2),)))
-        return Fault(row_at(raw, "runs", free), expected, got, _smaller_island(raw, kitchen, free))
-    mend = _wider_room(raw, kitchen, kitchen.lines[name], LEAST_AISLE_M + 0.12 - gap)
+        return Fault(row_at(raw, "runs", free), expected, got, smaller_island(raw, kitchen, free))
+    mend = wider_room(raw, kitchen, kitchen.lines[name], LEAST_AISLE_M + 0.12 - gap)
     return Fault(at, expected, got, mend or without_run(raw, kitchen, name))
 
 
-def _wider_room(raw: Any, kitchen: KitchenRequest, line: RunLine, more: float) -> Mend | None:
+def wider_room(raw: Any, kitchen: KitchenRequest, line: RunLine, more: float) -> Mend | None:
     """Walls between two rows made longer, where they are numbers or one parameter."""
     across = [w for w in kitchen.plan.walls if (kitchen_turns(kitchen, w.id) - line.frame.quarter_turns) % 2]
     names = {w.length for w in across if w.length is not None}
@@ -411,7 +414,7 @@ def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
         elif beside is not None or blocked:
             what = beside.opening.id if beside else "units"
             got = f"{hole.left:.2f} to {hole.right:.2f} m, where {what} {'is' if beside else 'are'}"
-            yield Fault(at, "a place on a wall where nothing else is", got, _moved(raw, kitchen, hole))
+            yield Fault(at, "a place on a wall where nothing else is", got, moved_opening(raw, kitchen, hole))
 
 
 def _entries(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
@@ -420,7 +423,7 @@ def _entries(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
     if any(w.open for w in walls) or any(not h.is_window and not h.is_niche for h in kitchen.holes):
         return
     width, height = DOOR_WIDTHS_M[0], DOOR_HEIGHT_M
-    free = {w.id: _free_middle(kitchen, w, 0.05, height, width, w.length / 2) for w in walls}
+    free = {w.id: free_middle(kitchen, w, 0.05, height, width, w.length / 2) for w in walls}
     named = {run.on for run in kitchen.plan.runs}
     mend: Mend | None = None
     for wall in sorted(walls, key=lambda w: (w.id in named, -w.length)):
@@ -453,13 +456,15 @@ def _gap_over(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend | None:
     return Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (inserted(at, unit),))
 
 
-def _moved(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend:
-    """The nearest place that holds an opening, on its wall, then on another, narrower if need be; else it goes."""
+def moved_opening(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend:
+    """The nearest place that holds an opening, on its wall, then on another, narrower if need be; else it goes.
+
+    A door that nobody could walk through if it were narrower becomes a passage first, which is as wide as its hole.
+    """
     opening, at = hole.opening, row_at(raw, "openings", hole.opening.id)
-    usual = WINDOW_WIDTHS_M if hole.is_window else DOOR_WIDTHS_M
     walls = [hole.wall, *(w for w in kitchen.room.walls if w.id != hole.wall.id and not w.open)]
-    for wall in walls:
-        for width in (opening.width, *(w for w in usual if w < opening.width)):
+    for kind, widths in _smaller(opening):
+        for wall, width in ((wall, width) for wall in walls for width in widths):
             middle = _free_place(kitchen, wall, hole, width)
             if middle is None:
                 continue
@@ -472,17 +477,36 @@ def _moved(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend:
             if wall.id != hole.wall.id:
                 edits.append(key_edit(raw, at, "wall", wall.id))
                 said = f"wall: {wall.id}, {said}"
+            if kind is not opening.kind:
+                edits += without_leaf(raw, opening.id)
+                said = f"kind: {kind.value}, {said}"
             return Mend(f"Write `{said}` for {opening.id}.", tuple(edits))
     return Mend(f"Take out {opening.id}: no wall has a place for it.", (removed(at),))
+
+
+def _smaller(opening: PlanOpening) -> Iterator[tuple[OpeningKind, tuple[float, ...]]]:
+    """Kinds and widths that an opening may have, its own first."""
+    usual = {OpeningKind.DOOR: DOOR_WIDTHS_M[:1], OpeningKind.PASSAGE: DOOR_WIDTHS_M}.get(opening.kind, WINDOW_WIDTHS_M)
+    yield opening.kind, (opening.width, *(w for w in usual if w < opening.width))
+    if opening.kind is OpeningKind.DOOR and opening.closet is None:
+        yield OpeningKind.PASSAGE, DOOR_WIDTHS_M
+
+
+def without_leaf(raw: Any, name: str) -> list[Edit]:
+    """The edits that make a door a passage."""
+    at = row_at(raw, "openings", name)
+    row = value_at(raw, at)
+    edits = [key_edit(raw, at, "kind", OpeningKind.PASSAGE.value)]
+    return [*edits, removed((*at, "hinge"))] if isinstance(row, dict) and "hinge" in row else edits
 
 
 def _free_place(kitchen: KitchenRequest, wall: WallLine, hole: WallHole, width: float) -> float | None:
     """Middle of the free place on a wall that is nearest to where an opening is, metres from its left end."""
     wanted = (hole.left + hole.right) / 2 if wall.id == hole.wall.id else wall.length / 2
-    return _free_middle(kitchen, wall, max(hole.bottom, 0.05), hole.top, width, wanted, hole)
+    return free_middle(kitchen, wall, max(hole.bottom, 0.05), hole.top, width, wanted, hole)
 
 
-def _free_middle(
+def free_middle(
     kitchen: KitchenRequest,
     wall: WallLine,
     low: float,
@@ -566,6 +590,8 @@ def _on_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
                     f"{u + item.shift:.2f} m",
                     Mend(f"Write `at: {middle:g}`.", tuple(edits)),
                 )
+            elif (hole := _hole_at(kitchen, item.wall, u + item.shift, item.height)) is not None:
+                yield _beside(raw, kitchen, item.id, hole, u + item.shift)
         top = room.height_of(walls[item.wall])
         if item.height > top - 0.2:
             yield Fault(
@@ -574,6 +600,7 @@ def _on_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
                 f"{item.height:g} m",
                 Mend("Write `height: 1.8`.", (key_edit(raw, at, "height", 1.8),)),
             )
+    yield from _same_places(raw, kitchen)
     boxes = [box for name in kitchen.lines if (box := row_box(kitchen, name)) is not None]
     solids = [box.corners for box in boxes] + [placed.outline for placed in room.columns]
     for name, table in kitchen.tables.items():
@@ -592,6 +619,52 @@ def _on_walls(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
             at = row_at(raw, "floor_items", floor_item.id)
             mend = Mend(f"Take out {floor_item.id}.", (removed(at),))
             yield Fault(at, "a free place on the floor", f"{x:.2f}, {y:.2f} m", mend)
+
+
+def _same_places(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Things on a wall that hang at the place of another."""
+    placed = {i.name: i.spot for i in kitchen.items}
+    items = [i for i in kitchen.plan.wall_items if i.id in placed]
+    for k, item in enumerate(items):
+        spot = placed[item.id]
+        x, y, z = spot.frame.at(spot.u, spot.v, spot.z)
+        for other in items[:k]:
+            there = placed[other.id]
+            a, b, c = there.frame.at(there.u, there.v, there.z)
+            if max(abs(x - a), abs(y - b), abs(z - c)) < SAME_PLACE_M:
+                at = row_at(raw, "wall_items", item.id)
+                shift = round(item.shift + APART_M, 2)
+                mend = Mend(f"Write `shift: {shift:g}` for {item.id}.", (key_edit(raw, at, "shift", shift),))
+                yield Fault(at, f"a place apart from {other.id}", "the same", mend)
+                break
+
+
+def _hole_at(kitchen: KitchenRequest, wall: str, u: float, height: float) -> WallHole | None:
+    """The opening at a place of a wall, with the casing round it, at which nothing can hang."""
+    return next(
+        (
+            hole
+            for hole in kitchen.holes
+            if hole.wall.id == wall
+            and hole.left - ITEM_FROM_HOLE_M < u < hole.right + ITEM_FROM_HOLE_M
+            and hole.bottom - ITEM_FROM_HOLE_M < height < hole.top + ITEM_FROM_HOLE_M
+        ),
+        None,
+    )
+
+
+def _beside(raw: Any, kitchen: KitchenRequest, name: str, hole: WallHole, u: float) -> Fault:
+    """Something that hangs in an opening: at its nearer side, at the other one, or taken out."""
+    item = next(i for i in kitchen.plan.wall_items if i.id == name)
+    at, length, gap = row_at(raw, "wall_items", name), hole.wall.length, ITEM_FROM_HOLE_M + 0.01
+    sides = sorted((round(hole.left - gap, 3), round(hole.right + gap, 3)), key=lambda side: abs(side - u))
+    free = [s for s in sides if 0.1 < s < length - 0.1 and _hole_at(kitchen, item.wall, s, item.height) is None]
+    expected, got = "a place on a wall where nothing else is", f"{u:.2f} m, where {hole.opening.id} is"
+    if not free:
+        return Fault(at, expected, got, Mend(f"Take out {name}.", (removed(at),)))
+    edits = [key_edit(raw, at, "at", free[0])]
+    edits += [removed((*at, "shift"))] if item.shift else []
+    return Fault(at, expected, got, Mend(f"Write `at: {free[0]:g}` for {name}.", tuple(edits)))
 
 
 def _table_out(raw: Any, kitchen: KitchenRequest, name: str, got: str) -> Fault:

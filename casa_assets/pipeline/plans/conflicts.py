@@ -12,9 +12,9 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.place import place_runs
 from casa_assets.layouts.plan.room import Room, build_room
 from casa_assets.layouts.plan.rows import WidthRange, share_widths
-from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots
+from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, room_at_walls
 from casa_assets.layouts.plan.style_models import StyleModels
-from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening, Run
+from casa_assets.model.kitchen.plan import WINDOW_SILL_M, OpeningKind, Plan, PlanOpening, Run
 from casa_assets.model.kitchen.units import BaseKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.fault import Mend, added, removed, replaced
@@ -121,7 +121,7 @@ def said_of(units: Sequence[Any], changes: Sequence[RowChange]) -> str:
 def _base(raw: Any, plan: Plan, run: Run, models: StyleModels, lengths: Mapping[str, float]) -> Mend | None:
     line = _lines(plan, lengths, models)[run.id]
     spans = [standard_sizes.base_span(u, models) for u in run.base]
-    available = line.length - line.left.base_length - line.right.base_length
+    available = round(line.length - line.left.base_length - line.right.base_length - room_at_walls(line), 4)
     if share_widths(spans, available) is None:
         changes = shrunk(run.base, spans, available)
         if changes is None:
@@ -335,8 +335,8 @@ def _lowered(opening: PlanOpening, top: float, put: Callable[[str, float], None]
         return
     sill = round(top - opening.height, 3)
     if sill < 0.9:
-        put("height", round(max(top - 1.02, 0.4), 3))
-        sill = 1.02
+        put("height", round(max(top - WINDOW_SILL_M, 0.4), 3))
+        sill = WINDOW_SILL_M
     put("sill", min(sill, opening.sill))
 
 

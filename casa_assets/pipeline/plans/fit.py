@@ -14,12 +14,10 @@ from casa_assets.errors import CasaError
 from casa_assets.layouts.plan.room import AXES
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
-from casa_assets.pipeline.plans.check import PlanCheck, check_plan, plan_id
+from casa_assets.pipeline.plans.check import PlanCheck, check_plan, edited_text, plan_document, plan_id
 from casa_assets.pipeline.plans.fault import replaced
 from casa_assets.pipeline.plans.written import key_edit, row_at
-from casa_assets.registry.edit import Edit, edited, flow_text
-from casa_assets.registry.kitchens import LIKE
-from casa_assets.registry.read import parse_document
+from casa_assets.registry.edit import Edit, flow_text
 
 COOKERS, KEPT = ("range", "hob"), ("sink", "fridge")
 TOLERANCE_M = 0.005
@@ -51,15 +49,14 @@ def fit_plan(text: str, file: str, style: Style, width: float, depth: float) -> 
     """The plan with walls of another size and with what fits between them.
 
     Args:
-        file: name of the file. style: that it is tried with. width, depth: of the room, along x and y, metres.
+        file: name of the file; the plan may be like another. style: that it is tried with.
+        width, depth: of the room, along x and y, metres.
     Raises:
         DoesNotFit: nothing that keeps its sink, cooker and refrigerator fits. CasaError: the plan has faults.
     """
     before = check_plan(text, file, style)
     if not before.fits or before.kitchen is None:
         raise CasaError(f"{file}: has faults of its own; look at them with `casa-assets scenes check-plan {file}`")
-    if LIKE in parse_document(text, file).value:
-        raise CasaError(f"{file}: is like another plan; give the file of that one")
     aslant = next((w.id for w in before.kitchen.plan.walls if w.is_aslant), None)
     if aslant is not None:
         raise CasaError(
@@ -93,11 +90,11 @@ def _tried(
     text: str, file: str, style: Style, size: tuple[float, float], wanted: tuple[float, float]
 ) -> tuple[FittedPlan | None, str]:
     """The plan in a room, or None with the reason."""
-    raw = parse_document(text, file).value
+    raw = plan_document(text, file)[0].value
     plan = Plan.model_validate({**raw, "id": plan_id(file)})
     resized, said = text, []
     for edit, sentence in _resized(raw, plan, size, wanted):
-        resized = edited(resized, edit)
+        resized = edited_text(resized, file, edit)
         said.append(sentence)
     found = check_plan(resized, file, style)
     if found.kitchen is None:

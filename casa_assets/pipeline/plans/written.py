@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from itertools import chain, count
 from typing import Any
 
+from casa_assets.model.kitchen.plan import Plan
+from casa_assets.model.kitchen.units import Unit
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.fault import added, removed, replaced, value_at
 from casa_assets.registry.edit import Edit, EditKind
@@ -29,6 +31,17 @@ def key_edit(plan: Any, row: KeyPath, key: str, value: Any) -> Edit:
 def unit_at(plan: Any, run: str, row: str, index: int) -> KeyPath:
     """Pointer of a unit."""
     return (*row_at(plan, "runs", run), row, index)
+
+
+def place_of(plan: Plan, name: str) -> tuple[str, str, int] | None:
+    """Run, row (`base` or `upper`) and number of a unit; None of what the layout adds."""
+    for run in plan.runs:
+        rows: tuple[tuple[str, Sequence[Unit]], ...] = (("base", run.base), ("upper", run.upper))
+        for row, units in rows:
+            for k, unit in enumerate(units):
+                if unit.id == name:
+                    return run.id, row, k
+    return None
 
 
 def unit_edit(plan: Any, at: KeyPath, key: str, value: Any) -> Edit:

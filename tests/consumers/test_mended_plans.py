@@ -1,0 +1,55 @@
+"""Plans as language models write them: mended, built and passed by every check, in all styles between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from casa_assets.registry.kitchens import style_names
+from tests.mended_plans import problems_when_built
+from tests.projects import Project, project_in
+
+# Drafts of whole kitchens, plans that are right, and one for each kind of mend of what stands in a kitchen.
+PLANS = {
+    "draft_appliance_list": "industrial",
+    "draft_chatty": "modern_1",
+    "draft_coordinates": "rustic",
+    "draft_farmhouse": "farmhouse",
+    "draft_huge_room": "transitional_2",
+    "draft_json": "coastal",
+    "draft_like": "mediterranean",
+    "draft_like_rows": "modern_2",
+    "draft_markdown_list": "modern_2",
+    "draft_peninsula": "traditional_2",
+    "draft_tiny": "transitional_1",
+    "draft_units_by_name": "scandinavian",
+    "ok_corner": "coastal",
+    "ok_galley": "mediterranean",
+    "ok_island": "traditional_1",
+    "ok_studio": "rustic",
+    "aisle_too_narrow": "industrial",
+    "lazy_susan": "farmhouse",
+    "tabs": "modern_1",
+    "too_many_stools": "transitional_1",
+    "two_runs_on_one_wall": "traditional_2",
+}
+
+pytestmark = pytest.mark.certify
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Iterator[Project]:
+    """A project in the folder of the test."""
+    with project_in(tmp_path) as written:
+        yield written
+
+
+def test_every_style_is_among_them() -> None:
+    assert set(PLANS.values()) == set(style_names())
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_a_mended_plan_is_a_kitchen_that_passes(name: str, own: Project, tmp_path: Path, cache: Path) -> None:
+    assert problems_when_built(name, PLANS[name], own, tmp_path / "out", cache) == []

@@ -1,0 +1,30 @@
+"""Plans of the corpus of `tests/unit/plans`, mended as `check-plan` mends them, built and checked as whole kitchens."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from casa_assets.pipeline.kitchens import check
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from casa_assets.pipeline.plans.check import check_plan, plan_id
+from casa_assets.registry.kitchens import load_style
+from tests.libraries import with_cache
+from tests.projects import Project
+
+CORPUS = Path(__file__).parent / "unit" / "plans" / "corpus"
+
+
+def problems_when_built(name: str, style: str, project: Project, out: Path, cache: Path) -> list[str]:
+    """What a plan of the corpus lacks as a kitchen: no mend that works, no kitchen, or checks that it does not pass.
+
+    Args:
+        project: writes the mended plan into its `plans/`. out: folder of the scenes, not there yet. cache: of assets.
+    """
+    path = CORPUS / f"{name}.yaml"
+    found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(style)[0])
+    if not found.mended:
+        return [f"{told.fault.expected}, got {told.fault.got}" for told in found.faults if told.fault.mend is None]
+    plan = plan_id(path.name)
+    project({f"plans/{plan}.yaml": found.text})
+    done = check.check_one(SceneRecipe(plan, style), with_cache(out, cache), drawn=False, in_3d=False)
+    return [done.message] if done.message else [f"{i.code} {i.pointer}: {i.message}" for i in done.problems]

@@ -1,0 +1,123 @@
+"""What a kitchen would fail its checks by is told before it is built, with a mend after which nothing of it is left."""
+
+from __future__ import annotations
+
+import pytest
+
+from casa_assets.pipeline.plans.check import PlanCheck, check_plan
+from casa_assets.pipeline.plans.foresight.problems import ProblemKind, problems_of
+from casa_assets.registry.kitchens import load_style
+
+STYLE = "modern_1"
+ROOM = """title: Studio
+walls:
+  back: {heading: right, length: 4.8}
+  right: {heading: front, length: 4.6}
+  front: {heading: left, length: 4.8, open: true}
+  left: {heading: back, length: 4.6}
+"""
+ONE_ROW = """runs:
+  main:
+    on: back
+    base: [{drawers: [0.4, 0.9]}, sink, dishwasher, {doors: [0.4, 0.9]}, range, {drawers: [0.4, 0.9]}, fridge]
+    upper:
+      - hood: {over: main_range}
+"""
+CORNER = """runs:
+  main:
+    on: back
+    base: [fridge, {doors: [0.3, 0.9]}, range, {drawers: [0.4, 0.9]}]
+    upper:
+      - hood: {over: main_range}
+  right:
+    on: right
+    length: 3.4
+    base: [{drawers: [0.4, 0.9]}, sink, dishwasher, {doors: [0.3, 0.9]}]
+corners:
+  - {runs: [main, right], base: blind}
+"""
+ISLAND = """  island:
+    faces: {run: main, aisle: 1.3}
+    base: [{island: 1.8}]
+"""
+
+
+def checked(text: str) -> PlanCheck:
+    return check_plan(text, "studio.yaml", load_style(STYLE)[0])
+
+
+CASES = {
+    "a drawer beside a corner": (ROOM + CORNER, "room to open", "at the left end of right."),
+    "a dishwasher beside a corner": (
+        ROOM + CORNER.replace("[{drawers: [0.4, 0.9]}, sink, dishwasher", "[dishwasher, sink"),
+        "between right_dishwasher and the inside corner",
+        "right",
+    ),
+    "a door that swings into drawers": (
+        ROOM + "openings:\n  door: {kind: door, wall: right, at: 1.2, width: 0.93, height: 2.04}\n" + ONE_ROW,
+        "room to open",
+        "for door.",
+    ),
+    "a door that is too narrow": (
+        ROOM + "openings:\n  door: {kind: door, wall: right, at: 3.0, width: 0.8, height: 2.04}\n" + ONE_ROW,
+        "a door or passage that leaves 0.813 m clear",
+        "Write `width: 0.93` for door.",
+    ),
+    "wall units over a refrigerator": (
+        ROOM + ONE_ROW + "      - doors: [0.35, 0.9]\n      - doors: [0.35, 0.9]\n",
+        "apart from main_fridge",
+        "Add `- gap: {over: main_fridge}` to the wall units of main.",
+    ),
+    "stools at a worktop that does not reach out": (
+        ROOM + ONE_ROW + ISLAND + "seats:\n  - {run: island, count: 2}\n",
+        "over those who sit there",
+        "Write `overhang: 0.3` for island.",
+    ),
+    "an aisle to work in": (
+        ROOM + ONE_ROW + ISLAND.replace("1.3", "1.0"),
+        "an aisle of at least 1.067 m",
+        "Write `aisle:",
+    ),
+    "a window over a cooker": (
+        ROOM
+        + "openings:\n  window: {kind: window, wall: back, over: main_range, width: 0.9, height: 0.4, sill: 0.95}\n"
+        + ONE_ROW,
+        "no window over main_range",
+        "window",
+    ),
+    "a sink between what is tall and a cooker": (
+        ROOM
+        + ONE_ROW.replace("{drawers: [0.4, 0.9]}, sink, dishwasher", "pantry, sink, range, dishwasher, {drawers: 0.6}"),
+        "of worktop beside main_sink",
+        "change places.",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_would_fail_is_told_with_a_mend_that_works(case: str) -> None:
+    text, expected, sentence = CASES[case]
+    found = checked(text)
+    told = [(t.fault.expected, t.fault.mend.sentence if t.fault.mend else "") for t in found.faults]
+    assert any(expected in one and sentence in said for one, said in told), told
+    assert found.mended, told
+    assert found.kitchen is not None
+    assert problems_of(found.kitchen) == []
+    assert checked(found.text).fits
+
+
+def test_nothing_that_a_kitchen_needs_is_given_up() -> None:
+    for text, _, _ in CASES.values():
+        before, after = text.split("base: [", 1)[1].split("]", 1)[0], checked(text).kitchen
+        assert after is not None
+        kinds = {str(unit.kind) for unit in after.plan.units.values()}
+        assert {kind for kind in ("sink", "range", "fridge", "dishwasher") if kind in before} <= kinds
+
+
+def test_kinds_of_problems_are_told_apart() -> None:
+    style = load_style(STYLE)[0]
+    kinds = set()
+    for text, _, _ in CASES.values():
+        kinds |= {t.fault.expected.split()[0] for t in check_plan(text, "studio.yaml", style).faults}
+    assert len(kinds) >= 5
+    assert len(ProblemKind) == 11
