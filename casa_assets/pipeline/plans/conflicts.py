@@ -14,6 +14,7 @@ from casa_assets.layouts.plan.room import Room, build_room
 from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, room_at_walls
 from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import WINDOW_SILL_M, OpeningKind, Plan, PlanOpening, Run
 from casa_assets.model.kitchen.units import BaseKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
@@ -123,7 +124,10 @@ def _base(raw: Any, plan: Plan, run: Run, models: StyleModels, lengths: Mapping[
     spans = [standard_sizes.base_span(u, models) for u in run.base]
     available = round(line.length - line.left.base_length - line.right.base_length - room_at_walls(line), 4)
     if share_widths(spans, available) is None:
-        changes = shrunk(run.base, spans, available)
+        # What opens away from a corner stays, so that what comes next does not run into the other row.
+        ends = ((line.left, 0), (line.right, len(run.base) - 1))
+        kept = [k for end, k in ends if end.kind is RunEnd.CORNER and run.base[k].kind is BaseKind.DOORS]
+        changes = shrunk(run.base, spans, available, kept=kept) or shrunk(run.base, spans, available)
         if changes is None:
             return _longer(raw, plan, run, sum(s.minimum for s in spans) - available, lengths)
         return Mend(said_of(run.base, changes), row_edits(raw, run.id, "base", changes))

@@ -39,13 +39,15 @@ class RowChange:
 Units = Sequence[BaseUnit | UpperUnit]
 
 
-def shrunk(units: Units, spans: Sequence[WidthRange], available: float, keep_last: int = 1) -> list[RowChange] | None:
+def shrunk(
+    units: Units, spans: Sequence[WidthRange], available: float, keep_last: int = 1, kept: Sequence[int] = ()
+) -> list[RowChange] | None:
     """Changes after which the least widths of units take no more than what is available; None where nothing does it.
 
     Units are narrowed first. Then they are taken out, those that matter least first.
 
     Args:
-        keep_last: how many units have to remain.
+        keep_last: how many units have to remain. kept: units that are not taken out.
     """
     least = [s.minimum for s in spans]
     floors = [min(s.minimum, LEAST.get(str(u.kind), s.minimum)) for u, s in zip(units, spans, strict=True)]
@@ -56,7 +58,7 @@ def shrunk(units: Units, spans: Sequence[WidthRange], available: float, keep_las
             slack = round(sum(least[k] - floors[k] for k in range(len(units)) if k not in gone), 4)
             if excess <= slack:
                 return _narrowed(units, spans, floors, gone, max(excess, 0.0))
-            left = [k for k in range(len(units)) if k not in gone and str(units[k].kind) == kind]
+            left = [k for k in range(len(units)) if k not in (*gone, *kept) and str(units[k].kind) == kind]
             if kind is None or not left or len(units) - len(gone) <= keep_last:
                 break
             if kind in ("doors", "drawers") and _is_last_worktop(units, gone, left):
