@@ -39,6 +39,7 @@ DOOR_WIDTHS_M = (0.93, 0.83)  # a door of the second would leave too little besi
 WINDOW_WIDTHS_M = (1.2, 0.9, 0.6)
 FROM_END_M = 0.05
 SAME_PLACE_M, APART_M = 0.05, 0.2  # of things on a wall: where one hides another, and how far it is moved
+ITEM_FROM_UNIT_M = 0.08  # between units, or what is on the wall over them, and the middle of a switch
 ITEM_FROM_HOLE_M = 0.14  # between an opening and the middle of a switch: its casing, and half of the switch
 LEAST_DOOR_M = 1.9
 DOOR_HEIGHT_M = 2.04
@@ -659,6 +660,8 @@ def _beside(raw: Any, kitchen: KitchenRequest, name: str, hole: WallHole, u: flo
     at, length, gap = row_at(raw, "wall_items", name), hole.wall.length, ITEM_FROM_HOLE_M + 0.01
     sides = sorted((round(hole.left - gap, 3), round(hole.right + gap, 3)), key=lambda side: abs(side - u))
     free = [s for s in sides if 0.1 < s < length - 0.1 and _hole_at(kitchen, item.wall, s, item.height) is None]
+    rows = stretches(kitchen, hole.wall, 0.05, item.height)
+    free = [s for s in free if not any(a - ITEM_FROM_UNIT_M < s < b + ITEM_FROM_UNIT_M for a, b in rows)]
     expected, got = "a place on a wall where nothing else is", f"{u:.2f} m, where {hole.opening.id} is"
     if not free:
         return Fault(at, expected, got, Mend(f"Take out {name}.", (removed(at),)))
