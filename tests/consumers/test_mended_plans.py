@@ -11,7 +11,7 @@ from casa_assets.registry.kitchens import style_names
 from tests.mended_plans import problems_when_built
 from tests.projects import Project, project_in
 
-# Drafts of whole kitchens, plans that are right, and one for each kind of mend of what stands in a kitchen.
+# Drafts of whole kitchens, plans that are right, and plans whose aisles and corners are mended.
 PLANS = {
     "draft_appliance_list": "industrial",
     "draft_chatty": "modern_1",
@@ -19,8 +19,6 @@ PLANS = {
     "draft_farmhouse": "farmhouse",
     "draft_huge_room": "transitional_2",
     "draft_json": "coastal",
-    "draft_like": "mediterranean",
-    "draft_like_rows": "modern_2",
     "draft_markdown_list": "modern_2",
     "draft_peninsula": "traditional_2",
     "draft_tiny": "transitional_1",
@@ -31,9 +29,6 @@ PLANS = {
     "ok_studio": "rustic",
     "aisle_too_narrow": "industrial",
     "lazy_susan": "farmhouse",
-    "tabs": "modern_1",
-    "too_many_stools": "transitional_1",
-    "two_runs_on_one_wall": "traditional_2",
 }
 
 pytestmark = pytest.mark.certify

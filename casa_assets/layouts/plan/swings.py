@@ -33,7 +33,8 @@ HANDLES_M: Mapping[str, float] = {
     "leather": 0.039, "edge_pull": 0.024, "finger_groove": 0.0,
 }  # fmt: skip
 MOST_HANDLE_M = max(HANDLES_M.values())  # of kinds that a plug-in adds
-HANDLE_FROM_EDGE_M = (0.03, 0.055)  # where the handle of a door lies, from its free edge
+# Where the handle of a door lies, from its free edge, and the pull of a refrigerator's.
+HANDLE_FROM_EDGE_M, FRIDGE_PULL_FROM_EDGE_M = (0.03, 0.055), (0.02, 0.12)
 # That the drawer of a cabinet as deep as all others comes out, and what the back of an island takes of its depth; width
 # of the handle, and its least height over the lower edge of the lowest of a few drawers.
 DRAWER_M, ISLAND_BACK_M, HANDLE_WIDTH_M, HANDLE_OVER_M, FEW_DRAWERS = 0.489, 0.022, 0.34, 0.2, 3
@@ -48,9 +49,9 @@ RANGE_DRAWER_M = 0.395
 FLAP_FROM_M, RANGE_FLAP_FROM_M, OVEN_FROM_M, MICROWAVE_FROM_M = 0.11, 0.33, 0.75, 1.08
 FLAP_BELOW_M, FLAP_TRAVEL, FLAP_PIECES = 0.06, 1.48, 4
 RANGE_BEFORE_M = 0.06  # that the door of a range stands before its depth, with the gap behind it
-# Of a refrigerator: thickness of its doors, what their pulls stand out, how far the drawer of a freezer comes out, and
-# the gap behind it.
-FRIDGE_DOOR_M, FRIDGE_PULL_M, FREEZER_DRAWER_M, FRIDGE_BEHIND_M = 0.07, 0.073, 0.56, 0.03
+# Of a refrigerator: thickness of its doors with the bins in them, what their pulls stand out, how far the drawer of a
+# freezer comes out, and the gap behind it.
+FRIDGE_DOOR_M, FRIDGE_PULL_M, FREEZER_DRAWER_M, FRIDGE_BEHIND_M = 0.16, 0.073, 0.56, 0.03
 HUNG_MICROWAVE_M = 0.08  # that a microwave on the wall stands before the cabinets beside it
 # Of a room's door: width of its frame at either side, thickness of its leaf and gap beside it, and what a lever stands
 # out at both faces.
@@ -294,7 +295,8 @@ class _Place:
                 door of a cabinet, which opens so far that its handle stays within its own width.
             start: angle between the shut door and the front of the run, radians.
         """
-        near, far = width - HANDLE_FROM_EDGE_M[1], width - HANDLE_FROM_EDGE_M[0]
+        edge = HANDLE_FROM_EDGE_M if fridge_pull is None else FRIDGE_PULL_FROM_EDGE_M
+        near, far = width - edge[1], width - edge[0]
         is_fridge = fridge_pull is not None
         thick, pull = (DOOR_M, self.handle) if fridge_pull is None else (FRIDGE_DOOR_M, fridge_pull)
         travel = math.pi / 2 if is_fridge else math.atan2(near, pull)

@@ -17,7 +17,7 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, pres
 from casa_assets.registry.roles import load_roles
 
 # Metres that a leaf may reach beyond what was said, and fall short of it: handles are not all of one depth.
-BEYOND_M, SHORT_M = 0.004, 0.06
+BEYOND_M, SHORT_M = 0.01, 0.06
 RECIPES = (SceneRecipe("l_small", "coastal"), SceneRecipe("u_large", "modern_1"))
 
 
