@@ -237,11 +237,11 @@ def edited_text(text: str, file: str, edit: Edit) -> str:
     if wrong is not None:
         return edited(text, edit)
     whole, top = edited_value(document.value, edit), edit.pointer[0]
-    if not isinstance(top, str) or top not in whole:
-        return block_text(whole)
-    change = replaced((top,), whole[top]) if top in own else added((top,), whole[top])
     is_own = edit.kind in (EditKind.ADD, EditKind.INSERT) or value_at(own, edit.pointer) is not None
-    for step in (edit, change) if is_own else (change,):
+    steps = [edit] if is_own else []
+    if isinstance(top, str) and top in whole:
+        steps.append(replaced((top,), whole[top]) if top in own else added((top,), whole[top]))
+    for step in steps:
         try:
             after = edited(text, step)
             if plan_document(after, file)[0].value == whole:
