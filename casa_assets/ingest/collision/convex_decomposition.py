@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from casa_assets.core.process_limits import lower_limit
 from casa_assets.core.typing import Floats, Ints
 
 
@@ -103,20 +104,13 @@ def _vhacd(vertices: Floats, faces: Ints, budget: Budget) -> list[Floats]:
     return [np.asarray(points, dtype=np.float64) for points, _ in parts]
 
 
-def _limit(kind: int, soft: int, hard: int) -> None:
-    """Set a limit of this process; one that already stands lower stays."""
-    hard_limit = resource.getrlimit(kind)[1]
-    ceiling = hard if hard_limit == resource.RLIM_INFINITY else min(hard, hard_limit)
-    resource.setrlimit(kind, (min(soft, ceiling), ceiling))
-
-
 def main() -> int:
     """The child: limits itself, reads, decomposes, writes."""
     with np.load(io.BytesIO(sys.stdin.buffer.read())) as data:
         vertices, faces = data["vertices"], data["faces"]
         budget = Budget(**json.loads(str(data["budget"])))
-    _limit(resource.RLIMIT_CPU, budget.cpu_s, budget.cpu_s + 5)
-    _limit(resource.RLIMIT_AS, budget.memory_bytes, budget.memory_bytes)
+    lower_limit(resource.RLIMIT_CPU, budget.cpu_s, budget.cpu_s + 5)
+    lower_limit(resource.RLIMIT_AS, budget.memory_bytes, budget.memory_bytes)
     # The libraries print to standard output, so that is sent to standard error and the pipe is kept for the answer.
     answer = os.dup(1)
     os.dup2(2, 1)

@@ -21,6 +21,7 @@ from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WALL_THICKNESS_M, Room, WallHole, WallLine, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
+from casa_assets.layouts.plan.swings import DOOR_FRAME_M
 from casa_assets.layouts.plan.wall_frame import WallFrame
 from casa_assets.model.kitchen.furnishing import WallItem
 from casa_assets.model.kitchen.plan import OpeningKind, Plan, PlanOpening
@@ -47,7 +48,6 @@ LARDER_DEPTH_M, LARDER_HEIGHT_M, LARDER_MOST_M, LARDER_PLAY_M = 0.35, 2.0, 1.2, 
 # A lever of a tap turns back to 0.027 m from the wall, at most so high above the floor that a window over this height
 # has its sill over it; the sill of a lower one stands out less.
 TAP_LEVERS_M, SILL_BEHIND_TAP_M = 1.08, 0.02
-DOOR_FRAME_M = 0.034  # lining and gap between a door's leaf and the wall, on each side and above
 
 
 def find_holes(

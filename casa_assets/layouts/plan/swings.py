@@ -53,9 +53,9 @@ RANGE_BEFORE_M = 0.06  # that the door of a range stands before its depth, with 
 # freezer comes out, and the gap behind it.
 FRIDGE_DOOR_M, FRIDGE_PULL_M, FREEZER_DRAWER_M, FRIDGE_BEHIND_M = 0.16, 0.073, 0.56, 0.03
 HUNG_MICROWAVE_M = 0.08  # that a microwave on the wall stands before the cabinets beside it
-# Of a room's door: width of its frame at either side, thickness of its leaf and gap beside it, and what a lever stands
-# out at both faces.
-FRAME_M, ROOM_DOOR_M, LEAF_GAP_M, LEVER_M = 0.034, 0.04, 0.004, 0.06
+# Of a room's door: lining and gap between its leaf and the wall, on each side and above; thickness of the leaf and gap
+# beside it; what a lever stands out at both faces.
+DOOR_FRAME_M, ROOM_DOOR_M, LEAF_GAP_M, LEVER_M = 0.034, 0.04, 0.004, 0.06
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def meet(one: Bounds, other: Bounds) -> bool:
 
 def door_width_clear(hole: WallHole) -> float:
     """Width that an opening leaves to walk through, with its leaf open, metres."""
-    frame = 2 * FRAME_M + ROOM_DOOR_M + LEAF_GAP_M if hole.opening.kind is OpeningKind.DOOR else 0.0
+    frame = 2 * DOOR_FRAME_M + ROOM_DOOR_M + LEAF_GAP_M if hole.opening.kind is OpeningKind.DOOR else 0.0
     return round(hole.right - hole.left - frame, 4)
 
 
@@ -372,10 +372,10 @@ def _of_opening(hole: WallHole) -> Iterator[Leaf]:
     if hole.opening.kind is not OpeningKind.DOOR:
         return
     frame, is_left = hole.wall.frame, hole.opening.hinge is not RunSide.RIGHT
-    width = hole.right - hole.left - 2 * FRAME_M
+    width = hole.right - hole.left - 2 * DOOR_FRAME_M
     leaf = ((0.0, -ROOM_DOOR_M), (width, 0.0))
     parts = (leaf, ((width - 0.2, -ROOM_DOOR_M - LEVER_M), (width - 0.04, LEVER_M)))
-    axis = hole.left + FRAME_M if is_left else hole.right - FRAME_M
+    axis = hole.left + DOOR_FRAME_M if is_left else hole.right - DOOR_FRAME_M
     outlines = _turned(frame, axis, 0.0, is_left, parts, (0.0, math.pi / 2))
     way = tuple(Part(outline, 0.01, hole.top) for outline in outlines)
     yield Leaf(hole.opening.id, "", way, way[-len(parts) :])

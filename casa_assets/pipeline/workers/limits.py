@@ -6,6 +6,8 @@ import math
 import resource
 from dataclasses import dataclass
 
+from casa_assets.core.process_limits import lower_limit
+
 # A process that competes with others still gets some time; one with less than this part of a core hangs. A choice.
 IDLE_CPU_SHARE = 0.001
 # Seconds of the clock for each processor second of the limit, and at least; a choice: 20 jobs may share a core.
@@ -57,13 +59,6 @@ def restrict(limits: Limits) -> None:
     """Put the limits on this process, as far as the kernel can hold them; the server holds the rest."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     # A second more than the server allows, which counts all processes of the job: this is for when it cannot.
-    _lower(resource.RLIMIT_CPU, math.ceil(limits.cpu_s) + 1, math.ceil(limits.cpu_s) + 5)
+    lower_limit(resource.RLIMIT_CPU, math.ceil(limits.cpu_s) + 1, math.ceil(limits.cpu_s) + 5)
     # Address space would count what drivers and thread arenas merely reserve, which is much on a machine of many cores.
-    _lower(resource.RLIMIT_DATA, limits.memory_bytes, limits.memory_bytes)
-
-
-def _lower(kind: int, soft: int, hard: int) -> None:
-    """Set a limit of this process; one that already stands lower stays."""
-    stands = resource.getrlimit(kind)[1]
-    ceiling = hard if stands == resource.RLIM_INFINITY else min(hard, stands)
-    resource.setrlimit(kind, (min(soft, ceiling), ceiling))
+    lower_limit(resource.RLIMIT_DATA, limits.memory_bytes, limits.memory_bytes)

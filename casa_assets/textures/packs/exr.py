@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from casa_assets.core.process_limits import lower_limit
 from casa_assets.textures.packs.rejections import PictureRejection, rejection_error
 
 MAGIC, SUFFIX = b"v/1\x01", ".exr"
@@ -138,19 +139,15 @@ def read_pixels(data: bytes, header: ExrHeader) -> npt.NDArray[np.float32]:
     raise rejection_error(PictureRejection.BROKEN, f"cannot be decoded: OpenEXR: {words[0][:200]}")
 
 
-def _limit(kind: int, amount: int) -> None:
-    """Set a limit of this process; one that already stands lower stays."""
-    hard = resource.getrlimit(kind)[1]
-    ceiling = amount if hard == resource.RLIM_INFINITY else min(amount, hard)
-    resource.setrlimit(kind, (ceiling, ceiling))
-
-
 def main() -> int:
     """The child: limits itself, reads, unpacks, writes."""
     data, names = sys.stdin.buffer.read(), sys.argv[1:]
-    _limit(resource.RLIMIT_CORE, 0)
-    _limit(resource.RLIMIT_CPU, CPU_S)
-    _limit(resource.RLIMIT_AS, MEMORY_BYTES)
+    for kind, amount in (
+        (resource.RLIMIT_CORE, 0),
+        (resource.RLIMIT_CPU, CPU_S),
+        (resource.RLIMIT_AS, MEMORY_BYTES),
+    ):
+        lower_limit(kind, amount, amount)
     # OpenEXR prints to standard output, so that is sent to standard error and the pipe is kept for the answer.
     answer = os.dup(1)
     os.dup2(2, 1)

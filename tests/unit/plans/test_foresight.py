@@ -7,6 +7,7 @@ import pytest
 from casa_assets.pipeline.plans.check import PlanCheck, check_plan
 from casa_assets.pipeline.plans.foresight.problems import ProblemKind, problems_of
 from casa_assets.registry.kitchens import load_style
+from tests.projects import Project
 
 STYLE = "modern_1"
 ROOM = """title: Studio
@@ -104,6 +105,14 @@ def test_what_would_fail_is_told_with_a_mend_that_works(case: str) -> None:
     assert found.kitchen is not None
     assert problems_of(found.kitchen) == []
     assert checked(found.text).fits
+
+
+def test_limits_of_a_project_hold_and_the_others_stay(project: Project) -> None:
+    text = ROOM + ONE_ROW + ISLAND.replace("1.3", "1.15")
+    assert not [t for t in checked(text).faults if "aisle" in t.fault.expected]
+    project({"limits.yaml": "work_aisle_m: {value: 1.2}\n"})
+    told = [t.fault.expected for t in checked(text).faults]
+    assert any("an aisle of at least 1.2 m" in expected for expected in told), told
 
 
 def test_nothing_that_a_kitchen_needs_is_given_up() -> None:

@@ -7,9 +7,11 @@ from typing import Any
 
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan.room import WallHole
-from casa_assets.layouts.plan.runs import CornerPart
+from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.model.kitchen.floor import RunEnd
+from casa_assets.model.kitchen.plan import RunCorner
 from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, RunSide, UpperKind, UpperUnit
+from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.clashes import (
     free_middle,
     moved_opening,
@@ -216,12 +218,17 @@ def _with_worktop(raw: Any, kitchen: KitchenRequest, name: str) -> Iterator[Mend
     pointer = (*row_at(raw, "runs", run), "base")
     pairs = [(i, j) for i in (k, k - 1, k + 1) if 0 <= i < len(units) for j in range(len(units)) if j != i]
     for i, j in sorted(pairs, key=lambda p: (abs(p[0] - p[1]), p)):
-        rows = list(value_at(raw, pointer))
-        rows[i], rows[j] = rows[j], rows[i]
-        yield Mend(f"Let {units[i].id} and {units[j].id} change places.", (replaced(pointer, rows),))
+        yield _exchanged(raw, pointer, units, i, j)
     for index, side in ((k + 1, "right"), (k, "left")):
         said = f"Add `- doors: {flow_text(ONE_DOOR)}` to the {side} of {name}."
         yield Mend(said, (inserted((*pointer, index), {"doors": ONE_DOOR}),))
+
+
+def _exchanged(raw: Any, pointer: KeyPath, units: Units, i: int, j: int, why: str = "") -> Mend:
+    """Two units of a row change places; `pointer`: of the row."""
+    rows = list(value_at(raw, pointer))
+    rows[i], rows[j] = rows[j], rows[i]
+    return Mend(f"Let {units[i].id} and {units[j].id} change places{why}.", (replaced(pointer, rows),))
 
 
 def _off_wall(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[Mend]:
@@ -294,7 +301,8 @@ def _of_overlap(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator
             yield Mend(f"Take out {slot.name}.", (removed(unit_at(raw, *place)),))
 
 
-def _corners(slot: Any) -> list[Any]:
+def _corners(slot: UnitSlot) -> list[RunCorner]:
+    """The corners in which the run of a unit ends."""
     return [end.corner for end in (slot.line.left, slot.line.right) if end.corner is not None]
 
 
@@ -315,10 +323,7 @@ def _cooker_apart(raw: Any, kitchen: KitchenRequest, hood: str) -> Iterator[Mend
     near = [i for i in (k, k - 1, k + 1) if 0 <= i < len(run.base)]
     pairs = [(i, j) for i in near for j in range(len(run.base)) if j != i]
     for i, j in sorted(pairs, key=lambda p: (run.base[p[1]].kind not in SOFT, abs(p[0] - p[1]))):
-        units = list(value_at(raw, pointer))
-        units[i], units[j] = units[j], units[i]
-        said = f"Let {run.base[i].id} and {run.base[j].id} change places, so that the hood has room."
-        yield Mend(said, (replaced(pointer, units),))
+        yield _exchanged(raw, pointer, run.base, i, j, ", so that the hood has room")
 
 
 # Runs ------------------------------------------------------------------------------------------------------------

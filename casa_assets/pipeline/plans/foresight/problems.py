@@ -29,7 +29,7 @@ from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind
 from casa_assets.model.record import Vec2
 from casa_assets.pipeline.plans.sizes import PresetSizes
 from casa_assets.projects import read_once
-from casa_assets.registry.layered import read_topmost
+from casa_assets.registry.load import load_limits
 from casa_assets.registry.roles import load_roles
 
 NEAR_CORNER = (
@@ -80,8 +80,8 @@ class Problem:
 
 @read_once
 def limits() -> Mapping[str, float]:
-    """Values of registry/limits.yaml. Raises RegistryError."""
-    return {key: float(row["value"]) for key, row in read_topmost("limits.yaml").value.items()}
+    """Values of the limits of checks, those of the project in use laid over the others. Raises RegistryError."""
+    return {key: limit.value for key, limit in load_limits().items()}
 
 
 def problems_of(kitchen: KitchenRequest) -> list[Problem]:
