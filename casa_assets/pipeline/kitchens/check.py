@@ -66,7 +66,7 @@ from casa_assets.registry.plugins.checks import check_table, with_plugin_limits
 
 FLOOR_MAP = "floor_map.png"
 # Enough to tell whether a camera shows something, by its shares of black and white pixels.
-CHECK_FRAME = room.PictureSettings(240, 180, passes=1, directions=6, shadow_px=256)
+CHECK_FRAME = room.PictureSettings(240, 180, passes=1, shadow_px=256)
 
 
 def check_one(
