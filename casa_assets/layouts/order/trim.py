@@ -25,7 +25,10 @@ from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, UpperKind,
 CORNICE_HEIGHT_M = 0.07
 CORNICE_DEPTH_M = 0.04  # projection before the fronts
 FLAT_PROFILE = "flat"  # the profile without projection
-SAME_ROW_M = 0.012  # units with a smaller gap are in one row
+NEAR_M = 0.012  # of two things that touch, but for play
+NO_RETURN_M = CORNICE_DEPTH_M + NEAR_M  # distance from a wall at which a return has no room
+BESIDE_M = 2 * CORNICE_DEPTH_M + NEAR_M  # gap that two returns do not go into
+SAME_ROW_M = BESIDE_M  # a cornice runs on over a smaller gap between units of one depth
 MIN_CORNICE_M = 0.4
 PLAY_M = 0.0005
 LONG_CURTAINS = ("drapes", "tied", "cafe")  # curtains that hang down to worktops and taps
@@ -59,14 +62,16 @@ def order_cornices(
         rows = [r for r in find_rows(line, slots[name], models) if r.right - r.left >= MIN_CORNICE_M]
         for k, row in enumerate(rows):
             left, right = _is_free_end(row, row.left, rows, line), _is_free_end(row, row.right, rows, line)
-            # It ends at the return of a deeper row beside it.
-            begin = row.left + (
-                projection + PLAY_M if _is_butted(row, row.left, rows) or _is_at_corner(row.left, line) else 0.0
-            )
+            begin = row.left + (projection + PLAY_M if _is_at_corner(row.left, line) else 0.0)
             # Of two rows round a corner the first ends earlier only where the other one goes through to the wall.
             meets = line.right.corner is not None and line.right.corner.upper is CornerKind.BLIND
-            short = _is_butted(row, row.right, rows) or (meets and _is_at_corner(row.right, line))
-            end = row.right - (projection + PLAY_M if short else 0.0)
+            end = row.right - (projection + PLAY_M if meets and _is_at_corner(row.right, line) else 0.0)
+            # It ends before the return of a deeper row beside it.
+            for deeper in (r for r in rows if r.depth > row.depth + 1e-3):
+                if deeper in _beside(row, row.left, rows):
+                    begin = max(begin, deeper.right + projection + PLAY_M)
+                if deeper in _beside(row, row.right, rows):
+                    end = min(end, deeper.left - projection - PLAY_M)
             if end - begin < MIN_CORNICE_M:
                 continue
             params = {
@@ -128,26 +133,21 @@ def is_hood_under_cabinet(slot: UnitSlot, models: StyleModels) -> bool:
 
 def _is_free_end(row: CabinetRow, at: float, rows: Sequence[CabinetRow], line: RunLine) -> bool:
     """True if an end of a row is free: no wall, no deeper or equal row beside it."""
-    if at < CORNICE_DEPTH_M + SAME_ROW_M or at > line.length - CORNICE_DEPTH_M - SAME_ROW_M or _is_at_corner(at, line):
+    if at < NO_RETURN_M or at > line.length - NO_RETURN_M or _is_at_corner(at, line):
         return False
     return all(r.depth < row.depth - 1e-3 for r in _beside(row, at, rows))
 
 
 def _is_at_corner(at: float, line: RunLine) -> bool:
     """True if an end of a row of wall units lies before those of the run round the corner."""
-    near_left = line.left.kind is RunEnd.CORNER and abs(at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
+    near_left = line.left.kind is RunEnd.CORNER and abs(at - standard_sizes.UPPER_DEPTH) < NEAR_M
     return near_left or (
-        line.right.kind is RunEnd.CORNER and abs(line.length - at - standard_sizes.UPPER_DEPTH) < SAME_ROW_M
+        line.right.kind is RunEnd.CORNER and abs(line.length - at - standard_sizes.UPPER_DEPTH) < NEAR_M
     )
 
 
-def _is_butted(row: CabinetRow, at: float, rows: Sequence[CabinetRow]) -> bool:
-    """True if a deeper row stands at an end of a row."""
-    return any(r.depth > row.depth + 1e-3 for r in _beside(row, at, rows))
-
-
 def _beside(row: CabinetRow, at: float, rows: Sequence[CabinetRow]) -> list[CabinetRow]:
-    return [r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < CORNICE_DEPTH_M + SAME_ROW_M]
+    return [r for r in rows if r is not row and min(abs(r.left - at), abs(r.right - at)) < BESIDE_M]
 
 
 def order_curtains(order: BuildOrder, holes: Sequence[WallHole], models: StyleModels) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import pytest
 
@@ -214,6 +215,24 @@ def test_cornices_lie_on_rows_of_cabinets() -> None:
                 assert not all(r.is_tall for r in held), slot.name
     plainer = style.replace(cabinets=style.cabinets.replace(cornice=None))
     assert not [w for w in kitchen_of("l_small", plainer).items if w.role == "cornice"]
+
+
+@pytest.mark.parametrize("width", range(283, 321, 4))
+def test_cornices_of_one_run_do_not_meet(width: int) -> None:
+    """Two returns need 8 cm: over a narrower gap between cabinets of one depth the cornice runs on."""
+    plan = kitchens.load_plan("u_dining")[0]
+    # Without its last cabinet the row leaves a gap before the corner, wider the wider the room is.
+    runs = tuple(r.replace(upper=r.upper[:-1]) if r.id == "main" else r for r in plan.runs)
+    gapped = plan.replace(runs=runs)
+    kitchen = request_kitchen(gapped, style_of("traditional_1"), preset_params(), {"width": width / 100})
+    for run in kitchen.lines:
+        ends = []
+        for item in (w for w in kitchen.items if w.role == "cornice" and w.run == run):
+            p = item.choice.params
+            half = (p["width"] + p["out"] * (p["left_return"] + p["right_return"])) / 2
+            ends.append((item.spot.u - half, item.spot.u + half))
+        ends.sort()
+        assert all(before[1] <= after[0] for before, after in pairwise(ends)), (run, ends)
 
 
 def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
