@@ -40,6 +40,7 @@ FLAPS, FRONTS = (BaseKind.RANGE, BaseKind.DISHWASHER), (
 )  # fmt: skip
 OPEN_BEFORE_M = 0.8
 WALL_PLAY_M = 0.004  # gap between a wall and what is built into it
+MIN_LINING_M, LINING_PLAY_M = 0.3, 0.004  # of a piece of skirting or panelling; gap at its ends, both together
 NICHE_HEAD_M = 0.05  # by which a window in a niche may come nearer to its head than to a ceiling
 SLAB_M = 0.05  # thickness of the floor of a niche or closet
 CLOSET_HEIGHT_M = 2.5  # at most, of a closet
@@ -388,10 +389,10 @@ def order_skirting(
         # In an inner corner it ends before that of the wall beside.
         at, k = WAINSCOT_DEPTH_M if models.style.room.wainscot else SKIRTING_DEPTH_M, 0
         for a, b in [*sorted(occupied), (wall.length, wall.length)]:
-            if a - at >= 0.3:
+            if a - at - LINING_PLAY_M >= MIN_LINING_M:
                 k += 1
                 spot = Spot(wall.frame, (at + a) / 2, 0.0, 0.0)
-                lining = _lining(round(a - at - 0.004, 4), models.style.room)
+                lining = _lining(round(a - at - LINING_PLAY_M, 4), models.style.room)
                 order.add(_room_part(f"skirting_{wall.id}_{k}", "skirting", lining, spot))
             at = max(at, b)
 

@@ -17,7 +17,8 @@ from casa_assets.model.kitchen.style import PresetChoice, WorktopStyle
 from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit
 
 MAX_SLAB_M = 3.9
-MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a straight one
+MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a part of a straight one that a seam ends
+MIN_STRIP_M = 0.03  # of a worktop over a filler alone
 SINK_RIM_M = 0.004  # height of a drop-in sink's rim over the worktop
 SINK_BACK_M = 0.049  # between the wall and a sink; its front clears the rail of the cabinet below
 WORKTOP_BREAKS = (*TALL, BaseKind.RANGE, BaseKind.GAP)
@@ -51,7 +52,7 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
     end = 0.0
     for slot in floor:
         if slot.kind in WORKTOP_BREAKS or slot.top > standard_sizes.WORKTOP_HEIGHT:
-            if begin is not None and slot.left - begin >= MIN_WIDTH_M:
+            if begin is not None and slot.left - begin >= MIN_STRIP_M:
                 out.append(WorktopStretch(line, begin, slot.left, tuple(cutouts)))
             begin, cutouts = None, []
         else:
@@ -60,7 +61,8 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
         end = slot.right
     if begin is not None:
         end = line.length if line.right.kind is RunEnd.CORNER else end
-        out.append(WorktopStretch(line, begin, end, tuple(cutouts)))
+        if end - begin >= MIN_STRIP_M:
+            out.append(WorktopStretch(line, begin, end, tuple(cutouts)))
     return out
 
 

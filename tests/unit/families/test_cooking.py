@@ -20,6 +20,7 @@ from casa_assets.families.fixtures.cooking.microwave import (
 from casa_assets.families.fixtures.cooking.range import DOUBLE_OVEN_WIDTH, Range
 from casa_assets.families.fixtures.cooking.toaster_oven import PanelPlace, ToasterOven
 from casa_assets.families.kit.solids.boolean import intersect
+from casa_assets.families.parts.appliance.oven import OvenHandle
 from casa_assets.families.parts.cooktop.burners import DRIP_BOWL_RATIO, burner_positions
 from casa_assets.families.parts.cooktop.grates import burner_cells
 from casa_assets.families.parts.hardware import knobs
@@ -221,6 +222,20 @@ def test_a_toaster_oven_has_a_rack_or_a_tray(place: PanelPlace, tray: bool) -> N
     region = next(r for r in asset.regions if r.name == inside)
     assert region.link == inside
     assert region.size[2] > 0.04
+
+
+@pytest.mark.parametrize(("grip", "height"), list(product(OvenHandle, (0.21, 0.34))))
+def test_an_open_toaster_oven_is_clear_of_what_it_stands_on(grip: OvenHandle, height: float, tmp_path: Path) -> None:
+    asset = made("toaster_oven", ToasterOven(grip=grip, height=height))
+    holds("toaster_oven", asset)
+    spec = model_of(asset, tmp_path)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[1.0, 1.0, 0.1], pos=[0.0, 0.0, -0.001])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.joint("door_joint").qpos = max(next(j for j in asset.joints if j.name == "door_joint").range, key=abs)
+    mujoco.mj_forward(model, data)
+    plane = int(model.body_geomadr[0])
+    assert not [c for c in data.contact if plane in c.geom]
 
 
 @pytest.mark.parametrize("name", BY_NAME["range"].presets)
