@@ -162,15 +162,23 @@ def _slabs(stretch: WorktopStretch) -> Iterator[WorktopStretch]:
         cuts.append(round((slot.right + right_slot.left) / 2, 4))
     cuts.append(stretch.right)
     for left, right in itertools.pairwise(cuts):
-        part = stretch.part(left, right)
-        if right - left <= MAX_SLAB_M:
-            yield part
-        else:
-            seam = part.cutout_slots[0].left - MIN_WIDTH_M if part.cutout_slots else (left + right) / 2
-            if not MAX_SLAB_M >= seam - left >= MIN_WIDTH_M:
-                seam = part.cutout_slots[0].right + MIN_WIDTH_M
-            yield stretch.part(left, round(seam, 4))
-            yield stretch.part(round(seam, 4), right)
+        yield from _short_enough(stretch.part(left, right))
+
+
+def _short_enough(part: WorktopStretch) -> Iterator[WorktopStretch]:
+    """A part with one cutout at most, divided by seams beside the cutout, or in the middle, until none is too long."""
+    left, right = part.left, part.right
+    if right - left <= MAX_SLAB_M:
+        yield part
+        return
+    seams = [(left + right) / 2]
+    if part.cutout_slots:
+        beside = (part.cutout_slots[0].left - MIN_WIDTH_M, part.cutout_slots[0].right + MIN_WIDTH_M)
+        seams = [s for s in beside if left + MIN_WIDTH_M <= s <= right - MIN_WIDTH_M]
+    # The first seam that leaves no part too long, else the one that leaves the shortest.
+    seam = round(min(seams, key=lambda s: max(s - left, right - s, MAX_SLAB_M)), 4)
+    yield from _short_enough(part.part(left, seam))
+    yield from _short_enough(part.part(seam, right))
 
 
 def worktop_of(models: StyleModels, line: RunLine) -> WorktopStyle:

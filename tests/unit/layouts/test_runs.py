@@ -15,7 +15,7 @@ from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import CornerPart
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.units import BaseKind
-from casa_assets.pipeline.kitchens.resolve import error_with_line, preset_params
+from casa_assets.pipeline.kitchens.resolve import error_with_line, params_of, preset_params
 from casa_assets.registry.kitchens import load_style, read_plan
 from tests.plan_geometry import STYLE, floor_row
 
@@ -84,6 +84,39 @@ class TestShare:
 
     def test_of_nothing_is_nothing(self) -> None:
         assert share_widths([], 1.0) == []
+
+
+class TestWorktop:
+    """Of one run between two walls, by the length of the wall and what stands there."""
+
+    @pytest.mark.parametrize("hob", range(5))
+    @pytest.mark.parametrize("length", [3.6, 4.5, 5.4, 8.6])
+    def test_no_slab_is_longer_than_is_sold_and_all_can_be_made(self, hob: int, length: float, tmp_path: Path) -> None:
+        units = [f"doors: [0.4, {1.2 * length / 4.5:.2f}]"] * 4
+        units.insert(hob, "hob")
+        tops = self.tops(length, units, tmp_path)
+        assert all(high - low <= 4.0 for low, high in tops)
+        assert tops[0][0] == pytest.approx(0.0)
+        assert tops[-1][1] == pytest.approx(length)
+        for one, other in itertools.pairwise(tops):
+            assert one[1] == pytest.approx(other[0], abs=1e-4)
+
+    def test_a_filler_beside_a_range_has_one(self, tmp_path: Path) -> None:
+        units = ["sink", "drawers: [0.4, 3.0]", "range", "filler: 0.09"]
+        assert self.tops(4.0, units, tmp_path)[-1] == pytest.approx((3.91, 4.0), abs=1e-4)
+
+    @staticmethod
+    def tops(length: float, units: list[str], folder: Path) -> list[tuple[float, float]]:
+        """Left and right of each worktop, metres along the wall; their families make all of them."""
+        rows = "".join(f"      - {unit}\n" for unit in units)
+        text = (
+            f"title: Row\nwalls:\n  back: {{heading: right, length: {length}}}\n"
+            "  right: {heading: front, length: 3.0}\n  front: {heading: left, open: true}\n  left: {heading: back}\n"
+            f"runs:\n  main:\n    on: back\n    base:\n{rows}"
+        )
+        made = [(i.spot.u, params_of(i.choice)) for i in kitchen_of(text, folder).items if i.role == "counter"]
+        ends = [(at - params.model_dump()["width"] / 2, at + params.model_dump()["width"] / 2) for at, params in made]
+        return sorted(ends)
 
 
 class TestCorner:
