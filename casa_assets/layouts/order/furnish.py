@@ -103,8 +103,13 @@ def _side_by_side(slot: UnitSlot, shares: Sequence[float], widths: Sequence[floa
     return [round(u, 4) for u in out]
 
 
-def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], models: StyleModels) -> None:
-    """Order stools at the seating side of islands and peninsulas, turned to it."""
+def seat_places(plan: Plan, lines: Mapping[str, RunLine]) -> dict[str, tuple[float, ...]]:
+    """Where the middles of seats are along their island or peninsula, metres.
+
+    Raises:
+        PlanConflict: there is no such run, or too little room.
+    """
+    found: dict[str, tuple[float, ...]] = {}
     for seats in plan.seats:
         if seats.run not in lines:
             raise PlanConflict(plan.id, ("seats",), "a run of the plan", repr(seats.run))
@@ -114,12 +119,21 @@ def order_seats(order: BuildOrder, plan: Plan, lines: Mapping[str, RunLine], mod
         if pitch < SEAT_SPACING_M - 0.001:
             got = f"{high - low:.2f} m for {seats.count}"
             raise PlanConflict(plan.id, ("seats",), f"{SEAT_SPACING_M} m for each seat", got)
-        for k in range(seats.count):
-            u = (low + high) / 2 + (k - (seats.count - 1) / 2) * pitch
+        middle = (low + high) / 2
+        found[seats.run] = tuple(middle + (k - (seats.count - 1) / 2) * pitch for k in range(seats.count))
+    return found
+
+
+def order_seats(
+    order: BuildOrder, lines: Mapping[str, RunLine], seats: Mapping[str, Sequence[float]], models: StyleModels
+) -> None:
+    """Order stools at the seating side of islands and peninsulas, turned to it; `seats`: see `seat_places`."""
+    for run, places in seats.items():
+        line = lines[run]
+        for k, u in enumerate(places):
             # The back of the stool is away from the top, which reaches out behind the line of the run.
             spot = Spot(line.frame, u, -line.run.overhang - 0.12, 0.0005, 0.0, DepthReference.MIDDLE)
-            name = f"{seats.run}_stool_{k + 1}"
-            order.add(OrderItem(name, "stool", models.for_role("stool").choice, spot, "", seats.run))
+            order.add(OrderItem(f"{run}_stool_{k + 1}", "stool", models.for_role("stool").choice, spot, "", run))
 
 
 def _free_interval(line: RunLine) -> tuple[float, float]:

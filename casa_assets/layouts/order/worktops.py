@@ -18,6 +18,8 @@ from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit
 
 MAX_SLAB_M = 3.9
 MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a part of a straight one that a seam ends
+CORBEL_INSET_M = 0.045  # middle of the outer corbels, from the ends of an island's cabinets
+CORBELS_APART_M = 0.5  # from the end of an island, at which one more stands there
 MIN_STRIP_M = 0.03  # of a worktop over a filler alone
 SINK_RIM_M = 0.004  # height of a drop-in sink's rim over the worktop
 SINK_BACK_M = 0.049  # between the wall and a sink; its front clears the rail of the cabinet below
@@ -67,9 +69,13 @@ def worktop_stretches(line: RunLine, slots: Sequence[UnitSlot]) -> list[WorktopS
 
 
 def order_worktops(
-    order: BuildOrder, lines: Mapping[str, RunLine], slots: Mapping[str, Sequence[UnitSlot]], models: StyleModels
+    order: BuildOrder,
+    lines: Mapping[str, RunLine],
+    slots: Mapping[str, Sequence[UnitSlot]],
+    seats: Mapping[str, Sequence[float]],
+    models: StyleModels,
 ) -> None:
-    """Order all worktops, then sinks and hobs."""
+    """Order all worktops, then sinks and hobs; `seats`: where people sit along an island, metres."""
     stretches = {name: worktop_stretches(line, slots[name]) for name, line in lines.items()}
     corners = {e.corner.runs: e.corner for line in lines.values() for e in (line.left, line.right) if e.corner}
     for corner in corners.values():
@@ -77,7 +83,9 @@ def order_worktops(
     for name, line in lines.items():
         slabs = [p for s in stretches[name] for p in _slabs(s)]
         for k, slab in enumerate(slabs):
-            _straight(order, f"{name}_top" if k == 0 else f"{name}_top_{k + 1}", line, slab, models)
+            _straight(
+                order, f"{name}_top" if k == 0 else f"{name}_top_{k + 1}", line, slab, seats.get(name, ()), models
+            )
     for name in lines:
         for slot in slots[name]:
             if slot.kind is BaseKind.SINK:
@@ -190,7 +198,14 @@ def _slab_params(top: WorktopStyle) -> dict[str, Any]:
     return {"thickness": top.thickness, "edge": top.edge, "top": top.face}
 
 
-def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch, models: StyleModels) -> None:
+def _straight(
+    order: BuildOrder,
+    name: str,
+    line: RunLine,
+    slab: WorktopStretch,
+    seats: Sequence[float],
+    models: StyleModels,
+) -> None:
     top = worktop_of(models, line)
     width = round(slab.right - slab.left, 4)
     overhang = line.run.overhang
@@ -210,6 +225,7 @@ def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch,
             "height": standard_sizes.WORKTOP_HEIGHT,
             "support": top.support if overhang >= 0.25 else "none",
             "cutout": {**cutout, "left": round(cutout["left"] + over, 4)} if cutout else None,
+            "corbels": tuple(round(u - slab.left + over, 4) for u in _between(seats, slab)),
         }
         spot = Spot(
             line.frame,
@@ -231,6 +247,17 @@ def _straight(order: BuildOrder, name: str, line: RunLine, slab: WorktopStretch,
     }
     spot = Spot(line.frame, (slab.left + slab.right) / 2, -behind, z)
     order.add(OrderItem(name, "counter", preset_with("counter/quartz_eased", params), spot, "", line.id))
+
+
+def _between(seats: Sequence[float], slab: WorktopStretch) -> list[float]:
+    """Where corbels are along a run with several seats: between those and at the ends, where no stool turns."""
+    if len(seats) < 2:
+        return []
+    half = (seats[1] - seats[0]) / 2
+    low, high = slab.left + CORBEL_INSET_M, slab.right - CORBEL_INSET_M
+    places = [min(max(u, low), high) for u in (seats[0] - half, *(u + half for u in seats))]
+    ends = [u for u, nearest in ((low, places[0]), (high, places[-1])) if abs(u - nearest) > CORBELS_APART_M]
+    return sorted([*places, *ends])
 
 
 def _is_free(line: RunLine, at: float, left: bool) -> bool:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 from casa_assets.errors import CasaError, PlanConflict, UnknownId
+from casa_assets.families.fixtures.counters.counter_island import CORBEL_REACH, CORBEL_WIDTH
 from casa_assets.layouts.order.cabinets import HOODS_UNDER_CABINETS
 from casa_assets.layouts.order.request import KitchenRequest, request_kitchen
 from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, LONG_CURTAINS, find_rows
@@ -19,6 +21,7 @@ from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
 from casa_assets.pipeline.textures.recipes import recipes
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import family, family_names
+from tests.family_members import preset
 
 TWELVE = (
     "coastal",
@@ -233,6 +236,23 @@ def test_cornices_of_one_run_do_not_meet(width: int) -> None:
             ends.append((item.spot.u - half, item.spot.u + half))
         ends.sort()
         assert all(before[1] <= after[0] for before, after in pairwise(ends)), (run, ends)
+
+
+@pytest.mark.parametrize("plan", ["double_island", "l_large", "one_wall_large", "pantry_island", "wraparound"])
+def test_a_stool_turns_between_corbels(plan: str) -> None:
+    kitchen = kitchen_of(plan, style_of("coastal"))
+    stool = preset("stool", "pedestal")
+    turning = next(link for link in stool.links if link is not stool.root)
+    radius = max(np.hypot(v.mesh.vertices[:, 0], v.mesh.vertices[:, 1]).max() for v in turning.visuals)
+    tops = [w for w in kitchen.items if w.role == "island" and w.choice.params["corbels"]]
+    assert tops
+    for top in tops:
+        left = top.spot.u - top.choice.params["width"] / 2
+        reach = CORBEL_REACH
+        for seat in (w for w in kitchen.items if w.role == "stool" and w.run == top.run):
+            for corbel in top.choice.params["corbels"]:
+                beside = abs(left + corbel - seat.spot.u) - CORBEL_WIDTH / 2
+                assert np.hypot(beside, -seat.spot.v - reach) > radius, (seat.name, corbel)
 
 
 def test_rows_break_at_a_chimney_and_run_on_over_a_low_hood() -> None:
