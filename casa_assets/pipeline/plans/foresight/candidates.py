@@ -21,7 +21,7 @@ from casa_assets.pipeline.plans.clashes import (
     without_run,
 )
 from casa_assets.pipeline.plans.fault import Mend, added, removed, replaced, value_at
-from casa_assets.pipeline.plans.foresight.problems import USUAL_OVERHANG_M, Problem, ProblemKind
+from casa_assets.pipeline.plans.foresight.problems import USUAL_OVERHANG_M, Problem, ProblemKind, has_worktop
 from casa_assets.pipeline.plans.written import (
     inserted,
     key_edit,
@@ -38,6 +38,7 @@ from casa_assets.registry.edit import edited_value, flow_text
 BESIDE_DISHWASHER = [0.47, 0.5]
 ONE_DOOR, STRIP, BESIDE_COOKER = [0.33, 0.45], [0.03, 0.12], [0.3, 0.45]
 DOOR_M, MOST_AISLE_M = 0.93, 3.0
+LEAST_UNDER_ITEM_M = 0.3  # width of a unit on which a thing is put, metres
 SOFT = (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SHELF, BaseKind.PANTRY)
 Units = Sequence[BaseUnit | UpperUnit]
 
@@ -64,8 +65,23 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
     elif problem.kind is ProblemKind.WINDOW:
         yield moved_opening(raw, kitchen, _hole(kitchen, problem.about))
         yield Mend(f"Take out {problem.about}.", (removed(row_at(raw, "openings", problem.about)),))
+    elif problem.kind is ProblemKind.ITEM:
+        yield from _of_item(raw, kitchen, problem.about)
     else:
         yield from _of_leaves(raw, kitchen, problem)
+
+
+def _of_item(raw: Any, kitchen: KitchenRequest, name: str) -> Iterator[Mend]:
+    """Another unit for a thing to stand on, of its own row first and the nearest there; or none of it."""
+    at = row_at(raw, "worktop_items", name)
+    before = kitchen.slot(next(i.on for i in kitchen.plan.worktop_items if i.id == name))
+    taken = [i.on for i in kitchen.plan.worktop_items]
+    others = [s for row in kitchen.slots.values() for s in row if has_worktop(s) and s.width >= LEAST_UNDER_ITEM_M]
+    others.sort(key=lambda s: (s.name in taken, s.line.id != before.line.id, abs(s.middle - before.middle)))
+    for slot in others:
+        if slot.name in kitchen.plan.units:
+            yield Mend(f"Write `on: {slot.name}` for {name}.", (key_edit(raw, at, "on", slot.name),))
+    yield Mend(f"Take out {name}.", (removed(at),))
 
 
 def _of_leaves(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[Mend]:

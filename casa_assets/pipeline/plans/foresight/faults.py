@@ -42,6 +42,8 @@ def _pointer(raw: Any, kitchen: KitchenRequest, name: str) -> KeyPath:
         return (name,)
     if any(o.id == name for o in kitchen.plan.openings):
         return row_at(raw, "openings", name)
+    if any(i.id == name for i in kitchen.plan.worktop_items):
+        return (*row_at(raw, "worktop_items", name), "on")
     if name in kitchen.lines:
         return row_at(raw, "runs", name)
     found = place_of(kitchen.plan, name)

@@ -59,6 +59,7 @@ class ProblemKind(StrEnum):
     AISLE = "aisle"
     DOORWAY = "doorway"
     WINDOW = "window"
+    ITEM = "item"
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,7 @@ def problems_of(kitchen: KitchenRequest) -> list[Problem]:
         *_seats(kitchen),
         *_doorways(kitchen),
         *_windows(kitchen),
+        *_items(kitchen),
     ]
     leaves = leaves_of(kitchen.slots, kitchen.holes, models_of(kitchen))
     found += [*_landings(kitchen), *_corners(kitchen), *_at_walls(kitchen, leaves), *_at_things(kitchen, leaves)]
@@ -165,6 +167,21 @@ def _seats(kitchen: KitchenRequest) -> Iterator[Problem]:
             yield Problem(
                 ProblemKind.SEATS, seats.run, frozenset((seats.run,)), expected, got, LEAST_OVERHANG_M - overhang
             )
+
+
+def has_worktop(slot: UnitSlot) -> bool:
+    """True if a unit carries a worktop without a hole, on which things can stand."""
+    is_low = not slot.is_upper and slot.top <= standard_sizes.WORKTOP_HEIGHT
+    return is_low and slot.kind not in (*WORKTOP_BREAKS, BaseKind.SINK, BaseKind.HOB)
+
+
+def _items(kitchen: KitchenRequest) -> Iterator[Problem]:
+    """Things on a cooker, in a sink or in a refrigerator."""
+    for item in kitchen.plan.worktop_items:
+        slot = kitchen.slot(item.on)
+        if not has_worktop(slot):
+            expected = f"a unit with a worktop, on which {item.id} can stand"
+            yield Problem(ProblemKind.ITEM, item.id, frozenset((item.id, item.on)), expected, f"{item.on!r}", 1.0)
 
 
 def _landings(kitchen: KitchenRequest) -> Iterator[Problem]:
