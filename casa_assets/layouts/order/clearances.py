@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from casa_assets.errors import PlanConflict
@@ -29,15 +30,13 @@ def keep_clear(
     tables: Mapping[str, PlacedTable],
     models: StyleModels,
 ) -> None:
-    """Raise PlanConflict where a unit or a table stands in a column, or a unit is higher than the ceiling over it."""
+    """Raise PlanConflict where a unit or a table stands in a column, or the ceiling over a unit is too low."""
     for placed in room.columns:
         for name, outline in _bodies(slots, tables):
             overlap = penetration_depth(placed.outline, outline)
             if overlap > MAX_OVERLAP_M:
                 at, expected = ("columns", placed.column.id), f"a place apart from {name}"
                 raise PlanConflict(plan.id, at, expected, f"one that is {overlap:.3f} m in it")
-    if not room.slopes:
-        return
     for row in slots.values():
         for slot in row:
             high = _height(slot, models)
@@ -46,6 +45,10 @@ def keep_clear(
             depth = HOOD_DEPTH_M if slot.kind is UpperKind.HOOD else slot.depth
             us, vs = (slot.left, slot.right), (-slot.recess, depth - slot.recess)
             over = room.ceiling_over(slot.line.frame, us, vs)
+            if over < high and not room.slopes:
+                raise PlanConflict(
+                    plan.id, ("height",), f"at least {math.ceil(100 * high) / 100} m, for {slot.name}", f"{over} m"
+                )
             if over < high:
                 k = _lowest(room.slopes, slot.line, us, vs)
                 expected = f"a ceiling of at least {high:.2f} m over {slot.name}"

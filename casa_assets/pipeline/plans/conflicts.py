@@ -35,6 +35,9 @@ def mend_of(
     at = conflict.pointer
     if at[:1] == ("openings",) and len(at) == 2:
         return _opening(raw, plan, str(at[1]), models, lengths)
+    if at == ("height",):
+        height = float(conflict.expected.split(" m")[0].split()[-1])
+        return Mend(f"Write `height: {height:g}`.", (key_edit(raw, (), "height", height),))
     if at == ("seats",):
         return _seats(raw, plan, lengths, models)
     if at[-1:] == ("model",):

@@ -12,7 +12,7 @@ from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, renamed, replaced, value_at
 from casa_assets.pipeline.plans.words import length_of, meant, plausible, spelt
-from casa_assets.registry.edit import Edit, flow_text
+from casa_assets.registry.edit import Edit, edited_value, flow_text
 
 # Table of registry/plan_words.yaml for the words of a field.
 TABLES = {
@@ -113,10 +113,20 @@ def _number(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> M
         as_length = (
             plausible(number, low, high) if number > high and high <= 20 and not whole and at[-1] != "at" else None
         )
-        fits = as_length if as_length is not None else min(max(number, low), high)
+        is_length = as_length is not None and not _is_refused(plan, at, as_length)
+        fits = as_length if is_length and as_length is not None else min(max(number, low), high)
     if whole:
         fits = round(fits)
     return _put(f"Write {flow_text(fits)}.", replaced(at, fits)) if fits != got else None
+
+
+def _is_refused(plan: dict[str, Any], at: KeyPath, value: float) -> bool:
+    """True if the records of a plan would not take another value there either."""
+    try:
+        Plan.model_validate({**edited_value(plan, replaced(at, value)), "id": "plan"})
+    except ValidationError as error:
+        return any(written_at(plan, one["loc"]) == at for one in error.errors())
+    return False
 
 
 def _bounds(at: KeyPath, errors: list[Any]) -> tuple[float, float]:

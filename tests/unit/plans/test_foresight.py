@@ -117,6 +117,18 @@ def test_what_would_fail_is_told_with_a_mend_that_works(case: str) -> None:
     assert checked(found.text).fits
 
 
+def test_a_ceiling_is_over_the_cornice_and_one_that_is_too_high_is_as_high_as_it_can_be() -> None:
+    row = ONE_ROW + "      - doors: [0.35, 0.9]\n"
+    low, high = (
+        check_plan(ROOM.replace("walls:", f"height: {h}\nwalls:") + row, "studio.yaml", load_style("traditional_1")[0])
+        for h in (2.3, 4.5)
+    )
+    assert low.mended
+    assert "height: 2.34" in low.text
+    assert high.mended
+    assert "height: 3.4" in high.text
+
+
 def test_limits_of_a_project_hold_and_the_others_stay(project: Project) -> None:
     text = ROOM + ONE_ROW + ISLAND.replace("1.3", "1.15")
     assert not [t for t in checked(text).faults if "aisle" in t.fault.expected]
