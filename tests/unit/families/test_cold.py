@@ -6,12 +6,22 @@ import re
 
 import pytest
 
+from casa_assets.families.parts.appliance.handles import AppliancePull, appliance_pull
+from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.layouts.plan.standard_sizes import FRIDGE_SIDE
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
 from casa_assets.registry.families import family_groups
 from tests.family_members import drawn, known, made, preset, unmet
 
 BY_NAME = {f.name: f for f in family_groups()["cold"]}
 PRESETS = [(f.name, p) for f in BY_NAME.values() for p in f.presets]
+
+
+@pytest.mark.parametrize("kind", AppliancePull)
+def test_a_pull_has_room_beside_an_open_refrigerator(kind: AppliancePull) -> None:
+    """A door that is open by a right angle points its pull to the side, before the drawers of the unit there."""
+    reach = max(-float(shape_bounds(*placed)[0, 1]) for placed in appliance_pull(kind, 0.7).shapes)
+    assert reach <= FRIDGE_SIDE + 0.001
 
 
 def way(joint: Joint) -> float:

@@ -47,7 +47,7 @@ def _tube(length: float) -> Handle:
 
 def _pro(length: float) -> Handle:
     """A thick tube between end blocks, as on ranges of restaurants."""
-    radius, reach, at = 0.0145, 0.058, length / 2 - 0.055
+    radius, reach, at = 0.0145, 0.056, length / 2 - 0.055
     grip = rod(radius, length, 0.003, "x").translated(y=-reach)
     rings = [rod(radius + 0.0025, 0.007, 0.0012, "x").translated(s * (length / 2 - 0.014), -reach) for s in (-1, 1)]
     posts = [box((0.03, reach, 0.026), (x, -reach / 2, 0.0), 0.006, 3) for x in (-at, at)]
