@@ -37,8 +37,9 @@ WAINSCOT_HEIGHT_M = 0.92  # as high as worktops
 # Units that open beside a wall, and so far before their fronts that a lining would be in their way.
 FLAPS, FRONTS = (BaseKind.RANGE, BaseKind.DISHWASHER), (
     BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SINK, BaseKind.HOB, BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE,
+    BaseKind.FRIDGE,
 )  # fmt: skip
-OPEN_BEFORE_M = 0.8
+OPEN_BEFORE_M, FRIDGE_OPEN_BEFORE_M = 0.8, 1.1
 WALL_PLAY_M = 0.004  # gap between a wall and what is built into it
 MIN_LINING_M, LINING_PLAY_M = 0.3, 0.004  # of a piece of skirting or panelling; gap at its ends, both together
 NICHE_HEAD_M = 0.05  # by which a window in a niche may come nearer to its head than to a ceiling
@@ -442,14 +443,17 @@ def _opened_beside(
     slots: Mapping[str, Sequence[UnitSlot]],
     kinds: Sequence[BaseKind],
 ) -> list[tuple[float, float]]:
-    """Intervals of a wall along which units of some kinds open that stand right beside it, with no strip between."""
+    """Intervals of a wall along which units of some kinds open that stand right beside it."""
     out = []
     for name, line in lines.items():
         row = [s for s in slots[name] if not s.is_upper]
-        for slot in row[:1] + row[-1:]:
+        # The pull of an open refrigerator reaches beyond a strip beside it.
+        fridges = [s for s in row[1:-1] if s.kind is BaseKind.FRIDGE]
+        for slot in row[:1] + row[-1:] + fridges:
             for at, gap in ((slot.left, slot.left), (slot.right, line.length - slot.right)):
                 if line.at_wall and slot.kind in kinds and gap < WAINSCOT_DEPTH_M:
-                    before = (slot.depth, slot.depth + OPEN_BEFORE_M)
+                    reach = FRIDGE_OPEN_BEFORE_M if slot.kind is BaseKind.FRIDGE else OPEN_BEFORE_M
+                    before = (slot.depth, slot.depth + reach)
                     out += _touched_interval(wall, line, (at - 0.01, at + 0.01), before)
     return out
 

@@ -37,7 +37,7 @@ LEAST_AISLE_M = 0.914
 CASING_M = 0.08  # beside the hole of a door or window
 DOOR_WIDTHS_M = (0.93, 0.83)  # a door of the second would leave too little beside its open leaf
 WINDOW_WIDTHS_M = (1.2, 0.9, 0.6)
-FROM_END_M = 0.05
+FROM_END_M, WINDOW_FROM_END_M = 0.05, 0.13
 SAME_PLACE_M, APART_M = 0.05, 0.2  # of things on a wall: where one hides another, and how far it is moved
 ITEM_FROM_UNIT_M = 0.08  # between units, or what is on the wall over them, and the middle of a switch
 ITEM_FROM_HOLE_M = 0.14  # between an opening and the middle of a switch: its casing, and half of the switch
@@ -525,12 +525,14 @@ def free_middle(
     holes = [h for h in kitchen.holes if h.wall.id == wall.id and h is not besides]
     taken += [(h.left - CASING_M, h.right + CASING_M) for h in holes]
     best: float | None = None
-    start = FROM_END_M
-    for left, right in [*sorted(taken), (wall.length - FROM_END_M, wall.length)]:
+    # The sill of a window reaches beyond its casing.
+    from_end = FROM_END_M if low <= 0.05 else WINDOW_FROM_END_M
+    start = from_end
+    for left, right in [*sorted(taken), (wall.length - from_end, wall.length)]:
         first, last = start + width / 2, left - width / 2
         # Beside units and other openings a casing has to find room too.
-        first += CASING_M if start > FROM_END_M else 0.0
-        last -= CASING_M if left < wall.length - FROM_END_M else 0.0
+        first += CASING_M if start > from_end else 0.0
+        last -= CASING_M if left < wall.length - from_end else 0.0
         if first <= last + 1e-6:
             middle = min(max(wanted, first), last)
             if best is None or abs(middle - wanted) < abs(best - wanted):

@@ -65,6 +65,10 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
     elif problem.kind is ProblemKind.WINDOW:
         yield moved_opening(raw, kitchen, _hole(kitchen, problem.about))
         yield Mend(f"Take out {problem.about}.", (removed(row_at(raw, "openings", problem.about)),))
+    elif problem.kind is ProblemKind.HOOD:
+        place = place_of(kitchen.plan, problem.about)
+        if place is not None:
+            yield Mend(f"Take out {problem.about}.", (removed(unit_at(raw, *place)),))
     elif problem.kind is ProblemKind.ITEM:
         yield from _of_item(raw, kitchen, problem.about)
     else:

@@ -60,6 +60,7 @@ class ProblemKind(StrEnum):
     DOORWAY = "doorway"
     WINDOW = "window"
     ITEM = "item"
+    HOOD = "hood"
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,7 @@ def problems_of(kitchen: KitchenRequest) -> list[Problem]:
         *_doorways(kitchen),
         *_windows(kitchen),
         *_items(kitchen),
+        *_hoods(kitchen),
     ]
     leaves = leaves_of(kitchen.slots, kitchen.holes, models_of(kitchen))
     found += [*_landings(kitchen), *_corners(kitchen), *_at_walls(kitchen, leaves), *_at_things(kitchen, leaves)]
@@ -182,6 +184,16 @@ def _items(kitchen: KitchenRequest) -> Iterator[Problem]:
         if not has_worktop(slot):
             expected = f"a unit with a worktop, on which {item.id} can stand"
             yield Problem(ProblemKind.ITEM, item.id, frozenset((item.id, item.on)), expected, f"{item.on!r}", 1.0)
+
+
+def _hoods(kitchen: KitchenRequest) -> Iterator[Problem]:
+    """Hoods with no cooker under them."""
+    for row in kitchen.slots.values():
+        cookers = [s.middle for s in row if s.kind in COOKERS]
+        for slot in row:
+            if slot.kind is UpperKind.HOOD and not any(slot.left < at < slot.right for at in cookers):
+                owners = frozenset((slot.name,))
+                yield Problem(ProblemKind.HOOD, slot.name, owners, f"a cooker under {slot.name}", "none", 1.0)
 
 
 def _landings(kitchen: KitchenRequest) -> Iterator[Problem]:
