@@ -16,10 +16,10 @@ from casa_assets.layouts.order.build_order import (
     Spot,
     preset_with,
 )
-from casa_assets.layouts.order.room_shell import position_on_wall
+from casa_assets.layouts.order.room_shell import door_casing, position_on_wall
 from casa_assets.layouts.order.tables import PlacedTable, places_over
 from casa_assets.layouts.plan import standard_sizes
-from casa_assets.layouts.plan.room import PlacedColumn, Room, resolve_length, wall_of
+from casa_assets.layouts.plan.room import PlacedColumn, Room, WallHole, resolve_length, wall_of
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.wall_frame import WallFrame
@@ -40,6 +40,7 @@ WORKTOP_WIDTHS_M = {
     "fruit_bowl": 0.36,
     "paper_towel": 0.28,
 }
+SWITCH_WIDTH_M, GANG_M, SWITCH_FROM_CASING_M = 0.086, 0.046, 0.004  # of a plate, of each further switch in it; a gap
 ON_BACKSPLASH_M = 0.0105  # of what hangs on a backsplash from the wall
 LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
 LAMP_FROM_COLUMN_M = 0.4  # metres between a column and a lamp of the room
@@ -153,9 +154,10 @@ def order_wall_items(
     room: Room,
     parameters: Mapping[str, float],
     slots: Mapping[str, UnitSlot],
+    holes: Sequence[WallHole],
     models: StyleModels,
 ) -> None:
-    """Order the items that hang on walls."""
+    """Order the items that hang on walls; a switch stays beside the casing of a door."""
     for item in plan.wall_items:
         at = ("wall_items", item.id)
         if not models.has(item.item):
@@ -163,10 +165,21 @@ def order_wall_items(
         wall = wall_of(plan, room, item.wall, *at, "wall")
         u = position_on_wall(plan, wall, item, parameters, slots, *at)
         model = models.for_role(item.item)
+        if not item.over and "gangs" in model.params:
+            half = (SWITCH_WIDTH_M + GANG_M * (int(model.params["gangs"]) - 1)) / 2 + SWITCH_FROM_CASING_M
+            u = _beside_doors(u, half + door_casing(models), [h for h in holes if h.wall.id == wall.id])
         is_over_worktop = item.over and standard_sizes.WORKTOP_HEIGHT < item.height < standard_sizes.UPPER_FROM
         v = ON_BACKSPLASH_M if models.style.backsplash and is_over_worktop else 0.0
         spot = Spot(wall.frame, u + item.shift, v, item.height, height_reference=HeightReference.MIDDLE)
         order.add(OrderItem(item.id, item.item, model.choice, spot, item.over or ""))
+
+
+def _beside_doors(u: float, away: float, holes: Sequence[WallHole]) -> float:
+    """A place along a wall, moved as little as needed to be so far from its doors, metres."""
+    for hole in holes:
+        if hole.bottom <= 0.0 and hole.left - away < u < hole.right + away:
+            u = hole.right + away if u > (hole.left + hole.right) / 2 else hole.left - away
+    return round(u, 4)
 
 
 def order_lamps(

@@ -103,7 +103,7 @@ def request_kitchen(
     order_skirting(order, room, holes, lines, slots, [c.runs for c in plan.corners], models, closed)
     furnish.order_worktop_items(order, plan, every, models)
     furnish.order_seats(order, lines, seats, models)
-    furnish.order_wall_items(order, plan, room, lengths, every, models)
+    furnish.order_wall_items(order, plan, room, lengths, every, holes, models)
     tables = order_tables(order, plan, room, lengths, models)
     keep_clear(plan, room, slots, tables, models)
     hoods = [s for s in every.values() if s.kind is UpperKind.HOOD]

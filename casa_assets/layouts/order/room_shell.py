@@ -380,7 +380,7 @@ def order_skirting(
     for wall in room.walls:
         if wall.open and not closed:
             continue
-        beside = _door_casing(models)
+        beside = door_casing(models)
         own_holes = [h for h in holes if h.wall.id == wall.id and h.bottom < high + CASING_WIDTH_M]
         occupied = [(h.left - beside, h.right + beside) for h in own_holes]
         occupied += _occupied_by_units(wall, lines, slots, corners)
@@ -407,7 +407,7 @@ def _lining(length: float, shell: RoomStyle) -> PresetChoice:
     return preset_with("skirting/white_bevel", params)
 
 
-def _door_casing(models: StyleModels) -> float:
+def door_casing(models: StyleModels) -> float:
     """Distance that a door's casing stands out beside its hole, metres."""
     return float(models.for_role("door").params.get("casing", CASING_WIDTH_M)) if models.has("door") else CASING_WIDTH_M
 

@@ -18,6 +18,7 @@ from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit
 
 MAX_SLAB_M = 3.9
 MIN_ARM_M, MIN_WIDTH_M = 0.72, 0.2  # of a corner worktop; of a part of a straight one that a seam ends
+CORBEL = "corbel"  # support of an overhang
 CORBEL_INSET_M = 0.045  # middle of the outer corbels, from the ends of an island's cabinets
 CORBELS_APART_M = 0.5  # from the end of an island, at which one more stands there
 MIN_STRIP_M = 0.03  # of a worktop over a filler alone
@@ -215,7 +216,8 @@ def _straight(
     z = standard_sizes.WORKTOP_HEIGHT - top.thickness
     if line.is_island:
         # Waterfall ends stand outside the end panels.
-        has_waterfall = overhang >= 0.25 and top.support == "waterfall"
+        support = top.support if overhang >= 0.25 else "none"
+        has_waterfall = support == "waterfall"
         over = round(top.thickness + 0.002, 4) if has_waterfall else 0.03
         params = {
             **_slab_params(top),
@@ -223,10 +225,11 @@ def _straight(
             "depth": depth,
             "overhang": overhang,
             "height": standard_sizes.WORKTOP_HEIGHT,
-            "support": top.support if overhang >= 0.25 else "none",
+            "support": support,
             "cutout": {**cutout, "left": round(cutout["left"] + over, 4)} if cutout else None,
-            "corbels": tuple(round(u - slab.left + over, 4) for u in _between(seats, slab)),
         }
+        if support == CORBEL:
+            params["corbels"] = tuple(round(u - slab.left + over, 4) for u in _between(seats, slab))
         spot = Spot(
             line.frame,
             (slab.left + slab.right) / 2,
