@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import usd_validation_nvidia
-from pxr import Ar, Usd, UsdGeom
+from pxr import Ar, Usd, UsdGeom, UsdShade
 from simready.validate import api
 
 from casa_assets.checks.package import rule_runner, usd
@@ -87,6 +87,35 @@ class TestDirectRunner:
         (issue,) = looker.GetIssues()
         assert issue.message == "Uncaught error: too much"
 
+    def test_a_rule_does_not_look_for_what_is_not_demanded(self, stage: Usd.Stage) -> None:
+        class Two(usd_validation_nvidia.BaseRuleChecker):
+            """Looks for two requirements."""
+
+            def CheckPrim(self, prim: Usd.Prim) -> None:  # noqa: N802
+                """Look for both."""
+                self.check_vm_tex_001_size(prim)
+                self.check_vm_pbr_001_surface(prim)
+
+            def check_vm_tex_001_size(self, prim: Usd.Prim) -> None:
+                """Find one."""
+                self._AddFailedCheck(message=f"size of {prim.GetName()}")
+
+            def check_vm_pbr_001_surface(self, prim: Usd.Prim) -> None:
+                """Find the other."""
+                self._AddFailedCheck(message=f"surface of {prim.GetName()}")
+
+        def found() -> list[str]:
+            rule = Two()
+            with DirectRunner([rule], Ar.GetResolver().GetCurrentContext()) as runner:
+                runner.append(Event(Kind.PRIM, stage.GetPrimAtPath("/a")))
+            return [issue.message for issue in rule.GetIssues()]
+
+        demanded = rule_runner._demanded.set(frozenset({"com.nvidia.simready.VM.TEX.001"}))
+        some = found()
+        rule_runner._demanded.reset(demanded)
+        assert some == ["size of a"]
+        assert found() == ["size of a", "surface of a"], "where nobody says what is demanded"
+
     def test_many_events_are_run_in_batches(self, stage: Usd.Stage, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(rule_runner, "BATCH", 2)
         looker = Looker()
@@ -106,7 +135,30 @@ def upside_down(package: Package) -> None:
     tamper(package.usd, ('upAxis = "Z"', 'upAxis = "Y"'))
 
 
-FAULTS = {"sound": lambda package: None, "unnamed": unnamed, "upside-down": upside_down}
+def bound_otherwise(package: Package) -> None:
+    """A mesh that is bound by collection, another with a strong binding, a third that is bound to nothing."""
+    stage = Usd.Stage.Open(str(package.usd))
+    meshes = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    for name, prim in zip(("collected", "strong", "bare"), (meshes[0],) * 3, strict=True):
+        mesh = UsdGeom.Mesh.Define(stage, prim.GetParent().GetPath().AppendChild(name))
+        for attribute in prim.GetAuthoredAttributes():
+            mesh.GetPrim().CreateAttribute(attribute.GetName(), attribute.GetTypeName()).Set(attribute.Get())
+        api = UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim())
+        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        if name == "collected":
+            kept = Usd.CollectionAPI.Apply(mesh.GetPrim(), "kept")
+            api.Bind(kept, material, "kept")
+        if name == "strong":
+            api.Bind(material, UsdShade.Tokens.strongerThanDescendants)
+    stage.Save()
+
+
+FAULTS = {
+    "sound": lambda package: None,
+    "unnamed": unnamed,
+    "upside-down": upside_down,
+    "bound-otherwise": bound_otherwise,
+}
 
 
 @pytest.mark.parametrize("fault", FAULTS)
