@@ -81,10 +81,19 @@ def subtree(model: mujoco.MjModel, body: int) -> Mask:
 
 def geom_boxes(model: mujoco.MjModel, data: mujoco.MjData, geoms: Ints) -> Floats:
     """(N, 2, 3) corners of the boxes around geoms at their present poses, world frame, metres."""
-    rotations = data.geom_xmat[geoms].reshape(-1, 3, 3)
-    centers = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", rotations, model.geom_aabb[geoms, :3])
-    half = np.einsum("nij,nj->ni", np.abs(rotations), model.geom_aabb[geoms, 3:])
-    return np.stack([centers - half, centers + half], axis=1)
+    return boxes_at(model, geoms, data.geom_xpos[geoms], data.geom_xmat[geoms])
+
+
+def boxes_at(model: mujoco.MjModel, geoms: Ints, positions: Floats, rotations: Floats) -> Floats:
+    """(..., N, 2, 3) corners of the boxes around geoms in poses that they have or had, world frame, metres.
+
+    Args:
+        positions, rotations: (..., N, 3) and (..., N, 9), as `geom_xpos` and `geom_xmat` of MjData have them.
+    """
+    turns = rotations.reshape(*positions.shape[:-1], 3, 3)
+    centers = positions + np.einsum("...nij,nj->...ni", turns, model.geom_aabb[geoms, :3])
+    half = np.einsum("...nij,nj->...ni", np.abs(turns), model.geom_aabb[geoms, 3:])
+    return np.stack([centers - half, centers + half], axis=-2)
 
 
 def vertices_of(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Floats:
@@ -123,8 +132,9 @@ def box_corners(boxes: Floats) -> Floats:
 
 
 def box_around(boxes: Floats) -> Floats:
-    """(2, 3) corners of the box around (N, 2, 3) boxes; of none it is empty."""
-    return np.array([boxes[:, 0].min(axis=0, initial=np.inf), boxes[:, 1].max(axis=0, initial=-np.inf)])
+    """(..., 2, 3) corners of the box around (..., N, 2, 3) boxes; of none it is empty."""
+    lower, upper = boxes[..., 0, :].min(axis=-2, initial=np.inf), boxes[..., 1, :].max(axis=-2, initial=-np.inf)
+    return np.stack([lower, upper], axis=-2)
 
 
 def tilt_deg(rotation: Floats) -> float:

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from casa_assets.checks.check import Measurement, not_applicable
-from casa_assets.checks.motion.simulation import box_around, box_corners, geom_boxes
+from casa_assets.checks.motion.simulation import box_around, box_corners, boxes_at, geom_boxes
 from casa_assets.checks.scene.motion.rest import NO_JOINTS
 from casa_assets.checks.scene.subject import AllPairs, SceneJoint, SceneSubject, boxes_meet
 from casa_assets.core.typing import Floats, Ints, Mask
@@ -102,11 +102,11 @@ def _clashes(sweeper: JointSweeper, joint: SceneJoint, paths: Mapping[str, Swept
     alone = sweeper.clashes(joint, path, dict(path.before), None)
     yield from alone
     reported = {clash.pair for clash in alone if clash.depth > sweeper.limit}
-    for other in sweeper.subject.operated.values():
+    others = sweeper.subject.operated
+    near = boxes_meet(path.bounds, np.array([paths[name].bounds for name in others]))
+    for other in (other for other, meets in zip(others.values(), near.tolist(), strict=True) if meets):
         other_path = paths[other.name]
         if other.name == joint.name or other.name in path.before or joint.name in other_path.before:
-            continue
-        if not boxes_meet(path.bounds, other_path.bounds):
             continue
         for end in _open_ends(other):
             positions = {**other_path.before, **path.before, other.name: end}
@@ -144,11 +144,13 @@ class JointSweeper:
 
     def _follow(self, joint: SceneJoint, positions: Floats, before: Mapping[str, float]) -> SweptPath:
         """The boxes around what a joint moves at each position, all else as it stands."""
-        boxes = np.empty((len(positions), 2, 3))
+        places = np.empty((len(positions), len(joint.geoms), 3))
+        turns = np.empty((len(positions), len(joint.geoms), 9))
         for i, position in enumerate(positions):
             self.data.qpos[joint.address] = position
             self.subject.contents.pose(self.data)
-            boxes[i] = box_around(geom_boxes(self.model, self.data, joint.geoms))
+            places[i], turns[i] = self.data.geom_xpos[joint.geoms], self.data.geom_xmat[joint.geoms]
+        boxes = box_around(boxes_at(self.model, joint.geoms, places, turns))
         return SweptPath(positions, boxes, box_around(boxes), before)
 
     def clashes(

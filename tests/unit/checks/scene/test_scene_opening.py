@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from casa_assets.checks.motion.simulation import geom_boxes
+from casa_assets.checks.motion.simulation import box_around, geom_boxes
 from casa_assets.checks.scene.motion import opening, pulling, rest
 from casa_assets.checks.scene.placement import overlap, support
 from casa_assets.checks.scene.subject import SceneSubject, boxes_meet, collision_model
@@ -239,6 +239,18 @@ class TestSubject:
         assert [p.name for p in found.free] == ["thing_1"]
         assert int(found.is_fixed.sum()) == 1 + 7
         assert found.category("ground") == "floor"
+
+    def test_the_way_of_a_door_is_that_of_its_boxes_pose_by_pose(self, tmp_path: Path) -> None:
+        found = subject(room((cupboard(), at(0.3, 0.2, 0.0))), tmp_path)
+        sweeper, data = opening.JointSweeper(found, 0.0), mujoco.MjData(found.model)
+        for joint in found.operated.values():
+            path = sweeper.path(joint)
+            for position, box in zip(path.positions, path.boxes, strict=True):
+                data.qpos[joint.address] = position
+                mujoco.mj_kinematics(found.model, data)
+                assert np.array_equal(box, box_around(geom_boxes(found.model, data, joint.geoms)))
+            data.qpos[joint.address] = 0.0
+            assert np.array_equal(path.bounds, box_around(path.boxes))
 
     def test_boxes_meet_within_a_gap(self, tmp_path: Path) -> None:
         found = subject(room((post(), at(0.0, 0.0, 0.0)), (post(), at(0.06, 0.0, 0.0))), tmp_path)
