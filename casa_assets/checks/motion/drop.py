@@ -16,6 +16,7 @@ import numpy as np
 from casa_assets.checks.motion.simulation import simulation_warnings, tilt_deg
 from casa_assets.checks.readers import mujoco_load
 from casa_assets.checks.readers.mujoco_facts import free_bodies, shape_bounds
+from casa_assets.checks.readers.rotations import rotations_of
 from casa_assets.core.typing import Floats
 
 # Deeper than this it has fallen through the floor. Our choice.
@@ -101,12 +102,12 @@ def _height(model: mujoco.MjModel, root: int) -> float:
     """Height of all colliders of a floating body and what it carries, joints at zero, metres."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    lowest, highest = np.inf, -np.inf
+    lowest, highest, turns = np.inf, -np.inf, rotations_of(model.geom_quat)
     for geom in np.flatnonzero(model.geom_contype):
         body = int(model.geom_bodyid[geom])
         if int(model.body_rootid[body]) != root:
             continue
-        bounds, rotation = shape_bounds(model, int(geom)), data.xmat[body].reshape(3, 3)
+        bounds, rotation = shape_bounds(model, int(geom), turns[geom]), data.xmat[body].reshape(3, 3)
         z = (data.xpos[body] + rotation @ bounds.mean(axis=0))[2]
         half = (np.abs(rotation) @ (np.ptp(bounds, axis=0) / 2))[2]
         lowest, highest = min(lowest, z - half), max(highest, z + half)

@@ -143,8 +143,9 @@ def parameter_table(model: mujoco.MjModel) -> dict[str, Floats]:
     Of a body one row per collider, in an order that does not depend on names; of a joint one row.
     """
     table: dict[str, Floats] = {}
+    contacts = _contact_parameters(model)
     for body in range(1, model.nbody):
-        rows = sorted(_contact_parameters(model, g) for g in colliders_of(model, body))
+        rows = sorted(contacts[colliders_of(model, body)].tolist())
         if rows:
             table[f"bodies/{short_name(model.body(body).name)}/contacts"] = np.array(rows)
     for joint in range(model.njnt):
@@ -156,8 +157,9 @@ def parameter_table(model: mujoco.MjModel) -> dict[str, Floats]:
     return table
 
 
-def _contact_parameters(model: mujoco.MjModel, geom: int) -> tuple[float, ...]:
-    """(contype, conaffinity, condim, priority, solmix, margin, gap, solref, solimp) of a geom."""
+def _contact_parameters(model: mujoco.MjModel) -> Floats:
+    """(ngeom, 14) contype, conaffinity, condim, priority, solmix, margin, gap, solref, solimp of each geom."""
     plain = (model.geom_contype, model.geom_conaffinity, model.geom_condim, model.geom_priority)
     soft = (model.geom_solmix, model.geom_margin, model.geom_gap)
-    return (*(float(a[geom]) for a in (*plain, *soft)), *model.geom_solref[geom], *model.geom_solimp[geom])
+    found: Floats = np.column_stack([*plain, *soft, model.geom_solref, model.geom_solimp])
+    return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import mujoco
@@ -21,6 +21,7 @@ from casa_assets.checks.package.facts import (
     ProgramTexts,
 )
 from casa_assets.checks.readers.mujoco_looks import linear, looks
+from casa_assets.checks.readers.rotations import canonical, rotations_of
 from casa_assets.model.asset.asset import Base, JointKind
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
@@ -57,8 +58,8 @@ def facts_of_model(model: mujoco.MjModel, *, base: Base, words: ProgramTexts, sc
     Raises:
         ValueError: a joint is neither free, hinge nor slide.
     """
-    at_rest = _rest_poses(model)
-    bodies = [_body(model, b, at_rest[b]) for b in range(model.nbody) if _is_link(model, b)]
+    at_rest, turns = _rest_poses(model), rotations_of(model.geom_quat)
+    bodies = [_body(model, b, at_rest[b], turns) for b in range(model.nbody) if _is_link(model, b)]
     bodies.sort(key=lambda body: body.name)
     return AssetFacts(
         base=base,
@@ -97,6 +98,8 @@ def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
     if not model.nkey:
         return ()
     links = sorted((short_name(model.body(b).name), b) for b in range(model.nbody) if _is_link(model, b))
+    bodies = [b for _, b in links]
+    tops = [name for name, b in links if not _is_link(model, int(model.body_parentid[b]))]
     data = mujoco.MjData(model)
     found = {}
     for key in range(-1, model.nkey):
@@ -105,18 +108,34 @@ def poses(model: mujoco.MjModel, scene: bool = False) -> tuple[PoseFacts, ...]:
         else:
             mujoco.mj_resetDataKeyframe(model, data, key)
         mujoco.mj_kinematics(model, data)
-        world_from = {name: Pose(position=three(data.xpos[b]), quaternion=four(data.xquat[b])) for name, b in links}
-        tops = [name for name, b in links if not _is_link(model, int(model.body_parentid[b]))]
-        root_from_world = Pose() if scene else world_from[tops[0]].inverse()
-        stand = [root_from_world @ pose for pose in world_from.values()]
+        positions, quaternions = data.xpos[bodies] + 0.0, canonical(data.xquat[bodies])
+        world_from = {
+            name: (three(at), four(turn))
+            for (name, _), at, turn in zip(links, positions.tolist(), quaternions.tolist(), strict=True)
+        }
         name = CLOSED if key < 0 else model.key(key).name
-        found[name] = PoseFacts(
-            name=name,
-            bodies=tuple(world_from),
-            positions=tuple(pose.position for pose in stand),
-            quaternions=tuple(pose.quaternion for pose in stand),
-        )
+        found[name] = pose_facts(name, world_from, None if scene else tops[0])
     return tuple(found[name] for name in sorted(found))
+
+
+def pose_facts(name: str, world_from: Mapping[str, tuple[Vec3, Vec4]], root: str | None) -> PoseFacts:
+    """Facts of a named pose.
+
+    Args:
+        world_from: name of a body -> its position and quaternion as `Pose` has it. root: the body in whose frame they
+            are told; None: in that of the world.
+    """
+    stand = {body: world_from[body] for body in sorted(world_from)}
+    if root is not None:
+        poses = {body: Pose(position=at, quaternion=turn) for body, (at, turn) in stand.items()}
+        seen = [poses[root].inverse() @ pose for pose in poses.values()]
+        stand = {body: (pose.position, pose.quaternion) for body, pose in zip(poses, seen, strict=True)}
+    return PoseFacts(
+        name=name,
+        bodies=tuple(stand),
+        positions=tuple(at for at, _ in stand.values()),
+        quaternions=tuple(turn for _, turn in stand.values()),
+    )
 
 
 def free_bodies(model: mujoco.MjModel) -> list[int]:
@@ -140,16 +159,18 @@ def own_name(name: str) -> str:
     return name.rsplit("__", 1)[-1]
 
 
-def shape_bounds(model: mujoco.MjModel, geom: int) -> Array:
-    """(2, 3) corners of the box around a geom, body frame, metres; exact for every kind of shape."""
-    pose = Pose(position=three(model.geom_pos[geom]), quaternion=four(model.geom_quat[geom]))
-    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
+def shape_bounds(model: mujoco.MjModel, geom: int, rotation: Array) -> Array:
+    """(2, 3) corners of the box around a geom, body frame, metres; exact for every kind of shape.
+
+    Args:
+        rotation: (3, 3) body_from_geom.
+    """
+    kind, size, centre = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom], model.geom_pos[geom]
     if kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = int(model.geom_dataid[geom])
         start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-        points = pose.apply(model.mesh_vert[start : start + count].astype(np.float64))
+        points = model.mesh_vert[start : start + count].astype(np.float64) @ rotation.T + centre
         return np.array([points.min(axis=0), points.max(axis=0)])
-    rotation = pose.rotation
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         half = np.abs(rotation) @ size
     elif kind == mujoco.mjtGeom.mjGEOM_SPHERE:
@@ -160,7 +181,6 @@ def shape_bounds(model: mujoco.MjModel, geom: int) -> Array:
         half = np.abs(rotation[:, 2]) * size[1] + size[0] * np.sqrt(np.clip(1 - rotation[:, 2] ** 2, 0, 1))
     else:
         raise ValueError(f"geom {model.geom(geom).name!r} is a {kind.name}, which no asset has")
-    centre = np.array(pose.position)
     return np.array([centre - half, centre + half])
 
 
@@ -192,12 +212,13 @@ def _is_link(model: mujoco.MjModel, body: int) -> bool:
     return body != 0 and bool(model.body(body).name)
 
 
-def _body(model: mujoco.MjModel, body: int, pose: Pose) -> BodyFacts:
+def _body(model: mujoco.MjModel, body: int, pose: Pose, turns: Array) -> BodyFacts:
+    """`pose`: of the body at rest. `turns`: (ngeom, 3, 3) body_from_geom."""
     parent = int(model.body_parentid[body])
     principal = Pose(quaternion=four(model.body_iquat[body])).rotation
     tensor = principal @ np.diag(model.body_inertia[body]) @ principal.T
     geoms = colliders_of(model, body)
-    lower, upper = bounds_around([shape_bounds(model, g) for g in geoms])
+    lower, upper = bounds_around([shape_bounds(model, g, turns[g]) for g in geoms])
     return BodyFacts(
         name=short_name(model.body(body).name),
         parent=short_name(model.body(parent).name) if _is_link(model, parent) else "",

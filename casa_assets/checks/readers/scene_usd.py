@@ -83,10 +83,11 @@ def facts_of_stage(read: SceneReading) -> SceneFacts:
     stage = read.stage
     things, welded = usd_facts.facts_of_stage(read)
     cache = UsdGeom.XformCache()
+    bodies = [prim for prim in stage.Traverse() if prim.HasAPI(UsdPhysics.RigidBodyAPI)]
+    rows = usd_words.rigid_all([cache.GetLocalToWorldTransform(prim) for prim in bodies])
     stand = {
-        short_name(str(prim.GetPath())): usd_words.rigid(cache.GetLocalToWorldTransform(prim))
-        for prim in stage.Traverse()
-        if prim.HasAPI(UsdPhysics.RigidBodyAPI)
+        short_name(str(prim.GetPath())): Pose(position=position, quaternion=quaternion)
+        for prim, position, quaternion in zip(bodies, *rows, strict=True)
     }
     return SceneFacts(
         gravity=_gravity(stage),

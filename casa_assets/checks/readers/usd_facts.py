@@ -152,7 +152,8 @@ def facts_of_stage(read: StageReading) -> tuple[AssetFacts, dict[str, Pose]]:
         nearest = next((path for path in reversed(shape.GetPath().GetPrefixes()) if path in below), None)
         if nearest is not None:
             below[nearest].append(shape)
-    bodies = [_body(stage, d, joints, movers.get(path), below[path], cache) for path, d in links.items()]
+    frictions = _frictions(shapes)
+    bodies = [_body(stage, d, joints, movers.get(path), below[path], cache, frictions) for path, d in links.items()]
     filtered = [(short_name(str(p)), short_name(str(o))) for p, d in links.items() for o in d.filteredCollisions]
     welded = {short_name(str(b)): _body1_in_body0(d) for b, d in mounts.items() if d.body0.isEmpty and b in links}
     table = AssetFacts(
@@ -173,7 +174,11 @@ def _found(parsed: dict[object, object], *kinds: object) -> list[UsdPhysics.Obje
 
 def opened(path: Path) -> Usd.Stage:
     """The stage of a file. Raises ValueError where it has no default prim."""
-    stage = Usd.Stage.Open(str(path))
+    return with_default_prim(Usd.Stage.Open(str(path)), path)
+
+
+def with_default_prim(stage: Usd.Stage | None, path: Path) -> Usd.Stage:
+    """The stage that was opened from a file. Raises ValueError where it has no default prim."""
     if not stage or not stage.GetDefaultPrim():
         raise ValueError(f"{path.name} has no default prim")
     return stage
@@ -186,12 +191,14 @@ def _body(
     mover: UsdPhysics.JointDesc | None,
     shapes: list[Usd.Prim],
     cache: UsdGeom.XformCache,
+    frictions: dict[Usd.Prim, Vec3],
 ) -> BodyFacts:
     prim = stage.GetPrimAtPath(body.primPath)
     mass = UsdPhysics.MassAPI(prim)
     axes = _pose(Gf.Vec3f(0), mass.GetPrincipalAxesAttr().Get()).rotation
     tensor = axes @ np.diag(three(mass.GetDiagonalInertiaAttr().Get())) @ axes.T
-    lower, upper = bounds_around([_bounds(shape, prim, cache) for shape in shapes])
+    body_from_world = cache.GetLocalToWorldTransform(prim).GetInverse()
+    lower, upper = bounds_around([_bounds(s, cache.GetLocalToWorldTransform(s) * body_from_world) for s in shapes])
     pose = _world_from_body(body.primPath, joints)
     up = joints.get(body.primPath)
     return BodyFacts(
@@ -205,7 +212,7 @@ def _body(
         colliders=len(shapes),
         lower=lower,
         upper=upper,
-        frictions=tuple(sorted({_friction(shape) for shape in shapes})),
+        frictions=tuple(sorted({frictions[shape] for shape in shapes})),
         joint=None if mover is None else _joint(mover, stage.GetPrimAtPath(mover.primPath)),
     )
 
@@ -256,10 +263,15 @@ def _resistance(joint: UsdPhysics.JointDesc, prim: Usd.Prim, unit: float) -> tup
     return stiffness, rest, damping / unit, friction, armature
 
 
-def _friction(shape: Usd.Prim) -> Vec3:
-    """(sliding, torsional, rolling) of the material that is bound for physics; USD's own zeros where there is none."""
-    material, _ = UsdShade.MaterialBindingAPI(shape).ComputeBoundMaterial("physics")
-    prim = material.GetPrim()
+def _frictions(shapes: list[Usd.Prim]) -> dict[Usd.Prim, Vec3]:
+    """Friction of the material that each shape is bound to for physics; they are found at once, as in `usd_looks`."""
+    bound = [material.GetPrim() for material in UsdShade.MaterialBindingAPI.ComputeBoundMaterials(shapes, "physics")[0]]
+    of = {material: _friction(material) for material in set(bound)}
+    return {shape: of[material] for shape, material in zip(shapes, bound, strict=True)}
+
+
+def _friction(prim: Usd.Prim) -> Vec3:
+    """(sliding, torsional, rolling) of a material; USD's own zeros where there is none."""
     if not prim:
         return (0.0, 0.0, 0.0)
     names = ("physics:dynamicFriction", "newton:torsionalFriction", "newton:rollingFriction")
@@ -267,9 +279,12 @@ def _friction(shape: Usd.Prim) -> Vec3:
     return sliding, torsional, rolling
 
 
-def _bounds(shape: Usd.Prim, body: Usd.Prim, cache: UsdGeom.XformCache) -> Array:
-    """(2, 3) corners of a collider, body frame, metres; exact for every shape."""
-    rows = cache.GetLocalToWorldTransform(shape) * cache.GetLocalToWorldTransform(body).GetInverse()
+def _bounds(shape: Usd.Prim, rows: Gf.Matrix4d) -> Array:
+    """(2, 3) corners of a collider, body frame, metres; exact for every shape.
+
+    Args:
+        rows: body_from_shape, of row vectors.
+    """
     matrix = np.array(rows).T  # USD multiplies row vectors
     linear, centre = matrix[:3, :3], matrix[:3, 3]
     if shape.IsA(UsdGeom.Mesh):

@@ -18,22 +18,28 @@ def looks(stage: Usd.Stage) -> tuple[VisualFacts, ...]:
         ValueError: one has no surface to be seen.
     """
     meshes = [p for p in stage.Traverse() if p.IsA(UsdGeom.Mesh) and not p.HasAPI(UsdPhysics.CollisionAPI)]
-    # A site is no mesh, so what is left is seen.
-    return tuple(sorted((_look(prim) for prim in meshes), key=lambda look: look.name))
+    # A site is no mesh, so what is left is seen. Materials of all of them are found at once, which shares what they
+    # inherit.
+    materials = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(meshes)[0]
+    surfaces: dict[Usd.Prim, tuple[Vec4, Vec3, str]] = {}
+    found = []
+    for prim, material in zip(meshes, materials, strict=True):
+        bound = material.GetPrim()
+        if bound not in surfaces:
+            surfaces[bound] = _surface(prim, material)
+        color, light, picture = surfaces[bound]
+        found.append(VisualFacts(name=short_name(str(prim.GetPath())), color=color, light=light, picture=picture))
+    return tuple(sorted(found, key=lambda look: look.name))
 
 
-def _look(prim: Usd.Prim) -> VisualFacts:
-    material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+def _surface(prim: Usd.Prim, material: UsdShade.Material) -> tuple[Vec4, Vec3, str]:
+    """Colour, light that it gives off and picture of a material, as `VisualFacts` has them; `prim` is bound to it."""
     shader = material.ComputeSurfaceSource()[0] if material else None
     if not shader:
         raise ValueError(f"{prim.GetName()!r} has no surface")
     red, green, blue, _ = _value(shader, "diffuseColor")
-    return VisualFacts(
-        name=short_name(str(prim.GetPath())),
-        color=(red, green, blue, _value(shader, "opacity")[3]),
-        light=_three(_value(shader, "emissiveColor")),
-        picture=_picture(shader),
-    )
+    opacity, light = _value(shader, "opacity")[3], _three(_value(shader, "emissiveColor"))
+    return (red, green, blue, opacity), light, _picture(shader)
 
 
 def _node(shader: UsdShade.Shader, name: str) -> UsdShade.Shader | None:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdSemantics
 
 from casa_assets.checks.package.facts import OUTER, PlaceFacts, PoseFacts, ProgramTexts, StateFacts
-from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, own_name, short_name
+from casa_assets.checks.readers.mujoco_facts import ROOT_BODY, four, own_name, pose_facts, short_name, three
+from casa_assets.checks.readers.rotations import quaternions_of
 from casa_assets.model.pose import Pose
 from casa_assets.model.record import Vec3, Vec4
 
@@ -49,7 +51,9 @@ def places(stage: Usd.Stage) -> tuple[PlaceFacts, ...]:
         ValueError: one is neither sphere, cube nor cylinder about z.
     """
     cache = UsdGeom.XformCache()
-    found = [_place(prim, cache) for prim in stage.Traverse() if SITE in prim.GetAppliedSchemas()]
+    sites = [prim for prim in stage.Traverse() if SITE in prim.GetAppliedSchemas()]
+    matrices = [_in_body(prim, cache) for prim in sites]
+    found = [_place(*site) for site in zip(sites, matrices, *rigid_all(matrices), strict=True)]
     return tuple(sorted((place for place in found if own_name(place.name) != OUTER), key=lambda place: place.name))
 
 
@@ -62,26 +66,17 @@ def poses(stage: Usd.Stage, scene: bool = False) -> tuple[PoseFacts, ...]:
     """
     variants = stage.GetDefaultPrim().GetVariantSet(VARIANTS)
     bodies = sorted(p.GetPath() for p in stage.Traverse() if p.HasAPI(UsdPhysics.RigidBodyAPI))
-    found = []
+    names, found = [short_name(str(path)) for path in bodies], []
     # In the session layer, which is no part of the file.
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         for name in sorted(variants.GetVariantNames()):
-            variants.SetVariantSelection(name)
+            # What is selected already is not selected again: each selection composes the whole stage anew.
+            if variants.GetVariantSelection() != name:
+                variants.SetVariantSelection(name)
             cache = UsdGeom.XformCache()
-            world_from = {
-                short_name(str(path)): rigid(cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path)))
-                for path in bodies
-            }
-            base = Pose() if scene else world_from[ROOT_BODY].inverse()
-            stand = {body: base @ world_from[body] for body in sorted(world_from)}
-            found.append(
-                PoseFacts(
-                    name=name,
-                    bodies=tuple(stand),
-                    positions=tuple(pose.position for pose in stand.values()),
-                    quaternions=tuple(pose.quaternion for pose in stand.values()),
-                )
-            )
+            matrices = [cache.GetLocalToWorldTransform(stage.GetPrimAtPath(path)) for path in bodies]
+            world_from = dict(zip(names, zip(*rigid_all(matrices), strict=True), strict=True))
+            found.append(pose_facts(name, world_from, None if scene else ROOT_BODY))
         variants.ClearVariantSelection()
     return tuple(found)
 
@@ -110,19 +105,22 @@ def _states(joint: Usd.Prim) -> list[StateFacts]:
     ]
 
 
-def _place(prim: Usd.Prim, cache: UsdGeom.XformCache) -> PlaceFacts:
+def _in_body(prim: Usd.Prim, cache: UsdGeom.XformCache) -> Gf.Matrix4d:
+    """body_from_place with its scale; places lie two levels below their body."""
     body = prim.GetParent().GetParent()
-    matrix = cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
-    scale = [Gf.Vec3d(*(matrix[i][k] for k in range(3))).GetLength() for i in range(3)]
-    pose = rigid(matrix)
+    return cache.GetLocalToWorldTransform(prim) * cache.GetLocalToWorldTransform(body).GetInverse()
+
+
+def _place(prim: Usd.Prim, matrix: Gf.Matrix4d, position: Vec3, quaternion: Vec4) -> PlaceFacts:
+    scale = [matrix.GetRow3(i).GetLength() for i in range(3)]
     kind, own = _volume(prim)
     x, y, z = (float(s * n) for s, n in zip(scale, own, strict=True))
     return PlaceFacts(
         name=short_name(str(prim.GetPath())),
-        body=short_name(str(body.GetPath())),
+        body=short_name(str(prim.GetParent().GetParent().GetPath())),
         kind=kind,
-        position=pose.position,
-        quaternion=pose.quaternion,
+        position=position,
+        quaternion=quaternion,
         size=(x, y, z),
         color=_color(UsdGeom.Gprim(prim)),
     )
@@ -154,8 +152,13 @@ def _color(gprim: UsdGeom.Gprim) -> Vec4 | None:
 
 def rigid(matrix: Gf.Matrix4d) -> Pose:
     """Pose of a matrix of row vectors, without its scale."""
-    rows = np.array(matrix)
-    turned = np.eye(4)
-    turned[:3, :3] = (rows[:3, :3] / np.linalg.norm(rows[:3, :3], axis=1, keepdims=True)).T
-    turned[:3, 3] = rows[3, :3]
-    return Pose.from_matrix(turned)
+    (position,), (quaternion,) = rigid_all([matrix])
+    return Pose(position=position, quaternion=quaternion)
+
+
+def rigid_all(matrices: Sequence[Gf.Matrix4d]) -> tuple[list[Vec3], list[Vec4]]:
+    """Positions and quaternions of matrices of row vectors, without their scale."""
+    rows = np.array([np.array(matrix) for matrix in matrices]).reshape(-1, 4, 4)
+    axes = rows[:, :3, :3] / np.linalg.norm(rows[:, :3, :3], axis=2, keepdims=True)
+    positions, quaternions = rows[:, 3, :3] + 0.0, quaternions_of(axes.transpose(0, 2, 1))
+    return [three(row) for row in positions.tolist()], [four(row) for row in quaternions.tolist()]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import mujoco
-from pxr import Tf
+from pxr import Tf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package import parity
@@ -39,10 +39,11 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
     if model is None or None in (flat, nested, files.composed[0], files.composed_nested[0]):
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
     expected = MjcfReading(model)
-    problems = parity_of(expected, flat, files.usd)
+    problems = parity_of(expected, flat, files.usd, stage=files.composed[0])
     # What the flat layer says otherwise, the nested one says by reference; that is one fault.
     shared = {at for at, _ in problems}
-    problems += [(f"nested/{at}", said) for at, said in parity_of(expected, nested, files.nested) if at not in shared]
+    told = parity_of(expected, nested, files.nested, stage=files.composed_nested[0])
+    problems += [(f"nested/{at}", said) for at, said in told if at not in shared]
     return count(problems, allowed=limit)
 
 
@@ -91,11 +92,13 @@ def parity_of(
     usd: Path,
     tolerance: float = TOLERANCE,
     length_m: float = LENGTH_TOLERANCE_M,
+    stage: Usd.Stage | None = None,
 ) -> list[Problem]:
     """Differences between files that MuJoCo has already read.
 
     Args:
         mjcf: of scene.xml. imported: of scene.usda, which lies at `usd`; None leaves what UsdPhysics reads.
+        stage: composed of that file, left as it is; None: it is opened here.
     """
     expected, error = mjcf.facts
     if expected is None:
@@ -104,10 +107,10 @@ def parity_of(
     if imported is not None:
         rows = parity.parameter_differences(mjcf.parameters, parity.parameter_table(imported))
         problems += [(row.pointer, row.message) for row in rows if parity.exceeds(row, tolerance)]
-    stage, error = _read(lambda: usd_facts.opened(usd))
-    if stage is None:
+    composed, error = _read(lambda: usd_facts.with_default_prim(stage, usd) if stage else usd_facts.opened(usd))
+    if composed is None:
         return [*problems, (usd.name, error)]
-    read = scene_usd.SceneReading(stage)
+    read = scene_usd.SceneReading(composed)
     readers = [lambda: scene_usd.facts_of_stage(read)]
     if imported is not None:
         readers.insert(0, lambda: scene_usd.facts_of_import(imported, read))
