@@ -109,11 +109,12 @@ def _read_once(rule: BaseRuleChecker, labels: dict[Usd.Prim, list[str]]) -> None
     Args:
         labels: what was read of prims so far; rules of one validation share it, in which nobody changes the stage.
     """
-    their_labels, their_check = getattr(rule, LABELS_OF, None), getattr(rule, BINDING_OF, None)
+    their_labels: Any = getattr(rule, LABELS_OF, None)
+    their_check: Any = getattr(rule, BINDING_OF, None)
 
     def labels_of(prim: Usd.Prim) -> list[str]:
         if prim not in labels:
-            labels[prim] = their_labels(prim)
+            labels[prim] = list(their_labels(prim))
         return labels[prim]
 
     def check_binding(prim: Usd.Prim, path: object) -> list[str]:
