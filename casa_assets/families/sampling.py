@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from enum import Enum
+from functools import cache
 from operator import attrgetter
 from types import MappingProxyType
 from typing import Annotated, Any, TypeVar, get_args
@@ -69,6 +70,14 @@ def read_fixed(params: type[P], stated: Mapping[str, Any], document: Document, p
     return stated
 
 
+@cache
+def _type_of(params: type[Params], name: str) -> TypeAdapter[Any]:
+    """What a field takes; anything where there is no such field. Kept, since hundreds of rules are of one field."""
+    field = params.model_fields.get(name)
+    annotation: Any = Annotated[field.annotation, field] if field else Any
+    return TypeAdapter(annotation)
+
+
 class _RuleReader:
     """Reads the rule of one row, which may refer to the rows before it."""
 
@@ -77,8 +86,7 @@ class _RuleReader:
         self.document = document
         self.params = params
         self.kinds = _kinds(field)
-        annotation: Any = Annotated[field.annotation, field] if field else Any
-        self.type: TypeAdapter[Any] = TypeAdapter(annotation)
+        self.type = _type_of(params, name)
         self.earlier = earlier
 
     def read(self, rule: Any, path: KeyPath) -> Draw:

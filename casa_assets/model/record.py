@@ -76,10 +76,19 @@ Colors = Annotated[npt.NDArray[np.uint8], ArrayOf("uint8", (-1, 4))]
 
 
 class Record(BaseModel):
-    """Frozen value. Two records are equal where their canonical JSON is equal."""
+    """Frozen value. Two records are equal where their canonical JSON is equal.
+
+    What validates a record is made when the first one is: a command uses a few of the 350 classes, and to make it for
+    all took a fifth of the start of the program.
+    """
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, ser_json_bytes="base64", val_json_bytes="base64"
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        ser_json_bytes="base64",
+        val_json_bytes="base64",
+        defer_build=True,
     )
 
     @field_validator("*")
@@ -122,3 +131,11 @@ class Record(BaseModel):
 def without_blanks(data: dict[str, Any], names: tuple[str, ...]) -> dict[str, Any]:
     """The JSON form of a record without some fields where they are empty, so that older records keep their digests."""
     return {name: value for name, value in data.items() if name not in names or value}
+
+
+def complete_records() -> None:
+    """Make what validates records for all classes that are there: for a process that forks many which would need it."""
+    waiting: list[type[Record]] = [Record]
+    for record in waiting:  # in the order in which they were defined, since a class needs what its fields need
+        record.model_rebuild()
+        waiting += record.__subclasses__()

@@ -33,6 +33,8 @@ from casa_assets.pipeline.workers.limits import IDLE_CPU_SHARE, Limits, WorkerFa
 from casa_assets.pipeline.workers.usage import Usage, trees, usage
 
 MESSAGE_BYTES = 65536
+# Not imported here: numpy is to be loaded after `main` has said how many threads it may have.
+RECORDS = "casa_assets.model.record"
 # Where all workers together want more than the machine has, the kernel is to end one of them and not the run.
 # Ref: proc(5), /proc/pid/oom_score_adj: 0 is usual, 1000 goes first.
 OOM_SCORE = 500
@@ -136,6 +138,8 @@ class _Server:
     def _call(self, function: str) -> None:
         try:
             _find(function)()
+            if RECORDS in sys.modules:  # else each worker would make the validators of records anew
+                _find(f"{RECORDS}:complete_records")()
         except Exception:  # noqa: BLE001  reported to the pool, which ends the run
             self._send("failed", function, traceback.format_exc()[-MESSAGE_BYTES // 2 :])
         else:
