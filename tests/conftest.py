@@ -27,9 +27,12 @@ def common(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def cache(common: Path) -> Iterator[Path]:
-    """A cache of the tests' own, so that they neither use nor fill the user's; what one process built, all have."""
-    folder = common / "cache"
-    folder.mkdir(exist_ok=True)
+    """A cache of the tests' own, so that they neither use nor fill the user's; what one process built, all have.
+
+    CASA_TESTS_CACHE names one that several runs share: CI makes each texture and each part of a kitchen once.
+    """
+    folder = Path(os.environ.get("CASA_TESTS_CACHE") or common / "cache")
+    folder.mkdir(parents=True, exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CASA_ASSETS_CACHE", str(folder))
         yield folder

@@ -17,14 +17,17 @@ from tests.libraries import made_once
 MAKE = next(line for block in blocks("README.md") for line in block.commands if line.startswith("casa-assets ingest"))
 
 
-# The pages take longest, on one core: begun late, they would be left over. The tasks of RoboCasa use two cores by
-# themselves, so that at the end none is idle.
+# The pages take longest, and each is alone, so that both processes begin with them. The tasks of RoboCasa use two cores
+# by themselves, so that at the end none is idle.
 FIRST, LAST = "test_documents.py", "test_robocasa_tasks.py"
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the longest file first, and the one that needs no company last."""
+    """Put the pages first, and the file that needs no company last; keep every other file in one process."""
     items.sort(key=lambda item: (item.path.name == LAST) - (item.path.name == FIRST))
+    for item in items:
+        if item.path.name != FIRST:
+            item.add_marker(pytest.mark.xdist_group(item.path.relative_to(ROOT).as_posix()))
 
 
 @pytest.fixture(scope="session")
