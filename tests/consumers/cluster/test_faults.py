@@ -30,6 +30,7 @@ def test_a_job_that_kills_what_does_it_is_rejected_after_two(tmp_path: Path) -> 
     assert found[2]["reason"] == "signal"
 
 
+@pytest.mark.certify  # in CI: tests/consumers/cluster/test_losses.py has a machine with a wrong clock
 def test_a_wrong_clock_ends_no_job() -> None:
     with machines({}, wrong_clock(-400)) as cluster:
         found = ask(cluster.address, *[("clock", "1")] * 6)

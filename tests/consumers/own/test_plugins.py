@@ -10,6 +10,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -45,34 +46,58 @@ class Made:
     by_command: bool
 
 
-@pytest.fixture(scope="module", params=["project", "package"])
-def place(
-    request: pytest.FixtureRequest, wheel: Path, user: Environment, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[Environment, Path, list[str]]:
+class Place(NamedTuple):
     """An environment, a project in a folder outside the checkout, and the options that let its plug-ins run."""
-    folder = tmp_path_factory.mktemp(request.param) / "ours"
+
+    environment: Environment
+    folder: Path
+    options: list[str]
+
+
+@pytest.fixture(scope="module")
+def in_project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Place:
+    """The plug-ins are in the project."""
+    folder = tmp_path_factory.mktemp("project") / "ours"
+    _write(folder, _rows() | _code())
+    return Place(user, folder, ["--plugins"])
+
+
+@pytest.fixture(scope="module")
+def in_package(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Place:
+    """The plug-ins are a package that is installed."""
+    folder = tmp_path_factory.mktemp("package") / "ours"
+    package = folder.parent / "tea_things"
+    modules = {f"tea_things/{Path(name).name}": text for name, text in _code().items()}
+    _write(package, {**saved("out/tea_things"), "tea_things/__init__.py": "", **modules})
+    built = build_wheel(package, folder.parent / "dist")
+    _write(folder, _rows())
+    return Place(install(folder.parent / "environment", wheel, built), folder, [])
+
+
+def _rows() -> dict[str, str]:
     shown = saved("out/my_kitchens")
-    wanted = ("fixtures.yaml", "objects/coasters.yaml", "textures/floor.yaml")
-    files = {name: shown[name] for name in wanted} | ROWS
-    code = {name: text for name, text in shown.items() if name.startswith("plugins/")}
-    environment = user
-    if request.param == "project":
-        files |= code
-    else:
-        package = folder.parent / "tea_things"
-        modules = {f"tea_things/{Path(name).name}": text for name, text in code.items()}
-        _write(package, {**saved("out/tea_things"), "tea_things/__init__.py": "", **modules})
-        built = build_wheel(package, folder.parent / "dist")
-        environment = install(folder.parent / "environment", wheel, built)
-    _write(folder, files)
-    return environment, folder, ["--plugins"] if request.param == "project" else []
+    return {name: shown[name] for name in ("fixtures.yaml", "objects/coasters.yaml", "textures/floor.yaml")} | ROWS
 
 
-@pytest.fixture(scope="module", params=["command", "python"])
-def made(request: pytest.FixtureRequest, place: tuple[Environment, Path, list[str]]) -> Made:
+def _code() -> dict[str, str]:
+    return {name: text for name, text in saved("out/my_kitchens").items() if name.startswith("plugins/")}
+
+
+# CI tries each place and each way once, a release all pairs.
+PAIRS = (
+    ("in_project", "command"),
+    ("in_package", "python"),
+    pytest.param(("in_project", "python"), marks=pytest.mark.certify),
+    pytest.param(("in_package", "command"), marks=pytest.mark.certify),
+)
+
+
+@pytest.fixture(scope="module", params=PAIRS, ids="-".join)
+def made(request: pytest.FixtureRequest) -> Made:
     """What is made with plug-ins: by command, and from Python."""
-    environment, folder, options = place
-    if request.param == "command":
+    place, way = request.param
+    environment, folder, options = request.getfixturevalue(place)
+    if way == "command":
         return _made_by_command(environment, folder, options)
     script = folder / "script.py"
     script.write_text(SCRIPT.replace("PLUGINS", repr(bool(options))), encoding="utf-8")

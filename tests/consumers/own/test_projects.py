@@ -126,7 +126,8 @@ def project(user: Environment, tmp_path_factory: pytest.TempPathFactory, cache: 
     return folder
 
 
-@pytest.fixture(scope="module", params=["command", "python"])
+# The same rows are read by both ways: a release tries Python with all of them.
+@pytest.fixture(scope="module", params=["command", pytest.param("python", marks=pytest.mark.certify)])
 def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Made:
     """What is made with the project: by command, and from Python."""
     if request.param == "command":

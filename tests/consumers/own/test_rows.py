@@ -106,7 +106,8 @@ def project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path
     return folder
 
 
-@pytest.fixture(scope="module", params=["command", "python"])
+# The same rows are read by both ways: a release tries Python with all of them.
+@pytest.fixture(scope="module", params=["command", pytest.param("python", marks=pytest.mark.certify)])
 def made(request: pytest.FixtureRequest, project: Path, user: Environment) -> Mapping[str, Checked]:
     """What is made with the project, by the names of KINDS: by command, and from Python."""
     if request.param == "command":

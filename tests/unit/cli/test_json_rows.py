@@ -62,7 +62,7 @@ CASES = [
     Case("export robocasa {library} --out {new}", MADE),
     Case("families list", NAMED),
     Case("families show switch --preset rocker --out {new} --no-check --width-px 64", MADE, measured=True),
-    Case("families build switch --library {new} --jobs 1", MADE, measured=True),
+    Case("families build switch --samples 1 --no-pictures --library {new} --jobs 1", MADE, measured=True),
     Case("families catalogue switch --no-swatches --no-3d --jobs 1 --out {new}", MADE),
     Case("objects list", NAMED),
     Case("objects show apple --count 1 --width-px 64 --out {new}", MADE),

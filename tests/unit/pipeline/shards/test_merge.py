@@ -100,7 +100,7 @@ def test_three_shards_are_one_run(made: Made, tmp_path: Path) -> None:
     assert public_differences(made.one, tmp_path / "library") == []
 
 
-@pytest.mark.parametrize("count", [1, 4])
+@pytest.mark.parametrize("count", [1, pytest.param(4, marks=pytest.mark.certify)])
 @pytest.mark.slow
 def test_any_number_of_shards_is_one_run(made: Made, tmp_path: Path, count: int) -> None:
     for index in range(1, count + 1):  # what the stages made once need not be made again
