@@ -12,10 +12,13 @@ from pathlib import Path
 import pytest
 from pxr import Usd, UsdGeom
 
+from tests.consumers import library_kitchen
 from tests.documents import SAVED, Block, blocks, pages, program, shell
 from tests.libraries import with_cache
 
 pytestmark = pytest.mark.consumers
+# Where pages put kitchens: what these are made of is in the cache of the tests.
+SCENES = ("out/scenes", "out/theirs/scenes")
 RUN = [p for p in pages() if any(b.language in ("sh", "python") and not b.reason for b in blocks(p))]
 
 
@@ -23,7 +26,8 @@ RUN = [p for p in pages() if any(b.language in ("sh", "python") and not b.reason
 def test_page(page: str, tmp_path: Path, samples: Path, cache: Path) -> None:
     place = tmp_path / "place"
     shutil.copytree(samples, place)
-    with_cache(place / "out" / "scenes", cache)
+    for out in SCENES:
+        with_cache(place / out, cache)
     before = {p.name for p in place.iterdir()}
     for block in blocks(page):
         if block.reason:
@@ -39,8 +43,8 @@ def test_page(page: str, tmp_path: Path, samples: Path, cache: Path) -> None:
         elif block.language == "sh":
             _lines(block, place)
     assert {p.name for p in place.iterdir()} - before <= {"out", "script.py"}
-    if page == "docs/howto/meshes/mesh.md":
-        _stands_upright(place / "out" / "table.usda")
+    if page in JUDGED:
+        JUDGED[page](place)
 
 
 def _lines(block: Block, place: Path) -> None:
@@ -63,8 +67,9 @@ def _python(block: Block, place: Path) -> None:
     assert done.returncode == 0, f"{block}\n{done.stderr[-3000:]}"
 
 
-def _stands_upright(path: Path) -> None:
+def _stands_upright(place: Path) -> None:
     """The mug of the USD stage on that page stands on 0.9 m and has the size that its certificate states."""
+    path = place / "out" / "table.usda"
     stage = Usd.Stage.Open(str(path))
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
@@ -77,3 +82,10 @@ def _stands_upright(path: Path) -> None:
     stated = json.loads(certificate.read_text(encoding="utf-8"))["certificate"]["summary"]["extents"]
     assert size == pytest.approx(stated, abs=1e-3)
     assert 0.09 < size[2] < 0.11  # 97 mm high: upright, and in metres
+
+
+# What pages leave is looked at here, so that no other test makes it again.
+JUDGED = {
+    "docs/howto/meshes/mesh.md": _stands_upright,
+    "docs/howto/extend/library_asset.md": library_kitchen.judge,
+}
