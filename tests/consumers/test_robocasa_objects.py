@@ -26,10 +26,9 @@ TIMEOUT_S = 1800
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def exported(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
     """The first member of every category, and a kitchen, as RoboCasa reads them."""
     root = tmp_path_factory.mktemp("robocasa_objects")
-    cache = root / "cache"
     members = [(family_of(request), params_of(request)) for request in object_requests([], 1, 0)]
     keep(root / "library", [build_asset(family, params, cache) for family, params in members])
     done = casa("export", "robocasa", "--scenes", KITCHEN, "--library", root / "library", "--out", root / "out")

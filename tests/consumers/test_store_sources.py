@@ -7,6 +7,7 @@ import json
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -30,10 +31,19 @@ def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server]:
         yield made
 
 
-@pytest.fixture
-def things(server: Server, tmp_path: Path) -> Path:
-    """A folder with a loose mesh, a shard, a table and an archive, on the disk and on the store."""
-    folder = tmp_path / "in" / "things"
+class Made(NamedTuple):
+    """A folder of meshes on the disk, the library of it, and what the run printed; only to read."""
+
+    things: Path
+    library: Path
+    printed: str
+
+
+@pytest.fixture(scope="module")
+def on_disk(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    """A folder with a loose mesh, a shard, a table and an archive, and what becomes of it."""
+    root = tmp_path_factory.mktemp("on_disk")
+    folder = root / "in" / "things"
     (folder / "deep").mkdir(parents=True)
     boxes = {name: box_obj(size).encode() for name, size in BOXES.items()}
     said = json.dumps({"category": "cutting_board", "license": "cc0"}).encode()
@@ -42,21 +52,29 @@ def things(server: Server, tmp_path: Path) -> Path:
     (folder / "shard-000000.tar").write_bytes(gzip.decompress(shard))
     pq.write_table(pa.table({"id": ["carton"], "obj": [boxes["milk_carton"]]}), folder / "t.parquet")
     (folder / "deep" / "pack.zip").write_bytes(zipped(**{"empty.obj": b"v 0 0 0\n"}))
-    done = server.python(f"import s3fs; s3fs.S3FileSystem().put({str(folder)!r}, {BUCKET!r}, recursive=True)")
+    done = casa("ingest", folder, "--library", root / "library", "--json")
+    assert done.returncode == 1, done.stderr
+    return Made(folder, root / "library", done.stdout)
+
+
+@pytest.fixture
+def things(server: Server, on_disk: Made) -> Made:
+    """The same folder on the disk and on the store."""
+    put = f"import s3fs; s3fs.S3FileSystem().put({str(on_disk.things)!r}, {BUCKET!r}, recursive=True)"
+    done = server.python(put)
     assert done.returncode == 0, done.stderr
-    return folder
+    return on_disk
 
 
 def verdicts(printed: str) -> list[tuple[str, str]]:
     return sorted((row["path"], row["verdict"]) for row in input_rows(printed))
 
 
-def test_the_library_is_that_of_the_disk(server: Server, things: Path, tmp_path: Path) -> None:
-    on_disk = casa("ingest", things, "--library", tmp_path / "disk", "--json")
+def test_the_library_is_that_of_the_disk(server: Server, things: Made, tmp_path: Path) -> None:
     done = server.casa("ingest", URL, "--library", tmp_path / "s3", "--json")
     assert done.returncode == 1, done.stderr
-    assert verdicts(done.stdout) == verdicts(on_disk.stdout)
-    assert public_differences(tmp_path / "disk", tmp_path / "s3") == []
+    assert verdicts(done.stdout) == verdicts(things.printed)
+    assert public_differences(things.library, tmp_path / "s3") == []
     again = server.casa("ingest", URL, "--library", tmp_path / "s3", "--json")
     assert {row["kept"] for row in input_rows(again.stdout)} == {True}
     for path in (tmp_path / "s3").rglob("*"):
@@ -64,7 +82,7 @@ def test_the_library_is_that_of_the_disk(server: Server, things: Path, tmp_path:
 
 
 @only_rclone
-def test_a_server_that_is_away_rejects_and_ends_nothing_for_good(server: Server, things: Path, tmp_path: Path) -> None:
+def test_a_server_that_is_away_rejects_and_ends_nothing_for_good(server: Server, things: Made, tmp_path: Path) -> None:
     run = server.begin("ingest", URL, "--library", tmp_path / "s3", "--json", "--jobs", 1)
     while not list((tmp_path / "s3").glob("*/*/asset.json")):
         assert run.poll() is None, run.communicate()
@@ -79,12 +97,12 @@ def test_a_server_that_is_away_rejects_and_ends_nothing_for_good(server: Server,
     server.start()
     done = server.casa("ingest", URL, "--library", tmp_path / "s3", "--json")
     assert done.returncode == 1, done.stderr
-    assert casa("ingest", things, "--library", tmp_path / "disk").returncode == 1
-    assert public_differences(tmp_path / "disk", tmp_path / "s3") == []
+    assert public_differences(things.library, tmp_path / "s3") == []
 
 
 @only_rclone
-def test_an_address_without_rights_or_objects_is_told(server: Server, things: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("things")
+def test_an_address_without_rights_or_objects_is_told(server: Server, tmp_path: Path) -> None:
     for address, words in ((f"s3://{BUCKET}/nothing", "nothing at this address"), ("s3://none/x", "s3://none/x")):
         done = server.casa("ingest", address, "--library", tmp_path / "none")
         assert done.returncode == 2
