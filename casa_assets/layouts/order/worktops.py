@@ -185,7 +185,7 @@ def _short_enough(part: WorktopStretch) -> Iterator[WorktopStretch]:
         beside = (part.cutout_slots[0].left - MIN_WIDTH_M, part.cutout_slots[0].right + MIN_WIDTH_M)
         seams = [s for s in beside if left + MIN_WIDTH_M <= s <= right - MIN_WIDTH_M]
     # The first seam that leaves no part too long, else the one that leaves the shortest.
-    seam = round(min(seams, key=lambda s: max(s - left, right - s, MAX_SLAB_M)), 4)
+    seam = round(min((max(s - left, right - s, MAX_SLAB_M), k, s) for k, s in enumerate(seams))[2], 4)
     yield from _short_enough(part.part(left, seam))
     yield from _short_enough(part.part(seam, right))
 
