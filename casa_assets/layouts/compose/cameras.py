@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.plan.room import WallLine
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.model.kitchen.scene import Camera
 from casa_assets.model.kitchen.units import BaseKind
@@ -18,6 +19,9 @@ FOV_DEG = 50.0
 ASPECT = 4 / 3  # width over height of the overview
 FRAME_FILL = 0.95  # share of the overview that the room fills
 EYE_HEIGHT_M = 1.45  # of a robot of human height
+ROBOT_EYE = "robot_eye_"  # begin of the names of its cameras
+# Of a camera that looks at a wall: its distance, the height at which it does, the sine of its angle with the wall.
+LEAST_BEFORE_WALL_M, WALL_MIDDLE_M, LEAST_SINE = 0.3, 1.2, 0.3
 ROBOT_CLEARANCE_M = 0.3  # between the robot and what is on the floor
 VIEW_ANGLES_DEG, VIEW_STEPS, VIEW_STEP_M = (-24, -16, -8, 0, 8, 16, 24), 40, 0.1  # rays that measure its view
 Box = tuple[float, float, float, float]
@@ -32,7 +36,10 @@ WORKPLACES = {
 
 
 def cameras(kitchen: KitchenRequest) -> tuple[Camera, ...]:
-    """Overview from above the open side, straight from above, at each place of work, and two robot eyes."""
+    """Overview from above the open side, straight from above, at each place of work, and two robot eyes.
+
+    Of a wall that none of these looks at there is one more robot eye.
+    """
     (x0, y0), (x1, y1) = kitchen.room.bounds()
     middle = ((x0 + x1) / 2, (y0 + y1) / 2)
     out = [_overview(kitchen, x0, y0, x1, y1), _top_view(middle, x1 - x0, y1 - y0)]
@@ -47,8 +54,42 @@ def cameras(kitchen: KitchenRequest) -> tuple[Camera, ...]:
             eye = slot.line.frame.at(slot.middle + 0.35, 1.95, 1.65)
             out.append(Camera(name=f"at_{name}", pose=look_at(eye, target), fov_y_deg=62.0))
     for k, (eye, target) in enumerate(_robot_eyes(kitchen)):
-        out.append(Camera(name=f"robot_eye_{k + 1}", pose=look_at(eye, target), fov_y_deg=58.0))
+        out.append(_robot_eye(k, eye, target))
+    for wall in kitchen.room.walls:
+        if not wall.open and not any(_looks_at(camera, wall) for camera in out):
+            eye, target = _before(kitchen, wall)
+            out.append(_robot_eye(sum(c.name.startswith(ROBOT_EYE) for c in out), eye, target))
     return tuple(out)
+
+
+def _robot_eye(number: int, eye: Vec3, target: Vec3) -> Camera:
+    return Camera(name=f"{ROBOT_EYE}{number + 1}", pose=look_at(eye, target), fov_y_deg=58.0)
+
+
+def _looks_at(camera: Camera, wall: WallLine) -> bool:
+    """True if a camera before a wall has a part of it in the picture, not along the wall or from above."""
+    eye = np.array(camera.pose.position)
+    before = wall.frame.to_local(float(eye[0]), float(eye[1]))[1]
+    if before < LEAST_BEFORE_WALL_M:
+        return False
+    points = np.array([wall.frame.at(share * wall.length, 0.0, WALL_MIDDLE_M) for share in (0.25, 0.5, 0.75)])
+    is_square = before > LEAST_SINE * np.linalg.norm(points - eye, axis=1)
+    x, y, back = camera.pose.inverse().apply(points).T
+    half = -math.tan(math.radians(camera.fov_y_deg) / 2) * back
+    return bool((is_square & (half > 0.0) & (np.abs(y) < half) & (np.abs(x) < half * ASPECT)).any())
+
+
+def _before(kitchen: KitchenRequest, wall: WallLine) -> tuple[Vec3, Vec3]:
+    """Eye of a robot that stands before the middle of a wall, as far as it has room, and its target there."""
+    units = [_box(s) for row in kitchen.slots.values() for s in row if not s.is_upper and s.kind is not BaseKind.GAP]
+    middle, best = wall.length / 2, LEAST_BEFORE_WALL_M
+    for step in range(1, VIEW_STEPS + 1):
+        at = wall.frame.at(middle, step * VIEW_STEP_M)[:2]
+        if not kitchen.room.contains(*at):
+            break
+        if all(_distance(box, at) > ROBOT_CLEARANCE_M for box in units):
+            best = step * VIEW_STEP_M
+    return wall.frame.at(middle, best, EYE_HEIGHT_M), wall.frame.at(middle, 0.0, WALL_MIDDLE_M)
 
 
 def _robot_eyes(kitchen: KitchenRequest) -> list[tuple[Vec3, Vec3]]:

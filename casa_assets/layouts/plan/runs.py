@@ -137,7 +137,9 @@ def base_slots(plan: Plan, line: RunLine, models: StyleModels) -> tuple[UnitSlot
     top = standard_sizes.WORKTOP_HEIGHT - worktop.thickness
     slots: list[UnitSlot] = [*corner_slots(line, RunSide.LEFT, top)]
     left = line.left.base_length
-    if first >= MIN_STRIP_M and not _stands_free(units[:1]):
+    # A row with a free end begins later where a strip would have to be too wide.
+    is_closed = line.left.kind is not RunEnd.FREE or first <= MAX_FILLER_M
+    if is_closed and first >= MIN_STRIP_M and not _stands_free(units[:1]):
         slots.append(_strip(line, f"{line.id}_strip_left", left, left + first, _strip_height(units[:1], top)))
     left = round(left + first, 4)
     for k, (unit, width) in enumerate(zip(units, widths, strict=True)):

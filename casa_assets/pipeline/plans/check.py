@@ -16,7 +16,6 @@ from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.kitchen.style import Style
 from casa_assets.model.registry.document import Document, KeyPath
-from casa_assets.pipeline.kitchens.resolve import params_of
 from casa_assets.pipeline.plans.clashes import clash_faults
 from casa_assets.pipeline.plans.conflicts import mend_of
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
@@ -181,18 +180,7 @@ def _fitted(raw: Any, plan: Plan, style: Style) -> tuple[list[Fault], KitchenReq
         ], None
     except UnknownId as error:
         return [Fault((), "models that the style has", str(error), None)], None
-    return clash_faults(raw, kitchen) or foreseen_faults(raw, kitchen) or _impossible_items(raw, kitchen), kitchen
-
-
-def _impossible_items(raw: Any, kitchen: KitchenRequest) -> list[Fault]:
-    """The first thing whose sizes its family does not make."""
-    for item in kitchen.items:
-        try:
-            params_of(item.choice)
-        except CasaError as error:
-            at = row_at(raw, "runs", item.run) if item.run else ()
-            return [Fault(at, "sizes that can be made", f"{item.name}: {error}", None)]
-    return []
+    return clash_faults(raw, kitchen) or foreseen_faults(raw, kitchen), kitchen
 
 
 def _pointer(raw: Any, pointer: KeyPath) -> KeyPath:

@@ -17,7 +17,7 @@ from jsonschema import Draft202012Validator
 from casa_assets.errors import CasaError
 from casa_assets.layouts.order.request import request_kitchen
 from casa_assets.model.kitchen.plan import Plan
-from casa_assets.pipeline.kitchens.resolve import preset_params
+from casa_assets.pipeline.kitchens.resolve import params_of, preset_params
 from casa_assets.pipeline.plans.check import check_plan, edited_text, plan_id
 from casa_assets.pipeline.plans.form import form_faults
 from casa_assets.pipeline.plans.values import value_faults
@@ -63,6 +63,15 @@ def test_mends_are_those_of_the_table() -> None:
     wanted = {name: said or [] for name, said in read_document(EXPECTED).value.items()}
     assert now == wanted
     assert all((said == []) == name.startswith("ok_") for name, said in now.items())
+
+
+@pytest.mark.parametrize("path", PLANS, ids=lambda path: path.stem)
+def test_families_make_all_that_a_mended_plan_asks_for(path: Path) -> None:
+    """In one style each, between them in all."""
+    style = style_names()[PLANS.index(path) % len(style_names())]
+    found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(style)[0])
+    for item in found.kitchen.items if found.kitchen else ():
+        params_of(item.choice)  # else CasaError
 
 
 @pytest.mark.parametrize("path", PLANS, ids=lambda path: path.stem)

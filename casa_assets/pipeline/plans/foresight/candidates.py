@@ -9,7 +9,7 @@ from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
 from casa_assets.model.kitchen.floor import RunEnd
-from casa_assets.model.kitchen.plan import RunCorner
+from casa_assets.model.kitchen.plan import OpeningKind, RunCorner
 from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, RunSide, UpperKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.clashes import (
@@ -57,6 +57,8 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
         yield Mend(said, (key_edit(raw, at, "overhang", USUAL_OVERHANG_M),))
         yield from _without_seats(raw, kitchen, problem.about)
     elif problem.kind is ProblemKind.LANDING:
+        for name in sorted(problem.owners - {problem.about}):
+            yield from _of_item(raw, kitchen, name)
         yield from _with_worktop(raw, kitchen, problem.about)
     elif problem.kind is ProblemKind.WALL and problem.about in {s.name for row in kitchen.slots.values() for s in row}:
         yield from _off_wall(raw, kitchen, problem)
@@ -93,7 +95,10 @@ def _of_leaves(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
     openings = sorted(problem.owners & {o.id for o in kitchen.plan.openings})
     units = sorted(problem.owners - set(openings), key=lambda n: (_corner_side(kitchen, n) is None, n))
     for name in openings:
-        yield from _of_door(raw, kitchen, name)
+        if _hole(kitchen, name).opening.kind is OpeningKind.WINDOW:
+            yield moved_opening(raw, kitchen, _hole(kitchen, name))
+        else:
+            yield from _of_door(raw, kitchen, name)
     slots = {s.name for row in kitchen.slots.values() for s in row}
     for table in ("tables", "columns"):
         for name in sorted({row.id for row in getattr(kitchen.plan, table)} & set(units)):

@@ -15,11 +15,13 @@ from enum import StrEnum
 import numpy as np
 
 from casa_assets.geometry.outline import penetration_depth
+from casa_assets.layouts.order.furnish import worktop_width
 from casa_assets.layouts.order.placed_runs import placed_run
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.worktops import WORKTOP_BREAKS
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.aisles import find_aisles
+from casa_assets.layouts.plan.room import WallHole
 from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.swings import Leaf, Part, door_width_clear, fronts_of, leaves_of
@@ -40,7 +42,10 @@ TOUCH_M = 0.002
 PLAY_M = 0.002  # by which leaves as they are built are smaller than they are taken to be here
 # Of a worktop over those who sit at it: with less a stool stands in what is below. The usual one is that of the plans.
 LEAST_OVERHANG_M, USUAL_OVERHANG_M = 0.25, 0.3
+LANDING_PLAY_M = 0.05  # by which things may be narrower than they are taken to be
 LEAST_LANDING_M = 0.3  # of worktop beside a sink or a cooker: for less RoboCasa finds no place to set things down on
+# What the sill of a window stands out from the wall, reaches beyond the hole, and takes up below it.
+SILL_M, SILL_BESIDE_M, SILL_UNDER_M = 0.05, 0.1, 0.05
 # Deeper in a wall lies what is behind it, round a corner. Height of tables and chairs.
 MOST_IN_WALL_M, TABLE_M = 0.11, 0.9
 
@@ -198,12 +203,22 @@ def _hoods(kitchen: KitchenRequest) -> Iterator[Problem]:
 
 def _landings(kitchen: KitchenRequest) -> Iterator[Problem]:
     """Sinks and cookers with no worktop beside them on which things can be set down."""
+    models, taken = models_of(kitchen), dict[str, float]()
+    for item in kitchen.plan.worktop_items:
+        taken[item.on] = taken.get(item.on, 0.0) + worktop_width(models, item)
     for line in kitchen.lines.values():
         row = [s for s in kitchen.slots[line.id] if not s.is_upper]
         for k, slot in enumerate(row):
             if slot.kind not in (BaseKind.SINK, *COOKERS):
                 continue
-            widest = max(_worktop(reversed(row[:k])), _worktop(row[k + 1 :]))
+            sides = (row[:k][::-1], row[k + 1 :])
+            widest = max(_worktop(side, {}) for side in sides)
+            free = max(_worktop(side, taken) for side in sides)
+            if widest >= LEAST_LANDING_M > free + LANDING_PLAY_M:
+                items = {i.id for i in kitchen.plan.worktop_items} & _on_worktops(kitchen, sides)
+                expected = f"at least {LEAST_LANDING_M:g} m of free worktop beside {slot.name}"
+                got, less = f"{free:.2f} m beside {', '.join(sorted(items))}", LEAST_LANDING_M - free
+                yield Problem(ProblemKind.LANDING, slot.name, frozenset((slot.name, *items)), expected, got, less)
             if widest < LEAST_LANDING_M:
                 expected = f"at least {LEAST_LANDING_M:g} m of worktop beside {slot.name}"
                 owners = frozenset((slot.name,))
@@ -211,15 +226,20 @@ def _landings(kitchen: KitchenRequest) -> Iterator[Problem]:
                 yield Problem(ProblemKind.LANDING, slot.name, owners, expected, got, less)
 
 
-def _worktop(row: Iterable[UnitSlot]) -> float:
-    """Metres of worktop over units from one on, up to what is tall or let into it."""
-    width = 0.0
-    for slot in row:
-        is_broken = slot.kind in (*WORKTOP_BREAKS, BaseKind.SINK, BaseKind.HOB)
-        if is_broken or slot.top > standard_sizes.WORKTOP_HEIGHT:
-            break
-        width += slot.width
-    return round(width, 4)
+def _under_worktop(row: Iterable[UnitSlot]) -> Iterator[UnitSlot]:
+    """Units from one on that carry a worktop, up to what is tall or let into it."""
+    return itertools.takewhile(has_worktop, row)
+
+
+def _worktop(row: Iterable[UnitSlot], taken: Mapping[str, float]) -> float:
+    """Metres of worktop over units from one on, less what things take up there. `taken`: by unit, metres."""
+    return round(sum(slot.width - taken.get(slot.name, 0.0) for slot in _under_worktop(row)), 4)
+
+
+def _on_worktops(kitchen: KitchenRequest, rows: Iterable[Iterable[UnitSlot]]) -> set[str]:
+    """Things that stand on the worktops over some rows of units."""
+    names = {slot.name for row in rows for slot in _under_worktop(row)}
+    return {item.id for item in kitchen.plan.worktop_items if item.on in names}
 
 
 def _at_walls(kitchen: KitchenRequest, leaves: Iterable[Leaf]) -> Iterator[Problem]:
@@ -244,8 +264,19 @@ def _inscribed(square: Sequence[Vec2]) -> tuple[Vec2, ...]:
     return tuple((x + radius * math.cos(turn), y + radius * math.sin(turn)) for turn in turns)
 
 
+def _sill(hole: WallHole) -> Iterator[Part]:
+    """The sill of a window, with the casing beside it; of other openings nothing."""
+    if hole.opening.kind is not OpeningKind.WINDOW:
+        return
+    ends = (hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M)
+    outline = tuple(
+        hole.wall.frame.at(u, v)[:2] for u, v in zip((*ends, *ends[::-1]), (0.0, 0.0, SILL_M, SILL_M), strict=True)
+    )
+    yield Part(outline, hole.bottom - SILL_UNDER_M, hole.bottom)
+
+
 def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf]) -> Iterator[Problem]:
-    """Leaves that run into units of another run, into columns, or into tables with their chairs."""
+    """Leaves that run into units of another run, into columns, sills of windows, or tables with their chairs."""
     lines = {s.name: s.line.id for row in kitchen.slots.values() for s in row}
     things = [
         (s.name, Part(_outline(s), s.bottom, s.top))
@@ -258,6 +289,7 @@ def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf]) -> Iterator[Prob
     things += [
         (n, Part(_inscribed(t.outline) if is_round else t.outline, 0.0, TABLE_M)) for n, t in kitchen.tables.items()
     ]
+    things += [(hole.opening.id, sill) for hole in kitchen.holes for sill in _sill(hole)]
     told: set[frozenset[str]] = set()
     for leaf in leaves:
         for name, thing in things:
