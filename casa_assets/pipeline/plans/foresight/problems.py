@@ -214,7 +214,7 @@ def _landings(kitchen: KitchenRequest) -> Iterator[Problem]:
             sides = (row[:k][::-1], row[k + 1 :])
             widest = max(_worktop(side, {}) for side in sides)
             free = max(_worktop(side, taken) for side in sides)
-            if widest >= LEAST_LANDING_M > free + LANDING_PLAY_M:
+            if slot.kind in COOKERS and widest >= LEAST_LANDING_M > free + LANDING_PLAY_M:
                 items = {i.id for i in kitchen.plan.worktop_items} & _on_worktops(kitchen, sides)
                 expected = f"at least {LEAST_LANDING_M:g} m of free worktop beside {slot.name}"
                 got, less = f"{free:.2f} m beside {', '.join(sorted(items))}", LEAST_LANDING_M - free
