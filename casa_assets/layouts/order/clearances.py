@@ -45,14 +45,14 @@ def keep_clear(
             depth = HOOD_DEPTH_M if slot.kind is UpperKind.HOOD else slot.depth
             us, vs = (slot.left, slot.right), (-slot.recess, depth - slot.recess)
             over = room.ceiling_over(slot.line.frame, us, vs)
-            if over < high and not room.slopes:
-                raise PlanConflict(
-                    plan.id, ("height",), f"at least {math.ceil(100 * high) / 100} m, for {slot.name}", f"{over} m"
-                )
-            if over < high:
-                k = _lowest(room.slopes, slot.line, us, vs)
-                expected = f"a ceiling of at least {high:.2f} m over {slot.name}"
-                raise PlanConflict(plan.id, ("slopes", k), expected, f"{over:.2f} m")
+            if over >= high:
+                continue
+            if not room.slopes:
+                expected = f"at least {math.ceil(100 * high) / 100} m, for {slot.name}"
+                raise PlanConflict(plan.id, ("height",), expected, f"{over} m")
+            k = _lowest(room.slopes, slot.line, us, vs)
+            expected = f"a ceiling of at least {high:.2f} m over {slot.name}"
+            raise PlanConflict(plan.id, ("slopes", k), expected, f"{over:.2f} m")
 
 
 def _bodies(

@@ -113,8 +113,9 @@ def _number(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> M
         as_length = (
             plausible(number, low, high) if number > high and high <= 20 and not whole and at[-1] != "at" else None
         )
-        is_length = as_length is not None and not _is_refused(plan, at, as_length)
-        fits = as_length if is_length and as_length is not None else min(max(number, low), high)
+        if as_length is not None and _is_refused(plan, at, as_length):
+            as_length = None
+        fits = as_length if as_length is not None else min(max(number, low), high)
     if whole:
         fits = round(fits)
     return _put(f"Write {flow_text(fits)}.", replaced(at, fits)) if fits != got else None

@@ -264,15 +264,13 @@ def _inscribed(square: Sequence[Vec2]) -> tuple[Vec2, ...]:
     return tuple((x + radius * math.cos(turn), y + radius * math.sin(turn)) for turn in turns)
 
 
-def _sill(hole: WallHole) -> Iterator[Part]:
-    """The sill of a window, with the casing beside it; of other openings nothing."""
-    if hole.opening.kind is not OpeningKind.WINDOW:
-        return
+def _sill(hole: WallHole) -> Part:
+    """The sill of a window."""
     ends = (hole.left - SILL_BESIDE_M, hole.right + SILL_BESIDE_M)
     outline = tuple(
         hole.wall.frame.at(u, v)[:2] for u, v in zip((*ends, *ends[::-1]), (0.0, 0.0, SILL_M, SILL_M), strict=True)
     )
-    yield Part(outline, hole.bottom - SILL_UNDER_M, hole.bottom)
+    return Part(outline, hole.bottom - SILL_UNDER_M, hole.bottom)
 
 
 def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf]) -> Iterator[Problem]:
@@ -289,7 +287,7 @@ def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf]) -> Iterator[Prob
     things += [
         (n, Part(_inscribed(t.outline) if is_round else t.outline, 0.0, TABLE_M)) for n, t in kitchen.tables.items()
     ]
-    things += [(hole.opening.id, sill) for hole in kitchen.holes for sill in _sill(hole)]
+    things += [(h.opening.id, _sill(h)) for h in kitchen.holes if h.opening.kind is OpeningKind.WINDOW]
     told: set[frozenset[str]] = set()
     for leaf in leaves:
         for name, thing in things:
