@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from casa_assets.pipeline.plans.check import PlanCheck, check_plan
-from casa_assets.pipeline.plans.foresight.problems import problems_of
+from casa_assets.pipeline.plans.check import PlanCheck, check_plan, find_faults
+from casa_assets.pipeline.plans.foresight.problems import ProblemKind, problems_of
 from casa_assets.registry.kitchens import load_style
 from tests.projects import Project
 
@@ -97,6 +97,11 @@ CASES = {
         "a unit with a worktop, on which kettle can stand",
         "Write `on: main_doors` for kettle.",
     ),
+    "a hood over nothing": (
+        ROOM + ONE_ROW.replace("upper:\n", "upper:\n      - hood\n"),
+        "a cooker under",
+        "Take out main_upper_hood.",
+    ),
     "a toaster in a sink": (
         ROOM + ONE_ROW + "worktop_items:\n  toaster: {on: main_sink, at: 0.3}\n",
         "a unit with a worktop, on which toaster can stand",
@@ -115,6 +120,16 @@ def test_what_would_fail_is_told_with_a_mend_that_works(case: str) -> None:
     assert found.kitchen is not None
     assert problems_of(found.kitchen) == []
     assert checked(found.text).fits
+
+
+def test_kinds_of_problems_are_told_apart() -> None:
+    style, kinds = load_style(STYLE)[0], set()
+    for text, _, _ in CASES.values():
+        kitchen = find_faults(text, "studio.yaml", style)[1]
+        kinds |= {p.kind for p in problems_of(kitchen)} if kitchen else set()
+    # These come after others in a case, or have none.
+    others = {ProblemKind.LANDING, ProblemKind.TASKS, ProblemKind.THING, ProblemKind.WALL}
+    assert kinds >= set(ProblemKind) - others
 
 
 def test_a_ceiling_is_over_the_cornice_and_one_that_is_too_high_is_as_high_as_it_can_be() -> None:
