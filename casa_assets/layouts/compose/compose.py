@@ -92,4 +92,6 @@ def pose_at_spot(asset: Asset, spot: Spot) -> Pose:
             half = math.radians(spot.tilt_deg) / 2
             pose = pose @ Pose(quaternion=(round(math.cos(half), 12), -round(math.sin(half), 12), 0.0, 0.0))
     px, py, pz = (decimals(float(c), 6) for c in pose.apply(-reference[None, :])[0])
+    if spot.least_foot:
+        pz = max(pz, decimals(spot.least_foot - (z - height / 2), 6))
     return Pose(position=(px, py, pz), quaternion=pose.quaternion)

@@ -36,6 +36,7 @@ class Spot:
         line. z: of the end that `height_reference` names. All metres.
         turn_deg: yaw, counter-clockwise from above.
         tilt_deg: by which its front is raised about its lower back edge, which lies on the line at `v`.
+        least_foot: height below which its foot does not come: an item that reaches lower is raised, metres.
     """
 
     frame: WallFrame
@@ -46,6 +47,7 @@ class Spot:
     depth_reference: DepthReference = DepthReference.BACK
     height_reference: HeightReference = HeightReference.FOOT
     tilt_deg: float = 0.0
+    least_foot: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -46,8 +47,11 @@ LAMP_FROM_WALL_M = 0.6  # metres between a wall and a lamp of the room
 LAMP_FROM_COLUMN_M = 0.4  # metres between a column and a lamp of the room
 # Of the chimney of a hood, and what is between it and the shade of a lamp of the room, metres.
 CHIMNEY_WIDTH_M, CHIMNEY_DEPTH_M, LAMP_FROM_HOOD_M = 0.36, 0.32, 0.02
-MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run
+MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run or a table
+LAMP_FROM_END_M = 0.2  # metres along a run at each of its ends over which no lamp of a row hangs
+THINGS_BELOW_M = 0.36  # metres over a worktop for what stands on it, below what hangs on the wall: most toaster ovens
 LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
+Place = tuple[WallFrame, float, float]  # of a lamp: a frame, metres along it and away from it
 BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
 SET_DOWN_GAP_M = 0.0008  # metres over a worktop at which things are set down
 
@@ -170,7 +174,16 @@ def order_wall_items(
             u = _beside_doors(u, half + door_casing(models), [h for h in holes if h.wall.id == wall.id])
         is_over_worktop = item.over and standard_sizes.WORKTOP_HEIGHT < item.height < standard_sizes.UPPER_FROM
         v = ON_BACKSPLASH_M if models.style.backsplash and is_over_worktop else 0.0
-        spot = Spot(wall.frame, u + item.shift, v, item.height, height_reference=HeightReference.MIDDLE)
+        # A rack of two rails is twice as high as most, and tools hang from it down to what stands below.
+        over_things = item.over and item.height > standard_sizes.UPPER_FROM
+        spot = Spot(
+            wall.frame,
+            u + item.shift,
+            v,
+            item.height,
+            height_reference=HeightReference.MIDDLE,
+            least_foot=standard_sizes.WORKTOP_HEIGHT + THINGS_BELOW_M if over_things else 0.0,
+        )
         order.add(OrderItem(item.id, item.item, model.choice, spot, item.over or ""))
 
 
@@ -204,49 +217,62 @@ def order_lamps(
             continue
         choice = models.for_role(lamps.item).choice
         stem = lamps.item if n == 0 else f"{lamps.item}_{n + 1}"
-        count = lamps.count
-        if lamps.over is not None and lamps.over in lines:
-            count = _lamps_that_fit(count, lines[lamps.over], models.for_role(lamps.item).length("size"))
-        table = tables.get(lamps.over) if lamps.over is not None else None
+        size = models.for_role(lamps.item).length("size")
+        over = None if lamps.over is None else lines.get(lamps.over) or tables.get(lamps.over)
         places = (
-            places_over(table, count)
-            if table is not None
-            else _lamp_positions(lamps.over, count, lines, (x0, y0, x1, y1), room)
+            _between_beams(_lamps_of_room(lamps.count, lines, (x0, y0, x1, y1), room), beams)
+            if over is None
+            else _row_of_lamps(over, lamps.count, size, beams)
         )
         for k, (frame, u, v) in enumerate(places):
-            if beams is not None:
-                u, v = frame.to_local(*beams.between(*frame.at(u, v)[:2]))
             x, y, _ = frame.at(u, v)
             if room.ceiling_at(x, y) < room.height:
                 expected = "a row under the level part of the ceiling, where lamps hang"
                 raise PlanConflict(plan.id, ("lamps", n), expected, f"{lamps.over}, under a slope")
             if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
                 continue
-            half = models.for_role(lamps.item).length("size") / 2
-            if lamps.over is None and any(_is_at_hood(slot, x, y, half + LAMP_FROM_HOOD_M) for slot in hoods):
+            if lamps.over is None and any(_is_at_hood(slot, x, y, size / 2 + LAMP_FROM_HOOD_M) for slot in hoods):
                 continue
             placed.append((x, y))
-            # A long lamp hangs along the beams; over a run they go its way already.
+            # A long lamp hangs along the table below it, or along the beams; over a run they go its way already.
             turn = 90.0 if beams is not None and not beams.along_x and lamps.over is None else 0.0
+            if isinstance(over, PlacedTable):
+                turn = round(math.degrees(math.atan2(over.direction[1], over.direction[0])), 3)
             spot = Spot(frame, u, v, room.height - 0.001, turn, DepthReference.MIDDLE, HeightReference.HEAD)
             order.add(OrderItem(f"{stem}_{k + 1}", "lamp", choice, spot))
 
 
-def _lamps_that_fit(count: int, line: RunLine, width: float) -> int:
-    """Number of lamps that find room side by side over a run."""
+def _row_of_lamps(over: RunLine | PlacedTable, count: int, size: float, beams: BeamGrid | None) -> list[Place]:
+    """Places of lamps over a run or a table: as many, up to `count`, as find room side by side; at least one."""
+    places: list[Place] = []
+    for number in range(count, 0, -1):
+        row = places_over(over, number) if isinstance(over, PlacedTable) else _places_along(over, number)
+        places = _between_beams(row, beams)
+        points = [frame.at(u, v)[:2] for frame, u, v in places]
+        if all(math.dist(a, b) >= size + MIN_LAMP_GAP_M for a, b in itertools.combinations(points, 2)):
+            break
+    return places
+
+
+def _places_along(line: RunLine, count: int) -> list[Place]:
+    """Places of lamps along the middle of a run."""
     low, high = _free_interval(line)
-    return max(1, min(count, int((high - low - 0.4) / (width + MIN_LAMP_GAP_M))))
+    span = high - low - 2 * LAMP_FROM_END_M
+    return [(line.frame, (low + high) / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
 
 
-def _lamp_positions(
-    over: str | None, count: int, lines: Mapping[str, RunLine], box: tuple[float, float, float, float], room: Room
-) -> Sequence[tuple[WallFrame, float, float]]:
+def _between_beams(places: Sequence[Place], beams: BeamGrid | None) -> list[Place]:
+    """The places, each moved into the middle between two beams."""
+    if beams is None:
+        return list(places)
+    return [(frame, *frame.to_local(*beams.between(*frame.at(u, v)[:2]))) for frame, u, v in places]
+
+
+def _lamps_of_room(
+    count: int, lines: Mapping[str, RunLine], box: tuple[float, float, float, float], room: Room
+) -> list[Place]:
+    """Places of lamps in rows all over a room, away from its walls, islands and columns."""
     x0, y0, x1, y1 = box
-    if over is not None and over in lines:
-        line = lines[over]
-        low, high = _free_interval(line)
-        span = high - low - 0.4
-        return [(line.frame, (low + high) / 2 + span * ((k + 0.5) / count - 0.5), line.depth / 2) for k in range(count)]
     rows = 1 if count <= 2 else 2
     if y1 - y0 > x1 - x0:
         rows = -(-count // rows)

@@ -28,7 +28,7 @@ from casa_assets.families.parts.hardware.knobs import KnobStyle
 from casa_assets.families.parts.hardware.readout import SEGMENTS, KeySign, key_symbol, seven_segment_text
 from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.model.asset.asset import Asset
-from casa_assets.registry.families import family_groups
+from casa_assets.registry.families import family, family_groups
 from tests.family_members import drawn, known, made, preset, unmet
 
 BY_NAME = {f.name: f for f in family_groups()["cooking"]}
@@ -257,3 +257,13 @@ def test_a_wide_range_has_two_ovens() -> None:
     assert [j.name for j in wide.joints if "door" in j.name] == ["door_joint", "right_door_joint"]
     behind = {j.name: j.behind for j in wide.joints if j.name.startswith("rack")}
     assert sorted(str(b) for b in behind.values()) == ["door_joint"] * 2 + ["right_door_joint"] * 2
+
+
+def test_the_pane_of_a_higher_hood_is_no_higher() -> None:
+    """A hood that hangs under a high ceiling has a longer chimney, and its pane stays below the cornices beside it."""
+    usual = family("hood").presets["slanted"]
+    ends = [
+        max(float(v.mesh.vertices[:, 2].max()) for v in made("hood", p).root.visuals if v.material == "glass_black")
+        for p in (usual, usual.replace(height=1.2))
+    ]
+    assert ends[0] == ends[1] > 0.3

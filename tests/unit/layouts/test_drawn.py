@@ -7,11 +7,14 @@ import math
 
 import pytest
 
+from casa_assets.layouts.compose.compose import pose_at_spot
 from casa_assets.layouts.order.beams import HOOD_DEPTH_M, beams_of
-from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M
+from casa_assets.layouts.order.furnish import LAMP_FROM_ISLAND_M, THINGS_BELOW_M
 from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.plan import standard_sizes
 from casa_assets.model.kitchen.units import UpperKind
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, resolve
+from tests.family_members import preset
 
 
 def drawn(plan: str, style: str, seed: int) -> KitchenRequest:
@@ -28,12 +31,30 @@ def test_no_lamp_of_the_room_hangs_at_one_over_an_island(style: str, seed: int) 
             assert math.dist(places[one], places[other]) >= LAMP_FROM_ISLAND_M, (one, other)
 
 
+@pytest.mark.parametrize("style", ["industrial", "rustic", "mediterranean", "farmhouse"])
+@pytest.mark.parametrize("plan", ["u_dining", "double_island", "attic"])
+def test_lamps_over_one_table_do_not_touch_though_beams_move_them(plan: str, style: str) -> None:
+    kitchen = drawn(plan, style, 8600)
+    places = [w.spot.frame.at(w.spot.u, w.spot.v)[:2] for w in kitchen.items if w.role == "lamp"]
+    assert len(places) > 1
+    assert min(math.dist(a, b) for a, b in itertools.combinations(places, 2)) > 0.3  # 0.24 m wide, the least ones
+
+
 @pytest.mark.parametrize("style", ["modern_1", "modern_2"])
 @pytest.mark.parametrize("seed", [0, 30205, 163211])
 def test_a_rack_hangs_beside_the_shelf_at_the_end_of_a_row(style: str, seed: int) -> None:
     kitchen = drawn("galley", style, seed)
     rack = next(w for w in kitchen.items if w.name == "utensil_rack")
     assert rack.spot.u - kitchen.slot("main_upper_shelf").right > 0.5
+
+
+def test_a_rack_of_two_rails_hangs_above_what_stands_on_the_worktop() -> None:
+    kitchen = resolve(SceneRecipe("one_wall_large", "transitional_2"))
+    rack = next(w for w in kitchen.items if w.name == "utensil_rack")
+    asset = preset("utensil_rack", "double_chrome")
+    foot = asset.bounds[0][2] + pose_at_spot(asset, rack.spot).position[2]
+    assert rack.choice.preset == "utensil_rack/double_chrome"
+    assert foot == pytest.approx(standard_sizes.WORKTOP_HEIGHT + THINGS_BELOW_M, abs=1e-6)
 
 
 @pytest.mark.parametrize(("style", "seed"), [("rustic", 395138), ("farmhouse", 912812)])

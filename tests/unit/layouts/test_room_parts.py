@@ -131,6 +131,15 @@ class TestTables:
         places = [i.spot.frame.at(i.spot.u, i.spot.v)[:2] for i in kitchen.items if i.role == "lamp"]
         assert np.mean(places, axis=0) == pytest.approx(kitchen.tables["dining"].middle, abs=1e-4)
 
+    def test_long_lamps_hang_along_it_as_many_as_find_room(self, tmp_path: Path) -> None:
+        lamps = "lamps:\n  - {item: pendant_light, over: dining, count: 3}\n"
+        kitchen = kitchen_of(PLAN + self.TABLE.replace("chairs: 5", "chairs: 8") + lamps, tmp_path, "modern_1")
+        hung = [i for i in kitchen.items if i.role == "lamp"]
+        assert len(hung) == int(kitchen.tables["dining"].width / 1.2) < 3  # each is 1 m long
+        for lamp in hung:
+            turn = math.radians(lamp.spot.frame.turn_deg + lamp.spot.turn_deg)
+            assert (math.cos(turn), math.sin(turn)) == pytest.approx(kitchen.tables["dining"].direction, abs=1e-4)
+
 
 class TestColumns:
     def test_one_stands_at_a_wall_and_one_in_the_room(self, tmp_path: Path) -> None:
