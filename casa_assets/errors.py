@@ -102,10 +102,13 @@ class PlanConflict(CasaError):
         plan: id of the plan.
         pointer: path inside the plan's file, such as `("runs", "main", "base", 2)`.
         expected: what would fit. got: what the plan has.
+        wanted_m: the length that would fit, where a mend is made from it: of a height, a knee or a slope, metres.
     """
 
-    def __init__(self, plan: str, pointer: tuple[str | int, ...], expected: str, got: str) -> None:
-        self.plan, self.pointer, self.expected, self.got = plan, pointer, expected, got
+    def __init__(
+        self, plan: str, pointer: tuple[str | int, ...], expected: str, got: str, wanted_m: float | None = None
+    ) -> None:
+        self.plan, self.pointer, self.expected, self.got, self.wanted_m = plan, pointer, expected, got, wanted_m
         super().__init__(f"{plan}: {'.'.join(map(str, pointer)) or '(top)'}: expected {expected}, got {got}")
 
 

@@ -48,11 +48,12 @@ def keep_clear(
             if over >= high:
                 continue
             if not room.slopes:
-                expected = f"at least {math.ceil(100 * high) / 100} m, for {slot.name}"
-                raise PlanConflict(plan.id, ("height",), expected, f"{over} m")
+                least = math.ceil(100 * high) / 100
+                raise PlanConflict(plan.id, ("height",), f"at least {least} m, for {slot.name}", f"{over} m", least)
             k = _lowest(room.slopes, slot.line, us, vs)
             expected = f"a ceiling of at least {high:.2f} m over {slot.name}"
-            raise PlanConflict(plan.id, ("slopes", k), expected, f"{over:.2f} m")
+            knee = plan.slopes[k].knee + high - over
+            raise PlanConflict(plan.id, ("slopes", k), expected, f"{over:.2f} m", knee)
 
 
 def _bodies(

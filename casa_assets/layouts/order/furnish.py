@@ -112,10 +112,12 @@ def seat_places(plan: Plan, lines: Mapping[str, RunLine]) -> dict[str, tuple[flo
     """Where the middles of seats are along their island or peninsula, metres.
 
     Raises:
-        PlanConflict: there is no such run, or too little room.
+        PlanConflict: there is no such run, it has seats already, or too little room.
     """
     found: dict[str, tuple[float, ...]] = {}
-    for seats in plan.seats:
+    for k, seats in enumerate(plan.seats):
+        if seats.run in found:
+            raise PlanConflict(plan.id, ("seats", k), "one row of seats at each run", f"a second at {seats.run}")
         if seats.run not in lines:
             raise PlanConflict(plan.id, ("seats",), "a run of the plan", repr(seats.run))
         line = lines[seats.run]

@@ -243,7 +243,7 @@ def _slopes(plan: Plan, room: Room) -> tuple[CeilingSlope, ...]:
         if run > room_for_it:
             got = f"{run:.2f} m, from {slope.knee:g} m up to {plan.height:g} m at {slope.pitch_deg:g} degrees"
             message = f"a slope that reaches at most {room_for_it:.2f} m into the room"
-            raise PlanConflict(plan.id, at, message, got)
+            raise PlanConflict(plan.id, (*at, "pitch_deg"), message, got, room_for_it)
         found.append(CeilingSlope(wall, slope.knee, slope.pitch_deg, run))
     return tuple(found)
 

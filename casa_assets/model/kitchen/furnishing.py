@@ -10,6 +10,8 @@ from casa_assets.model.kitchen.style import PresetChoice
 from casa_assets.model.kitchen.units import Length
 from casa_assets.model.record import Id, Record
 
+MOST_SEATS = 6  # at one run
+
 
 class WorktopItem(Record):
     """Something that stands on a worktop or shelf.
@@ -33,7 +35,7 @@ class SeatRow(Record):
     """Stools along the side of an island or peninsula that is turned away from the cook."""
 
     run: Id
-    count: Annotated[int, Field(ge=1, le=6)]
+    count: Annotated[int, Field(ge=1, le=MOST_SEATS)]
 
 
 class DiningTable(Record):

@@ -15,6 +15,7 @@ from casa_assets.layouts.plan.rows import WidthRange, share_widths
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot, base_slots, room_at_walls
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.model.kitchen.floor import RunEnd
+from casa_assets.model.kitchen.furnishing import MOST_SEATS
 from casa_assets.model.kitchen.plan import WINDOW_SILL_M, OpeningKind, Plan, PlanOpening, Run
 from casa_assets.model.kitchen.units import BaseKind, UpperUnit
 from casa_assets.model.registry.document import KeyPath
@@ -35,9 +36,11 @@ def mend_of(
     at = conflict.pointer
     if at[:1] == ("openings",) and len(at) == 2:
         return _opening(raw, plan, str(at[1]), models, lengths)
-    if at == ("height",):
-        height = float(conflict.expected.split(" m")[0].split()[-1])
+    if at == ("height",) and conflict.wanted_m is not None:
+        height = conflict.wanted_m
         return Mend(f"Write `height: {height:g}`.", (key_edit(raw, (), "height", height),))
+    if at[0] == "seats" and len(at) == 2:
+        return _joined_seats(plan, int(at[1]))
     if at == ("seats",):
         return _seats(raw, plan, lengths, models)
     if at[-1:] == ("model",):
@@ -74,16 +77,14 @@ def _without_model(raw: Any, at: KeyPath, models: StyleModels) -> Mend:
 
 def _slope(plan: Plan, k: int, conflict: PlanConflict) -> Mend:
     """A slope that is too low over something begins higher, one that reaches too far is steeper; else it goes."""
-    slope, at = plan.slopes[k], conflict.pointer
-    if conflict.expected.startswith("a ceiling of at least"):
-        wanted, got = (float(text.split(" m")[0].split()[-1]) for text in (conflict.expected, conflict.got))
-        knee = round(slope.knee + wanted - got + 0.01, 2)
+    slope, at, wanted = plan.slopes[k], conflict.pointer, conflict.wanted_m
+    if at[2:] == () and wanted is not None:
+        knee = math.ceil(100 * wanted + 0.5) / 100
         if knee <= min(KNEE_MOST_M, plan.height - BELOW_CEILING_M):
             return Mend(f"Write `knee: {knee:g}`.", (added_or_replaced(plan, k, "knee", knee),))
-    elif conflict.expected.startswith("a slope that reaches"):
-        reach = float(conflict.expected.split(" m ")[0].split()[-1])
-        pitch = math.ceil(math.degrees(math.atan2(plan.height - slope.knee, max(reach, 1e-6))) * 10) / 10
-        if reach > 0.0 and pitch <= PITCH_MOST_DEG:
+    elif at[2:] == ("pitch_deg",) and wanted is not None:
+        pitch = math.ceil(math.degrees(math.atan2(plan.height - slope.knee, max(wanted, 1e-6))) * 10) / 10
+        if wanted > 0.0 and pitch <= PITCH_MOST_DEG:
             return Mend(f"Write `pitch_deg: {pitch:g}`.", (added_or_replaced(plan, k, "pitch_deg", pitch),))
     elif at[2:] == ("knee",):
         knee = round(plan.height - 2 * BELOW_CEILING_M, 2)
@@ -373,6 +374,15 @@ def _over_unit(
     if width >= 0.4:
         return Mend(f"Write `width: {width:g}`.", (*edits, key_edit(raw, at, "width", width)))
     return Mend(f"Take out {opening.id}.", (removed(at),)) if not edits else Mend("Make it lower.", tuple(edits))
+
+
+def _joined_seats(plan: Plan, k: int) -> Mend:
+    """Two rows of seats at one run: all of them in the first."""
+    run = plan.seats[k].run
+    first = next(j for j, seats in enumerate(plan.seats) if seats.run == run)
+    count = min(plan.seats[first].count + plan.seats[k].count, MOST_SEATS)
+    edits = (replaced(("seats", first, "count"), count), removed(("seats", k)))
+    return Mend(f"Write `count: {count}` for {run}, and take out the second row.", edits)
 
 
 def _seats(raw: Any, plan: Plan, lengths: Mapping[str, float], models: StyleModels) -> Mend | None:

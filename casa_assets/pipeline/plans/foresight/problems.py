@@ -93,18 +93,20 @@ def limits() -> Mapping[str, float]:
 
 def problems_of(kitchen: KitchenRequest) -> list[Problem]:
     """All problems, those first whose mends change most."""
+    models = models_of(kitchen)
     found = [
         *_tasks(kitchen),
-        *_aisles(kitchen),
+        *_aisles(kitchen, models),
         *_overlaps(kitchen),
         *_seats(kitchen),
         *_doorways(kitchen),
         *_windows(kitchen),
         *_items(kitchen),
-        *_hoods(kitchen),
+        *_idle_hoods(kitchen),
     ]
-    leaves = leaves_of(kitchen.slots, kitchen.holes, models_of(kitchen))
-    found += [*_landings(kitchen), *_corners(kitchen), *_at_walls(kitchen, leaves), *_at_things(kitchen, leaves)]
+    leaves = leaves_of(kitchen.slots, kitchen.holes, models)
+    found += [*_landings(kitchen, models), *_corners(kitchen)]
+    found += [*_at_walls(kitchen, leaves), *_at_things(kitchen, leaves, models)]
     return [*found, *_swings(leaves)]
 
 
@@ -191,7 +193,7 @@ def _items(kitchen: KitchenRequest) -> Iterator[Problem]:
             yield Problem(ProblemKind.ITEM, item.id, frozenset((item.id, item.on)), expected, f"{item.on!r}", 1.0)
 
 
-def _hoods(kitchen: KitchenRequest) -> Iterator[Problem]:
+def _idle_hoods(kitchen: KitchenRequest) -> Iterator[Problem]:
     """Hoods with no cooker under them."""
     for row in kitchen.slots.values():
         cookers = [s.middle for s in row if s.kind in COOKERS]
@@ -201,9 +203,9 @@ def _hoods(kitchen: KitchenRequest) -> Iterator[Problem]:
                 yield Problem(ProblemKind.HOOD, slot.name, owners, f"a cooker under {slot.name}", "none", 1.0)
 
 
-def _landings(kitchen: KitchenRequest) -> Iterator[Problem]:
+def _landings(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]:
     """Sinks and cookers with no worktop beside them on which things can be set down."""
-    models, taken = models_of(kitchen), dict[str, float]()
+    taken: dict[str, float] = {}
     for item in kitchen.plan.worktop_items:
         taken[item.on] = taken.get(item.on, 0.0) + worktop_width(models, item)
     for line in kitchen.lines.values():
@@ -273,7 +275,7 @@ def _sill(hole: WallHole) -> Part:
     return Part(outline, hole.bottom - SILL_UNDER_M, hole.bottom)
 
 
-def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf]) -> Iterator[Problem]:
+def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf], models: StyleModels) -> Iterator[Problem]:
     """Leaves that run into units of another run, into columns, sills of windows, or tables with their chairs."""
     lines = {s.name: s.line.id for row in kitchen.slots.values() for s in row}
     things = [
@@ -283,7 +285,7 @@ def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf]) -> Iterator[Prob
         if s.kind not in (BaseKind.GAP, UpperKind.GAP)
     ]
     things += [(placed.column.id, Part(placed.outline, 0.0, kitchen.room.height)) for placed in kitchen.room.columns]
-    is_round = bool(kitchen.tables) and bool(models_of(kitchen).for_role("table").params.get("is_round"))
+    is_round = bool(kitchen.tables) and bool(models.for_role("table").params.get("is_round"))
     things += [
         (n, Part(_inscribed(t.outline) if is_round else t.outline, 0.0, TABLE_M)) for n, t in kitchen.tables.items()
     ]
@@ -349,9 +351,9 @@ def _corners(kitchen: KitchenRequest) -> Iterator[Problem]:
                     yield Problem(ProblemKind.CORNER, slot.name, owners, expected, f"{far:.2f} m", limits()[key] - far)
 
 
-def _aisles(kitchen: KitchenRequest) -> Iterator[Problem]:
+def _aisles(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]:
     """Aisles that are too narrow to work or to walk in."""
-    fronts = fronts_of(kitchen.slots, models_of(kitchen))
+    fronts = fronts_of(kitchen.slots, models)
     runs = [placed_run(line, kitchen.slots[name], fronts) for name, line in kitchen.lines.items()]
     walls = [
         RoomWall(id=w.id, start=w.frame.at(0.0, 0.0)[:2], end=w.frame.at(w.length, 0.0)[:2], is_open=w.open)
