@@ -16,6 +16,7 @@ BEAM_SPACING_M = 1.1  # metres from beam to beam
 MIN_COUNT, MAX_COUNT = 3, 8
 MAX_COUNT_CHANGE = 2  # more or fewer than usual, which look as good
 BEAM_HALF_WIDTH_M = 0.12  # with a gap
+BEAM_HEIGHT_M, OVER_UNITS_M = 0.16, 0.08  # as the family of ceilings has it; of a cornice, with a gap
 HOOD_DEPTH_M = 0.55
 CHIMNEY_WIDTH_M = 0.5  # of most hoods, with a gap; only it reaches the ceiling
 
@@ -54,9 +55,11 @@ def beams_of(
 ) -> BeamGrid | None:
     """The beams of a style that has some, clear of the hoods and the columns that reach the ceiling.
 
-    Where the plan has a row of lamps they run along it, so that it hangs between two of them.
+    Where the plan has a row of lamps they run along it, so that it hangs between two of them. None where the ceiling is
+    so low that they would hang into cabinets, or where none of those that look well keep clear.
     """
-    if style.room.beams is None:
+    highest = max((s.top for row in slots.values() for s in row if s.kind is not UpperKind.HOOD), default=0.0)
+    if style.room.beams is None or room.height - BEAM_HEIGHT_M < highest + OVER_UNITS_M - 1e-6:
         return None
     (x0, y0), (x1, y1) = room.level_bounds()
     rows = [lines[lamps.over] for lamps in plan.lamps if lamps.over is not None and lamps.over in lines]
@@ -74,7 +77,7 @@ def beams_of(
         found = next(clear, None)
         if found is not None:
             return found
-    return usual[0]
+    return None
 
 
 def _grids(along_x: bool, low: float, high: float, off: int) -> list[BeamGrid]:

@@ -22,6 +22,7 @@ NICHE_PLAY_M = 0.004  # gap over an appliance in a niche
 OVEN_NICHE_FROM_M, MICROWAVE_NICHE_FROM_M = 0.74, 1.08  # heights of the niches in tall units
 OVEN_LIFT_M = 0.005  # gap between an oven and its board: the handle of the open door clears the drawer below
 FRONT_THICKNESS_M = 0.02
+UNDER_DOORS_M = 0.005  # between a hood and the cabinet over it, whose doors reach below it
 HOODS_UNDER_CABINETS = ("under_cabinet", "downlight")  # forms of hoods with a cabinet over them
 HOUSING_FLOOR_M = 0.0062  # upper face of the board under a built-in refrigerator
 MICROWAVE_SETBACK_M = 0.0025  # distance of a built-in microwave behind the fronts beside it
@@ -257,12 +258,16 @@ def is_under_cabinet(hood: StyleModel) -> bool:
 
 
 def _hood(order: BuildOrder, slot: UnitSlot, models: StyleModels, ceiling: float) -> None:
+    """A hood, as wide as the plan says or else as its model is; with a cabinet over it where it hangs under one."""
     assert isinstance(slot.unit, UpperUnit)
     model = models.for_unit(slot.unit)
+    if slot.unit.width is not None and not model.choice.is_library:
+        ledge = standard_sizes.CANOPY_LEDGE if model.params.get("form") == "canopy" else 0.0
+        model = models.resolve(model.with_params(width=round(slot.width - 2 * ledge, 4)))
     low = standard_sizes.HOOD_FROM
     if is_under_cabinet(model):
         _add(order, slot, "hood", model.choice, z=low)
-        top = round(low + model.length("height") + 0.002, 4)
+        top = round(low + model.length("height") + UNDER_DOORS_M, 4)
         width, height = slot.width, round(standard_sizes.UPPER_TO - top, 4)
         doors = {
             "width": width,

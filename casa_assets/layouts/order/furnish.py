@@ -50,6 +50,8 @@ CHIMNEY_WIDTH_M, CHIMNEY_DEPTH_M, LAMP_FROM_HOOD_M = 0.36, 0.32, 0.02
 MIN_LAMP_GAP_M = 0.2  # least metres between lamps over a run or a table
 LAMP_FROM_END_M = 0.2  # metres along a run at each of its ends over which no lamp of a row hangs
 THINGS_BELOW_M = 0.36  # metres over a worktop for what stands on it, below what hangs on the wall: most toaster ovens
+# What lamps of the room hang down from the ceiling at most, with a gap, and how far doors of cabinets open before them.
+LAMP_HEIGHT_M, WIDEST_DOOR_M = 0.25, 0.5
 LAMP_FROM_ISLAND_M = 0.75  # metres between an island and the lamps of the room
 Place = tuple[WallFrame, float, float]  # of a lamp: a frame, metres along it and away from it
 BLENDER, LID, LID_PARAMS = "blender", "blender_lid", ("jar", "jar_top")
@@ -214,6 +216,7 @@ def order_lamps(
     """
     (x0, y0), (x1, y1) = room.level_bounds()
     placed: list[Vec2] = []
+    is_low = room.height < standard_sizes.UPPER_TO + LAMP_HEIGHT_M
     for n, lamps in enumerate(plan.lamps):
         if not models.has(lamps.item):
             continue
@@ -232,6 +235,8 @@ def order_lamps(
                 expected = "a row under the level part of the ceiling, where lamps hang"
                 raise PlanConflict(plan.id, ("lamps", n), expected, f"{lamps.over}, under a slope")
             if lamps.over is None and any(math.hypot(x - a, y - b) < LAMP_FROM_ISLAND_M for a, b in placed):
+                continue
+            if lamps.over is None and is_low and any(_is_before(line, x, y, size / 2) for line in lines.values()):
                 continue
             if lamps.over is None and any(_is_at_hood(slot, x, y, size / 2 + LAMP_FROM_HOOD_M) for slot in hoods):
                 continue
@@ -300,6 +305,12 @@ def _is_at_hood(slot: UnitSlot, x: float, y: float, gap: float) -> bool:
     """True if a lamp at a point would touch the chimney of a hood."""
     u, v = slot.line.frame.to_local(x, y)
     return abs(u - slot.middle) < CHIMNEY_WIDTH_M / 2 + gap and v < CHIMNEY_DEPTH_M + gap
+
+
+def _is_before(line: RunLine, x: float, y: float, half: float) -> bool:
+    """True if a door of a wall unit or a tall one would open into a lamp at a point."""
+    u, v = line.frame.to_local(x, y)
+    return -half < u < line.length + half and -half < v < line.depth + WIDEST_DOOR_M + half
 
 
 def _is_at_column(placed: PlacedColumn, x: float, y: float) -> bool:

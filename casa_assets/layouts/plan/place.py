@@ -40,6 +40,9 @@ def place_runs(plan: Plan, room: Room, parameters: Mapping[str, float], models: 
         if first.more_deg != second.more_deg:
             got = f"{(first.turn_deg - second.turn_deg) % 360.0:g} degrees between {' and '.join(corner.runs)}"
             raise PlanConflict(plan.id, ("corners", k), "runs that meet at a right angle", got)
+        if (first.turn_deg - second.turn_deg) % 360.0 != 90.0:
+            expected = "two runs of which the second begins, on its left, where the first ends"
+            raise PlanConflict(plan.id, ("corners", k, "runs"), expected, f"{' and '.join(corner.runs)}")
     return lines
 
 

@@ -84,6 +84,7 @@ class Leaf:
     Attributes:
         owner: unit or opening that it belongs to. run: of that unit; empty for an opening.
         way: the places that its parts take up one after the other. stands: those where it is open.
+        shut: that of the handle of a wall unit while it is shut; units on the floor stand further apart.
         of_appliance: whether it is a part of an appliance. keeps_width: whether it opens before its own unit alone.
     """
 
@@ -93,6 +94,7 @@ class Leaf:
     stands: tuple[Part, ...]
     of_appliance: bool = False
     keeps_width: bool = True
+    shut: tuple[Part, ...] = ()
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -102,10 +104,10 @@ class Leaf:
         return (low[0], low[1], low[2], high[0], high[1], high[2])
 
     def depth_in(self, other: Leaf) -> float:
-        """How deep it runs on its way into another that stands open, metres; negative where it does not."""
+        """How deep it runs on its way into another that is open, or into the handle of a shut one, metres; else < 0."""
         if not meet(self.bounds, other.bounds):
             return -math.inf
-        return max(a.depth_in(b) for a in self.way for b in other.stands)
+        return max(a.depth_in(b) for a in self.way for b in (*other.stands, *other.shut))
 
     def depth_in_thing(self, thing: Part) -> float:
         """How deep it runs on its way into something that never moves, metres; negative where it does not."""
@@ -303,7 +305,9 @@ class _Place:
         parts = (((0.0, -thick), (width, 0.0)), ((near, 0.0), (far, pull)))
         outlines = _turned(self.slot.line.frame, axis, self.front, is_left, parts, (start, start + travel))
         way = [Part(outline, bottom, top) for outline in outlines]
-        return replace(self.leaf(way, way[-len(parts) :]), of_appliance=is_fridge)
+        (shut, *_) = _turned(self.slot.line.frame, axis, self.front, is_left, parts[1:], (start, start))
+        leaf = replace(self.leaf(way, way[-len(parts) :]), of_appliance=is_fridge)
+        return replace(leaf, shut=(Part(shut, bottom, top),) if pull and self.slot.is_upper else ())
 
     def diagonal(self, bottom: float, top: float) -> Leaf:
         """The door of a corner cabinet with its front across the corner, which opens before the unit beside it."""

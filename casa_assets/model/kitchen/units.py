@@ -57,6 +57,7 @@ class UpperKind(StrEnum):
 
 
 # Units that are as high as the wall units, and end the worktop.
+COOKERS = (BaseKind.RANGE, BaseKind.HOB)
 TALL = (BaseKind.PANTRY, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE)
 
 

@@ -98,17 +98,17 @@ class PlanCheck:
         return self.kitchen is not None
 
 
-def check_plan(text: str, file: str, style: Style) -> PlanCheck:
+def check_plan(text: str, file: str, style: Style, fixed_walls: bool = False) -> PlanCheck:
     """Check the text of a plan. Raises RegistryError or UnknownId where a file that it needs is wrong, not for its own.
 
     Args:
         file: its name, whose stem is the plan's id.
-        style: that it is tried with.
+        style: that it is tried with. fixed_walls: where doors clash or an aisle is narrow, the room is not made larger.
     """
     told: list[ToldFault] = []
     seen, now = {text}, text
     for _ in range(MAX_ROUNDS):
-        faults, kitchen = find_faults(now, file, style)
+        faults, kitchen = find_faults(now, file, style, fixed_walls)
         if not faults:
             return PlanCheck(tuple(told), now, kitchen)
         after, made = _mended(now, file, faults)
@@ -121,7 +121,9 @@ def check_plan(text: str, file: str, style: Style) -> PlanCheck:
     return PlanCheck(tuple(told), now, None)
 
 
-def find_faults(text: str, file: str, style: Style) -> tuple[list[Fault], KitchenRequest | None]:
+def find_faults(
+    text: str, file: str, style: Style, fixed_walls: bool = False
+) -> tuple[list[Fault], KitchenRequest | None]:
     """The faults of the first kind that has any, and the kitchen of a text that has none."""
     unread = text_fault(text, file)
     if unread is not None:
@@ -136,7 +138,7 @@ def find_faults(text: str, file: str, style: Style) -> tuple[list[Fault], Kitche
     plan = Plan.model_validate({**raw, "id": stem})
     if found := reference_faults(raw, plan, style) or wall_faults(raw, plan, plan.defaults):
         return found, None
-    return _fitted(raw, plan, style)
+    return _fitted(raw, plan, style, fixed_walls)
 
 
 def plan_id(file: str) -> str:
@@ -164,7 +166,7 @@ def plan_document(text: str, file: str) -> tuple[Document, Fault | None]:
         return document, Fault((LIKE,), names, repr(document.value[LIKE]), mend)
 
 
-def _fitted(raw: Any, plan: Plan, style: Style) -> tuple[list[Fault], KitchenRequest | None]:
+def _fitted(raw: Any, plan: Plan, style: Style, fixed_walls: bool) -> tuple[list[Fault], KitchenRequest | None]:
     sizes = PresetSizes()
     models = StyleModels(style, sizes, load_roles(), plan.height)
     try:
@@ -180,7 +182,7 @@ def _fitted(raw: Any, plan: Plan, style: Style) -> tuple[list[Fault], KitchenReq
         ], None
     except UnknownId as error:
         return [Fault((), "models that the style has", str(error), None)], None
-    return clash_faults(raw, kitchen) or foreseen_faults(raw, kitchen), kitchen
+    return clash_faults(raw, kitchen) or foreseen_faults(raw, kitchen, fixed_walls), kitchen
 
 
 def _pointer(raw: Any, pointer: KeyPath) -> KeyPath:

@@ -8,6 +8,8 @@ from typing import Any
 
 from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.request import KitchenRequest
+from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
+from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE, PLAY_M
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WALL_THICKNESS_M, WallHole, WallLine
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -15,8 +17,9 @@ from casa_assets.layouts.plan.style_models import APPLIANCE_ROLES, StyleModels
 from casa_assets.model.kitchen.plan import OpeningKind, PlanOpening
 from casa_assets.model.kitchen.units import BaseKind, UpperKind
 from casa_assets.model.record import Vec2
+from casa_assets.pipeline.plans.conflicts import FROM_END_M, WINDOW_FROM_END_M
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, replaced, value_at
-from casa_assets.pipeline.plans.sizes import PresetSizes, width_bounds
+from casa_assets.pipeline.plans.sizes import PresetSizes, height_bounds, width_bounds
 from casa_assets.pipeline.plans.written import (
     appended,
     inserted,
@@ -35,15 +38,20 @@ TOUCH_M = 0.01
 # Ref: NKBA kitchen planning guideline 7: walkways 36 inches wide.
 LEAST_AISLE_M = 0.914
 CASING_M = 0.08  # beside the hole of a door or window
+# What the sill of a window stands out from the wall, reaches beyond the hole, and takes up below it.
+SILL_M, SILL_BESIDE_M, SILL_UNDER_M = 0.05, 0.1, 0.05
 DOOR_WIDTHS_M = (0.93, 0.83)  # a door of the second would leave too little beside its open leaf
 WINDOW_WIDTHS_M = (1.2, 0.9, 0.6)
-FROM_END_M, WINDOW_FROM_END_M = 0.05, 0.13
 SAME_PLACE_M, APART_M = 0.05, 0.2  # of things on a wall: where one hides another, and how far it is moved
 ITEM_FROM_UNIT_M = 0.08  # between units, or what is on the wall over them, and the middle of a switch
 ITEM_FROM_HOLE_M = 0.14  # between an opening and the middle of a switch: its casing, and half of the switch
 LEAST_DOOR_M = 1.9
+LEAST_ISLAND_M = 0.92  # length of an island that is one piece of furniture: two columns of at least 0.42 m
+WIDEST_LEAF_M = 1.2  # a wider one is too heavy for a hand
 DOOR_HEIGHT_M = 2.04
-UNIT_ROLES = ("base", "upper", "sink_base", "pantry", "shelf", "filler", "housing")
+ISLAND_BASE = "island_base"  # family
+UNIT_ROLES = ("base", "upper", "hood", "sink_base", "pantry", "shelf", "filler", "housing")
+SHORT_ISLAND_DOORS = [0.4, 0.6]  # width of the cabinet that lengthens a short island
 WIDER_THAN_MODEL_M = 0.03  # how much wider than its appliance a place may be before a gap shows
 
 
@@ -73,10 +81,10 @@ class Box:
 
 def clash_faults(raw: Any, kitchen: KitchenRequest) -> list[Fault]:
     """All of them; where rows clash, what hangs on them is looked at when they no longer do."""
-    found = [*_widths(raw, kitchen)]
+    found = [*_widths(raw, kitchen), *_sizes_of_openings(raw, kitchen), *_short_islands(raw, kitchen)]
     found = found or [*_rows(raw, kitchen)]
     found = found or [*_openings(raw, kitchen), *_behind_walls(raw, kitchen), *_entries(raw, kitchen)]
-    return found or [*_hoods(raw, kitchen), *_on_walls(raw, kitchen)]
+    return found or [*_hoods(raw, kitchen), *_on_walls(raw, kitchen), *_lamps_in_cabinets(raw, kitchen)]
 
 
 # Widths ----------------------------------------------------------------------------------------------------------
@@ -104,11 +112,55 @@ def _widths(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
             yield Fault(at, f"{least:g} to {most:g} m, by the style's model", f"{slot.width:g} m", mend)
     for item in kitchen.items:
         bounds, width = width_bounds(item.choice.family), item.choice.params.get("width")
+        if bounds is not None and item.choice.family == ISLAND_BASE:
+            bounds = (LEAST_ISLAND_M, bounds[1])
         if bounds is None or width is None or item.unit not in places or item.unit in told:
             continue
         if not bounds[0] - 1e-6 <= width <= bounds[1] + 1e-6 and item.role in UNIT_ROLES:
             told.add(item.unit)
             yield _unbuildable(raw, kitchen, item.unit, places[item.unit], width, bounds)
+
+
+def _sizes_of_openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Windows and doors that are larger or smaller than they can be built, and leaves that are too heavy."""
+    made = {item.name: item.choice for item in kitchen.items}
+    for opening in kitchen.plan.openings:
+        at, choice = row_at(raw, "openings", opening.id), made.get(opening.id)
+        if opening.kind is OpeningKind.DOOR and opening.width > WIDEST_LEAF_M:
+            expected = f"a leaf of at most {WIDEST_LEAF_M:g} m, or a passage"
+            mend = Mend("Write `kind: passage`.", tuple(without_leaf(raw, opening.id)))
+            yield Fault((*at, "width"), expected, f"{opening.width:g} m", mend)
+            continue
+        for key, bounds in (("width", width_bounds), ("height", height_bounds)):
+            span, made_of = (bounds(choice.family), choice.params.get(key)) if choice else (None, None)
+            if span is not None and made_of is not None and not span[0] - 1e-6 <= made_of <= span[1] + 1e-6:
+                # A leaf is smaller than its hole, by as much at each size.
+                more = getattr(opening, key) - made_of
+                least, most = round(span[0] + more, 4), round(span[1] + more, 4)
+                fits = least if made_of < span[0] else most
+                if key == "height" and opening.kind is OpeningKind.DOOR and made_of < span[0]:
+                    fits = DOOR_HEIGHT_M
+                mend = Mend(f"Write `{key}: {fits:g}`.", (key_edit(raw, at, key, fits),))
+                expected = f"a {key} from {least:g} to {most:g} m"
+                yield Fault((*at, key), expected, f"{getattr(opening, key):g} m", mend)
+
+
+def _short_islands(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Islands and peninsulas that are shorter than a worktop of one piece, which gets a cabinet more."""
+    for item in kitchen.items:
+        bounds, width = width_bounds(item.choice.family), item.choice.params.get("width")
+        if item.role != "island" or bounds is None or width is None or width >= bounds[0] - 1e-6:
+            continue
+        at, run = row_at(raw, "runs", item.run), kitchen.lines[item.run].run
+        if all(unit.kind in (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SHELF, BaseKind.PANEL) for unit in run.base):
+            yield Fault(
+                at, f"a worktop of at least {bounds[0]:g} m", f"{width:g} m", without_run(raw, kitchen, item.run)
+            )
+            continue
+        edits = [inserted((*at, "base", len(run.base)), {"doors": SHORT_ISLAND_DOORS})]
+        edits += [removed((*at, "length"))] if run.length is not None else []
+        mend = Mend(f"Add `- doors: {flow_text(SHORT_ISLAND_DOORS)}` to {item.run}.", tuple(edits))
+        yield Fault(at, f"a worktop of at least {bounds[0]:g} m", f"{width:g} m", mend)
 
 
 def _usual_widths(kitchen: KitchenRequest) -> dict[str, tuple[float, float]]:
@@ -254,8 +306,8 @@ def smaller_island(raw: Any, kitchen: KitchenRequest, name: str) -> Mend:
             if kitchen.plan.seats[k].run == name
         ]
         return Mend(f"Take out the overhang and the seats of {name}.", tuple(edits))
-    if [u.kind for u in run.base] == [BaseKind.ISLAND] and kitchen.lines[name].length > 0.95:
-        width = round(max(kitchen.lines[name].length - 0.3, 0.9), 2)
+    if [u.kind for u in run.base] == [BaseKind.ISLAND] and kitchen.lines[name].length > LEAST_ISLAND_M + 0.05:
+        width = round(max(kitchen.lines[name].length - 0.3, LEAST_ISLAND_M), 2)
         return Mend(f"Write `island: {width:g}`.", (unit_edit(raw, unit_at(raw, name, "base", 0), "width", width),))
     soft = [
         k
@@ -341,19 +393,24 @@ def _narrow(raw: Any, kitchen: KitchenRequest, name: str, other: str, gap: float
     return Fault(at, expected, got, mend or without_run(raw, kitchen, name))
 
 
-def wider_room(raw: Any, kitchen: KitchenRequest, line: RunLine, more: float) -> Mend | None:
-    """Walls between two rows made longer, where they are numbers or one parameter."""
-    across = [w for w in kitchen.plan.walls if (kitchen_turns(kitchen, w.id) - line.frame.quarter_turns) % 2]
-    names = {w.length for w in across if w.length is not None}
+def wider_room(raw: Any, kitchen: KitchenRequest, line: RunLine, more: float, along: bool = False) -> Mend | None:
+    """Walls across a row made longer, so that others are further from it; where they are numbers or one parameter.
+
+    Args:
+        more: metres. along: walls along the row, instead, so that it is longer.
+    """
+    turns = {w.id: (kitchen_turns(kitchen, w.id) - line.frame.quarter_turns) % 2 for w in kitchen.plan.walls}
+    walls = [w for w in kitchen.plan.walls if turns[w.id] == (0 if along else 1)]
+    names = {w.length for w in walls if w.length is not None}
     edits, said = [], []
-    if len(across) != 2 or len(names) != 1:
+    if len(walls) != 2 or len(names) != 1:
         return None
     (name,) = names
     if isinstance(name, str):
         p = kitchen.plan.parameters[name]
         value = [round(p.default + more + 0.005, 2), round(p.low + more + 0.005, 2), round(p.high + more + 0.005, 2)]
         return Mend(f"Write {name}: {flow_text(value)}.", (replaced(("parameters", name), value),))
-    for wall in across:
+    for wall in walls:
         if wall.length is not None:
             length = round(float(wall.length) + more + 0.005, 2)
             edits.append(key_edit(raw, row_at(raw, "walls", wall.id), "length", length))
@@ -401,12 +458,7 @@ def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
         at = row_at(raw, "openings", hole.opening.id)
         others = [h for h in kitchen.holes[:k] if h.wall.id == hole.wall.id]
         beside = next((h for h in others if h.left < hole.right + 0.05 and h.right > hole.left - 0.05), None)
-        low = max(hole.bottom, 0.05)
-        blocked = [
-            s
-            for s in stretches(kitchen, hole.wall, low, hole.top, is_niche=hole.is_niche)
-            if s[0] < hole.right - TOUCH_M and s[1] > hole.left + TOUCH_M
-        ]
+        blocked = _before_opening(kitchen, hole)
         if not hole.is_window and not hole.is_niche and hole.top < LEAST_DOOR_M:
             mend = Mend(f"Write `height: {DOOR_HEIGHT_M:g}`.", (key_edit(raw, at, "height", DOOR_HEIGHT_M),))
             yield Fault(at, "a door or passage that people walk through", f"{hole.top:g} m high", mend)
@@ -416,6 +468,26 @@ def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
             what = beside.opening.id if beside else "units"
             got = f"{hole.left:.2f} to {hole.right:.2f} m, where {what} {'is' if beside else 'are'}"
             yield Fault(at, "a place on a wall where nothing else is", got, moved_opening(raw, kitchen, hole))
+
+
+def _before_opening(kitchen: KitchenRequest, hole: WallHole) -> list[tuple[float, float]]:
+    """Stretches of units before an opening, its casing or the sill of a window, metres along the wall."""
+    low, casing = max(hole.bottom, 0.05), 0.0 if hole.is_niche else CASING_WIDTH_M
+    parts = [(low, hole.top + casing, casing + _of_cornice(kitchen, hole.top + casing) if casing else -TOUCH_M)]
+    if hole.is_window:
+        parts.append((low - SILL_UNDER_M, low, SILL_BESIDE_M))
+    return [
+        s
+        for bottom, top, beside in parts
+        for s in stretches(kitchen, hole.wall, bottom, top, is_niche=hole.is_niche)
+        if s[0] < hole.right + beside - 1e-3 and s[1] > hole.left - beside + 1e-3
+    ]
+
+
+def _of_cornice(kitchen: KitchenRequest, top: float) -> float:
+    """How far cornices stand out beside cabinets before what reaches up to a height, metres."""
+    has_profile = kitchen.style.cabinets.cornice not in (None, FLAT_PROFILE)
+    return CORNICE_DEPTH_M + 2 * PLAY_M if has_profile and top > standard_sizes.UPPER_TO else 0.0
 
 
 def _entries(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
@@ -521,24 +593,40 @@ def free_middle(
     Args:
         low, high: heights between which it has to be free. besides: opening that is not in its own way.
     """
-    taken = stretches(kitchen, wall, low, high)
+    taken = stretches(kitchen, wall, low if low <= 0.05 else low - SILL_UNDER_M, high + CASING_WIDTH_M)
     holes = [h for h in kitchen.holes if h.wall.id == wall.id and h is not besides]
     taken += [(h.left - CASING_M, h.right + CASING_M) for h in holes]
     best: float | None = None
     # The sill of a window reaches beyond its casing.
     from_end = FROM_END_M if low <= 0.05 else WINDOW_FROM_END_M
-    start = from_end
+    start, casing = from_end, CASING_M if low <= 0.05 else SILL_BESIDE_M
+    casing = max(casing, CASING_WIDTH_M + _of_cornice(kitchen, high + CASING_WIDTH_M))
     for left, right in [*sorted(taken), (wall.length - from_end, wall.length)]:
         first, last = start + width / 2, left - width / 2
         # Beside units and other openings a casing has to find room too.
-        first += CASING_M if start > from_end else 0.0
-        last -= CASING_M if left < wall.length - from_end else 0.0
+        first += casing if start > from_end else 0.0
+        last -= casing if left < wall.length - from_end else 0.0
         if first <= last + 1e-6:
             middle = min(max(wanted, first), last)
             if best is None or abs(middle - wanted) < abs(best - wanted):
                 best = middle
         start = max(start, right)
     return None if best is None else round(best, 3)
+
+
+def _lamps_in_cabinets(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
+    """Rows of lamps over a run that has wall units or tall ones, in which they would hang."""
+    for k, lamps in enumerate(kitchen.plan.lamps):
+        line = kitchen.lines.get(lamps.over or "")
+        if line is None or not line.at_wall:
+            continue
+        if any(
+            s.top > standard_sizes.UPPER_FROM and s.kind not in (BaseKind.GAP, UpperKind.GAP)
+            for s in kitchen.slots[line.id]
+        ):
+            expected = f"an island, a table, or a row without wall units and tall ones, to hang {lamps.item} over"
+            at = ("lamps", k)
+            yield Fault((*at, "over"), expected, repr(lamps.over), Mend("Take out these lamps.", (removed(at),)))
 
 
 # Hoods and walls -------------------------------------------------------------------------------------------------

@@ -24,7 +24,9 @@ from casa_assets.pipeline.plans.rows import LEAST_ADDED, RowChange, shrunk, wide
 from casa_assets.pipeline.plans.written import inserted, key_edit, row_at, unit_at, unit_edit, without_key
 from casa_assets.registry.edit import Edit, flow_text
 
-FROM_END_M = 0.05  # what has to remain of a wall beside an opening
+LEAST_HOOD_M = 0.6  # width
+# What has to remain of a wall beside an opening; the sill of a window reaches beyond its casing.
+FROM_END_M, WINDOW_FROM_END_M = 0.05, 0.13
 BELOW_CEILING_M = 0.1
 KNEE_MOST_M, PITCH_MOST_DEG = 3.0, 70.0  # bounds of a slope
 
@@ -52,6 +54,8 @@ def mend_of(
         return _slope(plan, int(at[1]), conflict)
     if at[:1] == ("lamps",) and len(at) == 2:
         return Mend("Take out these lamps.", (removed(at),))
+    if at[:1] == ("corners",) and at[2:] == ("runs",):
+        return _turned_corner(plan, int(at[1]))
     if at[:1] == ("corners",) and len(at) == 2:
         return Mend("Take out this corner: the two runs stand at walls that meet aslant.", (removed(at),))
     if at[:1] == ("runs",) and len(at) > 1:
@@ -255,7 +259,7 @@ def _fixed_unit(
     end = round(line.length - line.right.upper_length, 4)
     room = round(2 * min(slot.middle - start, end - slot.middle), 3)
     at = unit_at(raw, run.id, "upper", k)
-    if unit.kind.value != "hood" and room >= 0.25:
+    if room >= (LEAST_HOOD_M if unit.kind.value == "hood" else 0.25):
         return Mend(f"Write `width: {room:g}` for {unit.id}.", (unit_edit(raw, at, "width", room),))
     others = [j for j, u in enumerate(run.upper) if j < k and u.over in below and u.kind.value != "hood"]
     if unit.kind.value == "hood" and others:
@@ -318,7 +322,8 @@ def _opening(raw: Any, plan: Plan, name: str, models: StyleModels, lengths: Mapp
     top = room.height_of(wall) - BELOW_CEILING_M
     if round(opening.bottom + opening.height, 4) > top:
         _lowered(opening, top, put)
-    most = round(wall.length - 2 * FROM_END_M, 3)
+    from_end = WINDOW_FROM_END_M if opening.kind is OpeningKind.WINDOW else FROM_END_M
+    most = round(wall.length - 2 * from_end, 3)
     width = opening.width
     if width > most:
         if most < 0.4:
@@ -327,7 +332,7 @@ def _opening(raw: Any, plan: Plan, name: str, models: StyleModels, lengths: Mapp
         put("width", width)
     if opening.at is not None:
         middle = plan.length(opening.at, lengths)
-        fits = round(min(max(middle, FROM_END_M + width / 2), wall.length - FROM_END_M - width / 2), 3)
+        fits = round(min(max(middle, from_end + width / 2), wall.length - from_end - width / 2), 3)
         if fits != middle:
             put("at", fits)
     else:
@@ -374,6 +379,24 @@ def _over_unit(
     if width >= 0.4:
         return Mend(f"Write `width: {width:g}`.", (*edits, key_edit(raw, at, "width", width)))
     return Mend(f"Take out {opening.id}.", (removed(at),)) if not edits else Mend("Make it lower.", tuple(edits))
+
+
+def _turned_corner(plan: Plan, k: int) -> Mend:
+    """A corner of two runs in the wrong order, or of two that do not meet."""
+    first, second = plan.corners[k].runs
+    on = {run.id: run.on for run in plan.runs}
+    walls = [wall.id for wall in plan.walls]
+    meets = on[first] is None or on[second] is None or _follows(walls, on[second], on[first])
+    known = any(corner.runs == (second, first) for corner in plan.corners)
+    if meets and not known:
+        runs = [second, first]
+        return Mend(f"Write `runs: {flow_text(runs)}`.", (replaced(("corners", k, "runs"), runs),))
+    return Mend(f"Take out this corner: {first} and {second} do not meet.", (removed(("corners", k)),))
+
+
+def _follows(walls: Sequence[str], first: str | None, second: str | None) -> bool:
+    """True if a wall is the next one, clockwise."""
+    return first in walls and walls[(walls.index(str(first)) + 1) % len(walls)] == second
 
 
 def _joined_seats(plan: Plan, k: int) -> Mend:

@@ -96,7 +96,7 @@ def _tried(
     for edit, sentence in _resized(raw, plan, size, wanted):
         resized = edited_text(resized, file, edit)
         said.append(sentence)
-    found = check_plan(resized, file, style)
+    found = check_plan(resized, file, style, fixed_walls=True)
     if found.kitchen is None:
         last = found.faults[-1].fault
         return None, f"expected {last.expected}, got {last.got}"

@@ -6,9 +6,9 @@ import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from casa_assets.model.kitchen.plan import OpeningKind, Plan
+from casa_assets.model.kitchen.plan import OpeningKind, Plan, Run
 from casa_assets.model.kitchen.style import Style
-from casa_assets.model.kitchen.units import BaseKind
+from casa_assets.model.kitchen.units import COOKERS, BaseKind, UpperKind
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.model.registry.fields import expected_one_of
 from casa_assets.pipeline.plans.fault import Fault, Mend, removed, replaced
@@ -141,6 +141,10 @@ def _runs(names: References) -> None:
                 edit = replaced(inner, found) if found else removed(inner)
                 sentence = written(inner, found) if found else "Take out 'in_front_of'."
                 names.wrong(inner, known, run.faces.in_front_of, sentence, edit)
+        if run.upper:
+            expected = f"no wall units over {run.id}, which stands at no wall"
+            mend = Mend(f"Take out 'upper' of {run.id}.", (removed((*at, "upper")),))
+            names.faults.append(Fault((*at, "upper"), expected, f"{len(run.upper)} of them", mend))
     for k, corner in enumerate(names.plan.corners):
         at = ("corners", k)
         for i, name in enumerate(corner.runs):
@@ -227,6 +231,9 @@ def _openings(names: References) -> None:
             _over(names, at, opening.over, opening.wall)
     for run in names.plan.runs:
         for k, unit in enumerate(run.upper):
+            if unit.kind is UpperKind.HOOD and unit.over is None:
+                _over_cooker(names, run, k)
+                continue
             found = names.unit((), unit.over, run.id, with_corners=False)
             if found == unit.over or unit.over is None:
                 continue
@@ -235,6 +242,16 @@ def _openings(names: References) -> None:
             edit = unit_edit(names.raw, at, "over", found) if found else removed(at)
             sentence = written(("over",), found) if found else f"Take out the {unit.kind.value}."
             names.wrong(at, known, unit.over, sentence, edit)
+
+
+def _over_cooker(names: References, run: Run, k: int) -> None:
+    """A hood that is over nothing: it belongs over the cooker of its run that has none yet."""
+    taken = {unit.over for unit in run.upper}
+    cooker = next((u.id for u in run.base if u.kind in COOKERS and u.id not in taken), None)
+    if cooker is not None:
+        at = unit_at(names.raw, run.id, "upper", k)
+        mend = Mend(written(("over",), cooker), (unit_edit(names.raw, at, "over", cooker),))
+        names.faults.append(Fault(at, "a cooker that the hood is over", "none", mend))
 
 
 def _over(names: References, at: KeyPath, over: str | None, wall: str) -> None:

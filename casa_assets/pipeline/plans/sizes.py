@@ -21,7 +21,16 @@ def family_sizes() -> Mapping[str, Mapping[str, Any]]:
 
 def width_bounds(family: str) -> tuple[float, float] | None:
     """Least and greatest width that a family can be built in, metres; None where it has no width, or is not known."""
-    found = family_sizes().get(family, {}).get("width")
+    return _bounds(family, "width")
+
+
+def height_bounds(family: str) -> tuple[float, float] | None:
+    """The same of its height."""
+    return _bounds(family, "height")
+
+
+def _bounds(family: str, side: str) -> tuple[float, float] | None:
+    found = family_sizes().get(family, {}).get(side)
     return (float(found[0]), float(found[1])) if found else None
 
 

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from casa_assets.model.kitchen.plan import Plan
 from casa_assets.model.registry.document import KeyPath
 from casa_assets.pipeline.plans.fault import Fault, Mend, added, removed, renamed, replaced, value_at
+from casa_assets.pipeline.plans.file_units import other_unit
 from casa_assets.pipeline.plans.words import length_of, meant, plausible, spelt
 from casa_assets.registry.edit import Edit, edited_value, flow_text
 
@@ -29,11 +30,15 @@ DEFAULTS: Mapping[str, Any] = {
     "aisle": 1.2, "count": 2, "height": 1.12, "from_wall": 0.4, "heading": "right", "kind": "window", "end": "right",
     "depth": 0.3, "at": 1.0,
 }  # fmt: skip
+# What is beyond its bound by a smaller share is a little too large, and not in another unit.
+OTHER_UNIT = 1.2
 LIMITS = {"greater_than": "gt", "greater_than_equal": "ge", "less_than": "lt", "less_than_equal": "le"}
 
 
 def value_faults(plan: dict[str, Any], stem: str) -> list[Fault]:
-    """What the records of a plan refuse, each value once."""
+    """What the records of a plan refuse, each value once; first lengths that are all in centimetres or millimetres."""
+    if (found := other_unit(plan)) is not None:
+        return [found]
     try:
         Plan.model_validate({**plan, "id": stem})
     except ValidationError as error:
@@ -84,7 +89,7 @@ def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
     expected = str(first["msg"]).removeprefix("Input should be ").removeprefix("Value error, ")
     if first["type"] == "missing":
         return Fault(at, expected, "nothing", _missing(plan, at))
-    for mend in (_number, _flag, _choice, _shape, _name, _rule):
+    for mend in (_heading, _number, _flag, _choice, _shape, _name, _rule):
         found = mend(plan, at, got, errors)
         if found is not None:
             return Fault(at, expected, flow_text(got)[:80], found)
@@ -93,6 +98,14 @@ def _fault(plan: dict[str, Any], at: KeyPath, errors: list[Any]) -> Fault:
 
 def _put(sentence: str, *edits: Edit) -> Mend:
     return Mend(sentence, edits)
+
+
+def _heading(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> Mend | None:
+    """A heading of less than 0 or of 360 degrees or more."""
+    number = got if isinstance(got, int | float) else length_of(got) if isinstance(got, str) else None
+    if at[-1] != "heading" or number is None or isinstance(got, bool) or number % 360 == got:
+        return None
+    return _put(f"Write {flow_text(number % 360)}.", replaced(at, number % 360))
 
 
 def _number(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> Mend | None:
@@ -111,7 +124,9 @@ def _number(plan: dict[str, Any], at: KeyPath, got: Any, errors: list[Any]) -> M
     if not low <= number <= high:
         # What is no length, such as a share or an angle, has no other unit.
         as_length = (
-            plausible(number, low, high) if number > high and high <= 20 and not whole and at[-1] != "at" else None
+            plausible(number, low, high)
+            if number > OTHER_UNIT * high and high <= 20 and not whole and at[-1] != "at"
+            else None
         )
         if as_length is not None and _is_refused(plan, at, as_length):
             as_length = None

@@ -53,10 +53,16 @@ def _opposite(heading: Heading | float) -> Heading | float:
     return OPPOSITE[heading] if isinstance(heading, Heading) else (heading + 180.0) % 360.0
 
 
+def _mirrored(heading: Heading | float) -> Heading | float:
+    """Degrees that were counted the other way round."""
+    return heading if isinstance(heading, Heading) else -heading % 360.0
+
+
 def _orders(walls: Sequence[Wall]) -> list[list[Turned] | None]:
     """Orders with headings that might be meant, and go round; the likeliest first."""
     turned_round: list[Turned] = [(w, _opposite(w.heading)) for w in reversed(walls)]
-    found = [_begun_at_right(turned_round)]
+    other_way: list[Turned] = [(w, _mirrored(w.heading)) for w in walls]
+    found = [_begun_at_right(turned_round), other_way]
     if len(walls) == 4:
         sides = {meant(w.id, HEADINGS, "walls", 0.8): w for w in walls}
         if sides.keys() == HEADINGS.keys():

@@ -27,6 +27,7 @@ REFUSED = {
     ("g_large", (5.0, 4.2)),
     ("g_small", (5.0, 4.2)),
     ("l_large", (6.0, 5.0)),
+    ("l_large", (5.0, 4.2)),
     ("pantry_island", (4.2, 3.1)),
     ("wraparound", (4.2, 3.1)),
     ("wraparound", (5.0, 4.2)),

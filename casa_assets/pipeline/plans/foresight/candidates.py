@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.plan.room import WallHole
-from casa_assets.layouts.plan.runs import CornerPart, UnitSlot
+from casa_assets.layouts.plan.runs import CornerPart, RunLine, UnitSlot
 from casa_assets.model.kitchen.floor import RunEnd
 from casa_assets.model.kitchen.plan import OpeningKind, RunCorner
 from casa_assets.model.kitchen.units import TALL, BaseKind, BaseUnit, RunSide, UpperKind, UpperUnit
@@ -21,7 +22,13 @@ from casa_assets.pipeline.plans.clashes import (
     without_run,
 )
 from casa_assets.pipeline.plans.fault import Mend, added, removed, replaced, value_at
-from casa_assets.pipeline.plans.foresight.problems import USUAL_OVERHANG_M, Problem, ProblemKind, has_worktop
+from casa_assets.pipeline.plans.foresight.problems import (
+    TOUCH_M,
+    USUAL_OVERHANG_M,
+    Problem,
+    ProblemKind,
+    has_worktop,
+)
 from casa_assets.pipeline.plans.written import (
     inserted,
     key_edit,
@@ -37,7 +44,9 @@ from casa_assets.registry.edit import edited_value, flow_text
 # dishwasher, before which people stand; of a strip; of a cabinet between a cooker and what is tall.
 BESIDE_DISHWASHER = [0.47, 0.5]
 ONE_DOOR, STRIP, BESIDE_COOKER = [0.33, 0.45], [0.03, 0.12], [0.3, 0.45]
+HOOD_WIDTHS_M = (0.9, 0.76, 0.6)  # usual ones
 DOOR_M, MOST_AISLE_M = 0.93, 3.0
+MORE_ROOM_M, MOST_TOGETHER = (0.3, 0.6), 12  # by which a room grows at last; how many candidates are tried with that
 LEAST_UNDER_ITEM_M = 0.3  # width of a unit on which a thing is put, metres
 SOFT = (BaseKind.DOORS, BaseKind.DRAWERS, BaseKind.SHELF, BaseKind.PANTRY)
 Units = Sequence[BaseUnit | UpperUnit]
@@ -57,7 +66,8 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
         yield Mend(said, (key_edit(raw, at, "overhang", USUAL_OVERHANG_M),))
         yield from _without_seats(raw, kitchen, problem.about)
     elif problem.kind is ProblemKind.LANDING:
-        for name in sorted(problem.owners - {problem.about}):
+        items = {item.id for item in kitchen.plan.worktop_items}
+        for name in [*sorted(problem.owners - {problem.about}), *({problem.about} & items)]:
             yield from _of_item(raw, kitchen, name)
         yield from _with_worktop(raw, kitchen, problem.about)
     elif problem.kind is ProblemKind.WALL and problem.about in {s.name for row in kitchen.slots.values() for s in row}:
@@ -75,6 +85,37 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
         yield from _of_item(raw, kitchen, problem.about)
     else:
         yield from _of_leaves(raw, kitchen, problem)
+
+
+def last_resorts(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[Mend]:
+    """Larger changes, where no candidate helps: a column or a cabinet less, a larger room, or that with a candidate."""
+    for name in sorted({c.id for c in kitchen.plan.columns} & problem.owners):
+        yield from _of_thing(raw, kitchen, "columns", name)
+    lines = _lines_of(kitchen, problem)
+    for line in lines:
+        for unit in line.run.base:
+            place = place_of(kitchen.plan, unit.id)
+            if place is not None and unit.kind in SOFT:
+                edits = [removed(unit_at(raw, *place))]
+                if not line.at_wall and line.run.length is not None:
+                    edits.append(removed((*row_at(raw, "runs", line.id), "length")))
+                yield Mend(f"Take out {unit.id}.", tuple(edits))
+    for line, along, more in itertools.product(lines, (True, False), MORE_ROOM_M):
+        larger = wider_room(raw, kitchen, line, more, along)
+        if larger is None:
+            continue
+        yield larger
+        for other in itertools.islice(candidates(raw, kitchen, problem), MOST_TOGETHER):
+            yield Mend(f"{larger.sentence} {other.sentence}", (*larger.edits, *other.edits))
+
+
+def _lines_of(kitchen: KitchenRequest, problem: Problem) -> list[RunLine]:
+    """The runs that a problem is of, those first that stand at no wall."""
+    runs = {s.name: s.line.id for row in kitchen.slots.values() for s in row}
+    names = {name if name in kitchen.lines else runs.get(name, "") for name in problem.owners}
+    return sorted(
+        (kitchen.lines[name] for name in names & kitchen.lines.keys()), key=lambda line: (line.at_wall, line.id)
+    )
 
 
 def _of_item(raw: Any, kitchen: KitchenRequest, name: str) -> Iterator[Mend]:
@@ -308,7 +349,12 @@ def _of_overlap(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator
         for index in range(len(run.upper) + 1):
             edit = with_unit(raw, run.id, "upper", index, {"gap": {"over": other.name}})
             yield Mend(f"Add `- gap: {{over: {other.name}}}` to the wall units of {run.id}.", (edit,))
+    mine = place_of(kitchen.plan, upper.name)
+    if mine is not None and run.upper[mine[2]].over == other.name and upper.kind is not UpperKind.HOOD:
+        gap = {"gap": {"over": other.name}}
+        yield Mend(f"Write `gap: {{over: {other.name}}}` for {upper.name}.", (replaced(unit_at(raw, *mine), gap),))
     if upper.kind is UpperKind.HOOD:
+        yield from _narrower_hood(raw, kitchen, upper)
         yield from _cooker_apart(raw, kitchen, upper.name)
         place = place_of(kitchen.plan, other.name)
         if place is not None and other.kind is BaseKind.FRIDGE:
@@ -324,6 +370,15 @@ def _of_overlap(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator
         place = place_of(kitchen.plan, slot.name)
         if place is not None and place[1] == "upper" and slot.kind is not UpperKind.HOOD:
             yield Mend(f"Take out {slot.name}.", (removed(unit_at(raw, *place)),))
+
+
+def _narrower_hood(raw: Any, kitchen: KitchenRequest, hood: UnitSlot) -> Iterator[Mend]:
+    """A hood that takes less room along the wall, the widest first."""
+    place = place_of(kitchen.plan, hood.name)
+    assert place is not None, "a hood is a unit of the plan"
+    for width in (w for w in HOOD_WIDTHS_M if w < hood.width - TOUCH_M):
+        edit = unit_edit(raw, unit_at(raw, *place), "width", width)
+        yield Mend(f"Write `width: {width:g}` for {hood.name}.", (edit,))
 
 
 def _corners(slot: UnitSlot) -> list[RunCorner]:
@@ -356,9 +411,7 @@ def _cooker_apart(raw: Any, kitchen: KitchenRequest, hood: str) -> Iterator[Mend
 
 def _of_runs(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[Mend]:
     """Runs that stand further apart, or away from a wall."""
-    slots = {s.name: s.line.id for row in kitchen.slots.values() for s in row}
-    named = {name if name in kitchen.lines else slots.get(name, "") for name in problem.owners}
-    names = sorted(named & kitchen.lines.keys(), key=lambda n: (kitchen.lines[n].at_wall, n))
+    names = [line.id for line in _lines_of(kitchen, problem)]
     more = round(problem.excess + 0.02, 2)
     for name in names:
         run, at = kitchen.lines[name].run, row_at(raw, "runs", name)

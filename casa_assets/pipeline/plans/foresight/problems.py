@@ -26,9 +26,11 @@ from casa_assets.layouts.plan.runs import UnitSlot
 from casa_assets.layouts.plan.style_models import StyleModels
 from casa_assets.layouts.plan.swings import Leaf, Part, door_width_clear, fronts_of, leaves_of
 from casa_assets.model.kitchen.floor import AisleKind, RoomWall, RunEnd
+from casa_assets.model.kitchen.furnishing import WorktopItem
 from casa_assets.model.kitchen.plan import OpeningKind
-from casa_assets.model.kitchen.units import BaseKind, BaseUnit, UpperKind
+from casa_assets.model.kitchen.units import COOKERS, BaseKind, BaseUnit, UpperKind
 from casa_assets.model.record import Vec2
+from casa_assets.pipeline.plans.clashes import SILL_BESIDE_M, SILL_M, SILL_UNDER_M
 from casa_assets.pipeline.plans.sizes import PresetSizes
 from casa_assets.projects import read_once
 from casa_assets.registry.load import load_limits
@@ -37,15 +39,13 @@ from casa_assets.registry.roles import load_roles
 NEAR_CORNER = (
     BaseKind.RANGE, BaseKind.HOB, BaseKind.DISHWASHER, BaseKind.OVEN, BaseKind.MICROWAVE, BaseKind.FRIDGE,
 )  # fmt: skip
-COOKERS = (BaseKind.RANGE, BaseKind.HOB)
 TOUCH_M = 0.002
 PLAY_M = 0.002  # by which leaves as they are built are smaller than they are taken to be here
 # Of a worktop over those who sit at it: with less a stool stands in what is below. The usual one is that of the plans.
 LEAST_OVERHANG_M, USUAL_OVERHANG_M = 0.25, 0.3
 LANDING_PLAY_M = 0.05  # by which things may be narrower than they are taken to be
 LEAST_LANDING_M = 0.3  # of worktop beside a sink or a cooker: for less RoboCasa finds no place to set things down on
-# What the sill of a window stands out from the wall, reaches beyond the hole, and takes up below it.
-SILL_M, SILL_BESIDE_M, SILL_UNDER_M = 0.05, 0.1, 0.05
+LEAST_BY_MICROWAVE_M = 0.12  # of free worktop on the unit of a microwave and the two beside it, for the same reason
 # Deeper in a wall lies what is behind it, round a corner. Height of tables and chairs.
 MOST_IN_WALL_M, TABLE_M = 0.11, 0.9
 
@@ -101,7 +101,7 @@ def problems_of(kitchen: KitchenRequest) -> list[Problem]:
         *_seats(kitchen),
         *_doorways(kitchen),
         *_windows(kitchen),
-        *_items(kitchen),
+        *_items(kitchen, models),
         *_idle_hoods(kitchen),
     ]
     leaves = leaves_of(kitchen.slots, kitchen.holes, models)
@@ -184,13 +184,26 @@ def has_worktop(slot: UnitSlot) -> bool:
     return is_low and slot.kind not in (*WORKTOP_BREAKS, BaseKind.SINK, BaseKind.HOB)
 
 
-def _items(kitchen: KitchenRequest) -> Iterator[Problem]:
-    """Things on a cooker, in a sink or in a refrigerator."""
+def _items(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]:
+    """Things on a cooker, in a sink or in a refrigerator; and those that find no room beside each other."""
+    row_of: dict[str, list[WorktopItem]] = {}
     for item in kitchen.plan.worktop_items:
         slot = kitchen.slot(item.on)
+        row_of.setdefault(item.on, []).append(item)
         if not has_worktop(slot):
             expected = f"a unit with a worktop, on which {item.id} can stand"
             yield Problem(ProblemKind.ITEM, item.id, frozenset((item.id, item.on)), expected, f"{item.on!r}", 1.0)
+    for name, items in row_of.items():
+        slot = kitchen.slot(name)
+        row = sorted((s for s in kitchen.slots[slot.line.id] if not s.is_upper), key=lambda s: s.left)
+        room = slot.width + _worktop((s for s in row if s.left > slot.left), {})
+        widths = {item.id: worktop_width(models, item) for item in items}
+        least = sum(widths.values())
+        if has_worktop(slot) and least > room + LANDING_PLAY_M:
+            largest = max(widths, key=lambda i: (widths[i], i))
+            expected = f"at least {least:.2f} m of worktop from the left end of {name} on, for {', '.join(widths)}"
+            owners = frozenset((name, *widths))
+            yield Problem(ProblemKind.ITEM, largest, owners, expected, f"{room:.2f} m", round(least - room, 4))
 
 
 def _idle_hoods(kitchen: KitchenRequest) -> Iterator[Problem]:
@@ -226,6 +239,30 @@ def _landings(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]
                 owners = frozenset((slot.name,))
                 got, less = f"{widest:.2f} m", LEAST_LANDING_M - widest
                 yield Problem(ProblemKind.LANDING, slot.name, owners, expected, got, less)
+    yield from _beside_microwaves(kitchen, models, taken)
+
+
+def _beside_microwaves(kitchen: KitchenRequest, models: StyleModels, taken: Mapping[str, float]) -> Iterator[Problem]:
+    """Microwaves on a worktop with no room near them to set down what goes in and comes out."""
+    for item in kitchen.plan.worktop_items:
+        if models.role_of(item) != "microwave":
+            continue
+        slot = kitchen.slot(item.on)
+        row = sorted((s for s in kitchen.slots[slot.line.id] if not s.is_upper), key=lambda s: s.left)
+        k = row.index(slot) if slot in row else None
+        if k is None:
+            continue  # on a shelf of the wall units
+        near = [
+            slot,
+            *itertools.islice(_under_worktop(row[k + 1 :]), 1),
+            *itertools.islice(_under_worktop(row[:k][::-1]), 1),
+        ]
+        free = round(sum(s.width - taken.get(s.name, 0.0) for s in near), 4)
+        if free < LEAST_BY_MICROWAVE_M:
+            others = {i.id for i in kitchen.plan.worktop_items if i.on in {s.name for s in near}}
+            expected = f"at least {LEAST_BY_MICROWAVE_M:g} m of free worktop beside {item.id}"
+            got, less = f"{free:.2f} m", round(LEAST_BY_MICROWAVE_M - free, 4)
+            yield Problem(ProblemKind.LANDING, item.id, frozenset(others), expected, got, less)
 
 
 def _under_worktop(row: Iterable[UnitSlot]) -> Iterator[UnitSlot]:
