@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from casa_assets.geometry.outline import penetration_depth
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.layouts.order.room_shell import CASING_WIDTH_M
-from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE, PLAY_M
+from casa_assets.layouts.order.trim import CORNICE_DEPTH_M, FLAT_PROFILE
 from casa_assets.layouts.plan import standard_sizes
 from casa_assets.layouts.plan.room import WALL_THICKNESS_M, WallHole, WallLine
 from casa_assets.layouts.plan.runs import RunLine, UnitSlot
@@ -37,6 +38,7 @@ from casa_assets.registry.roles import load_roles
 TOUCH_M = 0.01
 # Ref: NKBA kitchen planning guideline 7: walkways 36 inches wide.
 LEAST_AISLE_M = 0.914
+CASING_PLAY_M = 0.001  # beside it
 CASING_M = 0.08  # beside the hole of a door or window
 # What the sill of a window stands out from the wall, reaches beyond the hole, and takes up below it.
 SILL_M, SILL_BESIDE_M, SILL_UNDER_M = 0.05, 0.1, 0.05
@@ -472,8 +474,8 @@ def _openings(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
 
 def _before_opening(kitchen: KitchenRequest, hole: WallHole) -> list[tuple[float, float]]:
     """Stretches of units before an opening, its casing or the sill of a window, metres along the wall."""
-    low, casing = max(hole.bottom, 0.05), 0.0 if hole.is_niche else CASING_WIDTH_M
-    parts = [(low, hole.top + casing, casing + _of_cornice(kitchen, hole.top + casing) if casing else -TOUCH_M)]
+    low, casing = max(hole.bottom, 0.05), 0.0 if hole.is_niche else _casing(kitchen, hole.is_window)
+    parts = [(low, hole.top + casing, -TOUCH_M if hole.is_niche else _beside_casing(kitchen, hole.top, hole.is_window))]
     if hole.is_window:
         parts.append((low - SILL_UNDER_M, low, SILL_BESIDE_M))
     return [
@@ -484,10 +486,19 @@ def _before_opening(kitchen: KitchenRequest, hole: WallHole) -> list[tuple[float
     ]
 
 
-def _of_cornice(kitchen: KitchenRequest, top: float) -> float:
-    """How far cornices stand out beside cabinets before what reaches up to a height, metres."""
+def _casing(kitchen: KitchenRequest, is_window: bool) -> float:
+    """Width of the casing of the style's windows, or of its doors, metres."""
+    models = StyleModels(kitchen.style, PresetSizes(), load_roles(), kitchen.plan.height)
+    role = "window" if is_window else "door"
+    return float(models.for_role(role).params.get("casing", CASING_WIDTH_M)) if models.has(role) else CASING_WIDTH_M
+
+
+def _beside_casing(kitchen: KitchenRequest, top: float, is_window: bool) -> float:
+    """What is kept free beside a hole that reaches up to a height: its casing, and cornices beside that. Metres."""
+    casing = _casing(kitchen, is_window)
+    is_high = top + casing > standard_sizes.UPPER_TO + 2 * TOUCH_M
     has_profile = kitchen.style.cabinets.cornice not in (None, FLAT_PROFILE)
-    return CORNICE_DEPTH_M + 2 * PLAY_M if has_profile and top > standard_sizes.UPPER_TO else 0.0
+    return casing + CASING_PLAY_M + (CORNICE_DEPTH_M if is_high and has_profile else 0.0)
 
 
 def _entries(raw: Any, kitchen: KitchenRequest) -> Iterator[Fault]:
@@ -520,12 +531,13 @@ def _gap_over(raw: Any, kitchen: KitchenRequest, hole: WallHole) -> Mend | None:
         return None
     slots = {s.name: s for s in kitchen.slots[run.id]}
     middle = slots[str(over)].middle
-    reach = (hole.right - hole.left) / 2 + 0.1
+    beside = max(SILL_BESIDE_M, _beside_casing(kitchen, hole.top, True)) + 0.001
+    reach = (hole.right - hole.left) / 2 + beside
     if any(s.kind is UpperKind.HOOD and s.left < middle + reach and s.right > middle - reach for s in slots.values()):
         return None
     before = [k for k, u in enumerate(run.upper) if u.id in slots and slots[u.id].middle < middle]
     at = (*row_at(raw, "runs", run.id), "upper", (max(before) + 1) if before else 0)
-    unit = {"gap": {"over": over, "width": round(hole.right - hole.left + 0.2, 2)}}
+    unit = {"gap": {"over": over, "width": math.ceil(100 * 2 * reach) / 100}}
     return Mend(f"Leave a gap in the wall units of {run.id} over {over}.", (inserted(at, unit),))
 
 
@@ -600,7 +612,7 @@ def free_middle(
     # The sill of a window reaches beyond its casing.
     from_end = FROM_END_M if low <= 0.05 else WINDOW_FROM_END_M
     start, casing = from_end, CASING_M if low <= 0.05 else SILL_BESIDE_M
-    casing = max(casing, CASING_WIDTH_M + _of_cornice(kitchen, high + CASING_WIDTH_M))
+    casing = max(casing, _beside_casing(kitchen, high, low > 0.05))
     for left, right in [*sorted(taken), (wall.length - from_end, wall.length)]:
         first, last = start + width / 2, left - width / 2
         # Beside units and other openings a casing has to find room too.

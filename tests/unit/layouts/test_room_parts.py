@@ -354,3 +354,27 @@ def test_both_formats_say_the_same_of_the_room(name: str, tmp_path: Path) -> Non
     assert scene_parity(folder / "scene.xml", folder / "scene_nested.usda") == []
     found = {p.name: p for p in scene_mjcf.facts(folder / "scene.xml").placements}
     assert found.keys() == built.keys()
+
+
+class TestLowRooms:
+    @pytest.mark.parametrize(("height", "has_beams"), [("2.7", True), ("2.42", False)])
+    def test_beams_hang_where_cabinets_leave_room_for_them(self, tmp_path: Path, height: str, has_beams: bool) -> None:
+        kitchen = kitchen_of(PLAN.replace("height: 2.7", f"height: {height}"), tmp_path, "rustic")
+        assert (item(kitchen, "ceiling").choice.params.get("beams") is not None) == has_beams
+
+    def test_no_lamp_hangs_where_doors_of_cabinets_open(self, tmp_path: Path) -> None:
+        lamps = "lamps:\n  - {item: ceiling_light, count: 6}\n"
+        for height in ("2.7", "2.42"):
+            kitchen = kitchen_of(PLAN.replace("height: 2.7", f"height: {height}") + lamps, tmp_path)
+            hung = [i.spot.frame.at(i.spot.u, i.spot.v)[:2] for i in kitchen.items if i.role == "lamp"]
+            before = [line.frame.to_local(*p) for p in hung for line in kitchen.lines.values()]
+            assert hung
+            if height == "2.42":
+                assert all(v > 1.1 for u, v in before if 0.0 < u < 3.0)
+
+    def test_a_hood_is_as_wide_as_the_plan_says(self, tmp_path: Path) -> None:
+        hoods = {}
+        for width in ("", ", width: 0.7"):
+            kitchen = kitchen_of(PLAN + "    upper:\n      - hood: {over: main_range" + width + "}\n", tmp_path, "rustic")
+            hoods[width] = next(i for i in kitchen.items if i.role == "hood").choice.params.get("width")
+        assert hoods == {"": None, ", width: 0.7": 0.7}

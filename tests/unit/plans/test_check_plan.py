@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -162,3 +163,66 @@ def test_it_loads_nothing_large() -> None:
     plan = data_root() / "plans" / "u_large.yaml"
     done = subprocess.run([sys.executable, "-c", code, str(plan)], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+ISLAND = "  island:\n    faces: {run: main, aisle: 1.2}\n    base: [drawers: 0.9, doors: 0.9]\n"
+LARGE = (ROOM + ROW).replace("length: 3.0}", "length: 5.0}")
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        pytest.param(
+            ROOM + ROW + "  left:\n    on: left\n    end: 1.2\n    base: [drawers]\ncorners: [{runs: [main, left]}]\n",
+            "Write `runs: [left, main]`.",
+            id="a corner in the wrong order",
+        ),
+        pytest.param(
+            LARGE + ISLAND + "    upper: [doors]\n", "Take out 'upper' of island.", id="wall units over an island"
+        ),
+        pytest.param(
+            (ROOM + ROW).replace("- hood: {over: main_range}", "- hood"), "Write `over: main_range`.", id="a bare hood"
+        ),
+        pytest.param((ROOM + ROW).replace("heading: back", "heading: -90"), "Write 270.", id="a negative heading"),
+        pytest.param(
+            LARGE + ISLAND + "seats:\n  - {run: island, count: 1}\n  - {run: island, count: 1}\n",
+            "Write `count: 2` for island, and take out the second row.",
+            id="two rows of seats at one island",
+        ),
+        pytest.param(
+            ROOM + ROW + "lamps:\n  - {item: pendant_light, over: main, count: 2}\n",
+            "Take out these lamps.",
+            id="lamps among wall units",
+        ),
+        pytest.param(
+            LARGE + "openings:\n  w: {kind: window, wall: right, at: 3.0, height: 2.2, sill: 0.2}\n",
+            "Write `height: 1.80",
+            id="a window higher than they are made",
+        ),
+        pytest.param(
+            LARGE + "openings:\n  d: {kind: door, wall: right, at: 3.5, width: 1.8, height: 2.1}\n",
+            "Write `kind: passage`.",
+            id="a leaf too wide for a hand",
+        ),
+        pytest.param(
+            ROOM
+            + ROW.replace("drawers: [0.4, 0.9]", "drawers: 0.4")
+            + "worktop_items:\n  microwave: {on: main_drawers}\n  kettle: {on: main_drawers}\n",
+            "Write `on: main_doors` for microwave.",
+            id="more than a worktop holds",
+        ),
+    ],
+)
+def test_what_drafts_by_others_had_wrong_is_mended(text: str, sentence: str) -> None:
+    found = checked(text)
+    assert any(said.startswith(sentence) for _, _, said in told(found)), told(found)
+    assert found.mended, told(found)
+    assert checked(found.text).fits
+
+
+def test_a_plan_in_centimetres_is_written_in_metres_at_once() -> None:
+    text = re.sub(r"\d+\.\d+", lambda m: f"{100 * float(m[0]):g}", ROOM + ROW)
+    found = checked(text)
+    assert [row[2] for row in told(found)] == ["Write all lengths in metres."]
+    assert "length: 4.6" in found.text
+    assert checked(found.text).fits
