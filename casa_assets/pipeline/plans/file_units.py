@@ -31,7 +31,7 @@ def other_unit(plan: Mapping[str, Any]) -> Fault | None:
     for name, (metres, least) in UNITS.items():
         if min(walls) >= least:
             edits = tuple(replaced(at, round(value * metres, 4)) for at, value in found)
-            return Fault(("walls",), "lengths in metres", f"{name}", Mend("Write all lengths in metres.", edits))
+            return Fault(("walls",), "lengths in metres", name, Mend("Write all lengths in metres.", edits))
     return None
 
 

@@ -122,6 +122,9 @@ def _of_item(raw: Any, kitchen: KitchenRequest, name: str) -> Iterator[Mend]:
     """Another unit for a thing to stand on, of its own row first and the nearest there; or none of it."""
     at = row_at(raw, "worktop_items", name)
     before = kitchen.slot(next(i.on for i in kitchen.plan.worktop_items if i.id == name))
+    for share, side in ((0.0, "left"), (1.0, "right")):
+        said = f"Write `at: {share:g}` for {name}, at the {side} end of {before.name}."
+        yield Mend(said, (key_edit(raw, at, "at", share),))
     taken = [i.on for i in kitchen.plan.worktop_items]
     others = [s for row in kitchen.slots.values() for s in row if has_worktop(s) and s.width >= LEAST_UNDER_ITEM_M]
     others.sort(key=lambda s: (s.name in taken, s.line.id != before.line.id, abs(s.middle - before.middle)))

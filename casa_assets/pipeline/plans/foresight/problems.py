@@ -45,7 +45,8 @@ PLAY_M = 0.002  # by which leaves as they are built are smaller than they are ta
 LEAST_OVERHANG_M, USUAL_OVERHANG_M = 0.25, 0.3
 LANDING_PLAY_M = 0.05  # by which things may be narrower than they are taken to be
 LEAST_LANDING_M = 0.3  # of worktop beside a sink or a cooker: for less RoboCasa finds no place to set things down on
-LEAST_BY_MICROWAVE_M = 0.12  # of free worktop on the unit of a microwave and the two beside it, for the same reason
+# Of free worktop in one piece near a microwave or a sink, for the same reason, and how far from it.
+LEAST_BY_MICROWAVE_M, LEAST_BY_SINK_M, SET_DOWN_REACH_M = 0.19, 0.1, 0.6
 # Deeper in a wall lies what is behind it, round a corner. Height of tables and chairs.
 MOST_IN_WALL_M, TABLE_M = 0.11, 0.9
 
@@ -239,30 +240,62 @@ def _landings(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]
                 owners = frozenset((slot.name,))
                 got, less = f"{widest:.2f} m", LEAST_LANDING_M - widest
                 yield Problem(ProblemKind.LANDING, slot.name, owners, expected, got, less)
-    yield from _beside_microwaves(kitchen, models, taken)
+    yield from _crowded(kitchen, models)
 
 
-def _beside_microwaves(kitchen: KitchenRequest, models: StyleModels, taken: Mapping[str, float]) -> Iterator[Problem]:
-    """Microwaves on a worktop with no room near them to set down what goes in and comes out."""
+def _crowded(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]:
+    """Microwaves and sinks with no free worktop near them to set down what goes in and comes out."""
     for item in kitchen.plan.worktop_items:
-        if models.role_of(item) != "microwave":
-            continue
         slot = kitchen.slot(item.on)
-        row = sorted((s for s in kitchen.slots[slot.line.id] if not s.is_upper), key=lambda s: s.left)
-        k = row.index(slot) if slot in row else None
-        if k is None:
-            continue  # on a shelf of the wall units
-        near = [
-            slot,
-            *itertools.islice(_under_worktop(row[k + 1 :]), 1),
-            *itertools.islice(_under_worktop(row[:k][::-1]), 1),
-        ]
-        free = round(sum(s.width - taken.get(s.name, 0.0) for s in near), 4)
-        if free < LEAST_BY_MICROWAVE_M:
-            others = {i.id for i in kitchen.plan.worktop_items if i.on in {s.name for s in near}}
-            expected = f"at least {LEAST_BY_MICROWAVE_M:g} m of free worktop beside {item.id}"
-            got, less = f"{free:.2f} m", round(LEAST_BY_MICROWAVE_M - free, 4)
-            yield Problem(ProblemKind.LANDING, item.id, frozenset(others), expected, got, less)
+        if models.role_of(item) == "microwave" and has_worktop(slot):
+            row, k = _place_in_row(kitchen, slot)
+            top = [*list(_under_worktop(row[:k][::-1]))[::-1], slot, *_under_worktop(row[k + 1 :])]
+            middle = next(i.spot.u for i in kitchen.items if i.name == item.id)
+            reach = worktop_width(models, item) / 2 + SET_DOWN_REACH_M
+            free, beside = _largest_free(kitchen, models, top, (middle - reach, middle + reach))
+            yield from _too_crowded(item.id, free, LEAST_BY_MICROWAVE_M, beside)
+    for slot in (s for row in kitchen.slots.values() for s in row if s.kind is BaseKind.SINK):
+        row, k = _place_in_row(kitchen, slot)
+        sides = (
+            ([*_under_worktop(row[:k][::-1])][::-1], (slot.left - SET_DOWN_REACH_M, slot.left)),
+            ([*_under_worktop(row[k + 1 :])], (slot.right, slot.right + SET_DOWN_REACH_M)),
+        )
+        found = [_largest_free(kitchen, models, top, span) for top, span in sides if top]
+        beside = frozenset(name for _, names in found for name in names)
+        if beside:
+            yield from _too_crowded(slot.name, max(free for free, _ in found), LEAST_BY_SINK_M, beside)
+
+
+def _too_crowded(about: str, free: float, least: float, beside: frozenset[str]) -> Iterator[Problem]:
+    """The problem of something that has less free worktop than it needs, for the things that stand there."""
+    if free < least:
+        expected = f"at least {least:g} m of free worktop, in one piece, beside {about}"
+        got, less = f"{max(free, 0.0):.2f} m", round(least - free, 4)
+        yield Problem(ProblemKind.LANDING, about, beside | {about}, expected, got, less)
+
+
+def _place_in_row(kitchen: KitchenRequest, slot: UnitSlot) -> tuple[list[UnitSlot], int]:
+    """The floor units of the run of one, from left to right, and its number among them."""
+    row = sorted((s for s in kitchen.slots[slot.line.id] if not s.is_upper), key=lambda s: s.left)
+    return row, row.index(slot)
+
+
+def _largest_free(
+    kitchen: KitchenRequest, models: StyleModels, top: Sequence[UnitSlot], span: tuple[float, float]
+) -> tuple[float, frozenset[str]]:
+    """Longest free piece of a worktop between two places along its run, metres, and the things that stand on it.
+
+    Args:
+        top: units under it, from left to right. span: from where to where.
+    """
+    places = {item.name: item.spot.u for item in kitchen.items}
+    on = [i for i in kitchen.plan.worktop_items if i.on in {s.name for s in top}]
+    halves = {i.id: worktop_width(models, i) / 2 for i in on}
+    free, start = 0.0, top[0].left
+    for at, half in (*sorted((places[name], half) for name, half in halves.items()), (top[-1].right, 0.0)):
+        free = max(free, min(at - half, span[1]) - max(start, span[0]))
+        start = max(start, at + half)
+    return free, frozenset(halves)
 
 
 def _under_worktop(row: Iterable[UnitSlot]) -> Iterator[UnitSlot]:
