@@ -375,6 +375,8 @@ class TestLowRooms:
     def test_a_hood_is_as_wide_as_the_plan_says(self, tmp_path: Path) -> None:
         hoods = {}
         for width in ("", ", width: 0.7"):
-            kitchen = kitchen_of(PLAN + "    upper:\n      - hood: {over: main_range" + width + "}\n", tmp_path, "rustic")
+            kitchen = kitchen_of(
+                PLAN + "    upper:\n      - hood: {over: main_range" + width + "}\n", tmp_path, "rustic"
+            )
             hoods[width] = next(i for i in kitchen.items if i.role == "hood").choice.params.get("width")
         assert hoods == {"": None, ", width: 0.7": 0.7}
