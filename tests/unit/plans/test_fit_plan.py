@@ -17,7 +17,8 @@ from casa_assets.registry.kitchens import load_plan, load_style, plan_names
 STYLE = "modern_1"
 ROOMS = ((4.2, 3.1), (5.0, 4.2), (6.0, 5.0), (7.5, 6.5))
 # Rooms in which a sink on an island has no place, since the island has to go, in which a U beside a dining area is too
-# short for its cooker, and in which no mend is found after which doors open in corners and appliances keep off them.
+# short for its cooker, in which no mend is found after which doors open in corners and appliances keep off them, and in
+# which nothing can be set down beside the microwave.
 REFUSED = {
     ("u_large", (4.2, 3.1)),
     ("u_large", (5.0, 4.2)),
@@ -28,6 +29,7 @@ REFUSED = {
     ("g_small", (5.0, 4.2)),
     ("l_large", (6.0, 5.0)),
     ("l_large", (5.0, 4.2)),
+    ("one_wall_small", (5.0, 4.2)),
     ("pantry_island", (4.2, 3.1)),
     ("wraparound", (4.2, 3.1)),
     ("wraparound", (5.0, 4.2)),

@@ -82,7 +82,9 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
         if place is not None:
             yield Mend(f"Take out {problem.about}.", (removed(unit_at(raw, *place)),))
     elif problem.kind is ProblemKind.ITEM:
-        yield from _of_item(raw, kitchen, problem.about)
+        items = {item.id for item in kitchen.plan.worktop_items}
+        for name in (problem.about, *sorted((problem.owners & items) - {problem.about})):
+            yield from _of_item(raw, kitchen, name)
     else:
         yield from _of_leaves(raw, kitchen, problem)
 
