@@ -56,7 +56,7 @@ def beams_of(
     """The beams of a style that has some, clear of the hoods and the columns that reach the ceiling.
 
     Where the plan has a row of lamps they run along it, so that it hangs between two of them. None where the ceiling is
-    so low that they would hang into cabinets, or where none of those that look well keep clear.
+    so low that they would hang into cabinets.
     """
     highest = max((s.top for row in slots.values() for s in row if s.kind is not UpperKind.HOOD), default=0.0)
     if style.room.beams is None or room.height - BEAM_HEIGHT_M < highest + OVER_UNITS_M - 1e-6:
@@ -77,7 +77,7 @@ def beams_of(
         found = next(clear, None)
         if found is not None:
             return found
-    return None
+    return usual[0]
 
 
 def _grids(along_x: bool, low: float, high: float, off: int) -> list[BeamGrid]:
