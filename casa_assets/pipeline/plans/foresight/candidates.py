@@ -66,8 +66,8 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
         yield Mend(said, (key_edit(raw, at, "overhang", USUAL_OVERHANG_M),))
         yield from _without_seats(raw, kitchen, problem.about)
     elif problem.kind is ProblemKind.LANDING:
-        items = {item.id for item in kitchen.plan.worktop_items}
-        for name in [*sorted(problem.owners - {problem.about}), *({problem.about} & items)]:
+        items = _items_of(kitchen, problem)
+        for name in [*sorted(items - {problem.about}), *({problem.about} & items)]:
             yield from _of_item(raw, kitchen, name)
         yield from _with_worktop(raw, kitchen, problem.about)
     elif problem.kind is ProblemKind.WALL and problem.about in {s.name for row in kitchen.slots.values() for s in row}:
@@ -82,8 +82,7 @@ def candidates(raw: Any, kitchen: KitchenRequest, problem: Problem) -> Iterator[
         if place is not None:
             yield Mend(f"Take out {problem.about}.", (removed(unit_at(raw, *place)),))
     elif problem.kind is ProblemKind.ITEM:
-        items = {item.id for item in kitchen.plan.worktop_items}
-        for name in (problem.about, *sorted((problem.owners & items) - {problem.about})):
+        for name in (problem.about, *sorted(_items_of(kitchen, problem) - {problem.about})):
             yield from _of_item(raw, kitchen, name)
     else:
         yield from _of_leaves(raw, kitchen, problem)
@@ -118,6 +117,11 @@ def _lines_of(kitchen: KitchenRequest, problem: Problem) -> list[RunLine]:
     return sorted(
         (kitchen.lines[name] for name in names & kitchen.lines.keys()), key=lambda line: (line.at_wall, line.id)
     )
+
+
+def _items_of(kitchen: KitchenRequest, problem: Problem) -> frozenset[str]:
+    """The things on worktops that a problem is of."""
+    return problem.owners & {item.id for item in kitchen.plan.worktop_items}
 
 
 def _of_item(raw: Any, kitchen: KitchenRequest, name: str) -> Iterator[Mend]:

@@ -196,11 +196,13 @@ def _items(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]:
             yield Problem(ProblemKind.ITEM, item.id, frozenset((item.id, item.on)), expected, f"{item.on!r}", 1.0)
     for name, items in row_of.items():
         slot = kitchen.slot(name)
-        row = sorted((s for s in kitchen.slots[slot.line.id] if not s.is_upper), key=lambda s: s.left)
-        room = slot.width + _worktop((s for s in row if s.left > slot.left), {})
+        if not has_worktop(slot):
+            continue
+        row, k = _place_in_row(kitchen, slot)
+        room = slot.width + _worktop(row[k + 1 :], {})
         widths = {item.id: worktop_width(models, item) for item in items}
         least = sum(widths.values())
-        if has_worktop(slot) and least > room + LANDING_PLAY_M:
+        if least > room + LANDING_PLAY_M:
             largest = max(widths, key=lambda i: (widths[i], i))
             expected = f"at least {least:.2f} m of worktop from the left end of {name} on, for {', '.join(widths)}"
             owners = frozenset((name, *widths))
@@ -249,7 +251,7 @@ def _crowded(kitchen: KitchenRequest, models: StyleModels) -> Iterator[Problem]:
         slot = kitchen.slot(item.on)
         if models.role_of(item) == "microwave" and has_worktop(slot):
             row, k = _place_in_row(kitchen, slot)
-            top = [*list(_under_worktop(row[:k][::-1]))[::-1], slot, *_under_worktop(row[k + 1 :])]
+            top = [*[*_under_worktop(row[:k][::-1])][::-1], slot, *_under_worktop(row[k + 1 :])]
             middle = next(i.spot.u for i in kitchen.items if i.name == item.id)
             reach = worktop_width(models, item) / 2 + SET_DOWN_REACH_M
             free, beside = _largest_free(kitchen, models, top, (middle - reach, middle + reach))
