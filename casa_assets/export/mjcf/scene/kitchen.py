@@ -59,15 +59,15 @@ def write(
     light = scene if isinstance(scene, LightScene) else None
     scene = scene if isinstance(scene, Scene) else scene.scene
     assets = {asset.id: asset for asset in (light.light_assets if light else scene.assets)}
-    colors = {asset.id: _light_colors(asset, assets[asset.id]) for asset in scene.assets} if light else {}
+    colors = {asset.id: light_colors(asset, assets[asset.id]) for asset in scene.assets} if light else {}
     shared_files = resources.gather([] if light else list(assets.values()))
     contexts = [_context(place, assets[place.asset], shared_files, colors, groups) for place in scene.placements]
     text = _document(scene, contexts, shared_files, shared, is_light=light is not None)
     return Files.of({FILE: text, **shared_files.entries})
 
 
-def _light_colors(asset: Asset, light: Asset) -> dict[str, str]:
-    """Collider of the light asset -> `rgba`, three digits."""
+def light_colors(asset: Asset, light: Asset) -> dict[str, str]:
+    """Collider of an asset of the light form -> `rgba`, three digits: colour of the visuals of the full one there."""
     known = {name: number.numbers(round(c, 3) for c in color) for name, color in collider_colors(asset).items()}
     names = [collider.name for link in light.links for collider in link.colliders]
     return {name: known[name] if name in known else known[LightScene.collider_of(name)] for name in names}
@@ -112,12 +112,12 @@ def _document(
     world = etree.SubElement(root, "worldbody")
     room.add_lights_and_cameras(world, scene)
     for place, context in zip(scene.placements, contexts, strict=True):
-        root_body = _add_placement(world, place, context)
+        root_body = add_placement(world, place, context)
         if is_light and context.asset.base is Base.FIXED:
             contact.exclude_from_world(root_body)
     _add_exclusions(root, contexts, () if is_light else scene.exclusions)
-    _add_texts(root, scene, contexts)
-    _add_poses(root, scene, contexts)
+    add_texts(root, scene, contexts)
+    add_poses(root, scene, contexts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
 
 
@@ -126,7 +126,8 @@ def world_from_root(place: Placement, asset: Asset) -> Pose:
     return place.pose @ asset.root.pose
 
 
-def _add_placement(world: etree._Element, place: Placement, context: BodyContext) -> etree._Element:
+def add_placement(world: etree._Element, place: Placement, context: BodyContext) -> etree._Element:
+    """`<body>` of a placement below the world, with a free joint where its base is free."""
     root = context.asset.root.replace(pose=world_from_root(place, context.asset))
     root_body = body.add(world, root, context)
     if context.asset.base is Base.FREE:
@@ -150,7 +151,7 @@ def _add_exclusions(
             contact.exclude(block, first, second)
 
 
-def _add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
+def add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
     """The texts of each asset, and for each placement its asset and its layer."""
     custom = etree.SubElement(root, "custom")
     for place, context in zip(scene.placements, contexts, strict=True):
@@ -159,7 +160,7 @@ def _add_texts(root: etree._Element, scene: Scene, contexts: list[BodyContext]) 
             etree.SubElement(custom, "text", {"name": context.prefix + name, "data": data})
 
 
-def _add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
+def add_poses(root: etree._Element, scene: Scene, contexts: list[BodyContext]) -> None:
     """Keyframes `start`, `closed` and `open`: joints that an asset's own keyframe does not name are at zero.
 
     What rests in a drawer goes along with it.

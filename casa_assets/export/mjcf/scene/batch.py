@@ -1,0 +1,147 @@
+"""Batch form of a scene -> one flat scene_batch.xml of primitives, asleep as it begins, with no pair that cannot touch.
+
+Names are those of the other forms. Bits of `contype` and `conaffinity`, of which geom A touches geom B where one's
+contype has a bit of the other's conaffinity:
+
+| | contype | conaffinity |
+|---|---|---|
+| robots and things that are added, as MuJoCo has them by default | 1 | 1 |
+| what stands still | 1, THINGS | |
+| what stands still overhead | 1 | |
+| loose things | 1, THINGS | THINGS |
+| parts of fixtures that move | 1, THINGS, bit of those that they can meet | bit of those that they can meet |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lxml import etree
+
+from casa_assets.export.mjcf import collider, contact, number
+from casa_assets.export.mjcf.body import BodyContext
+from casa_assets.export.mjcf.scene import room
+from casa_assets.export.mjcf.scene.kitchen import add_placement, add_poses, add_texts, light_colors
+from casa_assets.export.mjcf.visual import Meshes
+from casa_assets.export.mujoco_values import VIEWER_GROUPS
+from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.kitchen.batch_scene import BatchScene
+
+FILE = "scene_batch.xml"
+# Bits of contype and conaffinity: of everything by default, of loose things, and the first of fixtures that can meet.
+DEFAULT, THINGS, FIRST_MEETING = 1, 2, 2
+# MuJoCo has 32 bits, the last of which is a sign.
+LAST_MEETING = 30
+
+
+def write(batch: BatchScene, asleep: bool = True) -> bytes:
+    """The MJCF of the batch form of a scene; the same form is the same bytes.
+
+    Args:
+        asleep: everything sleeps until something touches or drives it. False for engines that do not know sleep.
+    """
+    scene = batch.scene
+    root = etree.Element("mujoco", {"model": scene.id})
+    etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true", "fusestatic": "true"})
+    option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": number.numbers(scene.gravity)}
+    flags = {"multiccd": "enable", **({"sleep": "enable"} if asleep else {})}
+    etree.SubElement(etree.SubElement(root, "option", option), "flag", flags)
+    room.add_frame(root, scene)
+    room.add_sky(etree.SubElement(root, "asset"), scene)
+    world = etree.SubElement(root, "worldbody")
+    room.add_lights_and_cameras(world, scene)
+    full = {asset.id: asset for asset in scene.assets}
+    colors = _Colors(full)
+    _add_world(world, batch, full, colors)
+    contexts = []
+    meeting = _meeting_bits(batch)
+    for place, form in zip(scene.placements, batch.forms, strict=True):
+        names = {c.name: colors.of(form.id, c.name) for link in form.links for c in link.colliders}
+        context = BodyContext(form, Meshes((), {}), {}, _GROUPS, place.name, names)
+        body = add_placement(world, place, context)
+        if form.base is Base.FREE:
+            _set_bits(body, DEFAULT | THINGS, THINGS)
+        else:
+            for link in form.links:
+                bit = meeting.get((place.name, link.name), 0)
+                _set_bits(_body(body, context.body_name(link.name)), DEFAULT | THINGS | bit, bit)
+        if asleep:
+            _let_sleep(body)
+        contexts.append(context)
+    block = etree.SubElement(root, "contact")
+    for context in contexts:
+        for exclusion in context.asset.exclusions:
+            contact.add(block, exclusion, context)
+    add_texts(root, scene, contexts)
+    add_poses(root, scene, contexts)
+    return etree.tostring(root, encoding="us-ascii", pretty_print=True)
+
+
+# Everything that touches is seen.
+_GROUPS = VIEWER_GROUPS.__class__(colliders=VIEWER_GROUPS.visuals)
+
+
+class _Colors:
+    """`rgba` of the colliders of the assets of a scene, each asset looked at once."""
+
+    def __init__(self, assets: Mapping[str, Asset]) -> None:
+        self._assets = assets
+        self._found: dict[str, dict[str, str]] = {}
+
+    def of(self, asset: str, name: str) -> str:
+        """Colour of a collider, or of the one that it is a piece of."""
+        if asset not in self._found:
+            self._found[asset] = light_colors(self._assets[asset], self._assets[asset])
+        known = self._found[asset]
+        return known[name] if name in known else known[_whole(name)]
+
+
+def _whole(name: str) -> str:
+    from casa_assets.model.kitchen.scene import LightScene
+
+    return LightScene.collider_of(name)
+
+
+def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, Asset], colors: _Colors) -> None:
+    """Add what never moves to the world body."""
+    asset_of = {place.name: place.asset for place in batch.scene.placements}
+    for item in batch.world:
+        asset = assets[asset_of[item.placement]]
+        substance = asset.substance(item.collider.substance)
+        group = VIEWER_GROUPS.shell if item.is_overhead else VIEWER_GROUPS.visuals
+        geom = collider.add(world, item.collider, substance, Meshes((), {}), group, f"{item.placement}__")
+        geom.set("rgba", colors.of(asset.id, item.collider.name))
+        geom.set("contype", str(DEFAULT if item.is_overhead else DEFAULT | THINGS))
+        geom.set("conaffinity", "0")
+
+
+def _meeting_bits(batch: BatchScene) -> dict[tuple[str, str], int]:
+    """(placement, link) -> bit of the set of links that it can meet; sets share the last bit where there are many."""
+    bits = {}
+    for number_, group in enumerate(batch.meeting):
+        bit = 1 << min(FIRST_MEETING + number_, LAST_MEETING)
+        bits.update({(ref.placement, ref.link): bit for ref in group})
+    return bits
+
+
+def _body(root: etree._Element, name: str) -> etree._Element:
+    """The body of that name, `root` or one below it."""
+    return next(body for body in root.iter("body") if body.get("name") == name)
+
+
+def _set_bits(body: etree._Element, contype: int, conaffinity: int) -> None:
+    """Set the bits of the geoms of a body that touch anything; of a loose thing those of all that it carries."""
+    everything = conaffinity == THINGS
+    for geom in body.iter("geom") if everything else body.findall("geom"):
+        if geom.get("contype") == "1":
+            geom.set("contype", str(contype))
+            geom.set("conaffinity", str(conaffinity))
+
+
+def _let_sleep(body: etree._Element) -> None:
+    """Let the trees of joints below a fixed body, or that of a loose thing, begin asleep."""
+    if body.find("freejoint") is not None or body.find("joint") is not None:
+        body.set("sleep", "init")
+        return
+    for carried in body.findall("body"):
+        _let_sleep(carried)

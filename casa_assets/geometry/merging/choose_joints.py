@@ -1,0 +1,157 @@
+"""Scene in its light form -> its batch form, with as much of it kept as a number of primitives allows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+
+from casa_assets.geometry.merging.batch_form import batch_form
+from casa_assets.geometry.merging.joint_words import JointWord, joint_word
+from casa_assets.geometry.merging.moving_parts import WHOLE
+from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind
+from casa_assets.model.kitchen.batch_scene import BatchScene
+from casa_assets.model.kitchen.scene import LightScene
+
+Ref = tuple[str, str]  # placement and joint
+# Primitives of a loose thing that is solid, about.
+OF_SOLID_THING = 3
+# Of the bin of a door, besides the one that it becomes.
+OF_BIN = 2
+# Loose things without joints of which a kitchen has so many are seats.
+MANY_ALIKE = 3
+# Categories of fixtures that none of RoboCasa's atomic tasks needs, those first that a kitchen misses least.
+OF_NO_TASK = (
+    "window",
+    "switch",
+    "door",
+    "hood",
+    "tall_cabinet",
+    "housing_cabinet",
+    "island_base",
+    "corner_cabinet",
+)
+
+
+@dataclass(frozen=True)
+class _Step:
+    """What is given up together: joints that are locked, and loose things that become solid."""
+
+    locked: tuple[Ref, ...] = ()
+    filled: tuple[str, ...] = ()
+
+
+def batch_within(light: LightScene, most: int, words: Collection[JointWord] = tuple(JointWord)) -> BatchScene:
+    """The batch form with the joints of some words, and of those as many as `most` primitives allow.
+
+    Where there are too many, this is given up in this order, only as much as needed: the inside of loose appliances
+    and their knobs and keys, the bins of doors, drawers behind doors, units that the kitchen has several of, the last
+    ones first, of several drawers in one unit all but the uppermost, the legs of seats one by one, racks, and units
+    that no atomic task needs.
+
+    Args:
+        most: primitives. The form has more where nothing is left to give up.
+        words: of the joints that stay.
+    """
+    light_of = {asset.id: asset for asset in light.light_assets}
+    assets = {place.name: light_of[place.asset] for place in light.scene.placements}
+    locked = [
+        (name, joint.name)
+        for name, asset in assets.items()
+        for joint in asset.joints
+        if joint_word(asset, joint) not in words
+    ]
+    filled: list[str] = []
+    steps = list(_steps(assets, locked))
+    form = batch_form(light, locked)
+    while form.collider_count > most and steps:
+        saved = form.collider_count - most
+        while saved > 0 and steps:
+            step = steps.pop(0)
+            locked += step.locked
+            filled += step.filled
+            saved -= _primitives_saved(form, assets, step)
+        form = batch_form(light, locked, filled)
+    return form
+
+
+def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_Step]:
+    """What is given up, first what a kitchen misses least."""
+    left = {
+        name: [joint for joint in asset.joints if (name, joint.name) not in locked] for name, asset in assets.items()
+    }
+
+    def of_words(name: str, *words: JointWord) -> list[Joint]:
+        return [joint for joint in left[name] if joint_word(assets[name], joint) in words]
+
+    def given_up(name: str, joints: Collection[Joint], filled: bool = False) -> Iterator[_Step]:
+        left[name] = [joint for joint in left[name] if joint not in joints]
+        if joints or filled:
+            yield _Step(tuple((name, joint.name) for joint in joints), (name,) if filled else ())
+
+    fixtures = [name for name, asset in assets.items() if asset.base is Base.FIXED]
+    things = [name for name, asset in assets.items() if asset.base is Base.FREE]
+    for name in things:
+        if assets[name].joints:
+            small = of_words(name, JointWord.KNOBS, JointWord.BUTTONS)
+            yield from given_up(name, small, any(region.name != WHOLE for region in assets[name].regions))
+    for name in fixtures:
+        hinged = {joint.child for joint in left[name] if joint.kind is JointKind.HINGE}
+        yield from given_up(name, (), any(r.link in hinged and r.name != WHOLE for r in assets[name].regions))
+    for name in fixtures:
+        yield from given_up(name, [j for j in of_words(name, JointWord.DRAWERS) if j.behind is not None])
+    units = {name: assets[name].labels.category for name in fixtures if left[name]}
+    for name in _of_several(units):
+        del units[name]
+        yield from given_up(name, left[name])
+    for name in units:
+        drawers = sorted(of_words(name, JointWord.DRAWERS), key=lambda joint: _height(assets[name], joint))
+        yield from given_up(name, drawers[:-1])
+    seats = Counter(assets[name].labels.category for name in things if not assets[name].joints)
+    for name in things:
+        yield from given_up(name, (), not assets[name].joints and seats[assets[name].labels.category] >= MANY_ALIKE)
+    for name in fixtures:
+        yield from given_up(name, of_words(name, JointWord.RACKS))
+    for category in OF_NO_TASK:
+        for name in [name for name, found in units.items() if found == category]:
+            yield from given_up(name, left[name])
+
+
+def _of_several(units: Mapping[str, str]) -> Iterator[str]:
+    """Names of units of which there are several of a category, the last of the most frequent one first.
+
+    Args:
+        units: name -> category.
+    """
+    left = dict(units)
+    while left:
+        counts = Counter(left.values())
+        category = max(sorted(counts), key=lambda name: counts[name])
+        if counts[category] == 1:
+            return
+        last = [name for name, found in left.items() if found == category][-1]
+        del left[last]
+        yield last
+
+
+def _height(asset: Asset, joint: Joint) -> float:
+    """Mean height of the colliders that a joint moves, in the frame of the asset, metres."""
+    pose = asset.asset_from_link(joint.child)
+    heights = [(pose @ collider.pose).position[2] for collider in asset.link(joint.child).colliders]
+    return sum(heights) / max(len(heights), 1)
+
+
+def _primitives_saved(form: BatchScene, assets: Mapping[str, Asset], step: _Step) -> int:
+    """About how many primitives a step saves."""
+    forms = {place.name: found for place, found in zip(form.scene.placements, form.forms, strict=True)}
+    saved = 0
+    for name, joint in step.locked:
+        child = {j.name: j.child for j in assets[name].joints}[joint]
+        saved += len(forms[name].link(child).colliders)
+    for name in step.filled:
+        if assets[name].base is Base.FIXED:
+            bins = [r for r in assets[name].regions if r.link != assets[name].root.name and r.name != WHOLE]
+            saved += OF_BIN * len(bins)
+            continue
+        saved += max(0, len(forms[name].root.colliders) - OF_SOLID_THING)
+    return saved

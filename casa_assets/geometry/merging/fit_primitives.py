@@ -1,0 +1,353 @@
+"""Primitives of one rigid body -> a few boxes and cylinders that hold them, with little more space than they fill."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.geometry.merging.reachable_space import is_inside
+from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Shape, Sphere
+from casa_assets.model.pose import Pose
+
+# Points along each axis of a wall on which it is counted how much of it is filled.
+SAMPLES = 14
+# Points in the box around a body on which it is counted how empty parts of that are, about; along an axis at least.
+POINTS, LEAST_POINTS = 12_000, 5
+# Places along an axis at which a group is divided, besides its widest gap, about.
+CUTS = 6
+# Points around the rim of a cylinder, and of a ball from pole to pole.
+RIM_POINTS = 16
+# Shapes that are together smaller than this share of all are left out where the outline stays.
+NEGLIGIBLE_SHARE = 0.02
+# None of them is longer than this, metres: walls of a vessel are thin and still hold what is in it.
+SMALL_M = 0.03
+# By so much the outline may change, metres.
+OUTLINE_M = 0.005
+# What has to be free is so but for its outermost layer of this thickness, metres.
+FREE_MARGIN_M = 0.001
+# Walls around it are at least as thick as this, metres; less of a wall than this share filled is an opening, 0..1.
+WALL_M = 0.001
+MIN_WALL_SHARE = 0.08
+MOST_SEEN_M = 0.004
+# No more than this share of a primitive is cut off where it would reach into another body, 0..1.
+MOST_CUT_OFF = 0.5
+# Cosine of the angle between axes that are the same.
+ALIGNED = 1 - 1e-9
+# So much of the walls of a vessel may be empty, 0..1: a round one has square walls.
+EMPTY_SHARE_OF_VESSEL = 0.55
+
+
+class Fitted(NamedTuple):
+    """A primitive with its pose in the body, and the indices of those that it stands for, the largest first."""
+
+    shape: Shape
+    pose: Pose
+    covered: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class FitLimits:
+    """How closely primitives are fitted.
+
+    Attributes:
+        most: so many groups at most. What reaches into what has to be free becomes a few boxes around that.
+        empty_share: of a primitive, that may be empty, 0..1; above it is divided while there are fewer than `most`.
+        free: primitives with their poses in the body into which nothing reaches that did not: what it can hold.
+        beside: (N, 2, 3) corners of what other bodies are made of, in the frame of the body, metres. What would reach
+            into them is cut off there.
+    """
+
+    most: int
+    empty_share: float
+    free: Sequence[tuple[Shape, Pose]] = ()
+    beside: Floats | None = None
+
+
+def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> list[Fitted]:
+    """Boxes and upright cylinders around groups of primitives.
+
+    One is fitted around all. The one that is most empty is divided in two along an axis, until all are full enough or
+    there are enough of them. A group of one stays as it is. A box that holds what has to be free becomes its walls.
+
+    Args:
+        shapes: primitives with their poses in the body.
+    """
+    bounds = np.array([shape_bounds(shape, pose) for shape, pose in shapes])
+    volumes = np.array([_volume(shape) for shape, _ in shapes])
+    wanted = _not_negligible(bounds, volumes, [max(_size(shape)) for shape, _ in shapes])
+    grid = _Grid.around(shapes, bounds, limits)
+    groups = [grid.group(wanted)]
+    while len(groups) < limits.most:
+        divisible = [
+            i
+            for i, g in enumerate(groups)
+            if len(g.members) > 1 and g.empty_share > (EMPTY_SHARE_OF_VESSEL if g.takes_room else limits.empty_share)
+        ]
+        if not divisible:
+            break
+        worst = max(divisible, key=lambda i: groups[i].empty_m3)
+        groups[worst : worst + 1] = _divided(grid, groups[worst])
+    found = []
+    for group in groups:
+        covered = tuple(sorted(map(int, group.members), key=lambda i: (-volumes[i], i)))
+        found += _around([shapes[i] for i in covered], covered, group, limits)
+    if limits.beside is None:
+        return found
+    return [_cut_off(piece, limits.beside) if len(piece.covered) > 1 else piece for piece in found]
+
+
+class _Group(NamedTuple):
+    """Some primitives and the aligned box around them: what is empty in it, and whether that has to be free.
+
+    Attributes:
+        members: indices of the primitives. box: (2, 3) its corners, metres.
+        empty_m3, empty_share: of the box, less what has to be free.
+    """
+
+    members: Ints
+    box: Floats
+    empty_m3: float
+    empty_share: float
+    takes_room: bool
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Points evenly within the box around a body.
+
+    Attributes:
+        points: (N, 3) metres. cell_m3: what each stands for.
+        held: (P, N) whether a primitive holds a point. free: (N,) whether it has to be free.
+        bounds: (P, 2, 3) corners of the primitives, metres.
+    """
+
+    points: Floats
+    cell_m3: float
+    held: Mask
+    free: Mask
+    bounds: Floats
+
+    @classmethod
+    def around(cls, shapes: Sequence[tuple[Shape, Pose]], bounds: Floats, limits: FitLimits) -> _Grid:
+        """The grid of a body. Cells are cubes where it is not very thin."""
+        lower, upper = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+        size = np.maximum(upper - lower, WALL_M)
+        step = float(np.cbrt(np.prod(size) / POINTS))
+        counts = np.clip(np.ceil(size / step).astype(int), LEAST_POINTS, None)
+        axes = [
+            np.linspace(low, high, 2 * n + 1)[1::2] for low, high, n in zip(lower, lower + size, counts, strict=True)
+        ]
+        points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
+        # Half a cell around it, so that a wall thinner than a cell is there.
+        margin = min(float((size / counts).min()) / 2, MOST_SEEN_M)
+        held = np.array([is_inside(shape, pose.inverse().apply(points), margin) for shape, pose in shapes])
+        free: Mask = np.zeros(len(points), dtype=bool)
+        for kept, at in limits.free:
+            free |= is_inside(kept, at.inverse().apply(points), -FREE_MARGIN_M)
+        return cls(points, float(np.prod(size / counts)), held, free & ~held.any(axis=0), bounds)
+
+    def group(self, members: Ints) -> _Group:
+        """The aligned box around some primitives."""
+        box = np.array([self.bounds[members, 0].min(axis=0), self.bounds[members, 1].max(axis=0)])
+        if len(members) == 1:
+            return _Group(members, box, 0.0, 0.0, False)
+        inside = ((self.points >= box[0]) & (self.points <= box[1])).all(axis=1)
+        empty = inside & ~self.held[members].any(axis=0)
+        takes = bool((empty & self.free).any())
+        number = int((empty & ~self.free).sum())
+        return _Group(members, box, number * self.cell_m3, number / max(int((inside & ~self.free).sum()), 1), takes)
+
+
+def _not_negligible(bounds: Floats, volumes: Floats, lengths: Sequence[float]) -> Ints:
+    """Indices of shapes without those that are small together and reach no farther out than others, smallest first.
+
+    What the body stands on stays.
+    """
+    kept = np.ones(len(volumes), dtype=bool)
+    lower, upper = bounds[:, 0].min(axis=0) + OUTLINE_M, bounds[:, 1].max(axis=0) - OUTLINE_M
+    left_out = 0.0
+    for i in np.argsort(volumes, kind="stable"):
+        left_out += float(volumes[i])
+        if left_out > NEGLIGIBLE_SHARE * volumes.sum():
+            break
+        if bounds[i, 0, 2] < lower[2] or lengths[i] > SMALL_M:
+            continue
+        rest = kept.copy()
+        rest[i] = False
+        if (bounds[rest, 0].min(axis=0) <= lower).all() and (bounds[rest, 1].max(axis=0) >= upper).all():
+            kept = rest
+    return np.flatnonzero(kept)
+
+
+def _divided(grid: _Grid, group: _Group) -> list[_Group]:
+    """A group in two, along the axis and at the place where the two are least empty together."""
+    members = group.members
+    middles = grid.bounds[members].mean(axis=1)
+    best: tuple[float, list[_Group]] | None = None
+    for axis in range(3):
+        order = np.argsort(middles[:, axis], kind="stable")
+        gaps = np.diff(middles[order, axis])
+        # The widest gap, and some places between.
+        places = np.unique(np.linspace(1, len(members) - 1, min(CUTS, len(members) - 1)).round().astype(int))
+        for cut in sorted({int(np.argmax(gaps)) + 1, *map(int, places)}):
+            pair = [grid.group(np.sort(members[half])) for half in (order[:cut], order[cut:])]
+            cost = sum(g.empty_m3 for g in pair)
+            if best is None or cost < best[0]:
+                best = (cost, pair)
+    assert best is not None
+    return best[1]
+
+
+def _around(
+    parts: Sequence[tuple[Shape, Pose]], covered: tuple[int, ...], group: _Group, limits: FitLimits
+) -> list[Fitted]:
+    """The box or cylinder around the primitives of a group that is smallest, or its walls where it takes room."""
+    if len(parts) == 1:
+        return [Fitted(*parts[0], covered)]
+    if group.takes_room:
+        walls = _walls(parts, group.box, limits)
+        if len(walls) < len(parts):
+            return [Fitted(shape, pose, covered) for shape, pose in walls]
+        return [Fitted(*part, (i,)) for part, i in zip(parts, covered, strict=True)]
+    points = np.concatenate([pose.apply(_points(shape)) for shape, pose in parts])
+    options: list[tuple[float, Shape, Pose]] = []
+    for turn in (np.eye(3), parts[0][1].rotation):
+        local = points @ turn
+        low, high = local.min(axis=0), local.max(axis=0)
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = turn, turn @ ((low + high) / 2)
+        x, y, z = (float(s) for s in high - low)
+        shape, pose = Box(size=(x, y, z)), Pose.from_matrix(matrix)
+        sides = shape_bounds(shape, pose)
+        # A leg that leans must not stand deeper than it did.
+        if sides[0, 2] >= group.box[0, 2] - FREE_MARGIN_M and np.abs(sides - group.box).max() <= OUTLINE_M:
+            options.append((x * y * z, shape, pose))
+    lower, upper = points.min(axis=0), points.max(axis=0)
+    a, b, c = (float(s) for s in (lower + upper) / 2)
+    radius = float(np.hypot(points[:, 0] - a, points[:, 1] - b).max())
+    height = float(upper[2] - lower[2])
+    if 2 * radius <= (upper - lower)[:2].min() + 2 * OUTLINE_M:
+        upright = Pose(position=(a, b, c))
+        options.append((float(np.pi) * radius**2 * height, Cylinder(radius=radius, height=height), upright))
+    # The first of equals: an aligned box rather than one that is turned by nothing.
+    _, found, at = min(options, key=lambda option: round(option[0], 9))
+    return [Fitted(found, at, covered)]
+
+
+def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) -> list[tuple[Shape, Pose]]:
+    """What is left of an aligned box without what has to be free: boxes, as small as what they stand for allows.
+
+    Args:
+        box: (2, 3) its corners, metres.
+    """
+    left = [box]
+    for kept, at in limits.free:
+        hole = shape_bounds(kept, at) + np.array([[FREE_MARGIN_M], [-FREE_MARGIN_M]])
+        left = [rest for piece in left for rest in _without(piece, hole)]
+    found: list[tuple[Shape, Pose]] = []
+    for piece in left:
+        x, y, z = (float(s) for s in piece[1] - piece[0])
+        a, b, c = (float(s) for s in piece.mean(axis=0))
+        points, _ = _inner_points(Box(size=(x, y, z)), Pose(position=(a, b, c)))
+        cell = (piece[1] - piece[0]) / SAMPLES
+        filled: Mask = np.zeros(len(points), dtype=bool)
+        for part, at in parts:
+            # Half a cell around it, so that sheet metal is seen.
+            filled |= is_inside(part, at.inverse().apply(points), min(float(cell.max()) / 2, MOST_SEEN_M))
+        if filled.mean() < MIN_WALL_SHARE:
+            continue
+        lower = np.maximum(points[filled].min(axis=0) - cell / 2, piece[0])
+        upper = np.minimum(points[filled].max(axis=0) + cell / 2, piece[1])
+        x, y, z = (float(s) for s in upper - lower)
+        a, b, c = (float(s) for s in (lower + upper) / 2)
+        found.append((Box(size=(x, y, z)), Pose(position=(a, b, c))))
+    return found
+
+
+def _cut_off(piece: Fitted, beside: Floats) -> Fitted:
+    """An aligned box or an upright cylinder, cut so that it does not reach into other bodies; others as they are.
+
+    Each time the cut is made that takes least away.
+    """
+    shape, pose = piece.shape, piece.pose
+    if isinstance(shape, Sphere | Capsule) or np.abs(pose.rotation).max(axis=1).min() < ALIGNED:
+        return piece
+    if isinstance(shape, Cylinder) and abs(pose.rotation[2, 2]) < ALIGNED:
+        return piece
+    box = shape_bounds(shape, pose)
+    axes = (2,) if isinstance(shape, Cylinder) else (0, 1, 2)
+    for other in beside:
+        if (other[0] + FREE_MARGIN_M >= box[1]).any() or (other[1] - FREE_MARGIN_M <= box[0]).any():
+            continue
+        size = box[1] - box[0]
+        cuts = [((box[1, a] - other[0, a]) / size[a], a, 1, other[0, a]) for a in axes]
+        cuts += [((other[1, a] - box[0, a]) / size[a], a, 0, other[1, a]) for a in axes]
+        share, axis, side, face = min(cuts)
+        if share < MOST_CUT_OFF:
+            box[side, axis] = face
+    a, b, c = (float(s) for s in box.mean(axis=0))
+    x, y, z = (float(s) for s in box[1] - box[0])
+    if isinstance(shape, Cylinder):
+        return piece._replace(shape=shape.replace(height=z), pose=pose.replace(position=(a, b, c)))
+    return piece._replace(shape=Box(size=(x, y, z)), pose=Pose(position=(a, b, c)))
+
+
+def _without(box: Floats, hole: Floats) -> list[Floats]:
+    """Boxes that are together a box, (2, 3) its corners, without another; thinner ones than WALL_M are left out."""
+    if (hole[0] >= box[1]).any() or (hole[1] <= box[0]).any():
+        return [box]
+    rest, found = box.copy(), list[Floats]()
+    for axis in range(3):
+        for side, face in ((0, hole[0, axis]), (1, hole[1, axis])):
+            piece = rest.copy()
+            piece[1 - side, axis] = face
+            if piece[1, axis] - piece[0, axis] >= WALL_M:
+                found.append(piece)
+            rest[side, axis] = max(rest[0, axis], face) if side == 0 else min(rest[1, axis], face)
+    return found
+
+
+def _inner_points(shape: Shape, pose: Pose) -> tuple[Floats, float]:
+    """(N, 3) points evenly within a primitive, in the frame of the body, and the volume that each stands for, m^3."""
+    lower, upper = shape_bounds(shape, Pose())
+    axes = [np.linspace(low, high, 2 * SAMPLES + 1)[1::2] for low, high in zip(lower, upper, strict=True)]
+    points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
+    return pose.apply(points[is_inside(shape, points)]), float(np.prod(upper - lower)) / SAMPLES**3
+
+
+def _points(shape: Shape) -> Floats:
+    """(N, 3) points whose hull holds a primitive, in its frame, metres; round ones to within half a percent."""
+    if isinstance(shape, Box):
+        signs = np.array(np.meshgrid(*([-0.5, 0.5],) * 3)).reshape(3, -1).T
+        corners: Floats = signs * np.array(shape.size)
+        return corners
+    around = np.linspace(0.0, 2 * np.pi, RIM_POINTS, endpoint=False)
+    rim = np.stack([np.cos(around), np.sin(around), np.zeros(RIM_POINTS)], axis=1)
+    if isinstance(shape, Cylinder):
+        up = np.array([0.0, 0.0, shape.height / 2])
+        return np.concatenate([shape.radius * rim - up, shape.radius * rim + up])
+    if isinstance(shape, Sphere | Capsule):
+        half = shape.height / 2 if isinstance(shape, Capsule) else 0.0
+        rings = []
+        for angle in np.linspace(-np.pi / 2, np.pi / 2, RIM_POINTS // 2 + 1):
+            up = np.array([0.0, 0.0, np.copysign(half, angle) + shape.radius * np.sin(angle)])
+            rings.append(shape.radius * np.cos(angle) * rim + up)
+        return np.concatenate(rings)
+    raise ValueError(f"a {shape.kind} is no primitive")
+
+
+def _volume(shape: Shape) -> float:
+    """Volume of the box around a primitive along its own axes, m^3."""
+    return float(np.prod(_size(shape)))
+
+
+def _size(shape: Shape) -> Floats:
+    """(3,) size of a primitive along its own axes, metres."""
+    lower, upper = shape_bounds(shape, Pose())
+    size: Floats = upper - lower
+    return size

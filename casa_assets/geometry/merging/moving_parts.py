@@ -1,0 +1,270 @@
+"""Asset in its light form -> the same with few primitives on what moves: doors, drawers, loose things."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from casa_assets.core.typing import Floats
+from casa_assets.geometry.merging.colliders import (
+    SIZE_STEP_M,
+    box_between,
+    fitted_colliders,
+    is_aligned,
+    points_around,
+    replaced,
+    touched_colliders,
+)
+from casa_assets.geometry.merging.cover_boxes import cover_boxes
+from casa_assets.geometry.merging.fit_primitives import FitLimits
+from casa_assets.geometry.merging.joint_words import JointWord, joint_word
+from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace
+from casa_assets.geometry.solid.bounds import shape_bounds
+from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Joint, JointKind, Link, Region
+from casa_assets.model.asset.joint import joint_positions
+from casa_assets.model.asset.shape import Box, Cylinder, Shape
+from casa_assets.model.kitchen.scene import Placement
+from casa_assets.model.pose import Pose
+
+# Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
+MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 4, 3, 2, 0.35
+# Round parts of a door or a tap: one primitive for so many, and so much of it may be empty.
+PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
+# The lining of a door or the inner front of a drawer is no thicker than this, metres, nor the front than three times.
+LINING_M = 0.022
+# It has this share of the area of the front, 0..1.
+LINING_SHARE = 0.5
+# Two boxes of a moving part become one where no more than this is empty between them, and nothing is kept there, m^3.
+FILLED_M3 = 0.003
+# Name of the region around a whole asset; the others are inside of it.
+WHOLE = "main"
+# Label of the parts of a handle.
+HANDLE = "handle"
+
+
+def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart], is_filled: bool) -> Asset:
+    """The form with fewer primitives on each link that moves; on those that never do only what a behaviour looks at.
+
+    Args:
+        loose: the primitives of all loose things. is_filled: whether a loose thing becomes solid.
+    """
+    links, touched = [], touched_colliders(form)
+    for link in form.links:
+        if form.base is Base.FREE:
+            colliders = _of_thing(place, form, link, loose, is_filled)
+        elif form.is_moved(link.name):
+            colliders = _of_moving_part(form, link, is_filled)
+        else:
+            colliders = tuple(c for c in link.colliders if c.name in touched)
+        links.append(link.replace(colliders=colliders))
+    exclusions = form.exclusions
+    if form.base is Base.FREE:
+        exclusions = _of_all_pairs([link.name for link in links if link.colliders])
+    return form.replace(links=tuple(links), joints=tuple(_gripped(form, links)), exclusions=exclusions)
+
+
+def _of_all_pairs(links: Sequence[str]) -> tuple[Exclusion, ...]:
+    """Exclusions of all pairs of links of a loose thing: its parts are coarse, and its joints have ranges."""
+    return tuple(Exclusion(first=first, second=second) for first, second in combinations(links, 2))
+
+
+def _gripped(form: Asset, links: Sequence[Link]) -> list[Joint]:
+    """The joints; one whose grip was merged into another collider has none."""
+    names = {c.name for link in links for c in link.colliders}
+    return [joint if joint.grip in names else joint.replace(grip=None) for joint in form.joints]
+
+
+@dataclass(frozen=True)
+class LoosePart:
+    """A primitive of a loose thing as it stands at the start: whose it is, its pose and (2, 3) corners in the world."""
+
+    placement: str
+    link: str
+    shape: Shape
+    pose: Pose
+    bounds: Floats
+
+
+def loose_parts(placements: Sequence[Placement], forms: Sequence[Asset]) -> list[LoosePart]:
+    """The primitives of all loose things."""
+    found = []
+    for place, form in zip(placements, forms, strict=True):
+        if form.base is not Base.FREE:
+            continue
+        positions = joint_positions(place.joints)
+        for link in form.links:
+            world_from_link = place.pose @ form.asset_from_link(link.name, positions)
+            for item in link.colliders:
+                pose = world_from_link @ item.pose
+                found.append(LoosePart(place.name, link.name, item.shape, pose, shape_bounds(item.shape, pose)))
+    return found
+
+
+def _of_thing(
+    place: Placement, form: Asset, link: Link, loose: Sequence[LoosePart], is_filled: bool
+) -> tuple[Collider, ...]:
+    """The primitives of a link of a loose thing, which keep out of what it holds and of the things beside it."""
+    if len(link.colliders) < 2:
+        return link.colliders
+    own = [part for part in loose if part.placement == place.name and part.link == link.name]
+    lower = np.min([part.bounds[0] for part in own], axis=0)
+    upper = np.max([part.bounds[1] for part in own], axis=0)
+    link_from_world = (place.pose @ form.asset_from_link(link.name, joint_positions(place.joints))).inverse()
+    beside = [
+        shape_bounds(part.shape, link_from_world @ part.pose)
+        for part in loose
+        # Of two things the lower one makes room: what stands on it goes on standing there.
+        if (part.placement, part.link) != (place.name, link.name)
+        and part.bounds[:, 2].mean() > (lower[2] + upper[2]) / 2
+        and (part.bounds[0] < upper).all()
+        and (part.bounds[1] > lower).all()
+    ]
+    free = [
+        _inner_space(region)
+        for region in form.regions
+        if region.link == link.name and region.name != WHOLE and not is_filled
+    ]
+    corners = np.array(beside) if beside else None
+    touched = touched_colliders(form)
+    kept = tuple(c for c in link.colliders if c.name in touched)
+    others = [c for c in link.colliders if c.name not in touched]
+    most = (MOST_OF_SOLID if form.joints else MOST_OF_SEAT) if is_filled else MOST_OF_THING
+    return (*fitted_colliders(others, FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
+
+
+def _of_moving_part(form: Asset, link: Link, is_filled: bool) -> tuple[Collider, ...]:
+    """The primitives of a door, a drawer or another part of a fixture: boxes become one where that takes no room."""
+    kept = {joint.grip for joint in form.joints} | touched_colliders(form)
+    apart = [c for c in link.colliders if c.name in kept or not isinstance(c.shape, Box) or not is_aligned(c.pose)]
+    boxes = [c for c in link.colliders if c not in apart]
+    round_ = [c for c in apart if c.name not in kept]
+    if len(round_) > 1:
+        limits = FitLimits(max(1, len(round_) // PIECES_PER_GROUP), EMPTY_SHARE_OF_PIECES)
+        apart = [*(c for c in apart if c.name in kept), *fitted_colliders(round_, limits)]
+    if len(boxes) > 1:
+        corners = np.array([shape_bounds(c.shape, c.pose) for c in boxes])
+        space = ReachableSpace(corners, points_around(corners), [(c.shape, c.pose) for c in apart])
+        merged = _without_lining([(cover.corners, cover.covered[0]) for cover in cover_boxes(space)])
+        joint = form.joint_of(link.name)
+        is_solid = is_filled and joint is not None and joint.kind is JointKind.HINGE
+        merged = _as_slab_and_block(merged) if is_solid else _filled(merged, form, link.name)
+        boxes = [replaced(boxes[i], *box_between(found)) for found, i in merged]
+    return (*boxes, *apart)
+
+
+def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
+    """The asset without the posts of handles; what is locked has no handle, and a drawer or rack of it is one block.
+
+    Args:
+        locked: names of joints.
+    """
+    touched = touched_colliders(asset)
+    grips = {joint.grip for joint in asset.joints} | touched
+    moved_by_locked = {joint.child for joint in asset.joints if joint.name in locked}
+    blocks = {
+        joint.child: joint.grip
+        for joint in asset.joints
+        if joint.name in locked and joint_word(asset, joint) in (JointWord.DRAWERS, JointWord.RACKS)
+    }
+    links = []
+    for link in asset.links:
+        has_grip = any(c.label == HANDLE and c.name in grips for c in link.colliders)
+        colliders = [c for c in link.colliders if c.label != HANDLE or c.name in grips or not has_grip]
+        body = [c for c in colliders if c.name not in grips]
+        if link.name in blocks and len(body) > 1:
+            corners = np.array([shape_bounds(c.shape, c.pose) for c in body])
+            whole = np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+            colliders = [replaced(body[0], *box_between(whole)), *(c for c in colliders if c.name in grips)]
+        if link.name in moved_by_locked and asset.base is Base.FIXED:
+            colliders = [c for c in colliders if c.label != HANDLE or c.name in touched] or colliders
+        links.append(link.replace(colliders=tuple(colliders)))
+    joints = tuple(joint.replace(grip=None) if joint.name in locked else joint for joint in asset.joints)
+    return asset.replace(links=tuple(links), joints=joints)
+
+
+def _without_lining(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]:
+    """Boxes without the thin ones that lie flat against a larger one, which becomes as thick as both.
+
+    So a drawer has its front as one box and not two.
+
+    Args:
+        boxes: (2, 3) corners, and the index of what each stands for.
+    """
+    found: list[tuple[Floats, int]] = []
+    for corners, index in sorted(boxes, key=lambda box: -float(np.prod(box[0][1] - box[0][0]))):
+        lined = [(k, axis) for k, (front, _) in enumerate(found) for axis in range(3) if _lines(corners, front, axis)]
+        if not lined:
+            found.append((corners, index))
+            continue
+        (k, axis), *_ = lined
+        thicker = found[k][0].copy()
+        thicker[0, axis] = min(corners[0, axis], thicker[0, axis])
+        thicker[1, axis] = max(corners[1, axis], thicker[1, axis])
+        found[k] = (thicker, found[k][1])
+    return found
+
+
+def _lines(lining: Floats, front: Floats, axis: int) -> bool:
+    """True where a thin box lies flat against a side of a front, across an axis, and covers most of it."""
+    across = [other for other in range(3) if other != axis]
+    if (lining[0, across] < front[0, across] - TOLERANCE_M).any():
+        return False
+    if (lining[1, across] > front[1, across] + TOLERANCE_M).any():
+        return False
+    thickness, of_front = (float(box[1, axis] - box[0, axis]) for box in (lining, front))
+    if thickness > LINING_M or of_front > 3 * LINING_M:
+        return False
+    if lining[0, axis] > front[1, axis] + TOLERANCE_M or lining[1, axis] < front[0, axis] - TOLERANCE_M:
+        return False
+    area, of_front_area = (float(np.prod(box[1, across] - box[0, across])) for box in (lining, front))
+    return area > LINING_SHARE * of_front_area
+
+
+def _as_slab_and_block(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]:
+    """A door as its largest box, and one around all bins."""
+    slab, *bins = sorted(boxes, key=lambda box: -float(np.prod(box[0][1] - box[0][0])))
+    if not bins:
+        return [slab]
+    corners = np.array([box for box, _ in bins])
+    return [slab, (np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)]), bins[0][1])]
+
+
+def _filled(boxes: list[tuple[Floats, int]], form: Asset, link: str) -> list[tuple[Floats, int]]:
+    """Boxes of which pairs with little between them are one, where nothing goes: bins that no region names."""
+    inner = np.array(
+        [_region_corners(region) for region in form.regions if region.link == link and region.name != WHOLE]
+    )
+    found = list(boxes)
+    while True:
+        best: tuple[float, int, int] | None = None
+        for i, (first, _) in enumerate(found):
+            for k in range(i + 1, len(found)):
+                second = found[k][0]
+                both = np.array([np.minimum(first[0], second[0]), np.maximum(first[1], second[1])])
+                whole, *parts = (float(np.prod(box[1] - box[0])) for box in (both, first, second))
+                empty = whole - sum(parts)
+                taken = len(inner) and ((inner[:, 0] < both[1]) & (inner[:, 1] > both[0])).all(axis=1).any()
+                if empty <= FILLED_M3 and not taken and (best is None or empty < best[0]):
+                    best = (empty, i, k)
+        if best is None:
+            return found
+        _, i, k = best
+        pair = found[i], found[k]
+        _, owner = max(pair, key=lambda box: float(np.prod(box[0][1] - box[0][0])))
+        corners = np.array([box for box, _ in pair])
+        both = np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+        found = [box for n, box in enumerate(found) if n not in (i, k)] + [(both, owner)]
+
+
+def _inner_space(region: Region) -> tuple[Shape, Pose]:
+    """A region as a shape with its pose in its link, smaller by twice the tolerance on each side."""
+    x, y, z = (max(size - 4 * TOLERANCE_M, SIZE_STEP_M) for size in region.size)
+    return (Box(size=(x, y, z)) if region.kind == "box" else Cylinder(radius=x / 2, height=z)), region.pose
+
+
+def _region_corners(region: Region) -> Floats:
+    """(2, 3) corners of a region in its link, less twice the tolerance on each side."""
+    return shape_bounds(*_inner_space(region))

@@ -1,0 +1,166 @@
+"""Boxes that stand in a room -> the space between them that something can get into from the room."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import ndimage
+
+from casa_assets.core.typing import Floats, Ints, Mask
+from casa_assets.model.asset.shape import Box, Capsule, Cylinder, Shape, Sphere
+from casa_assets.model.pose import Pose
+
+# A gap twice as wide as this counts as closed: neither a finger nor a thing that a kitchen holds gets in, metres.
+CLOSED_GAP_HALF_M = 0.006
+# What is merged may stick out of what it stands for by so much, metres.
+TOLERANCE_M = 0.0025
+# Besides the faces of boxes, lines of the grid lie this far apart, metres: shapes that stand askew have no such faces.
+LINE_STEP_M = 0.05
+# Free room around all boxes, metres.
+BORDER_M = 0.1
+# Lines closer than this are one, metres.
+SAME_LINE_M = 1e-3
+# Numbers on either side that are equal but for rounding, metres.
+ROUNDING_M = 1e-6
+
+
+class ReachableSpace:
+    """The space of a room that something gets into from one of some points, on a grid of faces of what stands there.
+
+    Gaps of up to 12 mm count as closed. What moves is not there: a cupboard behind its door is reachable.
+
+    Attributes:
+        boxes: (N, 2, 3) lower and upper corners of what stands there, metres, world frame.
+    """
+
+    def __init__(self, boxes: Floats, seeds: Floats, askew: Sequence[tuple[Shape, Pose]] = ()) -> None:
+        """Find the space.
+
+        Args:
+            boxes: (N, 2, 3) corners of axis-aligned boxes, N > 0, metres, world frame.
+            seeds: (M, 3) points from which it is reached; those inside of boxes are passed over.
+            askew: other shapes, with their poses in the world.
+        """
+        self.boxes = boxes
+        closed = boxes + np.array([[-CLOSED_GAP_HALF_M] * 3, [CLOSED_GAP_HALF_M] * 3])
+        self._lines = [_lines(closed[:, :, axis]) for axis in range(3)]
+        self._centers = [(lines[1:] + lines[:-1]) / 2 for lines in self._lines]
+        solid = np.zeros([len(centers) for centers in self._centers], dtype=bool)
+        for lower, upper in closed:
+            solid[self._cells(lower, upper)] = True
+        for shape, pose in askew:
+            self._mark(solid, shape, pose)
+        reached = self._reached(solid, seeds)
+        sums = np.zeros([n + 1 for n in reached.shape], dtype=np.int32)
+        np.cumsum(reached, axis=0, out=sums[1:, 1:, 1:])
+        for axis in (1, 2):
+            np.cumsum(sums, axis=axis, out=sums)
+        # (X + 1, Y + 1, Z + 1) how many cells below a corner of the grid are reached.
+        self._sums = sums
+
+    def touches(self, lower: Floats, upper: Floats, margin: float) -> bool:
+        """True where a box, `margin` metres larger on each side, holds reachable space.
+
+        Args:
+            lower, upper: (3,) corners, metres. margin: CLOSED_GAP_HALF_M and more asks whether anything can touch it;
+                that less TOLERANCE_M asks whether it would take away space from what could be there.
+        """
+        ranges = []
+        for axis in range(3):
+            lines = self._lines[axis]
+            first = int(np.searchsorted(lines, lower[axis] - margin + SAME_LINE_M, side="right")) - 1
+            last = int(np.searchsorted(lines, upper[axis] + margin - SAME_LINE_M, side="left"))
+            first, last = max(first, 0), min(last, len(lines) - 1)
+            if first >= last:
+                return False
+            ranges.append((first, last))
+        (a, b), (c, d), (e, f) = ranges
+        s = self._sums
+        return bool(
+            int(s[b, d, f]) - s[a, d, f] - s[b, c, f] - s[b, d, e] + s[a, c, f] + s[a, d, e] + s[b, c, e] - s[a, c, e]
+        )
+
+    def takes_room(self, lower: Floats, upper: Floats) -> bool:
+        """True where a box, (3,) and (3,) its corners, would take away space that something can get into."""
+        return self.touches(lower, upper, CLOSED_GAP_HALF_M - TOLERANCE_M)
+
+    def is_exposed(self, lower: Floats, upper: Floats) -> bool:
+        """True where something can get at a box, (3,) and (3,) its corners, metres."""
+        return self.touches(lower, upper, CLOSED_GAP_HALF_M + TOLERANCE_M)
+
+    def _cells(self, lower: Floats, upper: Floats) -> tuple[slice, slice, slice]:
+        """Cells whose centres lie within a box."""
+        spans = [
+            slice(int(np.searchsorted(centers, low)), int(np.searchsorted(centers, high)))
+            for centers, low, high in zip(self._centers, lower, upper, strict=True)
+        ]
+        return spans[0], spans[1], spans[2]
+
+    def _mark(self, solid: Mask, shape: Shape, pose: Pose) -> None:
+        """Mark the cells whose centres lie in a shape, with half a gap around it."""
+        reach = _radius(shape) + CLOSED_GAP_HALF_M
+        center = np.array(pose.position)
+        cells = self._cells(center - reach, center + reach)
+        grids = np.meshgrid(*(c[s] for c, s in zip(self._centers, cells, strict=True)), indexing="ij")
+        points = pose.inverse().apply(np.stack([g.ravel() for g in grids], axis=1))
+        solid[cells] |= is_inside(shape, points, CLOSED_GAP_HALF_M).reshape(grids[0].shape)
+
+    def _reached(self, solid: Mask, seeds: Floats) -> Mask:
+        """The free cells that hang together with a seed."""
+        labels, _ = ndimage.label(~solid)
+        found: set[int] = set()
+        for point in seeds:
+            index: Ints = np.array(
+                [np.searchsorted(lines, value) - 1 for lines, value in zip(self._lines, point, strict=True)]
+            )
+            if (index >= 0).all() and (index < np.array(labels.shape)).all():
+                found.add(int(labels[tuple(index)]))
+        wanted = np.zeros(int(labels.max()) + 1, dtype=bool)
+        wanted[sorted(found - {0})] = True
+        reached: Mask = wanted[labels]
+        return reached
+
+
+def is_inside(shape: Shape, points: Floats, margin: float = 0.0) -> Mask:
+    """(N,) whether points of the frame of a primitive lie in it or at most `margin` metres from its faces.
+
+    Args:
+        points: (N, 3) metres.
+    Raises:
+        ValueError: the shape is no primitive.
+    """
+    if isinstance(shape, Box):
+        beside = np.abs(points) - np.array(shape.size) / 2
+        return np.asarray(beside.max(axis=1) <= margin, dtype=bool)
+    if isinstance(shape, Sphere):
+        return np.asarray(np.linalg.norm(points, axis=1) <= shape.radius + margin, dtype=bool)
+    if isinstance(shape, Cylinder):
+        round_ = np.hypot(points[:, 0], points[:, 1]) <= shape.radius + margin
+        return np.asarray(round_ & (np.abs(points[:, 2]) <= shape.height / 2 + margin), dtype=bool)
+    if isinstance(shape, Capsule):
+        beyond = points - np.clip(points, [0, 0, -shape.height / 2], [0, 0, shape.height / 2])
+        return np.asarray(np.linalg.norm(beyond, axis=1) <= shape.radius + margin, dtype=bool)
+    raise ValueError(f"a {shape.kind} is no primitive")
+
+
+def _radius(shape: Shape) -> float:
+    """Radius of a ball around the origin that holds a primitive, metres."""
+    if isinstance(shape, Box):
+        return float(np.linalg.norm(shape.size)) / 2
+    if isinstance(shape, Sphere):
+        return shape.radius
+    if isinstance(shape, Cylinder):
+        return float(np.hypot(shape.radius, shape.height / 2))
+    if isinstance(shape, Capsule):
+        return shape.radius + shape.height / 2
+    raise ValueError(f"a {shape.kind} is no primitive")
+
+
+def _lines(faces: Floats) -> Floats:
+    """Lines of the grid along one axis: the faces of all boxes, those between, and the border."""
+    low, high = float(faces.min()) - BORDER_M, float(faces.max()) + BORDER_M
+    between = np.arange(low, high, LINE_STEP_M)
+    every = np.unique(np.concatenate([faces.ravel(), between, [high]]))
+    is_new = np.concatenate([[True], np.diff(every) > SAME_LINE_M])
+    return np.asarray(every[is_new], dtype=np.float64)

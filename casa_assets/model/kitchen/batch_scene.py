@@ -1,0 +1,68 @@
+"""The batch form of a kitchen: a scene with few primitives, for engines that step thousands of copies at once."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from casa_assets.model.asset.asset import Asset, Collider
+from casa_assets.model.kitchen.scene import PlacedLink, Scene
+from casa_assets.model.record import Id, Record
+
+
+class WorldCollider(Record):
+    """A primitive that never moves and stands for colliders of one or several placements.
+
+    Attributes:
+        placement: name of that to which the largest of these colliders belongs.
+        collider: called like that one, its pose in the world; its substance is one of that placement's asset.
+        is_overhead: so high that only a robot can touch it.
+    """
+
+    placement: Id
+    collider: Collider
+    is_overhead: bool = False
+
+
+class PlacedJoint(Record):
+    """A joint of a placement."""
+
+    placement: Id
+    joint: Id
+
+
+class BatchScene(Record):
+    """A scene with fewer primitives, fewer joints, and the contacts left out that cannot be.
+
+    Attributes:
+        scene: the full one.
+        forms: the asset of each placement, in their order. What never moves has no colliders there. Joints that are
+            locked are not there: what they moved stands as in the start pose.
+        world: the colliders of what never moves.
+        meeting: sets of links of two or more fixtures that could touch each other; other links of fixtures never do.
+        locked: the joints that the scene has and the forms do not.
+        filled: names of the loose things that are solid here and hollow in the scene, and of the fixtures whose bins in
+            doors are.
+    """
+
+    scene: Scene
+    forms: tuple[Asset, ...]
+    world: tuple[WorldCollider, ...]
+    meeting: tuple[tuple[PlacedLink, ...], ...] = ()
+    locked: tuple[PlacedJoint, ...] = ()
+    filled: tuple[Id, ...] = ()
+
+    @model_validator(mode="after")
+    def _whole(self) -> Self:
+        if [form.id for form in self.forms] != [place.asset for place in self.scene.placements]:
+            raise ValueError("a batch form has a form of the asset of each placement, in their order")
+        names = {place.name for place in self.scene.placements}
+        if any(item.placement not in names for item in self.world):
+            raise ValueError("each collider of the world belongs to a placement")
+        return self
+
+    @property
+    def collider_count(self) -> int:
+        """Number of its primitives."""
+        return len(self.world) + sum(len(link.colliders) for form in self.forms for link in form.links)
