@@ -30,10 +30,10 @@ from casa_assets.model.kitchen.scene import Placement
 from casa_assets.model.pose import Pose
 
 # Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
-MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 4, 3, 2, 0.35
+MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 5, 3, 2, 0.35
 # Round parts of a door or a tap: one primitive for so many, and so much of it may be empty.
 PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
-# The lining of a door or the inner front of a drawer is no thicker than this, metres, nor the front than three times.
+# The inner front of a drawer is no thicker than this, metres, nor the front than three times.
 LINING_M = 0.022
 # It has this share of the area of the front, 0..1.
 LINING_SHARE = 0.5
@@ -147,10 +147,13 @@ def _of_moving_part(form: Asset, link: Link, is_filled: bool) -> tuple[Collider,
     if len(boxes) > 1:
         corners = np.array([shape_bounds(c.shape, c.pose) for c in boxes])
         space = ReachableSpace(corners, points_around(corners), [(c.shape, c.pose) for c in apart])
-        merged = _without_lining([(cover.corners, cover.covered[0]) for cover in cover_boxes(space)])
+        merged = [(cover.corners, cover.covered[0]) for cover in cover_boxes(space)]
         joint = form.joint_of(link.name)
-        is_solid = is_filled and joint is not None and joint.kind is JointKind.HINGE
-        merged = _as_slab_and_block(merged) if is_solid else _filled(merged, form, link.name)
+        is_door = joint is not None and joint.kind is JointKind.HINGE
+        if not is_door:
+            # The inner edge of a door that became thicker would run into the door beside it.
+            merged = _without_lining(merged)
+        merged = _as_slab_and_block(merged) if is_door and is_filled else _filled(merged, form, link.name)
         boxes = [replaced(boxes[i], *box_between(found)) for found, i in merged]
     return (*boxes, *apart)
 
