@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from casa_assets.checks.check import Check
-from casa_assets.checks.table import assets, filters, formats, kitchens, libraries, motion, objects, scenes
+from casa_assets.checks.table import assets, batch_forms, filters, formats, kitchens, libraries, motion, objects, scenes
 
 TABLE: tuple[Check, ...] = (
     *assets.ROWS,
@@ -16,6 +16,7 @@ TABLE: tuple[Check, ...] = (
     *libraries.ROWS,
     *scenes.ROWS,
     *kitchens.ROWS,
+    *batch_forms.ROWS,
 )
 
 

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+import numpy as np
+
 from casa_assets.geometry.merging.locked_joints import with_joints_locked
 from casa_assets.geometry.merging.moving_parts import loose_parts, with_few_primitives, with_plain_parts
 from casa_assets.geometry.merging.still_parts import StillPart, exposed_parts, merged_parts, still_parts
 from casa_assets.geometry.merging.swept_bounds import meeting_links
+from casa_assets.geometry.solid.bounds import link_bounds
+from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.kitchen.batch_scene import BatchScene, PlacedJoint
 from casa_assets.model.kitchen.scene import LightScene, PlacedLink
+from casa_assets.model.pose import Pose
+
+# Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
+OUTER_REGIONS = ("bbox", "main")
 
 
 def batch_form(light: LightScene, locked: Collection[tuple[str, str]] = (), filled: Collection[str] = ()) -> BatchScene:
@@ -35,7 +43,7 @@ def batch_form(light: LightScene, locked: Collection[tuple[str, str]] = (), fill
         still += exposed_parts(parts) if place.name in with_locked else parts
     loose = loose_parts(scene.placements, whole)
     forms = [
-        with_few_primitives(place, form, loose, place.name in filled)
+        _with_outer_region(with_few_primitives(place, form, loose, place.name in filled), form)
         for place, form in zip(scene.placements, whole, strict=True)
     ]
     return BatchScene(
@@ -49,3 +57,17 @@ def batch_form(light: LightScene, locked: Collection[tuple[str, str]] = (), fill
         locked=tuple(PlacedJoint(placement=where, joint=joint) for where, joint in locked),
         filled=tuple(filled),
     )
+
+
+def _with_outer_region(form: Asset, whole: Asset) -> Asset:
+    """The form with a region around all colliders that the asset had before they went to the world."""
+    if any(region.name in OUTER_REGIONS for region in form.regions):
+        return form
+    boxes = [b for k in whole.links if (b := link_bounds(k, whole.asset_from_link(k.name))) is not None]
+    if not boxes:
+        return form
+    lower, upper = np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]
+    a, b, c = (float(value) for value in (lower + upper) / 2)
+    x, y, z = (float(value) for value in upper - lower)
+    outer = Region(name=OUTER_REGIONS[0], pose=Pose(position=(a, b, c)), size=(x, y, z))
+    return form.replace(regions=(*form.regions, outer))

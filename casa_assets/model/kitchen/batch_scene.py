@@ -32,6 +32,29 @@ class PlacedJoint(Record):
     joint: Id
 
 
+class EngineSizes(Record):
+    """Sizes of the buffers that a GPU engine needs for a world of a batch form, and what they were found from.
+
+    Attributes:
+        nconmax, njmax, nccdmax, nvmax: contacts, constraint rows, convex pairs and degrees of freedom awake, for
+            mujoco_warp's `put_data`: the most that was counted, with the margin.
+        contacts, rows, convex_pairs, awake: the most that was counted.
+        awake_in_use: degrees of freedom awake with a stand-in of a robot and one fixture in use, and nothing dropped.
+        fixtures: so many were used, one after the other.
+    """
+
+    nconmax: int
+    njmax: int
+    nccdmax: int
+    nvmax: int
+    contacts: int
+    rows: int
+    convex_pairs: int
+    awake: int
+    awake_in_use: int
+    fixtures: int
+
+
 class BatchScene(Record):
     """A scene with fewer primitives, fewer joints, and the contacts left out that cannot be.
 

@@ -38,6 +38,8 @@ SUBJECTS = {
     "DesignSubject": "design of a kitchen",
     "SceneRobots": "robots in a kitchen",
     "StatesSubject": "start states",
+    "BatchSubject": "batch form of a kitchen",
+    "EngineSizes": "batch form in use",
 }
 TEXTURE_TABLE_HEADER = "| code | title | limit | what is tested, and what to do |"
 

@@ -30,6 +30,8 @@ REGION_POINTS = 9
 BLOCK_MARGIN_M = 0.03
 # Region around a whole asset.
 WHOLE = "main"
+# Category of floors.
+FLOOR = "floor"
 
 
 def surfaces_are_kept(subject: BatchSubject, limit: float) -> Measurement:
@@ -40,16 +42,24 @@ def surfaces_are_kept(subject: BatchSubject, limit: float) -> Measurement:
     if subject.models is None:
         return not_run(UNREADABLE)
     batch, light = subject.models
-    shares = {key: _share_off(batch, light, key) for key in (START, OPEN_POSE)}
+    assets = subject.form.scene.asset_of
+    floors = [name for name, asset in assets.items() if asset.labels.category == FLOOR]
+    if not floors:
+        return not_applicable("it has no floor to stand on")
+    shares = {key: _share_off(batch, light, key, f"{floors[0]}__") for key in (START, OPEN_POSE)}
     message = "{:.1%} of rays meet it more than 5 mm nearer or farther than the light form"
     numbers = {f"{BATCH_FILE} {key}": share for key, share in shares.items()}
     return all_at_most(numbers, limit, message, "it has no floor to stand on")
 
 
-def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> float:
-    """Share of rays, in a named pose, that are off."""
+def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str, floor_name: str) -> float:
+    """Share of rays, in a named pose, that are off.
+
+    Args:
+        floor_name: what the names of the floor's geoms begin with.
+    """
     forms = list(zip((batch, light), pose_both(batch, light, key), strict=True))
-    floor = next(number for number in range(light.ngeom) if str(light.geom(number).name).startswith("floor__"))
+    floor = next(number for number in range(light.ngeom) if str(light.geom(number).name).startswith(floor_name))
     center, half = forms[1][1].geom_xpos[floor], light.geom_size[floor]
     rng = np.random.default_rng(SEED)
     off = list[float]()
@@ -59,7 +69,7 @@ def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> float:
         point = np.array([*(center[:2] + along), rng.uniform(LOWEST_M, HIGHEST_M)])
         rays = rng.normal(size=(RAYS, 3))
         rays /= np.linalg.norm(rays, axis=1)[:, None]
-        if not _is_above_floor(*forms[1], point):
+        if not _is_above(*forms[1], point, floor_name):
             continue
         met = [_distances(model, data, point, rays) for model, data in forms]
         if min(float(distances.min()) for distances in met) < CLEAR_M:
@@ -70,11 +80,11 @@ def _share_off(batch: mujoco.MjModel, light: mujoco.MjModel, key: str) -> float:
     return float(np.mean(off))
 
 
-def _is_above_floor(model: mujoco.MjModel, data: mujoco.MjData, point: Floats) -> bool:
+def _is_above(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, floor_name: str) -> bool:
     """True where there is nothing but the floor below a point."""
     geom = np.zeros(1, dtype=np.int32)
     mujoco.mj_ray(model, data, point, np.array([0.0, 0.0, -1.0]), GROUPS, 1, -1, geom)
-    return bool(geom[0] >= 0) and str(model.geom(int(geom[0])).name).startswith("floor__")
+    return bool(geom[0] >= 0) and str(model.geom(int(geom[0])).name).startswith(floor_name)
 
 
 def _distances(model: mujoco.MjModel, data: mujoco.MjData, point: Floats, rays: Floats) -> Floats:

@@ -1,0 +1,140 @@
+"""Checks of the batch form: silent on what is right, alone where one thing is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from casa_assets.checks.run import run
+from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
+from casa_assets.checks.scene.batch.subject import BATCH_FILE, BatchSubject
+from casa_assets.checks.table.table import TABLE
+from casa_assets.export.mjcf.scene import batch as mjcf
+from casa_assets.geometry.lightweight import light_scene
+from casa_assets.geometry.merging.batch_form import batch_form
+from casa_assets.model.asset.asset import Base
+from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.batch_scene import EngineSizes
+from casa_assets.model.kitchen.scene import Scene
+from tests.cupboard import cupboard
+from tests.packages import tamper
+from tests.rooms import LIMITS, at, block, in_all_forms, room
+
+ROWS = {check.code: check for check in TABLE if check.subject in (BatchSubject, EngineSizes)}
+# Makes what is judged, below a folder.
+Make = Callable[[Path], object]
+CRATE = 'name="thing_0__shape_0" type="box" size="0.1 0.1 0.1" pos="0 0 0.1"'
+WORLD = "<worldbody>"
+
+
+def things() -> Scene:
+    """A crate that stands by its weight, and a cupboard."""
+    return room((block("crate", (0.2, 0.2, 0.2), Base.FREE), at(1.0, -1.0, 0.0)), (cupboard(), at(0.0, 0.0, 0.0)))
+
+
+def forms(folder: Path) -> BatchSubject:
+    """Its files, the batch form among them."""
+    scene = things()
+    root = in_all_forms(scene, folder).scene_subject.root
+    form = batch_form(light_scene(scene))
+    (root / BATCH_FILE).write_bytes(mjcf.write(form))
+    return BatchSubject(form, root)
+
+
+def tampered(old: str, new: str) -> Make:
+    """The same with a text of the batch form replaced."""
+
+    def make(folder: Path) -> BatchSubject:
+        subject = forms(folder)
+        tamper(subject.root / BATCH_FILE, (old, new))
+        return subject
+
+    return make
+
+
+def geom(size: str, pos: str, bits: tuple[int, int] = (3, 0)) -> str:
+    """A box that stands still."""
+    contype, conaffinity = bits
+    return f'<geom type="box" size="{size}" pos="{pos}" contype="{contype}" conaffinity="{conaffinity}" group="2"/>'
+
+
+def far(count: int) -> str:
+    """Small boxes where no ray gets."""
+    return "".join(geom("0.01 0.01 0.01", f"{50 + i} 50 1") for i in range(count))
+
+
+def inside_crate(count: int) -> str:
+    """Small boxes in the crate that touch what it touches."""
+    small = '<geom type="box" size="0.01 0.01 0.01" pos="0 0 0.1" contype="3" conaffinity="2" group="2" mass="0"/>'
+    return f"{small * count}<geom {CRATE}"
+
+
+def sizes(awake_in_use: int) -> Make:
+    """What a simulation might say."""
+    numbers = {"nconmax": 8, "njmax": 8, "nccdmax": 8, "nvmax": 8, "contacts": 1, "rows": 1, "convex_pairs": 1}
+    return lambda _: EngineSizes(**numbers, awake=56, awake_in_use=awake_in_use, fixtures=1)
+
+
+def many_pairs(folder: Path) -> BatchSubject:
+    """One hundred and forty primitives in a crate, and as many that it could touch."""
+    subject = tampered(f"<geom {CRATE}", inside_crate(140))(folder)
+    assert isinstance(subject, BatchSubject)
+    tamper(subject.root / BATCH_FILE, (WORLD, WORLD + far(138)))
+    return subject
+
+
+# Code -> what it is silent on, and what trips it alone.
+EXAMPLES: dict[str, tuple[Make, Make]] = {
+    "BAT001": (forms, tampered('frictionloss="2.5"', 'frictionloss="2.4"')),
+    "BAT002": (forms, tampered(WORLD, WORLD + far(300))),
+    "BAT003": (forms, many_pairs),
+    "BAT004": (forms, tampered('sleep="enable"', 'sleep="disable"')),
+    "BAT005": (forms, tampered(CRATE, CRATE.replace("0 0 0.1", "0 0 0.098"))),
+    "BAT006": (forms, tampered(CRATE, CRATE.replace("0 0 0.1", "0 0 0.106"))),
+    "BAT007": (forms, tampered(WORLD, WORLD + geom("1.9 0.05 1.9", "0 -1.5 1.9"))),
+    "BAT008": (forms, tampered(WORLD, WORLD + geom("0.27 0.17 0.1", "0 0 0.15"))),
+    "BAT009": (forms, tampered(WORLD, WORLD + geom("0.05 0.01 0.05", "0.2 -0.3 0.2", (1, 1)))),
+    "BAT010": (sizes(56), sizes(57)),
+}
+
+
+def judged(make: Make, folder: Path) -> Report:
+    return run(make(folder), "room", LIMITS)
+
+
+@pytest.mark.parametrize("good", sorted({good for good, _ in EXAMPLES.values()}, key=id))
+def test_good_is_silent(good: Make, tmp_path: Path) -> None:
+    assert judged(good, tmp_path).issues == ()
+
+
+@pytest.mark.parametrize("code", EXAMPLES)
+def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
+    report = judged(EXAMPLES[code][1], tmp_path)
+    assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
+
+
+def test_every_row_is_here() -> None:
+    assert EXAMPLES.keys() == ROWS.keys()
+
+
+def test_a_file_that_is_not_there_is_said_once(tmp_path: Path) -> None:
+    subject = forms(tmp_path)
+    (subject.root / BATCH_FILE).unlink()
+    assert [issue.code for issue in run(subject, "room", LIMITS).issues] == ["BAT001"]
+
+
+def test_sizes_for_engines_are_found_with_a_margin(tmp_path: Path) -> None:
+    found = engine_sizes(forms(tmp_path))
+    assert found.fixtures == 1
+    # Ten things of six degrees of freedom, a robot of nine, and the cupboard's own four.
+    assert 60 < found.awake <= 60 + 9 + 4 + 6
+    assert 9 < found.awake_in_use <= 9 + 4 + 6
+    for told, counted in (
+        (found.nconmax, found.contacts),
+        (found.njmax, found.rows),
+        (found.nccdmax, found.convex_pairs),
+        (found.nvmax, found.awake),
+    ):
+        assert counted * 1.5 <= told <= counted * 1.5 + 8
