@@ -15,6 +15,7 @@ import mujoco
 
 from casa_assets.api.start_states import StartStates
 from casa_assets.errors import CasaError, UnknownId
+from casa_assets.export.mjcf.scene import batch as batch_mjcf
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.layouts.order.request import KitchenRequest as Resolved
@@ -25,6 +26,7 @@ from casa_assets.model.kitchen.surface import Surface
 from casa_assets.pipeline.cache.asset_store import AssetStore
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.ingest.job import writing
+from casa_assets.pipeline.kitchens.batch_form import batch_of
 from casa_assets.pipeline.kitchens.load_scene import FILES, model_of, spec_of
 from casa_assets.pipeline.kitchens.resolve import (
     SceneRecipe,
@@ -50,7 +52,7 @@ from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.kitchens import plan_names
 
-Weight = Literal["full", "light"]
+Weight = Literal["full", "light", "batch"]
 # Where the command line puts scenes that are not told where to go; it is read here and never written.
 SCENES_FOLDER = Path("out/scenes")
 _ID = re.compile(r"[a-z][a-z0-9]*(_{1,2}[a-z0-9]+)*")
@@ -111,8 +113,9 @@ class Kitchen:
         """A compiled model with the keyframes `start`, `closed` and `open`; nothing but the cache is written.
 
         Args:
-            weight: `full`, or `light`: primitive shapes in plain colours, for many simulations at once.
-            sleep: let MuJoCo leave out what is at rest until something moves it.
+            weight: `full`; `light`: primitive shapes in plain colours; or `batch`: fewer of them, merged across
+                fixtures, some joints locked and everything asleep, for thousands of copies at once.
+            sleep: let MuJoCo leave out what is at rest until something moves it; the batch form always does.
         Raises:
             UnknownId: no such weight. CasaError: a part cannot be built.
         """
@@ -153,6 +156,8 @@ class Kitchen:
         """The files of its MJCF in memory."""
         if weight not in FILES:
             raise UnknownId("weight", weight, FILES)
+        if weight == "batch":
+            return Files.of({mjcf.FILE: batch_mjcf.write(batch_of(self.scene, cache_dir()))})
         store = AssetStore(cache_dir())
         form = self.scene if weight == "full" else light_scene(self.scene, store.lightened)
         files = mjcf.write(form, shared="assets")
@@ -263,11 +268,13 @@ def load_scene(
             `galley__rustic__s7__t5c1d2e3f`; or the path of a scene's folder or of one of its XML files, which is loaded
             as it is.
         textures: pictures that differ from the scene's, by surface: wall, floor, counter, cabinet. Not for specs.
-        weight: `full`, or `light`: primitive shapes in plain colours, for many simulations at once. Of an XML file
-            that is named it is what the file holds.
+        weight: `full`; `light`: primitive shapes in plain colours; or `batch`: at most 300 of them, for thousands of
+            copies at once, as `casa-assets scenes batch` writes it. Of an XML file that is named it is what the file
+            holds.
         out: folder of scenes, written to where the scene is missing.
         as_spec: an MjSpec to add a robot and objects to, instead of a compiled MjModel.
-        sleep: let MuJoCo leave out what is at rest until something moves it, which is some times as fast.
+        sleep: let MuJoCo leave out what is at rest until something moves it, which is some times as fast; the batch
+            form always does.
         seed: draws the lengths of the plan, as `kitchen()` and `casa-assets scenes new` do; with an id that has none.
     Returns:
         MjModel or MjSpec. Keyframes: start, closed, open.
@@ -323,10 +330,10 @@ def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | 
     place = SCENES_FOLDER if out is None else out
     recipe = recipe_of(str(scene), (place,))
     folder = place / recipe.scene_id
-    if is_current(recipe, place):
+    if is_current(recipe, place) and (folder / FILES[weight]).is_file():
         return folder / FILES[weight], _covers(folder)
     made = Kitchen(recipe)
-    if out is not None:
+    if out is not None and weight != "batch":
         return made.write(out) / FILES[weight], surface_finishes(made.resolved.style)
     return made._mjcf(weight), surface_finishes(made.resolved.style)
 

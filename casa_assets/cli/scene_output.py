@@ -173,6 +173,23 @@ def print_states(results: list[SceneResult], output: Output) -> None:
         output.line("deepest: of all contacts; moved: the farthest that a thing goes on moving")
 
 
+def print_batch_forms(results: list[SceneResult], output: Output) -> None:
+    """Print for each scene the size of its batch form, and what an engine has to allocate for it."""
+    from casa_assets.pipeline.kitchens.batch_form import read_batch
+
+    heads = ("colliders", "pairs", "joints", "locked", "awake in use", "nconmax", "njmax", "nccdmax", "nvmax")
+    table = TextTable(("scene", *heads), right=heads)
+    for result in results:
+        found = read_batch(Path(result.folder)) if result.folder else None
+        if found is None:
+            continue
+        engine = found.engine
+        numbers = (found.colliders, found.pairs, len(found.joints), len(found.locked), engine.awake_in_use)
+        limits = (engine.nconmax, engine.njmax, engine.nccdmax, engine.nvmax)
+        table.add(result.recipe.scene_id, *(str(number) for number in (*numbers, *limits)))
+    table.print(output.console)
+
+
 def json_row(result: SceneResult) -> dict[str, Any]:
     """What `--json` tells of a scene."""
     verdict = "failed" if not result.passed else "made" if result.report is None else "passed"

@@ -14,6 +14,7 @@ from pydantic_core import core_schema
 
 from casa_assets.errors import UnknownId
 from casa_assets.model.asset.asset import Asset
+from casa_assets.model.formats.batch_schema import BatchFile
 from casa_assets.model.formats.behavior_schema import BehaviorFile
 from casa_assets.model.formats.scene_schema import SceneFile
 from casa_assets.model.kitchen.plan import Plan
@@ -91,6 +92,7 @@ def _asset() -> dict[str, Any]:
 
 SCHEMAS: dict[str, Callable[[], dict[str, Any]]] = {
     "asset": _asset,
+    "batch": lambda: _of(BatchFile),
     "behavior": lambda: _of(BehaviorFile),
     "plan": lambda: plan_as_written(_of(Plan)),
     "scene": lambda: _of(SceneFile),

@@ -22,7 +22,7 @@ ROWS: tuple[Check, ...] = (
           "An engine has to look at no more than {limit:g} pairs of primitives in every step; lock more joints with "
           "--joints, or leave things out."),
     Check("BAT004", "Batch form: asleep at rest", ERROR, BatchSubject, size.nothing_is_awake_at_rest, "batch_awake", "",
-          "As the scene begins, at most {limit:g} degrees of freedom are awake or constrained; find what touches or "
+          "Left alone for 0.5 s, at most {limit:g} degrees of freedom are awake or constrained; find what touches or "
           "moves there."),
     Check("BAT005", "Batch form: settles apart", ERROR, BatchSubject, rest.no_penetration, "scene_settled_m", "m",
           "In the batch form no two things overlap by more than {mm:g} mm, at the start and after 1 s awake; correct "

@@ -1,4 +1,4 @@
-"""casa-assets scenes: new, list, build, check, sample, preview, pack, diff, robots, states, and the verbs of plans."""
+"""casa-assets scenes: new, list, build, check, sample, preview, pack, diff, robots, states, batch; verbs of plans."""
 
 from __future__ import annotations
 
@@ -41,6 +41,7 @@ from casa_assets.cli.text import pluralize
 from casa_assets.cli.verb import Verb, verb
 from casa_assets.cli.verbs.pack import pack
 from casa_assets.cli.verbs.plans import check_plan, fit
+from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
@@ -348,6 +349,44 @@ def states(
     if not json_:
         scene_output.print_states(results, output)
     scene_output.look(results, output)
+    scene_output.end(results)
+
+
+@app.command(cls=Verb)
+def batch(
+    scenes: Scenes = None,
+    all_: All = False,
+    joints: Annotated[
+        list[JointWord] | None,
+        typer.Option("--joints", help="Kind of joints that stay; may be repeated. Default: all."),
+    ] = None,
+    primitives: Annotated[
+        int, typer.Option("--primitives", min=0, help="Primitives at most; 0: as many as check BAT002 allows.")
+    ] = 0,
+    out: ScenesOut = OUT,
+    jobs: Jobs = 0,
+    engine: Engine = EngineName.LOCAL,
+    address: Address = "",
+    force: Force = False,
+    json_: AsJson = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+) -> None:
+    """Write kitchens for GPU engines that step thousands at once: few primitives, few pairs, all asleep at the start.
+
+    Writes scene_batch.xml and batch.json beside each scene, built first where it is missing. Joints for which there is
+    no room are locked, and batch.json names them. Exit 0 when all pass their checks, 1 when one does not, 2 on misuse.
+
+    Example:  casa-assets scenes batch l_small__coastal --joints doors --joints drawers
+    """
+    from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_all
+
+    recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
+    request = BatchRequest(tuple(joints or JointWord), primitives or None)
+    done = make_all(recipes, out, request, workers(engine, address, jobs), force)
+    results = scene_output.follow(done, recipes, "merging", output)
+    if not json_:
+        scene_output.print_batch_forms(results, output)
     scene_output.end(results)
 
 

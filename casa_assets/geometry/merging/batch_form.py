@@ -63,10 +63,12 @@ def _with_outer_region(form: Asset, whole: Asset) -> Asset:
     """The form with a region around all colliders that the asset had before they went to the world."""
     if any(region.name in OUTER_REGIONS for region in form.regions):
         return form
-    boxes = [b for k in whole.links if (b := link_bounds(k, whole.asset_from_link(k.name))) is not None]
+    bounds = (link_bounds(link, whole.asset_from_link(link.name)) for link in whole.links)
+    boxes = [found for found in bounds if found is not None]
     if not boxes:
         return form
-    lower, upper = np.min(boxes, axis=0)[0], np.max(boxes, axis=0)[1]
+    corners = np.array(boxes)
+    lower, upper = corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)
     a, b, c = (float(value) for value in (lower + upper) / 2)
     x, y, z = (float(value) for value in upper - lower)
     outer = Region(name=OUTER_REGIONS[0], pose=Pose(position=(a, b, c)), size=(x, y, z))

@@ -7,17 +7,16 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from casa_assets.geometry.merging.batch_form import batch_form
-from casa_assets.geometry.merging.joint_words import JointWord, joint_word
+from casa_assets.geometry.merging.joint_words import joint_word
 from casa_assets.geometry.merging.moving_parts import WHOLE
 from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind
 from casa_assets.model.kitchen.batch_scene import BatchScene
+from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.scene import LightScene
 
 Ref = tuple[str, str]  # placement and joint
-# Primitives of a loose thing that is solid, about.
-OF_SOLID_THING = 3
-# Of the bin of a door, besides the one that it becomes.
-OF_BIN = 2
+# Forms that are tried at most, and so many primitives below the limit are near enough.
+MAX_TRIES, NEAR_ENOUGH = 5, 6
 # Loose things without joints of which a kitchen has so many are seats.
 MANY_ALIKE = 3
 # Categories of fixtures that none of RoboCasa's atomic tasks needs, those first that a kitchen misses least.
@@ -61,18 +60,32 @@ def batch_within(light: LightScene, most: int, words: Collection[JointWord] = tu
         for joint in asset.joints
         if joint_word(asset, joint) not in words
     ]
-    filled: list[str] = []
     steps = list(_steps(assets, locked))
-    form = batch_form(light, locked)
-    while form.collider_count > most and steps:
-        saved = form.collider_count - most
-        while saved > 0 and steps:
-            step = steps.pop(0)
-            locked += step.locked
-            filled += step.filled
-            saved -= _primitives_saved(form, assets, step)
-        form = batch_form(light, locked, filled)
-    return form
+
+    def with_steps(number: int) -> BatchScene:
+        """The form with the first steps taken."""
+        taken = steps[:number]
+        more = [ref for step in taken for ref in step.locked]
+        return batch_form(light, [*locked, *more], [name for step in taken for name in step.filled])
+
+    # So many steps are too few, and so many enough.
+    few, many = 0, len(steps)
+    form = with_steps(0)
+    if form.collider_count <= most or not steps:
+        return form
+    best = with_steps(many)
+    above, below = form.collider_count - most, most - best.collider_count
+    for _ in range(MAX_TRIES):
+        if many - few <= 1 or 0 <= most - best.collider_count <= NEAR_ENOUGH:
+            break
+        # What a step saves differs: halfway, weighted by how far each end is from the aim.
+        between = few + max(1, min(many - few - 1, round((many - few) * above / max(above + below, 1))))
+        form = with_steps(between)
+        if form.collider_count > most:
+            few, above = between, form.collider_count - most
+        else:
+            many, below, best = between, most - form.collider_count, form
+    return best
 
 
 def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_Step]:
@@ -139,19 +152,3 @@ def _height(asset: Asset, joint: Joint) -> float:
     pose = asset.asset_from_link(joint.child)
     heights = [(pose @ collider.pose).position[2] for collider in asset.link(joint.child).colliders]
     return sum(heights) / max(len(heights), 1)
-
-
-def _primitives_saved(form: BatchScene, assets: Mapping[str, Asset], step: _Step) -> int:
-    """About how many primitives a step saves."""
-    forms = {place.name: found for place, found in zip(form.scene.placements, form.forms, strict=True)}
-    saved = 0
-    for name, joint in step.locked:
-        child = {j.name: j.child for j in assets[name].joints}[joint]
-        saved += len(forms[name].link(child).colliders)
-    for name in step.filled:
-        if assets[name].base is Base.FIXED:
-            bins = [r for r in assets[name].regions if r.link != assets[name].root.name and r.name != WHOLE]
-            saved += OF_BIN * len(bins)
-            continue
-        saved += max(0, len(forms[name].root.colliders) - OF_SOLID_THING)
-    return saved

@@ -39,7 +39,7 @@ MOST_CUT_OFF = 0.5
 # Cosine of the angle between axes that are the same.
 ALIGNED = 1 - 1e-9
 # So much of the walls of a vessel may be empty, 0..1: a round one has square walls.
-EMPTY_SHARE_OF_VESSEL = 0.55
+EMPTY_SHARE_OF_VESSEL = 0.7
 
 
 class Fitted(NamedTuple):

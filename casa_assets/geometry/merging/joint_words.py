@@ -2,22 +2,8 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 from casa_assets.model.asset.asset import Asset, Joint, JointKind
-
-
-class JointWord(StrEnum):
-    """What a joint moves, as a hand takes it."""
-
-    DOORS = "doors"
-    DRAWERS = "drawers"
-    RACKS = "racks"
-    KNOBS = "knobs"
-    BUTTONS = "buttons"
-    LEVERS = "levers"
-    LIDS = "lids"
-
+from casa_assets.model.kitchen.joint_word import JointWord
 
 # Label of the collider that a hand takes -> word.
 WORD_OF_GRIP = {

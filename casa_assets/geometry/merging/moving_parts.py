@@ -20,12 +20,13 @@ from casa_assets.geometry.merging.colliders import (
 )
 from casa_assets.geometry.merging.cover_boxes import cover_boxes
 from casa_assets.geometry.merging.fit_primitives import FitLimits
-from casa_assets.geometry.merging.joint_words import JointWord, joint_word
+from casa_assets.geometry.merging.joint_words import joint_word
 from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace
 from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider, Exclusion, Joint, JointKind, Link, Region
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.asset.shape import Box, Cylinder, Shape
+from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.scene import Placement
 from casa_assets.model.pose import Pose
 

@@ -8,9 +8,9 @@ import mujoco
 
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.files import Files
-from casa_assets.pipeline.kitchens.scene_files import LIGHT_FILE
+from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, LIGHT_FILE
 
-FILES = {"full": FILE, "light": LIGHT_FILE}
+FILES = {"full": FILE, "light": LIGHT_FILE, "batch": BATCH_FILE}
 
 
 def model_of(source: Path | Files, sleep: bool = False) -> mujoco.MjModel:

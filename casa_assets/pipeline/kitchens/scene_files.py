@@ -6,6 +6,7 @@ SHARED = "assets"
 # In the shared folder: state machines, a file for each asset that has one.
 BEHAVIOR = "behavior"
 LIGHT_FILE = "scene_light.xml"
+BATCH_FILE, BATCH_JSON = "scene_batch.xml", "batch.json"
 SCENE_JSON = "scene.json"
 ROBOTS_JSON = "robots.json"
 START_STATES = "start_states.npz"

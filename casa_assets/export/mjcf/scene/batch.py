@@ -1,4 +1,4 @@
-"""Batch form of a scene -> one flat scene_batch.xml of primitives, asleep as it begins, with no pair that cannot touch.
+"""Batch form of a scene -> one flat scene_batch.xml of primitives that sleep at rest, with no pair that cannot touch.
 
 Names are those of the other forms. Bits of `contype` and `conaffinity`, of which geom A touches geom B where one's
 contype has a bit of the other's conaffinity:
@@ -15,6 +15,7 @@ contype has a bit of the other's conaffinity:
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from lxml import etree
 
@@ -26,25 +27,29 @@ from casa_assets.export.mjcf.visual import Meshes
 from casa_assets.export.mujoco_values import VIEWER_GROUPS
 from casa_assets.model.asset.asset import Asset, Base
 from casa_assets.model.kitchen.batch_scene import BatchScene
+from casa_assets.model.kitchen.scene import LightScene
 
 FILE = "scene_batch.xml"
 # Bits of contype and conaffinity: of everything by default, of loose things, and the first of fixtures that can meet.
 DEFAULT, THINGS, FIRST_MEETING = 1, 2, 2
 # MuJoCo has 32 bits, the last of which is a sign.
 LAST_MEETING = 30
+# Everything that touches is seen.
+GROUPS = replace(VIEWER_GROUPS, colliders=VIEWER_GROUPS.visuals)
 
 
-def write(batch: BatchScene, asleep: bool = True) -> bytes:
+def write(batch: BatchScene, sleeps: bool = True) -> bytes:
     """The MJCF of the batch form of a scene; the same form is the same bytes.
 
     Args:
-        asleep: everything sleeps until something touches or drives it. False for engines that do not know sleep.
+        sleeps: what is at rest is left out of a step until something touches or drives it. False for engines that do
+            not know sleep. Nothing is asleep in the file itself: mujoco_warp 4.0 refuses a model that begins so.
     """
     scene = batch.scene
     root = etree.Element("mujoco", {"model": scene.id})
     etree.SubElement(root, "compiler", {"angle": "radian", "autolimits": "true", "fusestatic": "true"})
     option = {"timestep": "0.002", "integrator": "implicitfast", "gravity": number.numbers(scene.gravity)}
-    flags = {"multiccd": "enable", **({"sleep": "enable"} if asleep else {})}
+    flags = {"multiccd": "enable", **({"sleep": "enable"} if sleeps else {})}
     etree.SubElement(etree.SubElement(root, "option", option), "flag", flags)
     room.add_frame(root, scene)
     room.add_sky(etree.SubElement(root, "asset"), scene)
@@ -57,7 +62,7 @@ def write(batch: BatchScene, asleep: bool = True) -> bytes:
     meeting = _meeting_bits(batch)
     for place, form in zip(scene.placements, batch.forms, strict=True):
         names = {c.name: colors.of(form.id, c.name) for link in form.links for c in link.colliders}
-        context = BodyContext(form, Meshes((), {}), {}, _GROUPS, place.name, names)
+        context = BodyContext(form, Meshes((), {}), {}, GROUPS, place.name, names)
         body = add_placement(world, place, context)
         if form.base is Base.FREE:
             _set_bits(body, DEFAULT | THINGS, THINGS)
@@ -65,8 +70,6 @@ def write(batch: BatchScene, asleep: bool = True) -> bytes:
             for link in form.links:
                 bit = meeting.get((place.name, link.name), 0)
                 _set_bits(_body(body, context.body_name(link.name)), DEFAULT | THINGS | bit, bit)
-        if asleep:
-            _let_sleep(body)
         contexts.append(context)
     block = etree.SubElement(root, "contact")
     for context in contexts:
@@ -75,10 +78,6 @@ def write(batch: BatchScene, asleep: bool = True) -> bytes:
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
     return etree.tostring(root, encoding="us-ascii", pretty_print=True)
-
-
-# Everything that touches is seen.
-_GROUPS = VIEWER_GROUPS.__class__(colliders=VIEWER_GROUPS.visuals)
 
 
 class _Colors:
@@ -93,13 +92,7 @@ class _Colors:
         if asset not in self._found:
             self._found[asset] = light_colors(self._assets[asset], self._assets[asset])
         known = self._found[asset]
-        return known[name] if name in known else known[_whole(name)]
-
-
-def _whole(name: str) -> str:
-    from casa_assets.model.kitchen.scene import LightScene
-
-    return LightScene.collider_of(name)
+        return known[name] if name in known else known[LightScene.collider_of(name)]
 
 
 def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, Asset], colors: _Colors) -> None:
@@ -136,12 +129,3 @@ def _set_bits(body: etree._Element, contype: int, conaffinity: int) -> None:
         if geom.get("contype") == "1":
             geom.set("contype", str(contype))
             geom.set("conaffinity", str(conaffinity))
-
-
-def _let_sleep(body: etree._Element) -> None:
-    """Let the trees of joints below a fixed body, or that of a loose thing, begin asleep."""
-    if body.find("freejoint") is not None or body.find("joint") is not None:
-        body.set("sleep", "init")
-        return
-    for carried in body.findall("body"):
-        _let_sleep(carried)

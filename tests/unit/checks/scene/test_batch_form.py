@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.checks.run import run
+from casa_assets.checks.scene.batch import engine_sizes as sizes_of_engines
 from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
 from casa_assets.checks.scene.batch.subject import BATCH_FILE, BatchSubject
 from casa_assets.checks.table.table import TABLE
@@ -125,7 +126,9 @@ def test_a_file_that_is_not_there_is_said_once(tmp_path: Path) -> None:
     assert [issue.code for issue in run(subject, "room", LIMITS).issues] == ["BAT001"]
 
 
-def test_sizes_for_engines_are_found_with_a_margin(tmp_path: Path) -> None:
+def test_sizes_for_engines_are_found_with_a_margin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sizes_of_engines, "TRIAL_S", 1.0)
+    monkeypatch.setattr(sizes_of_engines, "IN_USE_S", 1.0)
     found = engine_sizes(forms(tmp_path))
     assert found.fixtures == 1
     # Ten things of six degrees of freedom, a robot of nine, and the cupboard's own four.

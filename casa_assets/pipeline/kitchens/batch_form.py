@@ -1,0 +1,160 @@
+"""Make the batch form of kitchens: scene_batch.xml and batch.json beside each, checked."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from casa_assets import registry
+from casa_assets.checks.run import run
+from casa_assets.checks.scene.batch.engine_sizes import engine_sizes
+from casa_assets.checks.scene.batch.size import candidate_pairs
+from casa_assets.checks.scene.batch.subject import BatchSubject
+from casa_assets.export.mjcf.scene import batch as mjcf
+from casa_assets.geometry.lightweight import light_scene
+from casa_assets.geometry.merging.choose_joints import batch_within
+from casa_assets.model.formats.batch_schema import BatchFile
+from casa_assets.model.issue import Report
+from casa_assets.model.kitchen.batch_scene import BatchScene, EngineSizes
+from casa_assets.model.kitchen.joint_word import JointWord
+from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.cache_key import digest_of, key_of
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
+from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, BATCH_JSON
+from casa_assets.pipeline.kitchens.scene_folders import (
+    BuildOptions,
+    SceneResult,
+    build_with_options,
+    failed_scene,
+    run_recipes,
+    scene_key,
+)
+from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.workers.batch import attempt
+from casa_assets.pipeline.workers.engine import Workers
+
+SHAPES = "batch_shapes"
+
+
+@dataclass(frozen=True)
+class BatchRequest:
+    """What a batch form keeps.
+
+    Attributes:
+        words: of the joints that stay, where there is room for them.
+        primitives: at most that touch anything; None: as many as check BAT002 allows.
+    """
+
+    words: tuple[JointWord, ...] = tuple(JointWord)
+    primitives: int | None = None
+
+
+def make_all(
+    recipes: Sequence[SceneRecipe], out: Path, request: BatchRequest, jobs: Workers = 0, force: bool = False
+) -> Iterator[SceneResult]:
+    """Batch forms of scenes in the order in which they are done, worked on by several processes.
+
+    Args:
+        out: folder of the scenes; those that are missing are built. jobs: processes; 0 for one per core. force: even
+            where nothing has changed.
+    Raises:
+        OutputError: the folder is held by another run or cannot be written.
+    """
+    return run_recipes(partial(make_one, out=out, request=request, force=force), recipes, out, jobs)
+
+
+def make_one(recipe: SceneRecipe, out: Path, request: BatchRequest, force: bool = False) -> SceneResult:
+    """The batch form of one scene, which is built where it is missing; the report is that of the batch form alone."""
+    built = build_with_options(recipe, out, BuildOptions(drawn=False))
+    if not built.folder:
+        return built
+    folder = Path(built.folder)
+
+    def make() -> SceneResult:
+        key = batch_key(recipe, request)
+        kept = None if force else read_batch(folder)
+        if kept is not None and kept.key == key and (folder / BATCH_FILE).is_file():
+            return replace(built, report=kept.report, kept=True)
+        begin = time.perf_counter()
+        _, scene = build_scene(recipe, disk.Library(out).cache)
+        form = batch_of(scene, disk.Library(out).cache, request)
+        _put(folder / BATCH_FILE, mjcf.write(form))
+        written = time.perf_counter()
+        told = _judged(form, folder, key)
+        _put(folder / BATCH_JSON, (told.model_dump_json(indent=1) + "\n").encode())
+        done = time.perf_counter()
+        return replace(built, report=told.report, kept=False, write_s=written - begin, check_s=done - written)
+
+    return attempt(make, partial(failed_scene, recipe), out)
+
+
+def batch_of(scene: Scene, cache: Path, request: BatchRequest | None = None) -> BatchScene:
+    """The batch form of a composed scene.
+
+    Args:
+        cache: folder of the cache, which keeps light forms of assets.
+    """
+    asked = request or BatchRequest()
+    most = int(registry.load().limits[SHAPES]) if asked.primitives is None else asked.primitives
+    store = AssetStore(cache)
+    form = batch_within(light_scene(scene, store.lightened), most, asked.words)
+    store.tidy()
+    return form
+
+
+def batch_key(recipe: SceneRecipe, request: BatchRequest) -> str:
+    """Key of a batch form: the scene's files, what was asked for, and all that makes and judges it."""
+    return digest_of("batch", scene_key(recipe), repr(request), version("mujoco"), key_of(make_one, batch_within))
+
+
+def read_batch(folder: Path) -> BatchFile | None:
+    """Content of batch.json of a scene; None where it is not there, damaged or of another version."""
+    try:
+        return BatchFile.model_validate_json((folder / BATCH_JSON).read_bytes())
+    except (OSError, ValidationError):
+        return None
+
+
+def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
+    """What batch.json says of a form that was written."""
+    records, subject = registry.load(), BatchSubject(form, folder)
+    name = form.scene.id
+    waived = records.waived(name)
+    report = run(subject, name, records.limits, waived)
+    model = subject.batch.model
+    if model is None:
+        sizes = EngineSizes.model_validate(dict.fromkeys(EngineSizes.model_fields, 0))
+    else:
+        sizes = engine_sizes(subject)
+        report += run(sizes, name, records.limits, waived)
+    return BatchFile(
+        id=name,
+        key=key,
+        joints=tuple(
+            f"{place.name}__{joint.name}"
+            for place, asset in zip(form.scene.placements, form.forms, strict=True)
+            for joint in asset.joints
+        ),
+        locked=tuple(f"{ref.placement}__{ref.joint}" for ref in form.locked),
+        filled=form.filled,
+        colliders=form.collider_count,
+        pairs=0 if model is None else int(candidate_pairs(model).sum()),
+        freedoms=0 if model is None else int(model.nv),
+        engine=sizes,
+        report=Report.model_validate(report.model_dump()),
+    )
+
+
+def _put(path: Path, data: bytes) -> None:
+    """Write a file by one rename."""
+    fresh = path.with_name(f".{path.name}.{os.getpid()}")
+    fresh.write_bytes(data)
+    fresh.replace(path)
