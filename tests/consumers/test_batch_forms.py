@@ -1,0 +1,66 @@
+"""The batch form of a kitchen in mujoco_warp, which steps it on the processor as it would on a graphics card."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_one, read_batch
+from casa_assets.pipeline.kitchens.resolve import SceneRecipe
+from tests.libraries import with_cache
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = Path(__file__).parent / "warp_kitchen.py"
+# Of simulated time that is 0.3 s; a step of one world takes a tenth of a second on a processor.
+STEPS = 150
+# Compiling its kernels takes two minutes, once.
+MAX_S = 1500
+
+pytestmark = pytest.mark.consumers
+
+
+@pytest.fixture(scope="module")
+def made(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a kitchen with its batch form."""
+    out = with_cache(tmp_path_factory.mktemp("scenes"), cache)
+    done = make_one(SceneRecipe("l_small", "coastal"), out, BatchRequest())
+    assert done.folder, done.message
+    assert done.passed, done.problems
+    return Path(done.folder)
+
+
+@pytest.fixture(scope="module")
+def told(made: Path) -> Any:
+    """What mujoco_warp says of it."""
+    python = ROOT / os.environ.get("CASA_WARP", ".venv-warp/bin/python")
+    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_WARP"
+    command = [str(python), str(SCRIPT), str(STEPS), str(made)]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S)
+    assert done.returncode == 0, done.stderr[-4000:]
+    assert "overflow" not in done.stdout + done.stderr
+    return json.loads(done.stdout.splitlines()[-1])["kitchens"][made.name]
+
+
+def test_it_looks_at_the_pairs_that_we_count(told: Any, made: Path) -> None:
+    found = read_batch(made)
+    assert found is not None
+    assert told["pairs"] == found.pairs <= 20_000
+
+
+def test_everything_sleeps_at_the_start(told: Any) -> None:
+    assert told["asleep"] == told["trees"] > 20
+
+
+def test_a_drawer_goes_as_far_as_in_mujoco(told: Any) -> None:
+    assert abs(told["way"]) > 0.02, "the drawer was not pulled far enough to tell"
+    assert told["off"] < 0.002
+
+
+def test_the_buffers_suffice(told: Any) -> None:
+    assert told["contacts"] <= told["limits"]["nconmax"]
+    assert told["rows"] <= told["limits"]["njmax"]
