@@ -16,7 +16,7 @@ from casa_assets.model.kitchen.scene import LightScene
 
 Ref = tuple[str, str]  # placement and joint
 # Forms that are tried at most, and so many primitives below the limit are near enough.
-MAX_TRIES, NEAR_ENOUGH = 5, 6
+MAX_TRIES, NEAR_ENOUGH = 4, 10
 # Loose things without joints of which a kitchen has so many are seats.
 MANY_ALIKE = 3
 # Categories of fixtures that none of RoboCasa's atomic tasks needs, those first that a kitchen misses least.

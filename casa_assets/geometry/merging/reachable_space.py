@@ -16,7 +16,7 @@ CLOSED_GAP_HALF_M = 0.006
 # What is merged may stick out of what it stands for by so much, metres.
 TOLERANCE_M = 0.0025
 # Besides the faces of boxes, lines of the grid lie this far apart, metres: shapes that stand askew have no such faces.
-LINE_STEP_M = 0.05
+LINE_STEP_M = 0.1
 # Free room around all boxes, metres.
 BORDER_M = 0.1
 # Lines closer than this are one, metres.
@@ -51,13 +51,7 @@ class ReachableSpace:
             solid[self._cells(lower, upper)] = True
         for shape, pose in askew:
             self._mark(solid, shape, pose)
-        reached = self._reached(solid, seeds)
-        sums = np.zeros([n + 1 for n in reached.shape], dtype=np.int32)
-        np.cumsum(reached, axis=0, out=sums[1:, 1:, 1:])
-        for axis in (1, 2):
-            np.cumsum(sums, axis=axis, out=sums)
-        # (X + 1, Y + 1, Z + 1) how many cells below a corner of the grid are reached.
-        self._sums = sums
+        self._reached = self._flooded(solid, seeds)
 
     def touches(self, lower: Floats, upper: Floats, margin: float) -> bool:
         """True where a box, `margin` metres larger on each side, holds reachable space.
@@ -74,12 +68,8 @@ class ReachableSpace:
             first, last = max(first, 0), min(last, len(lines) - 1)
             if first >= last:
                 return False
-            ranges.append((first, last))
-        (a, b), (c, d), (e, f) = ranges
-        s = self._sums
-        return bool(
-            int(s[b, d, f]) - s[a, d, f] - s[b, c, f] - s[b, d, e] + s[a, c, f] + s[a, d, e] + s[b, c, e] - s[a, c, e]
-        )
+            ranges.append(slice(first, last))
+        return bool(self._reached[tuple(ranges)].any())
 
     def takes_room(self, lower: Floats, upper: Floats) -> bool:
         """True where a box, (3,) and (3,) its corners, would take away space that something can get into."""
@@ -106,7 +96,7 @@ class ReachableSpace:
         points = pose.inverse().apply(np.stack([g.ravel() for g in grids], axis=1))
         solid[cells] |= is_inside(shape, points, CLOSED_GAP_HALF_M).reshape(grids[0].shape)
 
-    def _reached(self, solid: Mask, seeds: Floats) -> Mask:
+    def _flooded(self, solid: Mask, seeds: Floats) -> Mask:
         """The free cells that hang together with a seed."""
         labels, _ = ndimage.label(~solid)
         found: set[int] = set()
