@@ -19,8 +19,8 @@ Ref = tuple[str, str]  # placement and joint
 MAX_TRIES, NEAR_ENOUGH = 4, 10
 # Loose things without joints of which a kitchen has so many are seats.
 MANY_ALIKE = 3
-# Categories of fixtures that none of RoboCasa's atomic tasks needs, those first that a kitchen misses least.
-OF_NO_TASK = (
+# Categories of fixtures of which the last one is locked, those first that a kitchen misses least.
+LAST_UNITS = (
     "window",
     "switch",
     "door",
@@ -29,6 +29,8 @@ OF_NO_TASK = (
     "housing_cabinet",
     "island_base",
     "corner_cabinet",
+    "wall_cabinet",
+    "base_cabinet",
 )
 
 
@@ -45,8 +47,8 @@ def batch_within(light: LightScene, most: int, words: Collection[JointWord] = tu
 
     Where there are too many, this is given up in this order, only as much as needed: the inside of loose appliances
     and their knobs and keys, the bins of doors, drawers behind doors, units that the kitchen has several of, the last
-    ones first, of several drawers in one unit all but the uppermost, the legs of seats one by one, racks, and units
-    that no atomic task needs.
+    ones first, of several drawers in one unit all but the uppermost, the legs of seats one by one, racks, and the
+    last window, room door, hood and cabinet.
 
     Args:
         most: primitives. The form has more where nothing is left to give up.
@@ -125,7 +127,7 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
         yield from given_up(name, (), not assets[name].joints and seats[assets[name].labels.category] >= MANY_ALIKE)
     for name in fixtures:
         yield from given_up(name, of_words(name, JointWord.RACKS))
-    for category in OF_NO_TASK:
+    for category in LAST_UNITS:
         for name in [name for name, found in units.items() if found == category]:
             yield from given_up(name, left[name])
 

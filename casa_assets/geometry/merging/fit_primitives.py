@@ -280,14 +280,17 @@ def _cut_off(piece: Fitted, beside: Floats) -> Fitted:
     if isinstance(shape, Cylinder) and abs(pose.rotation[2, 2]) < ALIGNED:
         return piece
     box = shape_bounds(shape, pose)
-    axes = (2,) if isinstance(shape, Cylinder) else (0, 1, 2)
     for other in beside:
-        if (other[0] + FREE_MARGIN_M >= box[1]).any() or (other[1] - FREE_MARGIN_M <= box[0]).any():
+        axes = [] if isinstance(shape, Cylinder) else [0, 1]
+        if other[:, 2].mean() > box[:, 2].mean():
+            # Of two things that stand in each other the lower one makes room: what stands on it goes on standing there.
+            axes.append(2)
+        if not axes or (other[0] + FREE_MARGIN_M >= box[1]).any() or (other[1] - FREE_MARGIN_M <= box[0]).any():
             continue
         size = box[1] - box[0]
         cuts = [((box[1, a] - other[0, a]) / size[a], a, 1, other[0, a]) for a in axes]
         cuts += [((other[1, a] - box[0, a]) / size[a], a, 0, other[1, a]) for a in axes]
-        share, axis, side, face = min(cuts)
+        share, axis, side, face = min(cuts, key=lambda cut: cut[:3])
         if share < MOST_CUT_OFF:
             box[side, axis] = face
     a, b, c = (float(s) for s in box.mean(axis=0))

@@ -31,7 +31,7 @@ from casa_assets.model.kitchen.scene import Placement
 from casa_assets.model.pose import Pose
 
 # Primitives of a loose thing at most, of one that is solid, of a seat that is; and how much of each may be empty.
-MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 5, 3, 2, 0.35
+MOST_OF_THING, MOST_OF_SOLID, MOST_OF_SEAT, EMPTY_SHARE = 6, 3, 2, 0.35
 # Round parts of a door or a tap: one primitive for so many, and so much of it may be empty.
 PIECES_PER_GROUP, EMPTY_SHARE_OF_PIECES = 3, 0.6
 # The inner front of a drawer is no thicker than this, metres, nor the front than three times.
@@ -40,6 +40,8 @@ LINING_M = 0.022
 LINING_SHARE = 0.5
 # Two boxes of a moving part become one where no more than this is empty between them, and nothing is kept there, m^3.
 FILLED_M3 = 0.003
+# On each side of a region no more than this share of its size is taken, and no more than twice the tolerance.
+REGION_SHARE = 0.015
 # Name of the region around a whole asset; the others are inside of it.
 WHOLE = "main"
 # Label of the parts of a handle.
@@ -117,9 +119,7 @@ def _of_thing(
     beside = [
         shape_bounds(part.shape, link_from_world @ part.pose)
         for part in loose
-        # Of two things the lower one makes room: what stands on it goes on standing there.
         if (part.placement, part.link) != (place.name, link.name)
-        and part.bounds[:, 2].mean() > (lower[2] + upper[2]) / 2
         and (part.bounds[0] < upper).all()
         and (part.bounds[1] > lower).all()
     ]
@@ -150,11 +150,12 @@ def _of_moving_part(form: Asset, link: Link, is_filled: bool) -> tuple[Collider,
         space = ReachableSpace(corners, points_around(corners), [(c.shape, c.pose) for c in apart])
         merged = [(cover.corners, cover.covered[0]) for cover in cover_boxes(space)]
         joint = form.joint_of(link.name)
-        is_door = joint is not None and joint.kind is JointKind.HINGE
-        if not is_door:
+        if joint is None or joint.kind is JointKind.SLIDE:
+            merged = _filled(_without_lining(merged), form, link.name)
+        else:
             # The inner edge of a door that became thicker would run into the door beside it.
-            merged = _without_lining(merged)
-        merged = _as_slab_and_block(merged) if is_door and is_filled else _filled(merged, form, link.name)
+            leaf, bins = _leaf_and_bins(merged)
+            merged = [*leaf, *(_as_one(bins) if is_filled else _filled(bins, form, link.name))]
         boxes = [replaced(boxes[i], *box_between(found)) for found, i in merged]
     return (*boxes, *apart)
 
@@ -227,13 +228,25 @@ def _lines(lining: Floats, front: Floats, axis: int) -> bool:
     return area > LINING_SHARE * of_front_area
 
 
-def _as_slab_and_block(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]:
-    """A door as its largest box, and one around all bins."""
-    slab, *bins = sorted(boxes, key=lambda box: -float(np.prod(box[0][1] - box[0][0])))
-    if not bins:
-        return [slab]
-    corners = np.array([box for box, _ in bins])
-    return [slab, (np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)]), bins[0][1])]
+def _leaf_and_bins(boxes: list[tuple[Floats, int]]) -> tuple[list[tuple[Floats, int]], list[tuple[Floats, int]]]:
+    """The boxes of a door that make its leaf, as thick as the largest of them, and those behind."""
+    largest, _ = max(boxes, key=lambda box: float(np.prod(box[0][1] - box[0][0])))
+    axis = int(np.argmin(largest[1] - largest[0]))
+    leaf: list[tuple[Floats, int]] = []
+    bins: list[tuple[Floats, int]] = []
+    for corners, index in boxes:
+        common = min(corners[1, axis], largest[1, axis]) - max(corners[0, axis], largest[0, axis])
+        is_leaf = common > (corners[1, axis] - corners[0, axis]) / 2
+        (leaf if is_leaf else bins).append((corners, index))
+    return leaf, bins
+
+
+def _as_one(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]:
+    """One box around all, none where there is none."""
+    if not boxes:
+        return []
+    corners = np.array([box for box, _ in boxes])
+    return [(np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)]), boxes[0][1])]
 
 
 def _filled(boxes: list[tuple[Floats, int]], form: Asset, link: str) -> list[tuple[Floats, int]]:
@@ -264,11 +277,11 @@ def _filled(boxes: list[tuple[Floats, int]], form: Asset, link: str) -> list[tup
 
 
 def _inner_space(region: Region) -> tuple[Shape, Pose]:
-    """A region as a shape with its pose in its link, smaller by twice the tolerance on each side."""
-    x, y, z = (max(size - 4 * TOLERANCE_M, SIZE_STEP_M) for size in region.size)
+    """A region as a shape with its pose in its link, a little smaller on each side."""
+    x, y, z = (max(size - 2 * min(2 * TOLERANCE_M, REGION_SHARE * size), SIZE_STEP_M) for size in region.size)
     return (Box(size=(x, y, z)) if region.kind == "box" else Cylinder(radius=x / 2, height=z)), region.pose
 
 
 def _region_corners(region: Region) -> Floats:
-    """(2, 3) corners of a region in its link, less twice the tolerance on each side."""
+    """(2, 3) corners of a region in its link, a little smaller on each side."""
     return shape_bounds(*_inner_space(region))

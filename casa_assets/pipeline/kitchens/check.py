@@ -33,6 +33,7 @@ from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import scene_folders
+from casa_assets.pipeline.kitchens.passed_layers import PassedLayers
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_files import START_STATES
 from casa_assets.pipeline.kitchens.scene_folders import (
@@ -87,7 +88,7 @@ def check_one(
             overview; the check of what cameras see draws its own, small, and keeps none. in_3d: with a model that the
             page shows in 3D, about 4 MB. frame: of the overview; None: as `scenes build` draws it.
     """
-    judge = partial(check_and_report, in_3d=in_3d)
+    judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(disk.Library(out).cache))
     done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=judge, strict=strict, frame=frame))
     if done.report is not None or not done.folder:
         return done
@@ -127,7 +128,8 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
         clock = StepClock()
         kitchen, scene = build_scene(recipe, disk.Library(out).cache)
         clock.end(BUILD)
-        report = check_and_report(recipe, scene, design_of(kitchen, scene), folder, in_3d)
+        passed = PassedLayers(disk.Library(out).cache)
+        report = check_and_report(recipe, scene, design_of(kitchen, scene), folder, in_3d, passed)
         clock.end(CHECK)
         build_s, check_s = clock.wall_s[BUILD], clock.wall_s[CHECK]
         return SceneResult(recipe, str(folder), report=report, build_s=build_s, check_s=check_s, cpu_s=clock.cpu_s)
@@ -136,14 +138,19 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
 
 
 def check_and_report(
-    recipe: SceneRecipe, scene: Scene, design: DesignSubject, folder: Path, in_3d: bool = True
+    recipe: SceneRecipe,
+    scene: Scene,
+    design: DesignSubject,
+    folder: Path,
+    in_3d: bool = True,
+    passed: PassedLayers | None = None,
 ) -> Report:
     """Run every check on a scene in its folder, and leave report, page and pictures there.
 
     Args:
-        design: of the scene. in_3d: with a model, too.
+        design: of the scene. in_3d: with a model, too. passed: layers of assets that passed in other scenes.
     """
-    report, measured = run_checks_on_scene(scene, design, folder)
+    report, measured = run_checks_on_scene(scene, design, folder, passed)
     model = put_scene_model(folder, scene) if in_3d else read_report(folder).get("model_key")
     floor_picture(design).save(folder / FLOOR_MAP, format="PNG")
     keys = {"key": verdict_key(recipe), "model_key": model}
@@ -157,9 +164,13 @@ def verdict_key(recipe: SceneRecipe) -> str:
     return digest_of("verdict", scene_key(recipe), key_of(run_checks_on_scene, floor_picture))
 
 
-def run_checks_on_scene(scene: Scene, design: DesignSubject, folder: Path) -> tuple[Report, dict[str, Any]]:
-    """Run every check on a scene in its folder, which is only read; `design`: of the scene.
+def run_checks_on_scene(
+    scene: Scene, design: DesignSubject, folder: Path, passed: PassedLayers | None = None
+) -> tuple[Report, dict[str, Any]]:
+    """Run every check on a scene in its folder, which is only read.
 
+    Args:
+        design: of the scene. passed: layers of assets that passed in other scenes; None: each is looked at.
     Returns:
         The report, and what was measured besides, for report.json: grade, tasks, parking places, budgets, speed.
     """
@@ -167,7 +178,7 @@ def run_checks_on_scene(scene: Scene, design: DesignSubject, folder: Path) -> tu
     limits, waived, table = with_plugin_limits(records.limits), records.waived(scene.id), check_table()
     subject = SceneSubject(scene, folder)
     report = run_scene(subject, limits, waived, table)
-    for part in (SceneFiles(subject), design):
+    for part in (SceneFiles(subject, passed), design):
         report += run(part, scene.id, limits, waived, table)
     measured: dict[str, Any] = {
         "grade": grade(design).model_dump(mode="json"),

@@ -15,7 +15,7 @@ from casa_assets.checks.motion.hand_force import hand_effort
 from casa_assets.checks.motion.motion_model import open_end
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.readers.mujoco_load import all_warnings
-from casa_assets.checks.scene.batch.size import candidate_pairs
+from casa_assets.checks.scene.batch.size import REST_S, candidate_pairs
 from casa_assets.checks.scene.batch.subject import BATCH_FILE, BatchSubject
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base
@@ -64,9 +64,9 @@ class _Most:
 def engine_sizes(subject: BatchSubject) -> EngineSizes:
     """Simulate each fixture in use and count contacts, constraint rows, convex pairs and degrees of freedom awake.
 
-    For each fixture: 20 N at the grips of all its joints at once for 10 s, while ten things fall in front of it and a
-    stand-in of a mobile robot moves there. Once more without the things, for 3 s, for what is awake with a robot and
-    one fixture in use.
+    For each fixture, once everything sleeps: 20 N at the grips of all its joints at once for 10 s, while ten things
+    fall in front of it and a stand-in of a mobile robot moves there. Once more without the things, for 3 s, for what is
+    awake with a robot and one fixture in use.
 
     Raises:
         ValueError: MuJoCo cannot read the batch form.
@@ -137,6 +137,7 @@ def _simulate(subject: BatchSubject, used: _Used, most: _Most, with_things: bool
         _add_things(spec, *stand)
     model = spec.compile()
     data = _begin(model)
+    mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
     for joint in used.asset.joints:
         if joint.name in used.joints:
             dof = int(model.jnt_dofadr[model.joint(f"{used.place.name}__{joint.name}").id])
@@ -145,7 +146,7 @@ def _simulate(subject: BatchSubject, used: _Used, most: _Most, with_things: bool
     robot = [int(model.jnt_dofadr[number]) for number, name in enumerate(names) if name.startswith(ROBOT)]
     convex = _convex_pairs(model)
     for step in range(round((TRIAL_S if with_things else IN_USE_S) / model.opt.timestep)):
-        swing = math.sin(2 * math.pi * data.time / SWING_S)
+        swing = math.sin(2 * math.pi * step * model.opt.timestep / SWING_S)
         for number, dof in enumerate(robot):
             strength = DRIVE_N if number < DRIVEN else ARM_NM
             data.qfrc_applied[dof] = strength * (swing if number % 2 else -swing)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Protocol
 
 from pxr import Tf, Usd
 
@@ -17,15 +19,27 @@ from casa_assets.checks.scene.subject import SceneSubject
 USD_FILE, NESTED_FILE, LIGHT_FILE = "scene.usda", "scene_nested.usda", "scene_light.xml"
 
 
+class PassedLayers(Protocol):
+    """Memory of layers of assets that passed SimReady's rules, by a digest of their content."""
+
+    def has(self, digest: str) -> bool:
+        """True if a layer of that digest passed."""
+
+    def add(self, digests: Collection[str]) -> None:
+        """Remember layers that passed."""
+
+
 @dataclass(frozen=True, eq=False)
 class SceneFiles:
     """Files beside `scene.xml`, each read once; a subject is equal to itself alone.
 
     Attributes:
         scene_subject: the scene and its `scene.xml`, which the others are held against.
+        passed_layers: layers that need not be held against SimReady's rules again; None: each is.
     """
 
     scene_subject: SceneSubject
+    passed_layers: PassedLayers | None = None
 
     @property
     def usd(self) -> Path:

@@ -5,15 +5,25 @@ What does not open at all is reported once, by `usd_scene_loads_without_warnings
 
 from __future__ import annotations
 
+import hashlib
+import os
 from collections.abc import Callable
+from functools import cache
+from importlib.metadata import version
 
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, not_run
-from casa_assets.checks.package.usd import NO_VERDICT, validate_simready, validator_findings
+from casa_assets.checks.package.usd import (
+    NO_VERDICT,
+    PROFILE,
+    PROFILE_VERSION,
+    validate_simready,
+    validator_findings,
+)
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.scene.formats.files import SceneFiles
+from casa_assets.checks.scene.formats.files import PassedLayers, SceneFiles
 
 # Requirements on the package of one prop that is handed over by itself, which a scene is not.
 OF_SINGLE_PROPS = {
@@ -23,6 +33,8 @@ OF_SINGLE_PROPS = {
     "com.nvidia.simready.SR.004": "Mass, category and licence of the prop: each asset of a scene carries its own.",
 }
 MAX_LISTED = 20
+# Words of a layer that holds a body and a mesh.
+DEMANDED = (b"PhysicsRigidBodyAPI", b"def Mesh")
 UNREADABLE = "scene.usda or scene_nested.usda does not open"
 
 
@@ -64,15 +76,64 @@ def usd_scene_passes_openusd_validators(files: SceneFiles) -> Measurement:
 
 
 def usd_scene_meets_simready_rules(files: SceneFiles) -> Measurement:
-    """SCN020: failed requirements of SimReady Robotics-Prop 4.0.0, without those on a prop's package."""
+    """SCN020: failed requirements of SimReady Robotics-Prop 4.0.0, without those on a prop's package.
+
+    The rules look at each prim by itself. A layer of an asset that passed in a kitchen is left out of the next ones,
+    and of several copies in one kitchen all but the first; where what is left does not pass, the whole file is looked
+    at.
+    """
     if files.composed[0] is None:
         return not_run(UNREADABLE)
+    if files.passed_layers is not None and _passes_without_known_layers(files, files.passed_layers):
+        return _count([])
     with quiet():
         result = validate_simready(files.usd, frozenset(OF_SINGLE_PROPS))
     if result is None:
         return not_run(NO_VERDICT)
     _, failures = result
     return _count(sorted((code, message) for code, message in failures.items() if code not in OF_SINGLE_PROPS))
+
+
+def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool:
+    """True if the scene passes with each layer of an asset once, and none of those that passed before."""
+    part = files.usd.with_name(f".{os.getpid()}_{files.usd.name}")
+    layer = Sdf.Layer.OpenAsAnonymous(str(files.usd))
+    placed = {
+        prim: [item.assetPath for item in prim.referenceList.GetAddedOrExplicitItems() if item.assetPath]
+        for prim in layer.GetPrimAtPath(f"/{layer.defaultPrim}").nameChildren
+    }
+    layers = {path: (files.usd.parent / path).read_bytes() for paths in placed.values() for path in paths}
+    digests = {path: _digest(data) for path, data in layers.items()}
+    # The profile demands that there is a body and a mesh: the smallest layer that has both is always looked at.
+    whole = [path for path, data in layers.items() if all(word in data for word in DEMANDED)]
+    stays = min(whole, default="", key=lambda path: (len(layers[path]), path))
+    seen: set[str] = set()
+    for prim, paths in placed.items():
+        named = {digests[path] for path in paths}
+        if named and stays not in paths and all(digest in seen or known.has(digest) for digest in named):
+            prim.active = False
+        seen |= named
+    try:
+        layer.Export(str(part))
+        with quiet():
+            result = validate_simready(part, frozenset(OF_SINGLE_PROPS))
+    finally:
+        part.unlink(missing_ok=True)
+    passes = result is not None and not result[1].keys() - OF_SINGLE_PROPS.keys()
+    if passes:
+        known.add(seen)
+    return passes
+
+
+def _digest(layer: bytes) -> str:
+    """Digest of the content of a layer, and of what it is held against. Pictures in it are named by their content."""
+    return hashlib.sha256(_held_against() + layer).hexdigest()
+
+
+@cache
+def _held_against() -> bytes:
+    packages = ("simready-validate", "simready-foundation-tier-core", "usd-core")
+    return " ".join([PROFILE, PROFILE_VERSION, *(version(package) for package in packages)]).encode()
 
 
 def _count(problems: list[Problem]) -> Measurement:
