@@ -18,7 +18,7 @@ from casa_assets.geometry.merging.colliders import (
 )
 from casa_assets.geometry.merging.cover_boxes import cover_boxes
 from casa_assets.geometry.merging.fit_primitives import FitLimits, fit_primitives
-from casa_assets.geometry.merging.moving_parts import EMPTY_SHARE, EMPTY_SHARE_OF_PIECES, PIECES_PER_GROUP, WHOLE
+from casa_assets.geometry.merging.moving_parts import EMPTY_SHARE, PIECES_PER_GROUP, WHOLE
 from casa_assets.geometry.merging.reachable_space import TOLERANCE_M, ReachableSpace
 from casa_assets.geometry.solid.bounds import shape_bounds
 from casa_assets.model.asset.asset import Asset, Base, Collider
@@ -113,7 +113,7 @@ def _of_many_pieces(colliders: Sequence[Collider]) -> tuple[Collider, ...]:
         groups.setdefault(str(collider.label) if is_piece else collider.name, []).append(collider)
     found: list[Collider] = []
     for group in groups.values():
-        limits = FitLimits(max(1, len(group) // PIECES_PER_GROUP), EMPTY_SHARE_OF_PIECES)
+        limits = FitLimits(max(1, len(group) // PIECES_PER_GROUP), EMPTY_SHARE)
         found += fitted_colliders(group, limits) if len(group) >= MANY_PIECES else group
     return tuple(found)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,6 +26,8 @@ from casa_assets.model.pose import Pose
 # Seconds that each fixture is pulled at all its handles while things fall, and without them; steps between two counts
 # of pairs.
 TRIAL_S, IN_USE_S, PAIR_STEPS = 10.0, 3.0, 50
+# What is at rest falls asleep within so many steps.
+SLEEP_STEPS = 15
 # What is found is never exceeded in the trials; an engine is told this many times as much.
 MARGIN = 1.5
 # Ten things are dropped in front of the fixture, from here above its grips, and this far apart, metres.
@@ -71,13 +73,16 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
     Raises:
         ValueError: MuJoCo cannot read the batch form.
     """
+    if subject.batch.model is None:
+        raise ValueError(subject.batch.error)
     stressed, in_use = _Most(), _Most()
     pulled = list(_used(subject))
     # MuJoCo warns where the stand-in touches what should sleep at the start.
     with all_warnings():
+        at_rest = _at_rest(subject.batch.model)
         for used in pulled:
-            _simulate(subject, used, stressed, with_things=True)
-            _simulate(subject, used, in_use, with_things=False)
+            _simulate(subject, at_rest, used, stressed, with_things=True)
+            _simulate(subject, at_rest, used, in_use, with_things=False)
     return EngineSizes(
         nconmax=_with_margin(stressed.contacts),
         njmax=_with_margin(stressed.rows),
@@ -128,16 +133,17 @@ def _stand(used: _Used) -> tuple[Floats, Floats]:
     return np.asarray(middle, dtype=np.float64), place.pose.rotation @ np.array([0.0, -1.0, 0.0])
 
 
-def _simulate(subject: BatchSubject, used: _Used, most: _Most, with_things: bool) -> None:
-    """One fixture in use, from the start; `most` takes in what is counted."""
+def _simulate(
+    subject: BatchSubject, at_rest: Mapping[str, Floats], used: _Used, most: _Most, with_things: bool
+) -> None:
+    """One fixture in use, in a kitchen at rest; `most` takes in what is counted."""
     stand = _stand(used)
     spec = mujoco.MjSpec.from_file(str(subject.root / BATCH_FILE))
     _add_robot(spec, *stand)
     if with_things:
         _add_things(spec, *stand)
     model = spec.compile()
-    data = _begin(model)
-    mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
+    data = _begin(model, at_rest)
     for joint in used.asset.joints:
         if joint.name in used.joints:
             dof = int(model.jnt_dofadr[model.joint(f"{used.place.name}__{joint.name}").id])
@@ -156,17 +162,26 @@ def _simulate(subject: BatchSubject, used: _Used, most: _Most, with_things: bool
             most.convex = max(most.convex, _near(model, data, convex))
 
 
-def _begin(model: mujoco.MjModel) -> mujoco.MjData:
-    """The kitchen at its start, and what was added where it was put."""
+def _begin(model: mujoco.MjModel, at_rest: Mapping[str, Floats]) -> mujoco.MjData:
+    """The kitchen at rest and asleep, and what was added where it was put.
+
+    Args:
+        at_rest: name of a joint of the kitchen -> its positions.
+    """
     data = mujoco.MjData(model)
-    put = data.qpos.copy()
-    reset_to_start(model, data)
-    for number in range(model.njnt):
-        if str(model.joint(number).name).startswith((ROBOT, THING)):
-            first = int(model.jnt_qposadr[number])
-            size = 7 if model.jnt_type[number] == mujoco.mjtJoint.mjJNT_FREE else 1
-            data.qpos[first : first + size] = put[first : first + size]
+    for name, positions in at_rest.items():
+        first = int(model.joint(name).qposadr[0])
+        data.qpos[first : first + len(positions)] = positions
+    mujoco.mj_step(model, data, nstep=SLEEP_STEPS)
     return data
+
+
+def _at_rest(model: mujoco.MjModel) -> dict[str, Floats]:
+    """Name of a joint -> its positions once the kitchen has been left alone."""
+    data = mujoco.MjData(model)
+    reset_to_start(model, data)
+    mujoco.mj_step(model, data, nstep=round(REST_S / model.opt.timestep))
+    return {str(model.joint(number).name): data.joint(number).qpos.copy() for number in range(model.njnt)}
 
 
 def _add_robot(spec: mujoco.MjSpec, grip: Floats, out: Floats) -> None:
