@@ -23,9 +23,12 @@ CUTS = 6
 # Points around the rim of a cylinder, and of a ball from pole to pole.
 RIM_POINTS = 16
 # Shapes that are together smaller than this share of all are left out where the outline stays.
-NEGLIGIBLE_SHARE = 0.02
-# None of them is longer than this, metres: walls of a vessel are thin and still hold what is in it.
-SMALL_M = 0.03
+NEGLIGIBLE_SHARE = 0.05
+# None of them is longer than this, but for rods that are thinner than that, metres: walls of a vessel are thin and
+# still hold what is in it.
+SMALL_M, SLENDER_M = 0.03, 0.02
+# Times that shapes may change groups.
+EXCHANGES = 3
 # By so much the outline may change, metres.
 OUTLINE_M = 0.005
 # What has to be free is so but for its outermost layer of this thickness, metres.
@@ -79,7 +82,7 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
     """
     bounds = np.array([shape_bounds(shape, pose) for shape, pose in shapes])
     volumes = np.array([_volume(shape) for shape, _ in shapes])
-    wanted = _not_negligible(bounds, volumes, [max(_size(shape)) for shape, _ in shapes])
+    wanted = _not_negligible(bounds, volumes, np.array([np.sort(_size(shape)) for shape, _ in shapes]))
     grid = _Grid.around(shapes, bounds, limits)
     groups = [grid.group(wanted)]
     while len(groups) < limits.most:
@@ -92,6 +95,7 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
             break
         worst = max(divisible, key=lambda i: groups[i].empty_m3)
         groups[worst : worst + 1] = _divided(grid, groups[worst])
+    groups = _exchanged(grid, groups)
     found = []
     for group in groups:
         covered = tuple(sorted(map(int, group.members), key=lambda i: (-volumes[i], i)))
@@ -163,10 +167,13 @@ class _Grid:
         return _Group(members, box, number * self.cell_m3, number / max(int((inside & ~self.free).sum()), 1), takes)
 
 
-def _not_negligible(bounds: Floats, volumes: Floats, lengths: Sequence[float]) -> Ints:
+def _not_negligible(bounds: Floats, volumes: Floats, sizes: Floats) -> Ints:
     """Indices of shapes without those that are small together and reach no farther out than others, smallest first.
 
     What the body stands on stays.
+
+    Args:
+        bounds: (N, 2, 3) corners, volumes: (N,), sizes: (N, 3) along the own axes, the least first; metres and m^3.
     """
     kept = np.ones(len(volumes), dtype=bool)
     lower, upper = bounds[:, 0].min(axis=0) + OUTLINE_M, bounds[:, 1].max(axis=0) - OUTLINE_M
@@ -175,7 +182,7 @@ def _not_negligible(bounds: Floats, volumes: Floats, lengths: Sequence[float]) -
         left_out += float(volumes[i])
         if left_out > NEGLIGIBLE_SHARE * volumes.sum():
             break
-        if bounds[i, 0, 2] < lower[2] or lengths[i] > SMALL_M:
+        if bounds[i, 0, 2] < lower[2] or (sizes[i, 2] > SMALL_M and sizes[i, 1] > SLENDER_M):
             continue
         rest = kept.copy()
         rest[i] = False
@@ -201,6 +208,31 @@ def _divided(grid: _Grid, group: _Group) -> list[_Group]:
                 best = (cost, pair)
     assert best is not None
     return best[1]
+
+
+def _exchanged(grid: _Grid, groups: list[_Group]) -> list[_Group]:
+    """The groups, after each shape went to that in which it leaves least empty. No group is left without any."""
+    for _ in range(EXCHANGES):
+        changed = False
+        for member in [int(m) for group in groups for m in group.members]:
+            own = next(i for i, group in enumerate(groups) if member in group.members)
+            if len(groups[own].members) == 1:
+                continue
+            without = grid.group(groups[own].members[groups[own].members != member])
+            freed = groups[own].empty_m3 - without.empty_m3
+            best: tuple[float, int, _Group] | None = None
+            for other, group in enumerate(groups):
+                if other != own:
+                    grown = grid.group(np.sort(np.append(group.members, member)))
+                    cost = grown.empty_m3 - group.empty_m3
+                    if cost < freed - grid.cell_m3 and (best is None or cost < best[0]):
+                        best = (cost, other, grown)
+            if best is not None:
+                groups[own], groups[best[1]] = without, best[2]
+                changed = True
+        if not changed:
+            break
+    return groups
 
 
 def _around(
