@@ -110,7 +110,8 @@ def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool
     seen: set[str] = set()
     for prim, paths in placed.items():
         named = {digests[path] for path in paths}
-        if named and stays not in paths and all(digest in seen or known.has(digest) for digest in named):
+        is_known = bool(named) and all(digest in seen or known.has(digest) for digest in named)
+        if is_known and (stays not in paths or named <= seen):
             prim.active = False
         seen |= named
     try:
