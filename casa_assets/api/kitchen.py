@@ -325,6 +325,9 @@ def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | 
         path = Path(scene)
         file = path / FILES[weight] if path.is_dir() else path
         if not file.is_file():
+            if path.is_dir() and weight == "batch":
+                where = f"casa-assets scenes batch {path.name} --out {path.parent}"
+                raise CasaError(f"{file}: there is no such file; {where} writes it")
             raise CasaError(f"{file}: there is no such file; name the folder of a scene, an XML file of it, or an id")
         return file, _covers(file.parent)
     place = SCENES_FOLDER if out is None else out

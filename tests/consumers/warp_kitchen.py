@@ -2,8 +2,8 @@
 
     python warp_kitchen.py STEPS FOLDER ...
 
-Runs in an environment of its own. Each folder holds `scene_batch.xml` and `batch.json`. A drawer is pulled in both engines
-from the same state, and everything else is left alone.
+Runs in an environment of its own. Each folder holds `scene_batch.xml` and `batch.json`. A drawer is pulled in both
+engines from the same state, and everything else is left alone.
 """
 
 from __future__ import annotations

@@ -168,6 +168,16 @@ class TestLoader:
         assert light.ntexdata < full.ntexdata
         assert full.nq == light.nq
 
+    def test_the_batch_form_needs_no_file(self, out: Path) -> None:
+        light = casa_assets.load_scene(SCENE, out=out, weight="light")
+        model = casa_assets.load_scene(SCENE, out=out, weight="batch")
+        assert not (out / SCENE / "scene_batch.xml").exists()
+        touching, of_light = (int(((m.geom_contype | m.geom_conaffinity) != 0).sum()) for m in (model, light))
+        assert touching <= 300 < of_light
+        assert {model.key(number).name for number in range(model.nkey)} == {"start", "closed", "open"}
+        with pytest.raises(CasaError, match=f"casa-assets scenes batch {SCENE} .* writes it"):
+            casa_assets.load_scene(out / SCENE, weight="batch")
+
     def test_spec_takes_more(self, out: Path) -> None:
         spec = casa_assets.load_scene(SCENE, out=out, as_spec=True)
         spec.worldbody.add_body(name="robot").add_geom(size=[0.1, 0.0, 0.0])
