@@ -14,49 +14,87 @@ from casa_assets.geometry.solid.bounds import link_bounds
 from casa_assets.model.asset.asset import Asset, Region
 from casa_assets.model.asset.joint import joint_positions
 from casa_assets.model.kitchen.batch_scene import BatchScene, PlacedJoint
-from casa_assets.model.kitchen.scene import LightScene, PlacedLink
+from casa_assets.model.kitchen.scene import LightScene, PlacedLink, Placement
 from casa_assets.model.pose import Pose
 
 # Names of the region around a whole asset, the one that is added first. Ref: robocasa v1.0, fixtures and objects.
 OUTER_REGIONS = ("bbox", "main")
 
 
-def batch_form(light: LightScene, locked: Collection[tuple[str, str]] = (), filled: Collection[str] = ()) -> BatchScene:
-    """The batch form of a scene.
+class BatchForms:
+    """Batch forms of one scene with more or fewer joints; what several of them share is made once.
 
     Args:
-        light: its light form. locked: joints that are left out, (placement, joint).
-        filled: placements of loose things that become solid, and of fixtures whose doors do: nothing can be put into
-            them, or into the bins of a door.
+        light: the light form of the scene.
     """
-    scene = light.scene
-    light_of = {asset.id: asset for asset in light.light_assets}
-    whole, with_locked = [], {where for where, _ in locked}
-    for place in scene.placements:
-        joints = [joint for where, joint in locked if where == place.name]
-        asset = with_plain_parts(light_of[place.asset], joints)
-        whole.append(with_joints_locked(asset, joints, joint_positions(place.joints)))
-    still: list[StillPart] = []
-    for place, form in zip(scene.placements, whole, strict=True):
-        parts = still_parts(place, form)
-        # What is inside of a unit that cannot be opened need not be looked at in the whole room.
-        still += exposed_parts(parts) if place.name in with_locked else parts
-    loose = loose_parts(scene.placements, whole)
-    forms = [
-        _with_outer_region(with_few_primitives(place, form, loose, place.name in filled), form)
-        for place, form in zip(scene.placements, whole, strict=True)
-    ]
-    return BatchScene(
-        scene=scene,
-        forms=tuple(forms),
-        world=tuple(merged_parts(still)),
-        meeting=tuple(
-            tuple(PlacedLink(placement=where, link=link) for where, link in group)
-            for group in meeting_links(scene.placements, forms)
-        ),
-        locked=tuple(PlacedJoint(placement=where, joint=joint) for where, joint in locked),
-        filled=tuple(filled),
-    )
+
+    def __init__(self, light: LightScene) -> None:
+        self._scene = light.scene
+        self._light_of = {asset.id: asset for asset in light.light_assets}
+        # By name of a placement and its locked joints: its asset, and its parts that never move.
+        self._assets: dict[tuple[str, tuple[str, ...]], Asset] = {}
+        self._still: dict[tuple[str, tuple[str, ...]], list[StillPart]] = {}
+        # By the same, and whether it is filled: its form.
+        self._forms: dict[tuple[str, tuple[str, ...], bool], Asset] = {}
+
+    def form(self, locked: Collection[tuple[str, str]] = (), filled: Collection[str] = ()) -> BatchScene:
+        """The batch form of the scene.
+
+        Args:
+            locked: joints that are left out, (placement, joint).
+            filled: placements of loose things that become solid, and of fixtures whose doors do: nothing can be put
+                into them, or into the bins of a door.
+        """
+        scene = self._scene
+        keys = {
+            place.name: (place.name, tuple(joint for where, joint in locked if where == place.name))
+            for place in scene.placements
+        }
+        whole = [self._asset(place, keys[place.name]) for place in scene.placements]
+        still = [
+            part
+            for place, asset in zip(scene.placements, whole, strict=True)
+            for part in self._parts(place, asset, keys[place.name])
+        ]
+        loose = loose_parts(scene.placements, whole)
+        forms = []
+        for place, asset in zip(scene.placements, whole, strict=True):
+            key = (*keys[place.name], place.name in filled)
+            if key not in self._forms:
+                few = with_few_primitives(place, asset, loose, place.name in filled)
+                self._forms[key] = _with_outer_region(few, asset)
+            forms.append(self._forms[key])
+        return BatchScene(
+            scene=scene,
+            forms=tuple(forms),
+            world=tuple(merged_parts(still)),
+            meeting=tuple(
+                tuple(PlacedLink(placement=where, link=link) for where, link in group)
+                for group in meeting_links(scene.placements, forms)
+            ),
+            locked=tuple(PlacedJoint(placement=where, joint=joint) for where, joint in locked),
+            filled=tuple(filled),
+        )
+
+    def _asset(self, place: Placement, key: tuple[str, tuple[str, ...]]) -> Asset:
+        """The asset of a placement with its joints locked."""
+        if key not in self._assets:
+            plain = with_plain_parts(self._light_of[place.asset], key[1])
+            self._assets[key] = with_joints_locked(plain, key[1], joint_positions(place.joints))
+        return self._assets[key]
+
+    def _parts(self, place: Placement, asset: Asset, key: tuple[str, tuple[str, ...]]) -> list[StillPart]:
+        """The parts of a placement that never move."""
+        if key not in self._still:
+            parts = still_parts(place, asset)
+            # What is inside of a unit that cannot be opened need not be looked at in the whole room.
+            self._still[key] = exposed_parts(parts) if key[1] else parts
+        return self._still[key]
+
+
+def batch_form(light: LightScene, locked: Collection[tuple[str, str]] = (), filled: Collection[str] = ()) -> BatchScene:
+    """The batch form of a scene, see `BatchForms.form`."""
+    return BatchForms(light).form(locked, filled)
 
 
 def _with_outer_region(form: Asset, whole: Asset) -> Asset:

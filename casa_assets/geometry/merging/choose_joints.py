@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
-from casa_assets.geometry.merging.batch_form import batch_form
+from casa_assets.geometry.merging.batch_form import BatchForms
 from casa_assets.geometry.merging.joint_words import joint_word
 from casa_assets.geometry.merging.moving_parts import WHOLE
 from casa_assets.model.asset.asset import Asset, Base, Joint, JointKind
@@ -62,13 +62,13 @@ def batch_within(light: LightScene, most: int, words: Collection[JointWord] = tu
         for joint in asset.joints
         if joint_word(asset, joint) not in words
     ]
-    steps = list(_steps(assets, locked))
+    steps, forms = list(_steps(assets, locked)), BatchForms(light)
 
     def with_steps(number: int) -> BatchScene:
         """The form with the first steps taken."""
         taken = steps[:number]
         more = [ref for step in taken for ref in step.locked]
-        return batch_form(light, [*locked, *more], [name for step in taken for name in step.filled])
+        return forms.form([*locked, *more], [name for step in taken for name in step.filled])
 
     # So many steps are too few, and so many enough.
     few, many = 0, len(steps)

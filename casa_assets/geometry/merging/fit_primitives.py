@@ -29,6 +29,8 @@ NEGLIGIBLE_SHARE = 0.05
 SMALL_M, SLENDER_M = 0.03, 0.02
 # Times that shapes may change groups.
 EXCHANGES = 3
+# Things of so many shapes are tried from the bottom up, too.
+MOST_JOINED = 28
 # By so much the outline may change, metres.
 OUTLINE_M = 0.005
 # What has to be free is so but for its outermost layer of this thickness, metres.
@@ -96,6 +98,9 @@ def fit_primitives(shapes: Sequence[tuple[Shape, Pose]], limits: FitLimits) -> l
         worst = max(divisible, key=lambda i: groups[i].empty_m3)
         groups[worst : worst + 1] = _divided(grid, groups[worst])
     groups = _exchanged(grid, groups)
+    if 1 < len(groups) < len(wanted) <= MOST_JOINED and not any(group.takes_room for group in groups):
+        # Legs and a seat are found from the bottom up, a case and its handle from the top down.
+        groups = min(groups, _joined(grid, wanted, len(groups)), key=lambda found: sum(g.empty_m3 for g in found))
     found = []
     for group in groups:
         covered = tuple(sorted(map(int, group.members), key=lambda i: (-volumes[i], i)))
@@ -208,6 +213,27 @@ def _divided(grid: _Grid, group: _Group) -> list[_Group]:
                 best = (cost, pair)
     assert best is not None
     return best[1]
+
+
+def _joined(grid: _Grid, members: Ints, count: int) -> list[_Group]:
+    """So many groups: of all pairs those two become one again and again that leave least more empty."""
+    groups = [grid.group(np.array([member])) for member in members]
+    pairs: dict[tuple[tuple[int, ...], tuple[int, ...]], _Group] = {}
+    while len(groups) > count:
+        best: tuple[float, int, int, _Group] | None = None
+        for i, first in enumerate(groups):
+            for k in range(i + 1, len(groups)):
+                second = groups[k]
+                key = (tuple(first.members.tolist()), tuple(second.members.tolist()))
+                if key not in pairs:
+                    pairs[key] = grid.group(np.sort(np.concatenate([first.members, second.members])))
+                more = pairs[key].empty_m3 - first.empty_m3 - second.empty_m3
+                if best is None or more < best[0]:
+                    best = (more, i, k, pairs[key])
+        assert best is not None
+        _, i, k, both = best
+        groups = [group for n, group in enumerate(groups) if n not in (i, k)] + [both]
+    return groups
 
 
 def _exchanged(grid: _Grid, groups: list[_Group]) -> list[_Group]:

@@ -31,14 +31,18 @@ from casa_assets.model.pose import Pose
 SLIVER_M, SLIVER_SHARE = 0.008, 0.02
 # Pieces that stand for one hull of the full form become one where no more than this of it is empty.
 EMPTY_SHARE_OF_HULL = 0.45
-# What stands out from a wall or a front, or hangs below something, by less than this is no obstacle, metres: tiles,
-# sockets, skirting, the trim of a window, feet below a plinth.
+# What stands out from a wall or a front, or hangs below something, by less than this is no obstacle, metres: sockets,
+# skirting, the trim of a window, feet below a plinth.
 FLAT_M = 0.022
+# It is a strip or small: panelling and tiles of a whole wall are its surface, metres.
+STRIP_M = 0.2
 # Parts of a fixture of which so many pieces become a few, by label: what they enclose holds nothing.
 OPEN_WORK = frozenset({"grate", "faucet", "canopy", "hinge"})
 MANY_PIECES = 3
 # A thing on a wall cupboard is reached, what begins higher than this is not, metres above the floor.
 OVERHEAD_M = 2.35
+# What is smaller up there is left out, metres: the canopy of a lamp.
+SMALL_OVERHEAD_M = 0.45
 # A lamp, or what else holds nothing, is fewer primitives where it is smaller than this, metres.
 LAMP_M = 0.75
 MIN_LAMP_PIECES, MOST_OF_LAMP, MOST_OF_LARGE_LAMP = 3, 2, 4
@@ -168,15 +172,20 @@ def merged_parts(still: Sequence[StillPart]) -> list[WorldCollider]:
         lower, upper = part.bounds
         if space.is_exposed(lower, upper) and not _is_flat(np.array([lower, upper]), corners):
             found.append((part, part.collider))
-    return [
-        WorldCollider(
-            placement=part.place.name,
-            collider=collider,
-            is_overhead=part.place.layer is Layer.CEILING
-            or bool(shape_bounds(collider.shape, collider.pose)[0, 2] > OVERHEAD_M),
+    colliders = []
+    for part, collider in found:
+        lower, upper = shape_bounds(collider.shape, collider.pose)
+        is_overhead = bool(lower[2] > OVERHEAD_M)
+        if is_overhead and (upper - lower).max() < SMALL_OVERHEAD_M:
+            continue
+        colliders.append(
+            WorldCollider(
+                placement=part.place.name,
+                collider=collider,
+                is_overhead=is_overhead or part.place.layer is Layer.CEILING,
+            )
         )
-        for part, collider in found
-    ]
+    return colliders
 
 
 def _seeds(still: Sequence[StillPart]) -> Floats:
@@ -199,7 +208,9 @@ def _without_flat(boxes: Sequence[Floats]) -> list[int]:
 
 
 def _is_flat(box: Floats, others: Floats) -> bool:
-    """True where a box, (2, 3) its corners, lies flat against the side or the bottom of one of (N, 2, 3) others."""
+    """True where a strip, (2, 3) its corners, lies flat against the side or the bottom of one of (N, 2, 3) others."""
+    if np.sort(box[1] - box[0])[1] > STRIP_M:
+        return False
     below, above = np.array([FLAT_M] * 3), np.array([FLAT_M, FLAT_M, 2 * TOLERANCE_M])
     held = (others[:, 0] - below <= box[0]).all(axis=1) & (others[:, 1] + above >= box[1]).all(axis=1)
     return bool(held.any())

@@ -9,6 +9,7 @@ import numpy as np
 
 from casa_assets.checks.check import Measurement, all_at_most, not_applicable, not_run
 from casa_assets.checks.motion.simulation import START
+from casa_assets.checks.readers.mujoco_facts import free_bodies
 from casa_assets.checks.scene.batch.subject import BATCH_FILE, UNREADABLE, BatchSubject, pose_both
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Region
@@ -112,7 +113,7 @@ def room_inside_is_kept(subject: BatchSubject, limit: float) -> Measurement:
         points = points[~_within(in_light, blocks, points)]
         if not len(points):
             continue
-        before, after = (_filled(*form, points) for form in ((light, in_light), (batch, in_batch)))
+        before, after = (_filled(*form, points, place.name) for form in ((light, in_light), (batch, in_batch)))
         shares[f"placements/{place.name}/{region.name}"] = float((after & ~before).mean())
     if not shares:
         return not_applicable("it has no regions that stay open")
@@ -170,10 +171,15 @@ def _points_in(region: Region) -> Floats:
     return np.asarray(points, dtype=np.float64)
 
 
-def _filled(model: mujoco.MjModel, data: mujoco.MjData, points: Floats) -> Mask:
-    """(N,) which points of the world lie in a collider."""
+def _filled(model: mujoco.MjModel, data: mujoco.MjData, points: Floats, placement: str) -> Mask:
+    """(N,) which points of the world lie in a collider of what is fixed, or of a placement itself.
+
+    Loose things that stand in a region take room there, and are taken away.
+    """
     inside = np.zeros(len(points), dtype=bool)
+    others = [body for body in free_bodies(model) if str(model.body(body).name) != placement]
     collides = (model.geom_contype | model.geom_conaffinity) != 0
+    collides &= ~np.isin(model.body_rootid[model.geom_bodyid], others)
     low, high = points.min(axis=0), points.max(axis=0)
     near = collides & (np.abs(data.geom_xpos - (low + high) / 2) <= model.geom_rbound[:, None] + (high - low) / 2).all(
         axis=1
