@@ -170,7 +170,7 @@ def with_plain_parts(asset: Asset, locked: Collection[str]) -> Asset:
     grips = {joint.grip for joint in asset.joints} | touched
     moved_by_locked = {joint.child for joint in asset.joints if joint.name in locked}
     blocks = {
-        joint.child: joint.grip
+        joint.child
         for joint in asset.joints
         if joint.name in locked and joint_word(asset, joint) in (JointWord.DRAWERS, JointWord.RACKS)
     }

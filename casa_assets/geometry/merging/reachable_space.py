@@ -97,7 +97,7 @@ class ReachableSpace:
         solid[cells] |= is_inside(shape, points, CLOSED_GAP_HALF_M).reshape(grids[0].shape)
 
     def _flooded(self, solid: Mask, seeds: Floats) -> Mask:
-        """The free cells that hang together with a seed."""
+        """The free cells that hang together with a seed; all free ones where every seed is inside of something."""
         labels, _ = ndimage.label(~solid)
         found: set[int] = set()
         for point in seeds:
@@ -107,7 +107,7 @@ class ReachableSpace:
             if (index >= 0).all() and (index < np.array(labels.shape)).all():
                 found.add(int(labels[tuple(index)]))
         wanted = np.zeros(int(labels.max()) + 1, dtype=bool)
-        wanted[sorted(found - {0})] = True
+        wanted[sorted(found - {0}) or slice(1, None)] = True
         reached: Mask = wanted[labels]
         return reached
 

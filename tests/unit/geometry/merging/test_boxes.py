@@ -55,6 +55,11 @@ class TestReachableSpace:
         space = ReachableSpace(np.array(walls), points_around(np.array(walls)), [(Box(size=(0.7, 0.1, 0.9)), turned)])
         assert not space.takes_room(np.array([0.2, -0.3, 0.3]), np.array([0.3, -0.2, 0.4]))
 
+    def test_where_no_seed_is_free_everything_free_is_reached(self) -> None:
+        walls = np.array(cabinet(0.0))
+        space = ReachableSpace(walls, np.array([[0.3, -0.25, 0.009]]))
+        assert space.takes_room(np.array([0.2, -0.3, 0.3]), np.array([0.3, -0.2, 0.4]))
+
 
 class TestCoverBoxes:
     def test_backs_and_bottoms_of_a_row_are_one_each(self) -> None:
