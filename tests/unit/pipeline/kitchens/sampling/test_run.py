@@ -63,7 +63,7 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
         for i in range(3):  # which scenes share
             (shared / f"{(number(scene.id) + i) % 7}.obj").write_text("mesh")
 
-    def judge(recipe, scene, design, folder, in_3d=True):
+    def judge(recipe, scene, design, folder, in_3d=True, passed=None):
         (folder / "report.json").write_text("{}")
         return verdict(recipe.scene_id)
 
