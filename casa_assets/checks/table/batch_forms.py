@@ -33,10 +33,10 @@ ROWS: tuple[Check, ...] = (
           "light form that it is made from."),
     Check("BAT007", "Batch form: same surfaces", ERROR, BatchSubject, surfaces.surfaces_are_kept, "batch_rays_off", "",
           "At most {limit:.0%} of rays in the room meet the batch form more than 5 mm nearer or farther than the light "
-          "form, closed and open; give it more primitives with --most."),
+          "form, closed and open; give it more primitives with --primitives."),
     Check("BAT008", "Batch form: room inside", ERROR, BatchSubject, surfaces.room_inside_is_kept, "batch_filled", "",
           "No region that stays open is filled by more than {limit:.0%} of what is free in the light form; give it "
-          "more primitives with --most."),
+          "more primitives with --primitives."),
     Check("BAT009", "Batch form: opens by hand", ERROR, BatchSubject, opening.joints_open_by_hand, "reach_share", "",
           "Each joint of a fixture covers {limit:.0%} of its range within 2 s under 20 N at its grip in the batch "
           "form; look for what it meets there."),
