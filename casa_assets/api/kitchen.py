@@ -114,7 +114,7 @@ class Kitchen:
 
         Args:
             weight: `full`; `light`: primitive shapes in plain colours; or `batch`: fewer of them, merged across
-                fixtures, some joints locked and everything asleep, for thousands of copies at once.
+                fixtures, some joints locked, what is at rest asleep, for thousands of copies at once.
             sleep: let MuJoCo leave out what is at rest until something moves it; the batch form always does.
         Raises:
             UnknownId: no such weight. CasaError: a part cannot be built.

@@ -372,7 +372,7 @@ def batch(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Write kitchens for GPU engines that step thousands at once: few primitives, few pairs, all asleep at the start.
+    """Write kitchens for GPU engines that step thousands at once: few primitives, few pairs, all asleep at rest.
 
     Writes scene_batch.xml and batch.json beside each scene, built first where it is missing. Joints for which there is
     no room are locked, and batch.json names them. Exit 0 when all pass their checks, 1 when one does not, 2 on misuse.

@@ -311,7 +311,7 @@ def _walls(parts: Sequence[tuple[Shape, Pose]], box: Floats, limits: FitLimits) 
     for piece in left:
         x, y, z = (float(s) for s in piece[1] - piece[0])
         a, b, c = (float(s) for s in piece.mean(axis=0))
-        points, _ = _inner_points(Box(size=(x, y, z)), Pose(position=(a, b, c)))
+        points = _inner_points(Box(size=(x, y, z)), Pose(position=(a, b, c)))
         cell = (piece[1] - piece[0]) / SAMPLES
         filled: Mask = np.zeros(len(points), dtype=bool)
         for part, at in parts:
@@ -373,12 +373,12 @@ def _without(box: Floats, hole: Floats) -> list[Floats]:
     return found
 
 
-def _inner_points(shape: Shape, pose: Pose) -> tuple[Floats, float]:
-    """(N, 3) points evenly within a primitive, in the frame of the body, and the volume that each stands for, m^3."""
+def _inner_points(shape: Shape, pose: Pose) -> Floats:
+    """(N, 3) points evenly within a primitive, in the frame of the body, metres."""
     lower, upper = shape_bounds(shape, Pose())
     axes = [np.linspace(low, high, 2 * SAMPLES + 1)[1::2] for low, high in zip(lower, upper, strict=True)]
     points = np.stack([g.ravel() for g in np.meshgrid(*axes, indexing="ij")], axis=1)
-    return pose.apply(points[is_inside(shape, points)]), float(np.prod(upper - lower)) / SAMPLES**3
+    return pose.apply(points[is_inside(shape, points)])
 
 
 def _points(shape: Shape) -> Floats:

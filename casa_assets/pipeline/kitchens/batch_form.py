@@ -21,7 +21,6 @@ from casa_assets.export.mjcf.scene import batch as mjcf
 from casa_assets.geometry.lightweight import light_scene
 from casa_assets.geometry.merging.choose_joints import batch_within
 from casa_assets.model.formats.batch_schema import BatchFile
-from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.batch_scene import BatchScene, EngineSizes
 from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.scene import Scene
@@ -149,7 +148,7 @@ def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
         pairs=0 if model is None else int(candidate_pairs(model).sum()),
         freedoms=0 if model is None else int(model.nv),
         engine=sizes,
-        report=Report.model_validate(report.model_dump()),
+        report=report,
     )
 
 
