@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from casa_assets.api.assets import build, build_object, check, read_asset, sample, write
+    from casa_assets.api.batch import Batch, BatchKitchen, batch
     from casa_assets.api.behaviors import Behaviors, FixtureStates
     from casa_assets.api.catalogue import (
         Bounds,
@@ -55,6 +56,7 @@ __all__ = [
     "kitchen",
     "load_scene",
     "start_states",
+    "batch",
     "Behaviors",
     "ingest",
     "articulate",
@@ -79,6 +81,8 @@ __all__ = [
     "Weight",
     "FixtureStates",
     "StartStates",
+    "Batch",
+    "BatchKitchen",
     "StablePose",
     "SurfaceTextures",
     "Asset",
@@ -112,6 +116,7 @@ _SOURCES = {
     **dict.fromkeys(("Behaviors", "FixtureStates"), "casa_assets.api.behaviors"),
     **dict.fromkeys(("Kitchen", "Weight", "kitchen", "load_scene", "start_states"), "casa_assets.api.kitchen"),
     "StartStates": "casa_assets.api.start_states",
+    **dict.fromkeys(("Batch", "BatchKitchen", "batch"), "casa_assets.api.batch"),
     "ingest_textures": "casa_assets.api.textures",
     **dict.fromkeys(("MadeRun", "make"), "casa_assets.api.make"),
     "PackReport": "casa_assets.pipeline.textures.packs.ingest",

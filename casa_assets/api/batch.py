@@ -1,0 +1,273 @@
+"""Many kitchens at once, in one engine: worlds of different plans and styles side by side."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import mujoco
+import numpy as np
+
+from casa_assets.api.kitchen import SCENES_FOLDER, Kitchen, load_scene
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import CasaError
+from casa_assets.pipeline.batches.engine import COMMON_SIZES, Engine, Parts
+from casa_assets.pipeline.batches.engines import engine_named
+from casa_assets.pipeline.batches.robot import Robot, robot_of
+from casa_assets.pipeline.batches.shared_model import SharedModel, share
+from casa_assets.pipeline.batches.start_rows import StartRows, start_rows
+from casa_assets.pipeline.kitchens.batch_form import read_batch
+from casa_assets.pipeline.kitchens.load_scene import FILES
+from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
+from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states
+
+EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
+# MJX looks at so many pairs of each two kinds of shapes: those whose bounding balls are nearest.
+MJX_PAIRS = 512
+
+
+@dataclass(frozen=True)
+class BatchKitchen:
+    """A kitchen of a batch.
+
+    Attributes:
+        id: of the kitchen. model: compiled, in the structure that all kitchens of the batch share.
+        bodies, joints, geoms, sites, cameras: name in the kitchen -> id in `model` and in the engine.
+        rows: states at rest, of which a reset takes one.
+    """
+
+    id: str
+    model: mujoco.MjModel
+    bodies: Mapping[str, int]
+    joints: Mapping[str, int]
+    geoms: Mapping[str, int]
+    sites: Mapping[str, int]
+    cameras: Mapping[str, int]
+    rows: StartRows
+
+    def address(self, joint: str) -> int:
+        """Where the first number of a joint stands in qpos. Raises CasaError where there is no such joint."""
+        if joint not in self.joints:
+            raise CasaError(f"{self.id}: its batch form has no joint {joint!r}; batch.json lists those that are locked")
+        return int(self.model.jnt_qposadr[self.joints[joint]])
+
+
+class Batch:
+    """Worlds in one engine, made by `batch(...)`; world w is a copy of kitchen `w % len(kitchens)`.
+
+    Attributes:
+        engine: its name. kitchens: in their order. kitchen_of_world: (worlds,) ints.
+        sizes: of the engine's buffers for a world.
+        states: (worlds,) number of the start state that each world was put into; -1: the kitchen as it is built.
+        base: (worlds, 3) where the middle of a robot's base parks in it: x, y (m), yaw (rad).
+    """
+
+    def __init__(
+        self, name: EngineName, engine: Engine, kitchens: Sequence[BatchKitchen], parts: Parts, robot: Robot | None
+    ) -> None:
+        self.engine, self.kitchens, self.sizes = name, tuple(kitchens), dict(parts.sizes)
+        self.kitchen_of_world = parts.kitchen_of_world
+        self.states: Ints = np.full(len(parts.kitchen_of_world), -1)
+        self.base: Floats = np.zeros((len(parts.kitchen_of_world), 3))
+        self._engine, self._robot = engine, robot
+        self.reset(seed=None)
+
+    def __len__(self) -> int:
+        """How many worlds there are."""
+        return len(self.kitchen_of_world)
+
+    @property
+    def model(self) -> Any:
+        """The engine's model; a list of one per world for `mujoco`."""
+        return self._engine.model
+
+    @property
+    def data(self) -> Any:
+        """The engine's state of all worlds: for MJX a new object after each step, for `mujoco` a list."""
+        return self._engine.data
+
+    @data.setter
+    def data(self, value: Any) -> None:
+        self._engine.data = value
+
+    @cached_property
+    def fields(self) -> dict[str, Floats]:
+        """Array of a MuJoCo model in which the kitchens differ -> (kitchens, ...) its values."""
+        models = [kitchen.model for kitchen in self.kitchens]
+        found = {}
+        for name in dir(models[0]):
+            value = getattr(models[0], name)
+            if isinstance(value, np.ndarray) and value.dtype.kind == "f" and not name.startswith(("_", "bvh_")):
+                rows = np.stack([getattr(model, name) for model in models])
+                if (rows != rows[0]).any():
+                    found[name] = rows
+        return found
+
+    @property
+    def qpos(self) -> Floats:
+        """(worlds, nq) a copy of the positions, as MuJoCo orders them."""
+        return self._engine.qpos
+
+    @property
+    def qvel(self) -> Floats:
+        """(worlds, nv) a copy of the velocities, as the engine orders them."""
+        return self._engine.qvel
+
+    def step(self, count: int = 1) -> None:
+        """Step all worlds so many times, 2 ms each."""
+        self._engine.step(count)
+
+    def reset(self, worlds: Sequence[int] | Ints | None = None, seed: int | None = None) -> None:
+        """Put worlds into start states, at rest, with a robot where it parks.
+
+        Args:
+            worlds: their numbers; None: all. seed: draws the state of each; None: the first state of each kitchen.
+        """
+        chosen = np.arange(len(self)) if worlds is None else np.asarray(worlds, dtype=np.int64)
+        random = None if seed is None else np.random.default_rng(seed)
+        rows = [self.kitchens[kitchen].rows for kitchen in self.kitchen_of_world[chosen]]
+        drawn = [0 if random is None else int(random.integers(len(row))) for row in rows]
+        self.states[chosen] = [row.states[number] for row, number in zip(rows, drawn, strict=True)]
+        self.base[chosen] = base = np.stack([row.base[number] for row, number in zip(rows, drawn, strict=True)])
+        qpos = np.stack([row.qpos[number] for row, number in zip(rows, drawn, strict=True)])
+        asleep = np.stack([row.asleep[number] for row, number in zip(rows, drawn, strict=True)])
+        half = base[:, 2] / 2
+        level = np.zeros(len(chosen))
+        mounts = np.stack([base[:, 0], base[:, 1], level, np.cos(half), level, level, np.sin(half)], axis=1)
+        if self._robot is not None:
+            qpos = np.concatenate([qpos, _placed(self._robot, mounts)], axis=1)
+        self._engine.reset(chosen, qpos, asleep, mounts)
+
+
+def batch(
+    kitchens: Sequence[str | Path | Kitchen],
+    engine: EngineName = "mujoco_warp",
+    worlds: int | None = None,
+    robot: str | Path | mujoco.MjSpec | None = None,
+    states: int = 16,
+    out: Path | str | None = None,
+    sizes: Mapping[str, int] | None = None,
+    device: str | None = None,
+) -> Batch:
+    """Kitchens side by side in one engine: their batch forms in one structure, at rest in their start states.
+
+    Engines want the same bodies, joints and shapes in each world and let numbers differ. So all kitchens get as many
+    of each as the one with the most; what a kitchen lacks is parked out of the way.
+
+    Args:
+        kitchens: ids, folders of scenes, or what `kitchen()` made; plans and styles may differ.
+        engine: `mujoco` steps with threads of the processor; `mujoco_warp`, `mjx` and `newton` have to be installed.
+        worlds: how many; None: one of each kitchen.
+        robot: MJCF file or MjSpec of a robot; it stands in each world where the start state says, its names begin with
+            `robot_`. Not with `newton`.
+        states: at most so many start states of each kitchen are kept for resets, where `casa-assets scenes states` drew
+            some; else there is one, the kitchen as it is built.
+        out: folder of scenes; None: `out/scenes` of the working folder.
+        sizes: nconmax, njmax and nccdmax of a world in place of those in `batch.json`; a robot may need more.
+        device: such as `cuda:0` or `cpu`; None: the engine's own choice.
+    Raises:
+        UnknownId: no such engine or kitchen. CasaError: no kitchen or fewer worlds than kitchens, the engine is not
+            installed, a kitchen cannot be built, or a robot does not load.
+    """
+    count = len(kitchens) if worlds is None else worlds
+    if not kitchens or count < len(kitchens):
+        raise CasaError(f"{count} worlds of {len(kitchens)} kitchens: there has to be a kitchen, and a world of each")
+    made = engine_named(engine)
+    if robot is not None and engine == "newton":
+        raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
+    place = SCENES_FOLDER if out is None else Path(out)
+    sources = [_Source.of(kitchen, place) for kitchen in kitchens]
+    wanted = {**COMMON_SIZES, **_most([source.sizes for source in sources]), **(sizes or {})}
+    numerics = {"max_contact_points": wanted["nconmax"], "max_geom_pairs": MJX_PAIRS} if engine == "mjx" else {}
+    specs = [source.spec for source in sources]
+    bare = share(specs, engine != "mjx", numerics=numerics)
+    rows = [source.rows(one, states) for source, one in zip(sources, bare, strict=True)]
+    mounted = None if robot is None else robot_of(robot)
+    shared = bare if mounted is None else share(specs, engine != "mjx", mounted, numerics)
+    parts = Parts(
+        models=[one.model for one in shared],
+        texts=[one.text for one in shared],
+        kitchen_of_world=np.arange(count) % len(kitchens),
+        sizes={name: wanted[name] for name in COMMON_SIZES},
+        mounted=mounted is not None and not mounted.floats,
+        ctrl=np.zeros(shared[0].model.nu) if mounted is None else mounted.ctrl,
+        device=device,
+    )
+    inside = [
+        BatchKitchen(source.id, one.model, one.bodies, one.joints, one.geoms, one.sites, one.cameras, row)
+        for source, one, row in zip(sources, shared, rows, strict=True)
+    ]
+    return Batch(engine, made(parts), inside, parts, mounted)
+
+
+@dataclass(frozen=True)
+class _Source:
+    """What a kitchen of a batch is made of.
+
+    Attributes:
+        folder: of its scene; what it lacks is not used.
+    """
+
+    id: str
+    spec: mujoco.MjSpec
+    folder: Path
+    kitchen: Kitchen | None
+
+    @staticmethod
+    def of(kitchen: str | Path | Kitchen, out: Path) -> _Source:
+        if isinstance(kitchen, Kitchen):
+            return _Source(kitchen.id, kitchen.to_mjspec("batch"), out / kitchen.id, kitchen)
+        folder = Path(kitchen) if Path(kitchen).is_dir() else out / str(kitchen)
+        return _Source(folder.name, load_scene(kitchen, weight="batch", out=out, as_spec=True), folder, None)
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Sizes of buffers that `batch.json` tells; empty where there is none."""
+        found = read_batch(self.folder)
+        return {} if found is None else {name: getattr(found.engine, name) for name in COMMON_SIZES}
+
+    def rows(self, shared: SharedModel, most: int) -> StartRows:
+        """States at rest, of start states that were drawn for this very scene."""
+        path, scene = self.folder / START_STATES, self.folder / FILES["full"]
+        drawn = read_states(self.folder) if path.is_file() and scene.is_file() else None
+        if drawn is not None and digest_of_file(scene) != drawn.scene_xml:
+            raise CasaError(
+                f"{path}: the states were drawn for another {scene.name} than stands beside them; draw them again with "
+                f"casa-assets scenes states {self.id} --out {self.folder.parent}"
+            )
+        return start_rows(shared, drawn, most, self._parks())
+
+    def _parks(self) -> tuple[float, float, float]:
+        """Where a robot parks in the kitchen as it is built: before the first fixture that it can stand before."""
+        path = self.folder / SCENE_JSON
+        if self.kitchen is not None:
+            facts = self.kitchen.facts
+        elif path.is_file():
+            facts = json.loads(path.read_text(encoding="utf-8"))
+        else:
+            return (0.0, 0.0, 0.0)
+        shut = next((spot["shut"] for spot in facts["parking"].values() if spot.get("shut")), None)
+        return (0.0, 0.0, 0.0) if shut is None else (shut["x"], shut["y"], shut["yaw"])
+
+
+def _most(found: Sequence[Mapping[str, int]]) -> dict[str, int]:
+    """The largest of each number; empty where one of the kitchens does not tell."""
+    if not all(found):
+        return {}
+    return {name: max(one[name] for one in found) for name in found[0]}
+
+
+def _placed(robot: Robot, mounts: Floats) -> Floats:
+    """(worlds, nq of the robot) its positions; a free one stands where it parks and looks ahead."""
+    rows = np.tile(robot.qpos, (len(mounts), 1))
+    if robot.floats:
+        rows[:, :2] = mounts[:, :2]
+        for row, mount in zip(rows, mounts, strict=True):
+            turned = np.empty(4)
+            mujoco.mju_mulQuat(turned, mount[3:], robot.qpos[3:7])
+            row[3:7] = turned
+    return rows

@@ -1,0 +1,104 @@
+"""Worlds of a batch in mujoco_warp: one model with a row per kitchen in each array in which kitchens differ."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+import mujoco
+import mujoco_warp as mjw
+import numpy as np
+import warp as wp
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.errors import CasaError
+from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
+
+
+class MujocoWarpEngine:
+    """Steps worlds with mujoco_warp, on a graphics card or on the processor.
+
+    Attributes:
+        model: mujoco_warp's Model; world w reads row `w % kitchens` of its arrays. data: its Data.
+        fields: array in which kitchens differ -> (kitchens, ...).
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        wp.init()
+        self._device = wp.get_device(parts.device)
+        worlds, first = len(parts.kitchen_of_world), parts.models[0]
+        with wp.ScopedDevice(self._device):
+            put = [mjw.put_model(model) for model in parts.models]
+            self.model, self.fields = put[0], {}
+            for name, rows, dtype in _differing(put):
+                setattr(self.model, name, wp.array(rows, dtype=dtype))
+                self.fields[name] = rows
+            self.data = mjw.make_data(first, nworld=worlds, **parts.sizes)
+            self.model.opt.iterations = min(self.model.opt.iterations, ITERATIONS)
+            self._place_what_stands(parts)
+        self._mounted, self._ctrl, self._worlds = parts.mounted, parts.ctrl, worlds
+
+    def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
+        """Put worlds into states at rest; see `Engine`."""
+        model, data = self.model, self.data
+        with wp.ScopedDevice(self._device):
+            chosen = np.zeros(self._worlds, dtype=bool)
+            chosen[worlds] = True
+            mjw.reset_data(model, data, wp.array(chosen, dtype=bool))
+            positions = data.qpos.numpy()
+            positions[worlds] = qpos
+            data.qpos.assign(positions)
+            controls = data.ctrl.numpy()
+            controls[worlds] = self._ctrl
+            data.ctrl.assign(controls)
+            if self._mounted:
+                for array, values in ((data.mocap_pos, mounts[:, :3]), (data.mocap_quat, mounts[:, 3:])):
+                    rows = array.numpy()
+                    rows[worlds, 0] = values
+                    array.assign(rows)
+            # Both say what sleeps, else mujoco_warp takes the difference for a wish to wake up.
+            for array, trees in ((data.tree_asleep, asleep), (data.tree_awake, np.zeros_like(asleep))):
+                rows = array.numpy()
+                rows[worlds, : trees.shape[1]] = trees
+                array.assign(rows)
+
+    def _place_what_stands(self, parts: Parts) -> None:
+        """Poses of geoms that never move, of each world: mujoco_warp takes them from the one model it is given."""
+        placed = []
+        for model in parts.models:
+            data = mujoco.MjData(model)
+            mujoco.mj_kinematics(model, data)
+            placed.append((data.geom_xpos, data.geom_xmat.reshape(-1, 3, 3)))
+        for number, array in enumerate((self.data.geom_xpos, self.data.geom_xmat)):
+            array.assign(np.stack([placed[kitchen][number] for kitchen in parts.kitchen_of_world]).astype(np.float32))
+
+    def step(self, count: int) -> None:
+        """Step all worlds so many times."""
+        with wp.ScopedDevice(self._device):
+            for _ in range(count):
+                mjw.step(self.model, self.data)
+
+    @property
+    def qpos(self) -> Floats:
+        """(worlds, nq)."""
+        return np.asarray(self.data.qpos.numpy(), dtype=np.float64)
+
+    @property
+    def qvel(self) -> Floats:
+        """(worlds, nv)."""
+        return np.asarray(self.data.qvel.numpy(), dtype=np.float64)
+
+
+def _differing(models: list[Any]) -> Iterator[tuple[str, Floats, Any]]:
+    """Name, rows and type of each array in which models differ. Raises CasaError for one that all worlds share."""
+    for field in dataclasses.fields(models[0]):
+        values = [getattr(model, field.name) for model in models]
+        if not isinstance(values[0], wp.array):
+            continue
+        arrays = [value.numpy() for value in values]
+        if all(np.array_equal(arrays[0], other) for other in arrays[1:]):
+            continue
+        if tuple(getattr(field.type, "shape", ()))[:1] != ("*",):
+            raise CasaError(f"kitchens of a batch differ in {field.name}, which mujoco_warp has once for all worlds")
+        yield field.name, np.concatenate(arrays), values[0].dtype

@@ -1,0 +1,88 @@
+"""Worlds of a batch in Newton, with its MuJoCo solver: each world is added by itself, all of one structure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import newton
+import numpy as np
+import warp as wp
+
+from casa_assets.core.typing import Floats, Ints
+from casa_assets.model.kitchen.start_states import FREE_WIDTH
+from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
+
+# Quaternions: (w, x, y, z) here, (x, y, z, w) in Newton.
+_TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)
+
+
+class NewtonEngine:
+    """Steps worlds with Newton, on a graphics card or on the processor.
+
+    Attributes:
+        model: Newton's Model. data: the State that the last step ended in. solver, control: of Newton.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        wp.init()
+        self._worlds, self._timestep = len(parts.kitchen_of_world), float(parts.models[0].opt.timestep)
+        kitchens = [_builder(text) for text in parts.texts]
+        builder = newton.ModelBuilder()
+        newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+        for kitchen in parts.kitchen_of_world:
+            builder.add_world(kitchens[kitchen])
+        self.model = builder.finalize(device=parts.device)
+        sizes = {"nconmax": parts.sizes["nconmax"], "njmax": parts.sizes["njmax"]}
+        self.solver = newton.solvers.SolverMuJoCo(self.model, iterations=ITERATIONS, enable_multiccd=True, **sizes)
+        self.data, self._after, self.control = self.model.state(), self.model.state(), self.model.control()
+        self._free = _free_addresses(parts.models[0])
+
+    def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
+        """Put worlds into states at rest; see `Engine`. What is at rest is not asleep."""
+        positions = self.data.joint_q.numpy().reshape(self._worlds, -1)
+        positions[worlds] = self._turned(qpos, _TO_NEWTON)
+        speeds = self.data.joint_qd.numpy().reshape(self._worlds, -1)
+        speeds[worlds] = 0.0
+        self.data.joint_q.assign(positions.ravel())
+        self.data.joint_qd.assign(speeds.ravel())
+        newton.eval_fk(self.model, self.data.joint_q, self.data.joint_qd, self.data)
+
+    def step(self, count: int) -> None:
+        """Step all worlds so many times."""
+        for _ in range(count):
+            self.solver.step(self.data, self._after, self.control, None, self._timestep)
+            self.data, self._after = self._after, self.data
+
+    @property
+    def qpos(self) -> Floats:
+        """(worlds, nq) as MuJoCo has them."""
+        rows = np.asarray(self.data.joint_q.numpy(), dtype=np.float64).reshape(self._worlds, -1)
+        return self._turned(rows, _FROM_NEWTON)
+
+    @property
+    def qvel(self) -> Floats:
+        """(worlds, nv) as Newton has them."""
+        return np.asarray(self.data.joint_qd.numpy(), dtype=np.float64).reshape(self._worlds, -1)
+
+    def _turned(self, rows: Floats, order: tuple[int, ...]) -> Floats:
+        """Rows with the numbers of their quaternions in another order."""
+        turned = np.array(rows)
+        for first in self._free:
+            turned[:, first + 3 : first + FREE_WIDTH] = rows[:, [first + 3 + number for number in order]]
+        return turned
+
+
+def _builder(text: str) -> Any:
+    """One kitchen, read from MJCF."""
+    builder = newton.ModelBuilder()
+    newton.solvers.SolverMuJoCo.register_custom_attributes(builder)
+    # Newton looks for contacts 0.1 m ahead by default, and there is no room in the buffers for so many.
+    builder.rigid_gap = builder.default_shape_cfg.gap = 0.0
+    builder.add_mjcf(text)
+    return builder
+
+
+def _free_addresses(model: mujoco.MjModel) -> list[int]:
+    """Where the positions of free joints begin in qpos."""
+    return [int(model.jnt_qposadr[joint]) for joint in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)]
