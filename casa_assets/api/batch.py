@@ -19,13 +19,15 @@ from casa_assets.pipeline.batches.engine import COMMON_SIZES, Engine, Parts
 from casa_assets.pipeline.batches.engines import engine_named
 from casa_assets.pipeline.batches.robot import Robot, robot_of
 from casa_assets.pipeline.batches.shared_model import SharedModel, share
-from casa_assets.pipeline.batches.start_rows import StartRows, start_rows
+from casa_assets.pipeline.batches.start_rows import StartRows, awake_sizes, start_rows
 from casa_assets.pipeline.kitchens.batch_form import read_batch
 from casa_assets.pipeline.kitchens.load_scene import FILES
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
 from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states
 
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
+# These do not know what sleeps when they begin, so that all contacts at rest count.
+BEGIN_AWAKE = ("mjx", "newton")
 # MJX looks at so many pairs of each two kinds of shapes: those whose bounding balls are nearest.
 MJX_PAIRS = 512
 
@@ -93,6 +95,11 @@ class Batch:
     @data.setter
     def data(self, value: Any) -> None:
         self._engine.data = value
+
+    @property
+    def control(self) -> Any:
+        """What drives the joints: Newton's Control; for other engines it is in `data`."""
+        return self._engine.control
 
     @cached_property
     def fields(self) -> dict[str, Floats]:
@@ -181,13 +188,18 @@ def batch(
         raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
     place = SCENES_FOLDER if out is None else Path(out)
     sources = [_Source.of(kitchen, place) for kitchen in kitchens]
-    wanted = {**COMMON_SIZES, **_most([source.sizes for source in sources]), **(sizes or {})}
-    numerics = {"max_contact_points": wanted["nconmax"], "max_geom_pairs": MJX_PAIRS} if engine == "mjx" else {}
-    specs = [source.spec for source in sources]
-    bare = share(specs, engine != "mjx", numerics=numerics)
-    rows = [source.rows(one, states) for source, one in zip(sources, bare, strict=True)]
-    mounted = None if robot is None else robot_of(robot)
-    shared = bare if mounted is None else share(specs, engine != "mjx", mounted, numerics)
+    specs, mounted = [source.spec for source in sources], None if robot is None else robot_of(robot)
+    shared = share(specs, engine != "mjx")
+    rows = [source.rows(one, states) for source, one in zip(sources, shared, strict=True)]
+    found = [source.sizes for source in sources]
+    if engine in BEGIN_AWAKE:
+        found += [awake_sizes(one, row) for one, row in zip(shared, rows, strict=True)]
+    found = [one or COMMON_SIZES for one in found]
+    wanted = {**_most(found), **(sizes or {})}
+    if engine == "mjx":
+        shared = share(specs, False, mounted, {"max_contact_points": wanted["nconmax"], "max_geom_pairs": MJX_PAIRS})
+    elif mounted is not None:
+        shared = share(specs, robot=mounted)
     parts = Parts(
         models=[one.model for one in shared],
         texts=[one.text for one in shared],
@@ -255,10 +267,8 @@ class _Source:
 
 
 def _most(found: Sequence[Mapping[str, int]]) -> dict[str, int]:
-    """The largest of each number; empty where one of the kitchens does not tell."""
-    if not all(found):
-        return {}
-    return {name: max(one[name] for one in found) for name in found[0]}
+    """The largest of each number."""
+    return {name: max(one[name] for one in found) for name in COMMON_SIZES}
 
 
 def _placed(robot: Robot, mounts: Floats) -> Floats:

@@ -37,8 +37,8 @@ def made(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def told(made: Path) -> Any:
     """What mujoco_warp says of it."""
-    python = ROOT / os.environ.get("CASA_WARP", ".venv-warp/bin/python")
-    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_WARP"
+    python = ROOT / os.environ.get("CASA_ENGINES", ".venv-engines/bin/python")
+    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ENGINES"
     command = [str(python), str(SCRIPT), str(STEPS), str(made)]
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S)
     assert done.returncode == 0, done.stderr[-4000:]

@@ -43,11 +43,12 @@ class Engine(Protocol):
     """Worlds of a batch in an engine.
 
     Attributes:
-        model, data: as the engine has them.
+        model, data: as the engine has them. control: what drives joints, where that is not in `data`.
     """
 
     model: Any
     data: Any
+    control: Any
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest.

@@ -44,6 +44,11 @@ class MjxEngine:
         self.data = _anywhere(jax.tree.map(lambda array: np.repeat(np.asarray(array)[None], worlds, axis=0), first))
         self._step = jax.jit(partial(_steps, self.axes))
 
+    @property
+    def control(self) -> Any:
+        """The same as `data`."""
+        return self.data
+
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`. MJX does not know sleep."""
         data = self.data

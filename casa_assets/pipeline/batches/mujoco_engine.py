@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -24,6 +25,11 @@ class MujocoEngine:
         self.data = [mujoco.MjData(model) for model in self.model]
         self._mounted, self._ctrl = parts.mounted, parts.ctrl
         self._pool = ThreadPoolExecutor(os.cpu_count())
+
+    @property
+    def control(self) -> Any:
+        """The same as `data`."""
+        return self.data
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`. MuJoCo finds out by itself in ten steps that they are."""

@@ -39,6 +39,11 @@ class MujocoWarpEngine:
             self._place_what_stands(parts)
         self._mounted, self._ctrl, self._worlds = parts.mounted, parts.ctrl, worlds
 
+    @property
+    def control(self) -> Any:
+        """The same as `data`."""
+        return self.data
+
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`."""
         model, data = self.model, self.data

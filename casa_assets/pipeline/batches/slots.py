@@ -6,6 +6,9 @@ from collections import Counter, defaultdict
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeVar
 
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
 from casa_assets.pipeline.batches.structure import GeomKind, SiteKind, Structure, Unit, UnitKind
 
 Kind = TypeVar("Kind", bound=Hashable)
@@ -38,9 +41,9 @@ class Slots(NamedTuple):
 
 
 def slots_for(structures: Sequence[Structure]) -> Slots:
-    """The fewest places in which each of some structures fits: of each kind as many as one of them has at most.
+    """Places in which each of some structures fits: of each kind of unit as many as one of them has at most.
 
-    Units of a kind with the most geoms share a place, so that little room stays empty.
+    Units with like geoms share a place, so that little room stays empty.
     """
     by_kind: dict[UnitKind, list[list[Unit]]] = defaultdict(lambda: [[] for _ in structures])
     for number, structure in enumerate(structures):
@@ -49,9 +52,7 @@ def slots_for(structures: Sequence[Structure]) -> Slots:
     moving: list[Slot] = []
     tenants: list[list[Unit | None]] = [[] for _ in structures]
     for kind in sorted(by_kind):
-        ranked = [_largest_first(s, units) for s, units in zip(structures, by_kind[kind], strict=True)]
-        for place in range(max(map(len, ranked))):
-            here = [units[place] if place < len(units) else None for units in ranked]
+        for here in zip(*_seated(structures, by_kind[kind]), strict=True):
             moving.append(_slot(kind, [(s, t.bodies) for s, t in zip(structures, here, strict=True) if t is not None]))
             for row, tenant in zip(tenants, here, strict=True):
                 row.append(tenant)
@@ -59,8 +60,31 @@ def slots_for(structures: Sequence[Structure]) -> Slots:
     return Slots(world, tuple(moving), tuple(map(tuple, tenants)))
 
 
-def _largest_first(structure: Structure, units: Iterable[Unit]) -> list[Unit]:
-    return sorted(units, key=lambda unit: -structure.size(unit))
+def _seated(structures: Sequence[Structure], found: Sequence[Sequence[Unit]]) -> list[list[Unit | None]]:
+    """For each structure its units of one kind in the order of places, None where it has none.
+
+    One structure after the other, the largest first, is seated so that places grow by as few geoms as can be.
+    """
+    places: list[Counter[tuple[int, GeomKind]]] = [Counter() for _ in range(max(map(len, found)))]
+    seated: list[list[Unit | None]] = [[None] * len(places) for _ in structures]
+    for number in sorted(range(len(structures)), key=lambda one: -len(found[one])):
+        needs = [_needs(structures[number], unit) for unit in found[number]]
+        growth = np.array([[(need - place).total() for place in places] for need in needs]).reshape(-1, len(places))
+        for unit, place in zip(*linear_sum_assignment(growth), strict=True):
+            seated[number][place] = found[number][unit]
+            places[place] |= needs[unit]
+    return seated
+
+
+def _needs(structure: Structure, unit: Unit) -> Counter[tuple[int, GeomKind]]:
+    """(body of a unit, kind) -> how many geoms it has."""
+    return Counter(
+        {
+            (place, kind): len(ids)
+            for place, body in enumerate(unit.bodies)
+            for kind, ids in structure.geoms.get(body, {}).items()
+        }
+    )
 
 
 def _slot(kind: UnitKind | None, tenants: Sequence[tuple[Structure, tuple[int, ...]]]) -> Slot:

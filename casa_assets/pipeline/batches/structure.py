@@ -92,10 +92,6 @@ class Structure:
     geoms: Mapping[int, Mapping[GeomKind, Sequence[int]]]
     sites: Mapping[int, Mapping[SiteKind, Sequence[int]]]
 
-    def size(self, unit: Unit) -> int:
-        """How many geoms of a unit touch anything."""
-        return sum(len(ids) for body in unit.bodies for ids in self.geoms.get(body, {}).values())
-
 
 def structure_of(model: mujoco.MjModel) -> Structure:
     """Structure of a compiled batch form, in which everything that does not move is of the world.

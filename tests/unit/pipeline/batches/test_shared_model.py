@@ -164,6 +164,8 @@ def test_a_robot_that_does_not_load_is_told_by_name() -> None:
 
 
 def test_what_is_no_batch_form_is_refused_by_name() -> None:
-    text = FIRST.replace("<contact>", '<tendon><fixed name="t"><joint joint="base__hinge" coef="1"/></fixed></tendon><contact>')
+    text = FIRST.replace(
+        "<contact>", '<tendon><fixed name="t"><joint joint="base__hinge" coef="1"/></fixed></tendon><contact>'
+    )
     with pytest.raises(CasaError, match="first: the model has 1 of ntendon; a batch form has none"):
         share([mujoco.MjSpec.from_string(text)])

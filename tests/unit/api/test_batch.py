@@ -1,0 +1,156 @@
+"""`casa.batch`: worlds in MuJoCo itself, resets, robots, and what is told where something is missing."""
+
+from __future__ import annotations
+
+import builtins
+import sys
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import casa_assets as casa
+from casa_assets.pipeline.kitchens.state_file import digest_of_file, write_states
+from tests.unit.pipeline.batches.small_kitchens import DRIVING, FIRST, FLOATING, folders
+from tests.unit.pipeline.batches.test_start_rows import REST, states
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    return folders(tmp_path_factory.mktemp("scenes"))
+
+
+def test_worlds_are_copies_of_the_kitchens_in_turn(scenes: list[Path]) -> None:
+    batch = casa.batch(scenes, engine="mujoco", worlds=5)
+    assert len(batch) == 5
+    assert [batch.kitchens[number].id for number in batch.kitchen_of_world] == ["first", "second"] * 2 + ["first"]
+    assert batch.qpos.shape == (5, batch.kitchens[0].model.nq)
+    assert np.array_equal(batch.qpos[0], batch.qpos[2])
+    assert not np.array_equal(batch.qpos[0], batch.qpos[1])
+
+
+def test_a_kitchen_moves_by_the_names_of_its_joints(scenes: list[Path]) -> None:
+    batch = casa.batch(scenes, engine="mujoco")
+    first = batch.kitchens[0]
+    dof = first.model.jnt_dofadr[first.joints["corner__slide"]]
+    batch.data[0].qfrc_applied[dof] = -20.0
+    before = batch.qpos
+    batch.step(250)
+    moved = np.abs(batch.qpos - before)
+    assert batch.qpos[0, first.address("corner__slide")] < -0.3
+    assert moved[1].max() < 1e-3
+
+
+def test_a_reset_touches_no_other_world(scenes: list[Path]) -> None:
+    batch = casa.batch(scenes, engine="mujoco", worlds=4)
+    begun = batch.qpos
+    for data in batch.data:
+        data.qvel[:] = 0.5
+    batch.step(20)
+    moved = batch.qpos
+    batch.reset([1, 3])
+    assert np.array_equal(batch.qpos[[1, 3]], begun[[1, 3]])
+    assert np.array_equal(batch.qpos[[0, 2]], moved[[0, 2]])
+    assert not batch.qvel[[1, 3]].any()
+
+
+def test_what_differs_from_kitchen_to_kitchen_is_told(scenes: list[Path]) -> None:
+    fields = casa.batch(scenes, engine="mujoco").fields
+    assert {"geom_size", "geom_rgba", "body_mass", "jnt_range"} <= set(fields)
+    assert fields["geom_rgba"].shape[0] == 2
+    assert casa.batch(scenes[:1], engine="mujoco", worlds=3).fields == {}
+
+
+class TestStartStates:
+    @pytest.fixture
+    def drawn(self, tmp_path: Path) -> Path:
+        """The first kitchen with five start states: a plate farther and farther to the left."""
+        folder = folders(tmp_path)[0]
+        (folder / "scene.xml").write_text(FIRST)
+        rows = [([*REST[:2], 0.7 - 0.02 * number, *REST[3:]], ()) for number in range(5)]
+        found = states(*rows).model_copy(update={"scene_xml": digest_of_file(folder / "scene.xml")})
+        write_states(folder, found)
+        return folder
+
+    def test_a_seed_draws_the_same_for_everybody(self, drawn: Path) -> None:
+        batch = casa.batch([drawn], engine="mujoco", worlds=20)
+        assert set(batch.states) == {0}
+        batch.reset(seed=3)
+        assert len(set(batch.states)) > 2
+        again = casa.batch([drawn], engine="mujoco", worlds=20)
+        again.reset(seed=3)
+        assert np.array_equal(again.states, batch.states)
+        assert np.array_equal(again.qpos, batch.qpos)
+
+    def test_a_world_is_as_its_state_says(self, drawn: Path) -> None:
+        batch = casa.batch([drawn], engine="mujoco", worlds=20)
+        batch.reset(seed=3)
+        at = batch.kitchens[0].address("plate__free")
+        assert np.allclose(batch.qpos[:, at], 0.7 - 0.02 * batch.states, atol=1e-3)
+        assert np.allclose(batch.base[:, 0], batch.states)
+
+    def test_states_of_another_scene_are_refused(self, drawn: Path) -> None:
+        (drawn / "scene.xml").write_text(FIRST + " ")
+        with pytest.raises(casa.CasaError, match=r"start_states\.npz: the states were drawn for another scene\.xml"):
+            casa.batch([drawn], engine="mujoco")
+
+
+class TestRobot:
+    @pytest.mark.parametrize("text", [DRIVING, FLOATING])
+    def test_it_stands_where_the_state_says(self, text: str, scenes: list[Path], monkeypatch: Any) -> None:
+        monkeypatch.setattr("casa_assets.api.batch._Source._parks", lambda _: (1.0, -1.2, np.pi / 2))
+        batch = casa.batch(scenes, engine="mujoco", robot=mujoco.MjSpec.from_string(text))
+        for model, data in zip(batch.model, batch.data, strict=True):
+            drives = 0.1 if text is DRIVING else 0.0
+            base = data.body("robot_base")
+            assert base.xpos == pytest.approx([1.0, -1.2 + drives, 0.12 if text is DRIVING else 0.11], abs=1e-6)
+            assert base.xmat.reshape(3, 3)[:, 0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
+            assert data.qpos[-1] == pytest.approx(-0.4)
+            assert data.ctrl == pytest.approx([-0.4])
+            assert model.actuator("robot_lift").id == 0
+
+    def test_from_a_file(self, scenes: list[Path], tmp_path: Path) -> None:
+        (tmp_path / "bot.xml").write_text(DRIVING)
+        batch = casa.batch(scenes, engine="mujoco", robot=tmp_path / "bot.xml")
+        batch.step(100)
+        assert np.isfinite(batch.qpos).all()
+
+    def test_not_with_newton(self, scenes: list[Path], monkeypatch: Any) -> None:
+        monkeypatch.setattr("casa_assets.api.batch.engine_named", lambda _: None)
+        with pytest.raises(casa.CasaError, match=r"a robot is added with newton\.ModelBuilder"):
+            casa.batch(scenes, engine="newton", robot=mujoco.MjSpec.from_string(DRIVING))
+
+
+class TestErrors:
+    def test_another_engine(self, scenes: list[Path]) -> None:
+        with pytest.raises(casa.UnknownId, match="mujoco_warp"):
+            casa.batch(scenes, engine="mujocowarp")  # type: ignore[arg-type]
+
+    def test_an_engine_that_is_not_installed(self, scenes: list[Path], monkeypatch: Any) -> None:
+        real = builtins.__import__
+
+        def without(name: str, *rest: Any, **more: Any) -> Any:
+            if name.partition(".")[0] == "mujoco_warp":
+                raise ImportError(f"No module named {name!r}")
+            return real(name, *rest, **more)
+
+        monkeypatch.delitem(sys.modules, "casa_assets.pipeline.batches.mujoco_warp_engine", raising=False)
+        monkeypatch.setattr(builtins, "__import__", without)
+        with pytest.raises(casa.CasaError, match=r"engine mujoco_warp is not installed .*: pip install mujoco-warp"):
+            casa.batch(scenes)
+
+    @pytest.mark.parametrize("worlds", [0, 1])
+    def test_fewer_worlds_than_kitchens(self, worlds: int, scenes: list[Path]) -> None:
+        with pytest.raises(casa.CasaError, match=f"{worlds} worlds of 2 kitchens"):
+            casa.batch(scenes, engine="mujoco", worlds=worlds)
+
+    def test_no_kitchens(self) -> None:
+        with pytest.raises(casa.CasaError, match="0 worlds of 0 kitchens"):
+            casa.batch([], engine="mujoco")
+
+    def test_a_joint_that_is_not_there(self, scenes: list[Path]) -> None:
+        first = casa.batch(scenes[:1], engine="mujoco").kitchens[0]
+        with pytest.raises(casa.CasaError, match=r"first: its batch form has no joint 'left__hinge'; batch\.json"):
+            first.address("left__hinge")
