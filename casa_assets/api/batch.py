@@ -15,11 +15,12 @@ import numpy as np
 from casa_assets.api.kitchen import SCENES_FOLDER, Kitchen, load_scene
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
+from casa_assets.pipeline.batches.awake_sizes import awake_sizes, near_pairs
 from casa_assets.pipeline.batches.engine import COMMON_SIZES, Engine, Parts
 from casa_assets.pipeline.batches.engines import engine_named
 from casa_assets.pipeline.batches.robot import Robot, robot_of
 from casa_assets.pipeline.batches.shared_model import SharedModel, share
-from casa_assets.pipeline.batches.start_rows import StartRows, awake_sizes, start_rows
+from casa_assets.pipeline.batches.start_rows import StartRows, start_rows
 from casa_assets.pipeline.kitchens.batch_form import read_batch
 from casa_assets.pipeline.kitchens.load_scene import FILES
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
@@ -28,8 +29,6 @@ from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
 # These do not know what sleeps when they begin, so that all contacts at rest count.
 BEGIN_AWAKE = ("mjx", "newton")
-# MJX looks at so many pairs of each two kinds of shapes: those whose bounding balls are nearest.
-MJX_PAIRS = 512
 
 
 @dataclass(frozen=True)
@@ -100,6 +99,11 @@ class Batch:
     def control(self) -> Any:
         """What drives the joints: Newton's Control; for other engines it is in `data`."""
         return self._engine.control
+
+    @property
+    def axes(self) -> Any:
+        """Of MJX: which arrays of `model` have a row per world, as `jax.vmap` wants it in `in_axes`. Else None."""
+        return getattr(self._engine, "axes", None)
 
     @cached_property
     def fields(self) -> dict[str, Floats]:
@@ -188,23 +192,13 @@ def batch(
         raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
     place = SCENES_FOLDER if out is None else Path(out)
     sources = [_Source.of(kitchen, place) for kitchen in kitchens]
-    specs, mounted = [source.spec for source in sources], None if robot is None else robot_of(robot)
-    shared = share(specs, engine != "mjx")
-    rows = [source.rows(one, states) for source, one in zip(sources, shared, strict=True)]
-    found = [source.sizes for source in sources]
-    if engine in BEGIN_AWAKE:
-        found += [awake_sizes(one, row) for one, row in zip(shared, rows, strict=True)]
-    found = [one or COMMON_SIZES for one in found]
-    wanted = {**_most(found), **(sizes or {})}
-    if engine == "mjx":
-        shared = share(specs, False, mounted, {"max_contact_points": wanted["nconmax"], "max_geom_pairs": MJX_PAIRS})
-    elif mounted is not None:
-        shared = share(specs, robot=mounted)
+    mounted = None if robot is None else robot_of(robot)
+    shared, rows, found = _put_together(sources, engine, states, mounted, sizes or {})
     parts = Parts(
         models=[one.model for one in shared],
         texts=[one.text for one in shared],
         kitchen_of_world=np.arange(count) % len(kitchens),
-        sizes={name: wanted[name] for name in COMMON_SIZES},
+        sizes=found,
         mounted=mounted is not None and not mounted.floats,
         ctrl=np.zeros(shared[0].model.nu) if mounted is None else mounted.ctrl,
         device=device,
@@ -214,6 +208,26 @@ def batch(
         for source, one, row in zip(sources, shared, rows, strict=True)
     ]
     return Batch(engine, made(parts), inside, parts, mounted)
+
+
+def _put_together(
+    sources: Sequence[_Source], engine: EngineName, states: int, robot: Robot | None, sizes: Mapping[str, int]
+) -> tuple[list[SharedModel], list[StartRows], dict[str, int]]:
+    """Kitchens in one structure, with a robot; their states at rest; sizes of the buffers of a world."""
+    specs = [source.spec for source in sources]
+    # States are settled without a robot, which would move; its bodies and joints come after the kitchen's.
+    shared = share(specs, cylinders=engine != "mjx")
+    rows = [source.rows(one, states) for source, one in zip(sources, shared, strict=True)]
+    found = [source.sizes or COMMON_SIZES for source in sources]
+    if engine in BEGIN_AWAKE:
+        found += [awake_sizes(one, row) for one, row in zip(shared, rows, strict=True)]
+    most = {name: max(one[name] for one in found) for name in COMMON_SIZES} | dict(sizes)
+    if engine == "mjx":
+        pairs = max(near_pairs(one, row) for one, row in zip(shared, rows, strict=True))
+        shared = share(specs, False, robot, {"max_contact_points": most["nconmax"], "max_geom_pairs": pairs})
+    elif robot is not None:
+        shared = share(specs, robot=robot)
+    return shared, rows, most
 
 
 @dataclass(frozen=True)
@@ -264,11 +278,6 @@ class _Source:
             return (0.0, 0.0, 0.0)
         shut = next((spot["shut"] for spot in facts["parking"].values() if spot.get("shut")), None)
         return (0.0, 0.0, 0.0) if shut is None else (shut["x"], shut["y"], shut["yaw"])
-
-
-def _most(found: Sequence[Mapping[str, int]]) -> dict[str, int]:
-    """The largest of each number."""
-    return {name: max(one[name] for one in found) for name in COMMON_SIZES}
 
 
 def _placed(robot: Robot, mounts: Floats) -> Floats:

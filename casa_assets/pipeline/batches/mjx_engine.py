@@ -15,7 +15,7 @@ from mujoco import mjx
 
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
-from casa_assets.pipeline.batches.engine import Parts
+from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
 
 # MJX does not know it, and batch forms switch it on.
 _SLEEP = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
@@ -32,7 +32,7 @@ class MjxEngine:
 
     def __init__(self, parts: Parts) -> None:
         self._mounted, self._ctrl = parts.mounted, parts.ctrl
-        models = [_plain(model, parts) for model in parts.models]
+        models = [_plain(model) for model in parts.models]
         heaviest = max(models, key=lambda model: int(model.ngravcomp))
         one = mjx.put_model(heaviest)
         self.fields = _differing([mjx.put_model(model) for model in models], one)
@@ -87,10 +87,11 @@ def _anywhere(tree: Any) -> Any:
     return jax.tree.map(lambda array: jp.asarray(np.asarray(array)), tree)
 
 
-def _plain(model: mujoco.MjModel, parts: Parts) -> mujoco.MjModel:
+def _plain(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy without what MJX does not know."""
     plain = copy.copy(model)
     plain.opt.enableflags &= ~_SLEEP
+    plain.opt.iterations = min(plain.opt.iterations, ITERATIONS)
     return plain
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -20,8 +19,6 @@ from casa_assets.pipeline.batches.shared_model import SharedModel, addresses
 # A state has to fall asleep within so many steps, looked at this often, and move by no more than this meanwhile, m.
 SETTLE_STEPS, LOOK_STEPS, MOTION_M = 1000, 25, 0.005
 LOCKED, AWAKE, MOVED = "a joint is open that the batch form locks", "does not fall asleep", "moves by more than 5 mm"
-# Engines that do not begin asleep get room for so many times the contacts at rest.
-AWAKE_MARGIN = 1.5
 # Number of the state that a kitchen begins with where none were drawn.
 AS_BUILT = -1
 
@@ -72,15 +69,6 @@ def start_rows(
         raise CasaError(f"{shared.name}: nothing is at rest in the batch form: {dict(refused)}")
     numbers, qpos, asleep, base = zip(*kept, strict=True)
     return StartRows(np.stack(qpos), np.stack(asleep), np.stack(base), np.array(numbers), dict(refused))
-
-
-def awake_sizes(shared: SharedModel, rows: StartRows) -> dict[str, int]:
-    """Contacts and constraint rows of a kitchen with nothing asleep, with a margin, up to a multiple of eight."""
-    data = mujoco.MjData(shared.model)
-    data.qpos[:] = rows.qpos[0]
-    mujoco.mj_forward(shared.model, data)
-    counts = {"nconmax": int(data.ncon), "njmax": int(data.nefc), "nccdmax": int(data.ncon)}
-    return {name: 8 * math.ceil(count * AWAKE_MARGIN / 8) for name, count in counts.items()}
 
 
 def _qpos(shared: SharedModel, states: StartStates, number: int) -> Floats:

@@ -1,0 +1,96 @@
+"""Kitchens of different plans and styles side by side in three engines, each held against MuJoCo, on the processor."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import casa_assets as casa
+from casa_assets.export.mjcf.scene.batch import FILE, write
+from casa_assets.pipeline.kitchens.batch_form import batch_of
+from tests.libraries import with_cache
+
+ROOT = Path(__file__).parents[2]
+SCRIPT = Path(__file__).parent / "batch_worlds.py"
+# Plan and style of each.
+KITCHENS = (
+    ("galley", "rustic"),
+    ("double_island", "modern_2"),
+    ("one_wall_large", "coastal"),
+    ("u_small", "mediterranean"),
+    ("g_large", "farmhouse"),
+    ("l_large", "scandinavian"),
+    ("wraparound", "modern_1"),
+    ("u_dining", "traditional_2"),
+    ("pantry_island", "industrial"),
+    ("attic", "transitional_1"),
+)
+# `.ci/run` has no time for all of it: CASA_SHORT=1 takes two kitchens for 0.2 s in place of ten for 2 s.
+SHORT = os.environ.get("CASA_SHORT") == "1"
+MANY, STEPS, LEAST_WAY = (2, 100, 0.005) if SHORT else (10, 1000, 0.05)
+# Positions in an engine may differ from MuJoCo's by so much after that, m or rad. In MJX nothing sleeps, and it finds
+# other points where two boxes touch.
+OFF = {"mujoco_warp": 0.001, "newton": 0.001, "mjx": 0.005}
+MAX_S = 4 * 3600
+
+pytestmark = pytest.mark.consumers
+
+
+@pytest.fixture(scope="module")
+def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Folders with the batch forms of the kitchens."""
+    out = with_cache(tmp_path_factory.mktemp("scenes"), cache)
+    found = []
+    for plan, style in KITCHENS[:MANY]:
+        kitchen = casa.kitchen(plan, style)
+        (out / kitchen.id).mkdir()
+        (out / kitchen.id / FILE).write_bytes(write(batch_of(kitchen.scene, cache)))
+        found.append(out / kitchen.id)
+    return found
+
+
+@pytest.fixture(scope="module", params=sorted(OFF))
+def told(request: Any, folders: list[Path]) -> tuple[str, Any]:
+    """Name of an engine, and what came of it."""
+    python = ROOT / os.environ.get("CASA_ENGINES", ".venv-engines/bin/python")
+    assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ENGINES"
+    packages = subprocess.run(
+        [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.strip()
+    command = [sys.executable, str(SCRIPT), request.param, str(STEPS), packages, *map(str, folders)]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
+    assert done.returncode == 0, done.stderr[-4000:]
+    assert "overflow" not in done.stdout + done.stderr
+    return request.param, json.loads(done.stdout.splitlines()[-1])
+
+
+def test_all_kitchens_are_stepped(told: tuple[str, Any], folders: list[Path]) -> None:
+    assert set(told[1]["kitchens"]) == {folder.name for folder in folders}
+
+
+def test_they_share_what_they_have(told: tuple[str, Any]) -> None:
+    """Places for all of them: three times the geoms of one at most, of which each has about 290."""
+    assert told[1]["ngeom"] < 900
+
+
+def test_what_is_pulled_goes_as_far_as_in_mujoco(told: tuple[str, Any]) -> None:
+    engine, found = told
+    for name, kitchen in found["kitchens"].items():
+        assert abs(kitchen["way"]) > LEAST_WAY, f"{name}: {kitchen['pulled']} was not pulled far enough to tell"
+        assert kitchen["off"] < OFF[engine], f"{name}: {kitchen['pulled']} is off by {kitchen['off']}"
+
+
+def test_everything_else_stays_where_it_is_in_mujoco(told: tuple[str, Any]) -> None:
+    engine, found = told
+    for name, kitchen in found["kitchens"].items():
+        assert kitchen["worst_off"] < OFF[engine], f"{name}: {kitchen['worst']} is off by {kitchen['worst_off']}"
