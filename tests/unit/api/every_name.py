@@ -30,6 +30,11 @@ behaviors = casa.Behaviors(model)
 starts: casa.StartStates = casa.start_states(folder, model)
 starts.reset(mujoco.MjData(model), 0)
 print(len(starts), starts.qpos, starts.addresses, starts.base[0], starts.notes[0].placed)
+side_by_side: casa.Batch = casa.batch(["l_small__coastal"], engine="mujoco", worlds=2)
+one_of_them: casa.BatchKitchen = side_by_side.kitchens[0]
+side_by_side.step(10)
+side_by_side.reset([0], seed=1)
+print(len(side_by_side), side_by_side.qpos, one_of_them.address("door"), one_of_them.rows.states, side_by_side.fields)
 states: casa.FixtureStates = behaviors.update(mujoco.MjData(model))
 state: str | None = states["microwave"]["power"]
 asset: casa.Asset = casa.build("microwave", "steel", {"width": 0.6})
