@@ -37,6 +37,8 @@ class MujocoWarpEngine:
             self.data = mjw.make_data(first, nworld=worlds, **parts.sizes)
             self.model.opt.iterations = min(self.model.opt.iterations, ITERATIONS)
             self._place_what_stands(parts)
+        # A step as a CUDA graph, which reads and writes the arrays that are there when it is recorded.
+        self._graph: Any = None
         self._mounted, self._ctrl, self._worlds = parts.mounted, parts.ctrl, worlds
 
     @property
@@ -81,8 +83,19 @@ class MujocoWarpEngine:
     def step(self, count: int) -> None:
         """Step all worlds so many times."""
         with wp.ScopedDevice(self._device):
-            for _ in range(count):
+            left = count
+            if self._device.is_cuda and self._graph is None and left:
+                # Kernels are compiled by a first step; then all launches of a step are recorded and sent at once.
                 mjw.step(self.model, self.data)
+                left -= 1
+                with wp.ScopedCapture() as capture:
+                    mjw.step(self.model, self.data)
+                self._graph = capture.graph
+            for _ in range(left):
+                if self._graph is None:
+                    mjw.step(self.model, self.data)
+                else:
+                    wp.capture_launch(self._graph)
 
     @property
     def qpos(self) -> Floats:
