@@ -192,6 +192,9 @@ def batch(
         raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
     place = SCENES_FOLDER if out is None else Path(out)
     sources = [_Source.of(kitchen, place) for kitchen in kitchens]
+    lost = next((source for source in sources if source.parks is None), None)
+    if robot is not None and lost is not None:
+        raise CasaError(f"{lost.folder / SCENE_JSON}: is missing or names no parking place, where a robot would stand")
     mounted = None if robot is None else robot_of(robot)
     shared, rows, found = _put_together(sources, engine, states, mounted, sizes or {})
     parts = Parts(
@@ -265,19 +268,20 @@ class _Source:
                 f"{path}: the states were drawn for another {scene.name} than stands beside them; draw them again with "
                 f"casa-assets scenes states {self.id} --out {self.folder.parent}"
             )
-        return start_rows(shared, drawn, most, self._parks())
+        return start_rows(shared, drawn, most, self.parks or (0.0, 0.0, 0.0))
 
-    def _parks(self) -> tuple[float, float, float]:
-        """Where a robot parks in the kitchen as it is built: before the first fixture that it can stand before."""
+    @cached_property
+    def parks(self) -> tuple[float, float, float] | None:
+        """Where a robot parks in the kitchen as it is built: before the first fixture; None where nothing says so."""
         path = self.folder / SCENE_JSON
         if self.kitchen is not None:
             facts = self.kitchen.facts
         elif path.is_file():
             facts = json.loads(path.read_text(encoding="utf-8"))
         else:
-            return (0.0, 0.0, 0.0)
+            return None
         shut = next((spot["shut"] for spot in facts["parking"].values() if spot.get("shut")), None)
-        return (0.0, 0.0, 0.0) if shut is None else (shut["x"], shut["y"], shut["yaw"])
+        return None if shut is None else (shut["x"], shut["y"], shut["yaw"])
 
 
 def _placed(robot: Robot, mounts: Floats) -> Floats:

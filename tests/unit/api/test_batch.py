@@ -99,14 +99,13 @@ class TestStartStates:
 
 class TestRobot:
     @pytest.mark.parametrize("text", [DRIVING, FLOATING])
-    def test_it_stands_where_the_state_says(self, text: str, scenes: list[Path], monkeypatch: Any) -> None:
-        monkeypatch.setattr("casa_assets.api.batch._Source._parks", lambda _: (1.0, -1.2, np.pi / 2))
+    def test_it_stands_where_it_parks(self, text: str, scenes: list[Path]) -> None:
         batch = casa.batch(scenes, engine="mujoco", robot=mujoco.MjSpec.from_string(text))
         for model, data in zip(batch.model, batch.data, strict=True):
             drives = 0.1 if text is DRIVING else 0.0
             base = data.body("robot_base")
             assert base.xpos == pytest.approx([1.0, -1.2 + drives, 0.12 if text is DRIVING else 0.11], abs=1e-6)
-            assert base.xmat.reshape(3, 3)[:, 0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
+            assert base.xmat.reshape(3, 3)[:, 0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-6)
             assert data.qpos[-1] == pytest.approx(-0.4)
             assert data.ctrl == pytest.approx([-0.4])
             assert model.actuator("robot_lift").id == 0
@@ -116,6 +115,13 @@ class TestRobot:
         batch = casa.batch(scenes, engine="mujoco", robot=tmp_path / "bot.xml")
         batch.step(100)
         assert np.isfinite(batch.qpos).all()
+
+    def test_nobody_knows_where_it_parks(self, tmp_path: Path) -> None:
+        found = folders(tmp_path)
+        (found[1] / "scene.json").unlink()
+        with pytest.raises(casa.CasaError, match=r"second/scene\.json: is missing or names no parking place"):
+            casa.batch(found, engine="mujoco", robot=mujoco.MjSpec.from_string(DRIVING))
+        assert len(casa.batch(found, engine="mujoco")) == 2
 
     def test_not_with_newton(self, scenes: list[Path], monkeypatch: Any) -> None:
         monkeypatch.setattr("casa_assets.api.batch.engine_named", lambda _: None)

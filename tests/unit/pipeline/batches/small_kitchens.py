@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import mujoco
 
+# Where a robot parks in both.
+PARKED = {"x": 1.0, "y": -1.2, "yaw": 1.5707963}
 _HERE = Path(__file__).parent
 FIRST, SECOND = ((_HERE / f"{name}.xml").read_text() for name in ("first", "second"))
 _ROBOT = """<mujoco model="bot"><worldbody><body name="base" pos="0 0 0.12">
@@ -32,5 +35,6 @@ def folders(out: Path) -> list[Path]:
     for name, text in (("first", FIRST), ("second", SECOND)):
         (out / name).mkdir(parents=True)
         (out / name / "scene_batch.xml").write_text(text)
+        (out / name / "scene.json").write_text(json.dumps({"parking": {"top": {"shut": PARKED}}}))
         found.append(out / name)
     return found
