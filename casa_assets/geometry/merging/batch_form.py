@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 
 from casa_assets.geometry.merging.locked_joints import with_joints_locked
-from casa_assets.geometry.merging.moving_parts import loose_parts, with_few_primitives, with_plain_parts
+from casa_assets.geometry.merging.moving_parts import LoosePart, loose_parts, with_few_primitives, with_plain_parts
 from casa_assets.geometry.merging.still_parts import StillPart, exposed_parts, merged_parts, still_parts
 from casa_assets.geometry.merging.swept_bounds import meeting_links
 from casa_assets.geometry.solid.bounds import link_bounds
@@ -57,11 +57,14 @@ class BatchForms:
             for part in self._parts(place, asset, keys[place.name])
         ]
         loose = loose_parts(scene.placements, whole)
+        fixed = [LoosePart(part.place.name, "", part.collider.shape, part.collider.pose, part.bounds) for part in still]
         forms = []
         for place, asset in zip(scene.placements, whole, strict=True):
             key = (*keys[place.name], place.name in filled)
             if key not in self._forms:
-                few = with_few_primitives(place, asset, loose, place.name in filled)
+                # A seat that becomes a block stands under a worktop, between its corbels.
+                is_block = place.name in filled and not asset.joints
+                few = with_few_primitives(place, asset, loose + fixed if is_block else loose, place.name in filled)
                 self._forms[key] = _with_outer_region(few, asset)
             forms.append(self._forms[key])
         return BatchScene(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
@@ -42,8 +43,10 @@ class _Step:
     filled: tuple[str, ...] = ()
 
 
-def batch_within(light: LightScene, most: int, words: Collection[JointWord] = tuple(JointWord)) -> BatchScene:
-    """The batch form with the joints of some words, and of those as many as `most` primitives allow.
+def batch_within(
+    light: LightScene, most: int, words: Collection[JointWord] = tuple(JointWord), most_pairs: int | None = None
+) -> BatchScene:
+    """The batch form with the joints of some words, and of those as many as some primitives and pairs allow.
 
     Where there are too many, this is given up in this order, only as much as needed: the inside of loose appliances
     and their knobs and keys, the bins of doors, drawers behind doors, units that the kitchen has several of, the last
@@ -52,7 +55,7 @@ def batch_within(light: LightScene, most: int, words: Collection[JointWord] = tu
 
     Args:
         most: primitives. The form has more where nothing is left to give up.
-        words: of the joints that stay.
+        words: of the joints that stay. most_pairs: of primitives that an engine has to look at; None: any number.
     """
     light_of = {asset.id: asset for asset in light.light_assets}
     assets = {place.name: light_of[place.asset] for place in light.scene.placements}
@@ -70,23 +73,31 @@ def batch_within(light: LightScene, most: int, words: Collection[JointWord] = tu
         more = [ref for step in taken for ref in step.locked]
         return forms.form([*locked, *more], [name for step in taken for name in step.filled])
 
+    def size(form: BatchScene) -> int:
+        """Number of primitives, or as many as stand for its pairs."""
+        return (
+            form.collider_count
+            if most_pairs is None
+            else max(form.collider_count, math.ceil(most * form.pair_count / most_pairs))
+        )
+
     # So many steps are too few, and so many enough.
     few, many = 0, len(steps)
     form = with_steps(0)
-    if form.collider_count <= most or not steps:
+    if size(form) <= most or not steps:
         return form
     best = with_steps(many)
-    above, below = form.collider_count - most, most - best.collider_count
+    above, below = size(form) - most, most - size(best)
     for _ in range(MAX_TRIES):
-        if many - few <= 1 or 0 <= most - best.collider_count <= NEAR_ENOUGH:
+        if many - few <= 1 or 0 <= most - size(best) <= NEAR_ENOUGH:
             break
         # What a step saves differs: halfway, weighted by how far each end is from the aim.
         between = few + max(1, min(many - few - 1, round((many - few) * above / max(above + below, 1))))
         form = with_steps(between)
-        if form.collider_count > most:
-            few, above = between, form.collider_count - most
+        if size(form) > most:
+            few, above = between, size(form) - most
         else:
-            many, below, best = between, most - form.collider_count, form
+            many, below, best = between, most - size(form), form
     return best
 
 

@@ -52,7 +52,8 @@ def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart
     """The form with fewer primitives on each link that moves; on those that never do only what a behaviour looks at.
 
     Args:
-        loose: the primitives of all loose things. is_filled: whether a loose thing becomes solid.
+        loose: the primitives of all loose things, and others that this one keeps out of.
+        is_filled: whether a loose thing becomes solid, or the bins of a door do.
     """
     links, touched = [], touched_colliders(form)
     for link in form.links:
@@ -82,7 +83,7 @@ def _gripped(form: Asset, links: Sequence[Link]) -> list[Joint]:
 
 @dataclass(frozen=True)
 class LoosePart:
-    """A primitive of a loose thing as it stands at the start: whose it is, its pose and (2, 3) corners in the world."""
+    """A primitive as it stands at the start: whose it is, its pose and (2, 3) corners in the world."""
 
     placement: str
     link: str
@@ -151,11 +152,16 @@ def _of_moving_part(form: Asset, link: Link, is_filled: bool) -> tuple[Collider,
         merged = [(cover.corners, cover.covered[0]) for cover in cover_boxes(space)]
         joint = form.joint_of(link.name)
         if joint is None or joint.kind is JointKind.SLIDE:
-            merged = _filled(_without_lining(merged), form, link.name)
+            merged = _filled(_without_lining(merged), _regions(form, link.name), FILLED_M3)
         else:
             # The inner edge of a door that became thicker would run into the door beside it.
             leaf, bins = _leaf_and_bins(merged)
-            merged = [*leaf, *(_as_one(bins) if is_filled else _filled(bins, form, link.name))]
+            if is_filled:
+                # Nothing is kept in the bins any more, but the drawers below them are in their way.
+                bins = _filled(bins, _other_links(form, link.name), np.inf)
+            else:
+                bins = _filled(bins, _regions(form, link.name), FILLED_M3)
+            merged = [*leaf, *bins]
         boxes = [replaced(boxes[i], *box_between(found)) for found, i in merged]
     return (*boxes, *apart)
 
@@ -241,19 +247,33 @@ def _leaf_and_bins(boxes: list[tuple[Floats, int]]) -> tuple[list[tuple[Floats, 
     return leaf, bins
 
 
-def _as_one(boxes: list[tuple[Floats, int]]) -> list[tuple[Floats, int]]:
-    """One box around all, none where there is none."""
-    if not boxes:
-        return []
-    corners = np.array([box for box, _ in boxes])
-    return [(np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)]), boxes[0][1])]
+def _regions(form: Asset, link: str) -> Floats:
+    """(N, 2, 3) corners of what a link can hold, in its frame."""
+    found = [_region_corners(region) for region in form.regions if region.link == link and region.name != WHOLE]
+    return np.array(found).reshape(-1, 2, 3)
 
 
-def _filled(boxes: list[tuple[Floats, int]], form: Asset, link: str) -> list[tuple[Floats, int]]:
-    """Boxes of which pairs with little between them are one, where nothing goes: bins that no region names."""
-    inner = np.array(
-        [_region_corners(region) for region in form.regions if region.link == link and region.name != WHOLE]
-    )
+def _other_links(form: Asset, link: str) -> Floats:
+    """(N, 2, 3) corners of what other links that move are made of, a little smaller, in the frame of a link, metres."""
+    link_from_asset = form.asset_from_link(link).inverse()
+    found = []
+    for other in form.links:
+        if other.name != link and form.is_moved(other.name):
+            link_from_other = link_from_asset @ form.asset_from_link(other.name)
+            for collider in other.colliders:
+                lower, upper = shape_bounds(collider.shape, link_from_other @ collider.pose)
+                margin = np.minimum(TOLERANCE_M, REGION_SHARE * (upper - lower))
+                found.append((lower + margin, upper - margin))
+    return np.array(found).reshape(-1, 2, 3)
+
+
+def _filled(boxes: list[tuple[Floats, int]], kept_free: Floats, most_empty: float) -> list[tuple[Floats, int]]:
+    """Boxes of which pairs with little between them are one, where nothing goes.
+
+    Args:
+        kept_free: (N, 2, 3) corners of what they do not reach into. most_empty: between two that become one, m^3.
+    """
+    inner = kept_free
     found = list(boxes)
     while True:
         best: tuple[float, int, int] | None = None
@@ -264,7 +284,7 @@ def _filled(boxes: list[tuple[Floats, int]], form: Asset, link: str) -> list[tup
                 whole, *parts = (float(np.prod(box[1] - box[0])) for box in (both, first, second))
                 empty = whole - sum(parts)
                 taken = len(inner) and ((inner[:, 0] < both[1]) & (inner[:, 1] > both[0])).all(axis=1).any()
-                if empty <= FILLED_M3 and not taken and (best is None or empty < best[0]):
+                if empty <= most_empty and not taken and (best is None or empty < best[0]):
                     best = (empty, i, k)
         if best is None:
             return found

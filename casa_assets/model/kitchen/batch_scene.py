@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Self
 
 from pydantic import model_validator
 
-from casa_assets.model.asset.asset import Asset, Collider
+from casa_assets.model.asset.asset import Asset, Base, Collider
 from casa_assets.model.kitchen.scene import PlacedLink, Scene
 from casa_assets.model.record import Id, Record
 
@@ -89,3 +90,25 @@ class BatchScene(Record):
     def collider_count(self) -> int:
         """Number of its primitives."""
         return len(self.world) + sum(len(link.colliders) for form in self.forms for link in form.links)
+
+    @property
+    def pair_count(self) -> int:
+        """Number of pairs of its primitives that an engine has to look at.
+
+        They are of loose things with all that is not overhead, and of parts of fixtures that can meet.
+        """
+        things = [sum(len(link.colliders) for link in form.links) for form in self.forms if form.base is Base.FREE]
+        fixed = sum(len(link.colliders) for form in self.forms for link in form.links) - sum(things)
+        low = sum(not item.is_overhead for item in self.world)
+        counts = {
+            (place.name, link.name): len(link.colliders)
+            for place, form in zip(self.scene.placements, self.forms, strict=True)
+            for link in form.links
+        }
+        meeting = (_pairs_of([counts[ref.placement, ref.link] for ref in group]) for group in self.meeting)
+        return sum(things) * (low + fixed) + _pairs_of(things) + sum(meeting)
+
+
+def _pairs_of(counts: Sequence[int]) -> int:
+    """Number of pairs of members of different groups."""
+    return (sum(counts) ** 2 - sum(count**2 for count in counts)) // 2

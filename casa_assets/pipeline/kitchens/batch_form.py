@@ -40,7 +40,7 @@ from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.engine import Workers
 
-SHAPES = "batch_shapes"
+SHAPES, PAIRS = "batch_shapes", "batch_pairs"
 
 
 @dataclass(frozen=True)
@@ -102,9 +102,10 @@ def batch_of(scene: Scene, cache: Path, request: BatchRequest | None = None) -> 
         cache: folder of the cache, which keeps light forms of assets.
     """
     asked = request or BatchRequest()
-    most = int(registry.load().limits[SHAPES]) if asked.primitives is None else asked.primitives
+    limits = registry.load().limits
+    most = int(limits[SHAPES]) if asked.primitives is None else asked.primitives
     store = AssetStore(cache)
-    form = batch_within(light_scene(scene, store.lightened), most, asked.words)
+    form = batch_within(light_scene(scene, store.lightened), most, asked.words, int(limits[PAIRS]))
     store.tidy()
     return form
 

@@ -15,10 +15,12 @@ from casa_assets.geometry.merging.joint_words import joint_word
 from casa_assets.geometry.merging.locked_joints import with_joints_locked
 from casa_assets.geometry.merging.swept_bounds import meeting_links
 from casa_assets.model.asset.asset import Base
+from casa_assets.model.asset.shape import Box
 from casa_assets.model.kitchen.batch_scene import BatchScene
 from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.scene import LightScene
 from tests.cupboard import cupboard
+from tests.family_members import preset
 from tests.rooms import at, block, room
 
 CUPBOARD_JOINTS = ["door_hinge", "drawer_slide", "key_press", "knob_turn"]
@@ -32,6 +34,15 @@ def scene() -> LightScene:
 
 def compiled(form: BatchScene) -> mujoco.MjModel:
     return mujoco.MjModel.from_xml_string(mjcf.write(form).decode())
+
+
+def begun(form: BatchScene) -> mujoco.MjData:
+    """The form as it begins, with its contacts."""
+    model = compiled(form)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("start").id)
+    mujoco.mj_forward(model, data)
+    return data
 
 
 def joints_of(form: BatchScene, placement: str) -> list[str]:
@@ -87,6 +98,10 @@ class TestPairs:
             names = {str(model.geom(int(i)).name).partition("__")[0] for i in (first, second)}
             assert "thing_2" in names or "ground" not in names, "fixtures never touch the room"
 
+    def test_they_are_counted_without_an_engine(self) -> None:
+        form = batch_form(scene())
+        assert form.pair_count == candidate_pairs(compiled(form)).sum() > 0
+
     def test_a_robot_with_the_default_bits_touches_everything(self) -> None:
         spec = mujoco.MjSpec.from_string(mjcf.write(batch_form(scene())).decode())
         body = spec.worldbody.add_body(name="robot", pos=[0, -2, 1])
@@ -112,6 +127,24 @@ class TestPairs:
         assets = [far.asset_of[p.name] for p in far.placements]
         groups = meeting_links(far.placements, assets)
         assert not any(len({place for place, _ in group}) > 1 for group in groups)
+
+
+class TestSolid:
+    def test_a_seat_that_becomes_a_block_keeps_out_of_what_it_stands_under(self) -> None:
+        """Legs spread beside a corbel, which stands in the box around them."""
+        legs = [(Box(size=(0.03, 0.03, 0.6)), (x, y, 0.3)) for x in (-0.2, 0.2) for y in (-0.2, 0.2)]
+        seat = (Box(size=(0.3, 0.3, 0.04)), (0.0, 0.0, 0.62))
+        stool = block("stool", (0.4, 0.4, 0.64), Base.FREE, "stool", [*legs, seat])
+        corbel = block("corbel", (0.04, 0.2, 0.3))
+        light = light_scene(room((corbel, at(0.2, -0.05, 0.4)), (stool, at(0, 0, 0))))
+        deepest = [min(begun(batch_form(light, (), filled)).contact.dist, default=0.0) for filled in ((), ["thing_1"])]
+        assert deepest == pytest.approx([0.0, 0.0], abs=1e-3)
+
+    def test_bins_of_a_door_that_become_a_block_keep_out_of_drawers(self) -> None:
+        fridge = preset("fridge_side_by_side", "retro_butter")
+        form = batch_form(light_scene(room((fridge, at(0, 0, 0)))), (), ["thing_0"])
+        assert form.filled == ("thing_0",)
+        assert min(begun(form).contact.dist, default=0.0) > -1e-3
 
 
 class TestLocked:
@@ -158,6 +191,12 @@ class TestChoice:
         assert joints_of(form, "thing_0") == CUPBOARD_JOINTS
         assert joints_of(form, "thing_1") == []
         assert form.collider_count < free.collider_count
+
+    def test_too_many_pairs_are_given_up_too(self) -> None:
+        free = batch_within(scene(), 1000)
+        form = batch_within(scene(), 1000, most_pairs=free.pair_count - 1)
+        assert joints_of(form, "thing_1") == []
+        assert form.pair_count < free.pair_count
 
     def test_where_there_is_room_nothing_is_locked(self) -> None:
         assert batch_within(scene(), 300).locked == ()
