@@ -28,10 +28,6 @@ def main() -> None:
     sys.path.append(packages)
     # MJX is a part of the package mujoco.
     mujoco.__path__.append(str(Path(packages) / "mujoco"))
-    if engine in ("mujoco_warp", "newton"):
-        import warp
-
-        warp.config.quiet = True  # it tells each kernel that it loads
     theirs = casa.batch(folders, engine=engine, device="cpu")  # type: ignore[arg-type]
     # Where cylinders had to become boxes, MuJoCo steps the same boxes.
     ours = [mujoco.MjData(kitchen.model) for kitchen in theirs.kitchens]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -70,7 +71,8 @@ def told(request: Any, folders: list[Path]) -> tuple[str, Any]:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
     assert done.returncode == 0, done.stderr[-4000:]
-    assert "overflow" not in done.stdout + done.stderr
+    # As mujoco_warp tells that a buffer was too small; names of its kernels have the word in them, too.
+    assert not re.search(r"overflow( -|:)", done.stdout + done.stderr)
     return request.param, json.loads(done.stdout.splitlines()[-1])
 
 
