@@ -10,8 +10,8 @@ import mujoco
 
 from casa_assets.core.typing import Floats, Ints
 
-# Sizes of buffers for a kitchen without `batch.json`: the most of 48 kitchens, with a margin of 1.5.
-COMMON_SIZES = {"nconmax": 136, "njmax": 784, "nccdmax": 136}
+# Sizes of buffers for a kitchen without `batch.json`: the most of 120 kitchens, with a margin of 1.5.
+COMMON_SIZES = {"nconmax": 144, "njmax": 872, "nccdmax": 144}
 
 # Iterations of the solver at most, for engines in single precision: it does not get below its tolerance there and would
 # go on to the last. After eight nothing changed any more in three kitchens.
