@@ -23,9 +23,9 @@ from casa_assets.pipeline.batches.shared_spec import Kitchen, SharedSpec
 from casa_assets.pipeline.batches.slots import slots_for
 from casa_assets.pipeline.batches.structure import structure_of
 
-# Whole numbers that may differ: names, trees of bounding boxes, which only MuJoCo itself uses, and lights that are
-# off. Shortcuts are switched off.
-_MAY_DIFFER = ("bvh_", "oct_", "name", "nname", "nbuffer", "ngravcomp", "light_")
+# Whole numbers that may differ: names, trees of bounding boxes, which only MuJoCo itself uses, how many bodies are
+# parked and so without weight, and lights that are off. Shortcuts are switched off.
+_MAY_DIFFER = ("bvh_", "oct_", "name", "nname", "nbuffer", "ngravcomp", "flg_gravcomp", "light_")
 START = "start"
 _SHORTCUTS = ("geom_sameframe", "body_sameframe", "site_sameframe")
 

@@ -146,6 +146,16 @@ def test_one_kitchen_alone_has_nothing_parked(alone: list[mujoco.MjModel]) -> No
     assert one.model.ngeom == alone[0].ngeom
 
 
+def test_one_of_them_may_have_all_that_the_others_have() -> None:
+    """Nothing of it is parked, so that nothing of it is without weight."""
+    whole, less = specs()[0], specs()[0]
+    less.delete(less.body("plate"))
+    less.keys[0].qpos = [0, -0.1, 1, -0.3, 0.92, 1, 0, 0, 0, 0]
+    first, second = share([whole, less])
+    assert (first.model.ngravcomp, second.model.ngravcomp) == (0, 1)
+    assert "plate__free" not in second.joints
+
+
 @pytest.mark.parametrize(("text", "mocaps"), [(DRIVING, 1), (FLOATING, 0)])
 def test_a_robot_comes_after_all_that_is_the_kitchens(text: str, mocaps: int, shared: list[SharedModel]) -> None:
     robot = robot_of(mujoco.MjSpec.from_string(text))
