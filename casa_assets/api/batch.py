@@ -24,7 +24,7 @@ from casa_assets.pipeline.batches.start_rows import StartRows, start_rows
 from casa_assets.pipeline.kitchens.batch_form import read_batch
 from casa_assets.pipeline.kitchens.load_scene import FILES
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
-from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states
+from casa_assets.pipeline.kitchens.state_file import read_current_states
 
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
 # These do not know what sleeps when they begin, so that all contacts at rest count.
@@ -262,12 +262,7 @@ class _Source:
     def rows(self, shared: SharedModel, most: int) -> StartRows:
         """States at rest, of start states that were drawn for this very scene."""
         path, scene = self.folder / START_STATES, self.folder / FILES["full"]
-        drawn = read_states(self.folder) if path.is_file() and scene.is_file() else None
-        if drawn is not None and digest_of_file(scene) != drawn.scene_xml:
-            raise CasaError(
-                f"{path}: the states were drawn for another {scene.name} than stands beside them; draw them again with "
-                f"casa-assets scenes states {self.id} --out {self.folder.parent}"
-            )
+        drawn = read_current_states(self.folder, scene) if path.is_file() and scene.is_file() else None
         return start_rows(shared, drawn, most, self.parks or (0.0, 0.0, 0.0))
 
     @cached_property

@@ -47,7 +47,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
 )
 from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.scene_json import describe, surface_finishes
-from casa_assets.pipeline.kitchens.state_file import digest_of_file, read_states
+from casa_assets.pipeline.kitchens.state_file import read_current_states
 from casa_assets.pipeline.kitchens.surface_textures import SurfaceTextures
 from casa_assets.pipeline.library import library as disk
 from casa_assets.registry.kitchens import plan_names
@@ -308,15 +308,8 @@ def start_states(scene: str | Path, model: mujoco.MjModel, out: Path | str | Non
             model lacks a joint of theirs.
     """
     folder = Path(scene) if _is_path(scene) else (SCENES_FOLDER if out is None else Path(out)) / str(scene)
-    found, path = read_states(folder), folder / START_STATES
-    if not (folder / FILES["full"]).is_file():
-        raise CasaError(f"{folder / FILES['full']}: is missing beside {path.name}; build the scene again")
-    if digest_of_file(folder / FILES["full"]) != found.scene_xml:
-        raise CasaError(
-            f"{path}: the states were drawn for another {FILES['full']} than stands beside them; draw them again with "
-            f"casa-assets scenes states {folder.name} --out {folder.parent}"
-        )
-    return StartStates(found, model, path)
+    found = read_current_states(folder, folder / FILES["full"])
+    return StartStates(found, model, folder / START_STATES)
 
 
 def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | Files, Mapping[str, list[str]]]:

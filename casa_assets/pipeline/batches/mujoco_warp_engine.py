@@ -21,7 +21,6 @@ class MujocoWarpEngine:
 
     Attributes:
         model: mujoco_warp's Model; world w reads row `w % kitchens` of its arrays. data: its Data.
-        fields: array in which kitchens differ -> (kitchens, ...).
     """
 
     def __init__(self, parts: Parts) -> None:
@@ -30,10 +29,9 @@ class MujocoWarpEngine:
         worlds, first = len(parts.kitchen_of_world), parts.models[0]
         with wp.ScopedDevice(self._device):
             put = [mjw.put_model(model) for model in parts.models]
-            self.model, self.fields = put[0], {}
+            self.model = put[0]
             for name, rows, dtype in _differing(put):
                 setattr(self.model, name, wp.array(rows, dtype=dtype))
-                self.fields[name] = rows
             self.data = mjw.make_data(first, nworld=worlds, **parts.sizes)
             self.model.opt.iterations = min(self.model.opt.iterations, ITERATIONS)
             self._place_what_stands(parts)

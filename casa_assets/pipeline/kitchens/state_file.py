@@ -50,6 +50,19 @@ def read_states(folder: Path) -> StartStates:
         raise CasaError(f"{path}: cannot be read ({_first_line(error)}); draw the states again with --force") from error
 
 
+def read_current_states(folder: Path, scene: Path) -> StartStates:
+    """The start states in the folder of a scene. Raises CasaError where its file is missing or another than theirs."""
+    found, path = read_states(folder), folder / START_STATES
+    if not scene.is_file():
+        raise CasaError(f"{scene}: is missing beside {path.name}; build the scene again")
+    if digest_of_file(scene) != found.scene_xml:
+        raise CasaError(
+            f"{path}: the states were drawn for another {scene.name} than stands beside them; draw them again with "
+            f"casa-assets scenes states {folder.name} --out {folder.parent}"
+        )
+    return found
+
+
 def digest_of_file(path: Path) -> str:
     """sha256 of the bytes of a file, as start states name the scene.xml that they belong to."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
