@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -53,7 +54,7 @@ def fetch(address: str, library: Path) -> Path | Refused:
     folder = cache_dir() / FETCHED / key  # not in the library: what lies there is output, not input
     if folder.is_dir():
         return folder
-    draft = folder.with_name(f"{key}.part")
+    draft = folder.with_name(f"{key}.{os.getpid()}.part")
     shutil.rmtree(draft, ignore_errors=True)
     draft.mkdir(parents=True)
     try:
@@ -61,5 +62,11 @@ def fetch(address: str, library: Path) -> Path | Refused:
     except PluginFailure as error:
         shutil.rmtree(draft)
         return Refused(address, FAILED, f"{error}; the trace: {keep_trace(error, Library(library))}")
-    draft.rename(folder)
+    try:
+        draft.rename(folder)
+    except OSError:
+        # Another run has fetched the same meanwhile.
+        if not folder.is_dir():
+            raise
+        shutil.rmtree(draft)
     return folder
