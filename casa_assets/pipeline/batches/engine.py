@@ -43,12 +43,15 @@ class Engine(Protocol):
     """Worlds of a batch in an engine.
 
     Attributes:
-        model, data: as the engine has them. control: what drives joints, where that is not in `data`.
+        model, data: as the engine has them.
     """
 
     model: Any
     data: Any
-    control: Any
+
+    @property
+    def control(self) -> Any:
+        """What drives joints, where that is not in `data`."""
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest.
