@@ -1,78 +1,130 @@
-"""Sizes and pace of a kitchen in its three forms, full, light and batch, in one run.
+"""What a kitchen costs MuJoCo in its three forms, beside kitchens of scene_synthesizer 1.15.0 in the same run.
 
-    ./dev bench physics
-    ./dev bench physics -- u_large__rustic l_small__coastal --seconds 4
+    ./dev bench physics                              three of ours, and the peer's six templates
+    ./dev bench physics -- u_large__rustic --no-peer
+    ./dev bench physics -- --before earlier.json     what an earlier run found stands in brackets
 
-For each form: primitives that touch, pairs that an engine looks at, degrees of freedom, contacts and constraint rows at
-rest with everything awake and with sleep, and how many seconds one core simulates in a second, awake and with sleep.
+For each form (full, light, batch): primitives and meshes that touch, pairs of them that could meet (candidate pairs, as
+mujoco_warp counts them), degrees of freedom, contacts and constraint rows at rest; then times real time of one core
+with ten boxes and balls dropped in: everything awake, at work (MuJoCo 4's sleep, while two doors and one thing are
+pushed), and everything at rest asleep; then that of all cores together, which `mujoco.rollout` steps from the start
+state with sleep, in chunks of a second. Writes out/bench/physics.json, and prints the table.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import os
+import tempfile
 import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import mujoco
+import numpy as np
+from mujoco import rollout
 
 import casa_assets as casa
-from casa_assets.checks.motion.simulation import reset_to_start
+from benchmarks.kitchens import OUT, SHAPES, TOOLS, machine, peer_python, run
+from benchmarks.rooms import measure
 from casa_assets.checks.scene.batch.size import candidate_pairs
 
-FORMS = ("full", "light", "batch")
+FORMS: tuple[casa.Weight, ...] = ("full", "light", "batch")
 DEFAULT = ("one_wall_small__coastal", "l_small__modern_1", "u_large__rustic")
-SETTLE_S = 0.5
-HEADS = (
-    "kitchen",
-    "form",
-    "colliders",
-    "pairs",
-    "nv",
-    "contacts",
-    "rows",
-    "x real time",
-    "rows asleep",
-    "x real time asleep",
-)
+DROPPED = 10
+# Kitchens that `mujoco.rollout` steps for each core, and for how long at a time.
+ROLLED_PER_CORE, ROLLED_S = 4, 1.0
+# Column -> how its numbers are written.
+COLUMNS = {
+    "colliders": "{:,}",
+    "pairs": "{:,}",
+    "nv": "{}",
+    "contacts": "{}",
+    "rows": "{}",
+    "awake": "{:.1f}",
+    "at work": "{:.0f}",
+    "asleep": "{:.0f}",
+    "all cores": "{:.0f}",
+}
+
+Row = dict[str, Any]
 
 
 def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("scenes", nargs="*", default=DEFAULT, help="ids of kitchens")
-    parser.add_argument("--seconds", type=float, default=4.0, help="simulated for each number")
-    arguments = parser.parse_args()
-    print(f"| {' | '.join(HEADS)} |\n|{'---|' * len(HEADS)}")
-    for scene in arguments.scenes:
+    """Measure, print, and write down."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", default=DEFAULT, help="ids of ours")
+    parser.add_argument("--no-peer", action="store_true")
+    parser.add_argument("--before", type=Path, help="physics.json of an earlier run")
+    options = parser.parse_args()
+    before = {} if options.before is None else _rows_of(options.before)
+    print(f"{machine()}, MuJoCo {mujoco.__version__}; times real time with {DROPPED} things dropped in\n")
+    print(f"| kitchen | {' | '.join(COLUMNS)} |\n|{'---|' * (len(COLUMNS) + 1)}")
+    rows: list[Row] = []
+    for row in _measured(options.scenes, not options.no_peer):
+        rows.append(row)
+        print(f"| {row['kitchen']} | {' | '.join(_cells(row, before.get(row['kitchen'])))} |", flush=True)
+    OUT.mkdir(parents=True, exist_ok=True)
+    text = json.dumps({"machine": machine(), "rows": rows}, indent=1)
+    (OUT / "physics.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _measured(scenes: list[str], with_peer: bool) -> Iterator[Row]:
+    for scene in scenes:
+        kitchen = casa.kitchen(*scene.split("__"))
         for form in FORMS:
-            print(f"| {scene} | {form} | {' | '.join(measured(scene, form, arguments.seconds))} |", flush=True)
+            yield measured(f"{scene}, {form}", kitchen.to_mjspec(form))
+    for template in SHAPES if with_peer else ():
+        with tempfile.TemporaryDirectory() as folder:
+            run([peer_python(), TOOLS / "peer.py", f"kitchen_{template}", "0", folder])
+            yield measured(f"peer {template}", mujoco.MjSpec.from_file(f"{folder}/kitchen.urdf"))
 
 
-def measured(scene: str, form: casa.Weight, seconds: float) -> list[str]:
+def measured(name: str, spec: mujoco.MjSpec) -> Row:
     """A row of the table."""
-    model = casa.load_scene(scene, weight=form)
+    model = spec.compile()
+    model.opt.timestep = measure.STEP_S
+    sleep = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
+    model.opt.enableflags &= ~sleep
+    first = measure.start(model)
     colliders = int(((model.geom_contype | model.geom_conaffinity) != 0).sum())
-    awake, asleep = (paced(model, sleep, seconds) for sleep in (False, True))
-    sizes = (colliders, int(candidate_pairs(model).sum()), int(model.nv))
-    return [f"{number:,}" for number in (*sizes, *awake[:2])] + [
-        f"{awake[2]:.1f}",
-        f"{asleep[1]:,}",
-        f"{asleep[2]:.0f}",
-    ]
+    row: Row = {"kitchen": name, "colliders": colliders, "pairs": int(candidate_pairs(model).sum()), "nv": model.nv}
+    data = measure.start(model)
+    mujoco.mj_step(model, data, nstep=measure.SETTLE_STEPS)
+    row |= {"contacts": int(data.ncon), "rows": int(data.nefc)}
+    model.opt.enableflags |= sleep
+    row["all cores"] = _rolled(model, first)
+    loose, _ = measure.with_loose(spec, model, first, DROPPED, bare=False)
+    for column, asleep, push in (("awake", False, None), ("at work", True, measure.stir), ("asleep", True, None)):
+        row[column] = measure.pace(loose, model, first, asleep, push)["real_time"]
+    return row
 
 
-def paced(model: mujoco.MjModel, sleep: bool, seconds: float) -> tuple[int, int, float]:
-    """Contacts and constraint rows at rest, and simulated seconds per second."""
-    flag = int(mujoco.mjtEnableBit.mjENBL_SLEEP)
-    saved = int(model.opt.enableflags)
-    model.opt.enableflags = saved | flag if sleep else saved & ~flag
-    data = mujoco.MjData(model)
-    reset_to_start(model, data)
-    mujoco.mj_step(model, data, nstep=round(SETTLE_S / model.opt.timestep))
+def _rolled(model: mujoco.MjModel, first: mujoco.MjData) -> float:
+    """Seconds that all cores together simulate in a second, of a chunk that comes after one in which things settle."""
+    cores = os.cpu_count() or 1
+    threads = [mujoco.MjData(model) for _ in range(cores)]
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.empty(mujoco.mj_stateSize(model, kind))
+    mujoco.mj_getState(model, first, state, kind)
+    states = np.tile(state, (ROLLED_PER_CORE * cores, 1))
+    steps = round(ROLLED_S / measure.STEP_S)
+    states = rollout.rollout(model, threads, states, nstep=steps)[0][:, -1]
     begin = time.perf_counter()
-    mujoco.mj_step(model, data, nstep=round(seconds / model.opt.timestep))
-    pace = seconds / (time.perf_counter() - begin)
-    model.opt.enableflags = saved
-    return int(data.ncon), int(data.nefc), pace
+    rollout.rollout(model, threads, states, nstep=steps)
+    return len(states) * steps * measure.STEP_S / (time.perf_counter() - begin)
+
+
+def _rows_of(file: Path) -> dict[str, Row]:
+    """Kitchen -> row of an earlier run."""
+    return {row["kitchen"]: row for row in json.loads(file.read_text(encoding="utf-8"))["rows"]}
+
+
+def _cells(row: Row, before: Row | None) -> Iterator[str]:
+    for column, form in COLUMNS.items():
+        yield form.format(row[column]) + ("" if before is None else f" ({form.format(before[column])})")
 
 
 if __name__ == "__main__":

@@ -46,7 +46,8 @@ def main() -> None:
     model = mujoco.MjModel.from_xml_path(options.file)
     load_s = time.perf_counter() - begin
     first = start(model)
-    spec, dropped = with_loose(options.file, model, first, options.loose, options.bare)
+    spec = mujoco.MjSpec.from_file(options.file)
+    spec, dropped = with_loose(spec, model, first, options.loose, options.bare)
     found = {
         "mujoco": mujoco.__version__,
         "load_s": load_s,
@@ -107,10 +108,9 @@ def height(model: mujoco.MjModel, data: mujoco.MjData, x: float, y: float) -> fl
 
 
 def with_loose(
-    file: str, model: mujoco.MjModel, first: mujoco.MjData, count: int, bare: bool
+    spec: mujoco.MjSpec, model: mujoco.MjModel, first: mujoco.MjData, count: int, bare: bool
 ) -> tuple[mujoco.MjSpec, int]:
-    """The scene with boxes and balls above free spots, and how many there are."""
-    spec = mujoco.MjSpec.from_file(file)
+    """The scene with boxes and balls above free spots, which are put into its spec, and how many there are."""
     for key in list(spec.keys):
         spec.delete(key)
     if bare:
@@ -144,8 +144,9 @@ def pace(
     """
     model = spec.compile()
     model.opt.timestep = STEP_S
-    if asleep:
-        model.opt.enableflags |= int(SLEEP)
+    if SLEEP is not None:
+        flags = int(model.opt.enableflags)
+        model.opt.enableflags = flags | int(SLEEP) if asleep else flags & ~int(SLEEP)
     data = mujoco.MjData(model)
     for i in range(model.njnt):
         name = model.joint(i).name

@@ -18,6 +18,7 @@ from casa_assets.model.record import Vec3
 
 WALL_THICKNESS = 0.004  # metres
 LIP_HEIGHT = 0.008
+UNDER_LID = 0.0005  # how far the long pieces of the wall end below the mouth
 # The glass begins so far above what the jar stands on: the collar is below it; metres.
 COLLAR, RAISED = 0.026, 0.0252
 # How far the plug of a lid reaches into the jar, its play there, how much wider the cover is than the jar; metres.
@@ -108,7 +109,7 @@ def _jar_walls(p: Jar, width: float, foot: tuple[float, float], rim: tuple[float
     grow = math.sqrt(2.0) if is_square else 1.0
     first = 0.0 if p.edge_in_front and not is_square else math.pi / count
     lip = rim[0] - (rim[0] - foot[0]) * LIP_HEIGHT / (rim[1] - foot[1])
-    profile = [foot, (lip, rim[1] - LIP_HEIGHT), rim]
+    profile = [foot, (lip, rim[1] - LIP_HEIGHT), rim, (rim[0], rim[1] - UNDER_LID)]
     walls, edge = (
         round_wall_pieces(
             [(width * r - WALL_THICKNESS, z) for r, z in stretch],
@@ -116,9 +117,10 @@ def _jar_walls(p: Jar, width: float, foot: tuple[float, float], rim: tuple[float
             count,
             first,
         )
-        for stretch in (profile[::2], profile[1:])
+        for stretch in (profile[::3], profile[1:3])
     )
-    # The lid lies on short pieces at the edge: boxes that stand for them in the light form end where they do.
+    # The lid lies on short pieces at the edge alone: boxes that stand for them in the light form end where they do, and
+    # the long pieces, which end a little lower, have no contacts with it.
     return [*walls, *(edge[:: count // 4] if count > 4 else edge)]
 
 
