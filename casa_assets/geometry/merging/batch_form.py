@@ -7,7 +7,13 @@ from collections.abc import Collection
 import numpy as np
 
 from casa_assets.geometry.merging.locked_joints import with_joints_locked
-from casa_assets.geometry.merging.moving_parts import LoosePart, loose_parts, with_few_primitives, with_plain_parts
+from casa_assets.geometry.merging.moving_parts import (
+    Inside,
+    LoosePart,
+    loose_parts,
+    with_few_primitives,
+    with_plain_parts,
+)
 from casa_assets.geometry.merging.still_parts import StillPart, exposed_parts, merged_parts, still_parts
 from casa_assets.geometry.merging.swept_bounds import meeting_links
 from casa_assets.geometry.solid.bounds import link_bounds
@@ -34,16 +40,22 @@ class BatchForms:
         # By name of a placement and its locked joints: its asset, and its parts that never move.
         self._assets: dict[tuple[str, tuple[str, ...]], Asset] = {}
         self._still: dict[tuple[str, tuple[str, ...]], list[StillPart]] = {}
-        # By the same, and whether it is filled: its form.
-        self._forms: dict[tuple[str, tuple[str, ...], bool], Asset] = {}
+        # By the same, and what becomes of its inside: its form.
+        self._forms: dict[tuple[str, tuple[str, ...], Inside], Asset] = {}
 
-    def form(self, locked: Collection[tuple[str, str]] = (), filled: Collection[str] = ()) -> BatchScene:
+    def form(
+        self,
+        locked: Collection[tuple[str, str]] = (),
+        filled: Collection[str] = (),
+        blocks: Collection[str] = (),
+    ) -> BatchScene:
         """The batch form of the scene.
 
         Args:
             locked: joints that are left out, (placement, joint).
             filled: placements of loose things that become solid, and of fixtures whose doors do: nothing can be put
                 into them, or into the bins of a door.
+            blocks: those of the fixtures of which all bins of a door become one block.
         """
         scene = self._scene
         keys = {
@@ -60,11 +72,12 @@ class BatchForms:
         fixed = [LoosePart(part.place.name, "", part.collider.shape, part.collider.pose, part.bounds) for part in still]
         forms = []
         for place, asset in zip(scene.placements, whole, strict=True):
-            key = (*keys[place.name], place.name in filled)
+            inside = Inside.SOLID if place.name in filled else Inside.KEPT
+            key = (*keys[place.name], Inside.ONE_BLOCK if place.name in blocks else inside)
             if key not in self._forms:
                 # A seat that becomes a block stands under a worktop, between its corbels.
                 is_block = place.name in filled and not asset.joints
-                few = with_few_primitives(place, asset, loose + fixed if is_block else loose, place.name in filled)
+                few = with_few_primitives(place, asset, loose + fixed if is_block else loose, key[-1])
                 self._forms[key] = _with_outer_region(few, asset)
             forms.append(self._forms[key])
         return BatchScene(

@@ -37,10 +37,11 @@ LAST_UNITS = (
 
 @dataclass(frozen=True)
 class _Step:
-    """What is given up together: joints that are locked, and loose things that become solid."""
+    """What is given up together: joints that are locked, things and bins of doors that become solid, bins one block."""
 
     locked: tuple[Ref, ...] = ()
     filled: tuple[str, ...] = ()
+    blocks: tuple[str, ...] = ()
 
 
 def batch_within(
@@ -50,8 +51,8 @@ def batch_within(
 
     Where there are too many, this is given up in this order, only as much as needed: the inside of loose appliances
     and their knobs and keys, the bins of doors, drawers behind doors, units that the kitchen has several of, the last
-    ones first, of several drawers in one unit all but the uppermost, the legs of seats one by one, racks, and the
-    last window, room door, hood and cabinet.
+    ones first, of several drawers in one unit all but the uppermost, the legs of seats one by one, racks, the last
+    window, room door, hood and cabinet, and what is free between the bins of a door.
 
     Args:
         most: primitives. The form has more where nothing is left to give up.
@@ -71,7 +72,9 @@ def batch_within(
         """The form with the first steps taken."""
         taken = steps[:number]
         more = [ref for step in taken for ref in step.locked]
-        return forms.form([*locked, *more], [name for step in taken for name in step.filled])
+        filled = [name for step in taken for name in step.filled]
+        blocks = [name for step in taken for name in step.blocks]
+        return forms.form([*locked, *more], filled, blocks)
 
     def size(form: BatchScene) -> int:
         """Number of primitives, or as many as stand for its pairs."""
@@ -88,8 +91,9 @@ def batch_within(
         return form
     best = with_steps(many)
     above, below = size(form) - most, most - size(best)
-    for _ in range(MAX_TRIES):
-        if many - few <= 1 or 0 <= most - size(best) <= NEAR_ENOUGH:
+    for tried in range(MAX_TRIES):
+        # All given up is never near enough: it is the least that is left of the kitchen, and a few steps may be free.
+        if many - few <= 1 or (tried and 0 <= most - size(best) <= NEAR_ENOUGH):
             break
         # What a step saves differs: halfway, weighted by how far each end is from the aim.
         between = few + max(1, min(many - few - 1, round((many - few) * above / max(above + below, 1))))
@@ -121,9 +125,12 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
         if assets[name].joints:
             small = of_words(name, JointWord.KNOBS, JointWord.BUTTONS)
             yield from given_up(name, small, any(region.name != WHOLE for region in assets[name].regions))
+    with_bins = []
     for name in fixtures:
         hinged = {joint.child for joint in left[name] if joint.kind is JointKind.HINGE}
-        yield from given_up(name, (), any(r.link in hinged and r.name != WHOLE for r in assets[name].regions))
+        if any(region.link in hinged and region.name != WHOLE for region in assets[name].regions):
+            with_bins.append(name)
+            yield _Step(filled=(name,))
     for name in fixtures:
         yield from given_up(name, [j for j in of_words(name, JointWord.DRAWERS) if j.behind is not None])
     units = {name: assets[name].labels.category for name in fixtures if left[name]}
@@ -141,6 +148,8 @@ def _steps(assets: Mapping[str, Asset], locked: Collection[Ref]) -> Iterator[_St
     for category in LAST_UNITS:
         for name in [name for name, found in units.items() if found == category]:
             yield from given_up(name, left[name])
+    for name in with_bins:
+        yield _Step(blocks=(name,))
 
 
 def _of_several(units: Mapping[str, str]) -> Iterator[str]:

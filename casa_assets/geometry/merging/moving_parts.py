@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from itertools import combinations
 
 import numpy as np
@@ -40,6 +41,8 @@ LINING_M = 0.022
 LINING_SHARE = 0.5
 # Two boxes of a moving part become one where no more than this is empty between them, and nothing is kept there, m^3.
 FILLED_M3 = 0.003
+# A bin of a door becomes a block, which has no more than this empty: those above each other stay apart, m^3.
+BIN_M3 = 0.008
 # On each side of a region no more than this share of its size is taken, and no more than twice the tolerance.
 REGION_SHARE = 0.015
 # Name of the region around a whole asset; the others are inside of it.
@@ -48,19 +51,27 @@ WHOLE = "main"
 HANDLE = "handle"
 
 
-def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart], is_filled: bool) -> Asset:
+class Inside(Enum):
+    """What becomes of the inside of loose things, and of the bins of doors."""
+
+    KEPT = "kept"
+    SOLID = "solid"  # a thing is solid, each bin a block
+    ONE_BLOCK = "one block"  # all bins of a door are one block
+
+
+def with_few_primitives(place: Placement, form: Asset, loose: Sequence[LoosePart], inside: Inside) -> Asset:
     """The form with fewer primitives on each link that moves; on those that never do only what a behaviour looks at.
 
     Args:
         loose: the primitives of all loose things, and others that this one keeps out of.
-        is_filled: whether a loose thing becomes solid, or the bins of a door do.
+        inside: of a loose thing, and of the bins of doors.
     """
     links, touched = [], touched_colliders(form)
     for link in form.links:
         if form.base is Base.FREE:
-            colliders = _of_thing(place, form, link, loose, is_filled)
+            colliders = _of_thing(place, form, link, loose, inside is not Inside.KEPT)
         elif form.is_moved(link.name):
-            colliders = _of_moving_part(form, link, is_filled)
+            colliders = _of_moving_part(form, link, inside)
         else:
             colliders = tuple(c for c in link.colliders if c.name in touched)
         links.append(link.replace(colliders=colliders))
@@ -137,7 +148,7 @@ def _of_thing(
     return (*fitted_colliders(others, FitLimits(most, EMPTY_SHARE, free, corners)), *kept)
 
 
-def _of_moving_part(form: Asset, link: Link, is_filled: bool) -> tuple[Collider, ...]:
+def _of_moving_part(form: Asset, link: Link, inside: Inside) -> tuple[Collider, ...]:
     """The primitives of a door, a drawer or another part of a fixture: boxes become one where that takes no room."""
     kept = {joint.grip for joint in form.joints} | touched_colliders(form)
     apart = [c for c in link.colliders if c.name in kept or not isinstance(c.shape, Box) or not is_aligned(c.pose)]
@@ -156,11 +167,12 @@ def _of_moving_part(form: Asset, link: Link, is_filled: bool) -> tuple[Collider,
         else:
             # The inner edge of a door that became thicker would run into the door beside it.
             leaf, bins = _leaf_and_bins(merged)
-            if is_filled:
-                # Nothing is kept in the bins any more, but the drawers below them are in their way.
-                bins = _filled(bins, _other_links(form, link.name), np.inf)
-            else:
+            if inside is Inside.KEPT:
                 bins = _filled(bins, _regions(form, link.name), FILLED_M3)
+            else:
+                # Nothing is kept in the bins any more, but the drawers below them are in their way.
+                most_empty = BIN_M3 if inside is Inside.SOLID else np.inf
+                bins = _filled(bins, _other_links(form, link.name), most_empty)
             merged = [*leaf, *bins]
         boxes = [replaced(boxes[i], *box_between(found)) for found, i in merged]
     return (*boxes, *apart)

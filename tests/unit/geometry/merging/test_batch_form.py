@@ -9,8 +9,8 @@ import pytest
 from casa_assets.checks.scene.batch.size import candidate_pairs
 from casa_assets.export.mjcf.scene import batch as mjcf
 from casa_assets.geometry.lightweight import light_scene
-from casa_assets.geometry.merging.batch_form import batch_form
-from casa_assets.geometry.merging.choose_joints import batch_within
+from casa_assets.geometry.merging.batch_form import BatchForms, batch_form
+from casa_assets.geometry.merging.choose_joints import NEAR_ENOUGH, batch_within
 from casa_assets.geometry.merging.joint_words import joint_word
 from casa_assets.geometry.merging.locked_joints import with_joints_locked
 from casa_assets.geometry.merging.swept_bounds import meeting_links
@@ -146,6 +146,18 @@ class TestSolid:
         assert form.filled == ("thing_0",)
         assert min(begun(form).contact.dist, default=0.0) > -1e-3
 
+    def test_bins_of_a_door_stay_apart_until_nothing_else_is_left(self) -> None:
+        """What is free between them is seen from the room while the door is open."""
+        light = light_scene(room((preset("fridge_side_by_side", "retro_butter"), at(0, 0, 0))))
+        forms = BatchForms(light)
+        kept, solid, blocks = (
+            forms.form((), filled, found).collider_count
+            for filled, found in (((), ()), (["thing_0"], ()), (["thing_0"], ["thing_0"]))
+        )
+        assert kept > solid > blocks
+        assert batch_within(light, solid).collider_count == solid
+        assert batch_within(light, blocks + 1).locked, "joints are given up before it"
+
 
 class TestLocked:
     def test_a_locked_drawer_stands_where_it_was_put_and_is_part_of_the_carcass(self) -> None:
@@ -197,6 +209,12 @@ class TestChoice:
         form = batch_within(scene(), 1000, most_pairs=free.pair_count - 1)
         assert joints_of(form, "thing_1") == []
         assert form.pair_count < free.pair_count
+
+    def test_near_the_limit_not_everything_is_given_up(self) -> None:
+        """All given up is a few primitives below the limit here, and one unit would have been enough."""
+        row = light_scene(room(*((cupboard(), at(0.6 * k, 0, 0)) for k in range(3))))
+        form = batch_within(row, batch_within(row, 0).collider_count + NEAR_ENOUGH)
+        assert [len(joints_of(form, f"thing_{k}")) for k in range(3)] == [4, 4, 0]
 
     def test_where_there_is_room_nothing_is_locked(self) -> None:
         assert batch_within(scene(), 300).locked == ()
