@@ -105,6 +105,11 @@ class Batch:
         """Of MJX: which arrays of `model` have a row per world, as `jax.vmap` wants it in `in_axes`. Else None."""
         return getattr(self._engine, "axes", None)
 
+    @property
+    def bytes_per_world(self) -> int:
+        """Memory of the state of a world in the engine, without the model and without what a step needs, bytes."""
+        return self._engine.bytes_per_world
+
     @cached_property
     def fields(self) -> dict[str, Floats]:
         """Array of a MuJoCo model in which the kitchens differ -> (kitchens, ...) its values."""

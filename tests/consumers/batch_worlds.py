@@ -53,7 +53,8 @@ def main() -> None:
         for world, (kitchen, data, row) in enumerate(zip(theirs.kitchens, ours, found, strict=True))
     }
     model = theirs.kitchens[0].model
-    print(json.dumps({"nv": model.nv, "ngeom": model.ngeom, "s_per_step": took / int(steps), "kitchens": told}))
+    sizes = {"nv": model.nv, "ngeom": model.ngeom, "bytes_per_world": theirs.bytes_per_world}
+    print(json.dumps({**sizes, "s_per_step": took / int(steps), "kitchens": told}))
 
 
 def a_joint(kitchen: casa.BatchKitchen) -> str:

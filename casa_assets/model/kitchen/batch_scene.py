@@ -42,6 +42,7 @@ class EngineSizes(Record):
         contacts, rows, convex_pairs, awake: the most that was counted.
         awake_in_use: degrees of freedom awake with a stand-in of a robot and one fixture in use, and nothing dropped.
         fixtures: so many were used, one after the other.
+        mujoco_bytes: memory of an MjData of MuJoCo's own: its buffer, and the most of its arena that was used.
     """
 
     nconmax: int
@@ -54,6 +55,7 @@ class EngineSizes(Record):
     awake: int
     awake_in_use: int
     fixtures: int
+    mujoco_bytes: int
 
 
 class BatchScene(Record):

@@ -71,3 +71,7 @@ class Engine(Protocol):
     @property
     def qvel(self) -> Floats:
         """(worlds, nv)."""
+
+    @property
+    def bytes_per_world(self) -> int:
+        """Memory of the state of a world, without the model and without what an engine holds during a step, bytes."""

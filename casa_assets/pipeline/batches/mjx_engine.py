@@ -75,6 +75,11 @@ class MjxEngine:
         """(worlds, nv)."""
         return np.asarray(self.data.qvel, dtype=np.float64)
 
+    @property
+    def bytes_per_world(self) -> int:
+        """Arrays of `data`, bytes."""
+        return sum(int(array.nbytes) for array in jax.tree.leaves(self.data)) // int(self.data.qpos.shape[0])
+
 
 def _steps(axes: Any, model: Any, data: Any, count: Any) -> Any:
     """All worlds after so many steps."""

@@ -59,3 +59,8 @@ class MujocoEngine:
     def qvel(self) -> Floats:
         """(worlds, nv)."""
         return np.stack([data.qvel for data in self.data])
+
+    @property
+    def bytes_per_world(self) -> int:
+        """Buffer of an MjData, and the most of its arena that was used so far, bytes."""
+        return max(int(data.nbuffer) + int(data.maxuse_arena) for data in self.data)

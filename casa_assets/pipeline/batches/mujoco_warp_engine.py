@@ -14,6 +14,7 @@ import warp as wp
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
+from casa_assets.pipeline.batches.warp_arrays import bytes_of
 
 
 class MujocoWarpEngine:
@@ -104,6 +105,11 @@ class MujocoWarpEngine:
     def qvel(self) -> Floats:
         """(worlds, nv)."""
         return np.asarray(self.data.qvel.numpy(), dtype=np.float64)
+
+    @property
+    def bytes_per_world(self) -> int:
+        """Arrays of `data`, bytes."""
+        return bytes_of(self.data) // self._worlds
 
 
 def _differing(models: list[Any]) -> Iterator[tuple[str, Floats, Any]]:

@@ -12,6 +12,7 @@ import warp as wp
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.kitchen.start_states import FREE_WIDTH
 from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
+from casa_assets.pipeline.batches.warp_arrays import bytes_of
 
 # Quaternions: (w, x, y, z) here, (x, y, z, w) in Newton.
 _TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)
@@ -64,6 +65,11 @@ class NewtonEngine:
     def qvel(self) -> Floats:
         """(worlds, nv) as Newton has them."""
         return np.asarray(self.data.joint_qd.numpy(), dtype=np.float64).reshape(self._worlds, -1)
+
+    @property
+    def bytes_per_world(self) -> int:
+        """Arrays of both states, of the control and of the solver's data, bytes."""
+        return bytes_of(self.data, self._after, self.control, self.solver.mjw_data) // self._worlds
 
     def _turned(self, rows: Floats, order: tuple[int, ...]) -> Floats:
         """Rows with the numbers of their quaternions in another order."""

@@ -43,6 +43,12 @@ def test_a_kitchen_moves_by_the_names_of_its_joints(scenes: list[Path]) -> None:
     assert moved[1].max() < 1e-3
 
 
+def test_the_memory_of_a_world_is_told(scenes: list[Path]) -> None:
+    batch = casa.batch(scenes, engine="mujoco")
+    buffer = batch.data[0].nbuffer
+    assert buffer < batch.bytes_per_world < buffer + batch.data[0].narena
+
+
 def test_a_reset_touches_no_other_world(scenes: list[Path]) -> None:
     batch = casa.batch(scenes, engine="mujoco", worlds=4)
     begun = batch.qpos

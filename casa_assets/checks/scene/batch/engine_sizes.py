@@ -56,11 +56,13 @@ class _Most:
     rows: int = 0
     convex: int = 0
     awake: int = 0
+    memory: int = 0
 
     def count(self, data: mujoco.MjData) -> None:
         """Take in the present state."""
         self.contacts, self.rows = max(self.contacts, int(data.ncon)), max(self.rows, int(data.nefc))
         self.awake = max(self.awake, int(data.nv_awake))
+        self.memory = max(self.memory, int(data.nbuffer) + int(data.maxuse_arena))
 
 
 def engine_sizes(subject: BatchSubject) -> EngineSizes:
@@ -94,6 +96,7 @@ def engine_sizes(subject: BatchSubject) -> EngineSizes:
         awake=stressed.awake,
         awake_in_use=in_use.awake,
         fixtures=len(pulled),
+        mujoco_bytes=stressed.memory,
     )
 
 

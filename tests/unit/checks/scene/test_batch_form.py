@@ -75,7 +75,7 @@ def inside_crate(count: int) -> str:
 def sizes(awake_in_use: int) -> Make:
     """What a simulation might say."""
     numbers = {"nconmax": 8, "njmax": 8, "nccdmax": 8, "nvmax": 8, "contacts": 1, "rows": 1, "convex_pairs": 1}
-    return lambda _: EngineSizes(**numbers, awake=56, awake_in_use=awake_in_use, fixtures=1)
+    return lambda _: EngineSizes(**numbers, awake=56, awake_in_use=awake_in_use, fixtures=1, mujoco_bytes=1)
 
 
 def many_pairs(folder: Path) -> BatchSubject:
@@ -134,6 +134,7 @@ def test_sizes_for_engines_are_found_with_a_margin(tmp_path: Path, monkeypatch: 
     # Ten things of six degrees of freedom, a robot of nine, and the cupboard's own four.
     assert 60 < found.awake <= 60 + 9 + 4 + 6
     assert 9 < found.awake_in_use <= 9 + 4 + 6
+    assert 100_000 < found.mujoco_bytes < 20_000_000
     for told, counted in (
         (found.nconmax, found.contacts),
         (found.njmax, found.rows),
