@@ -14,8 +14,9 @@ from lxml import etree
 from casa_assets.checks.motion.motion_model import open_before, open_end
 from casa_assets.checks.motion.simulation import reset_to_start, subtree
 from casa_assets.checks.readers.mujoco_facts import ROOT_BODY
-from casa_assets.checks.readers.mujoco_load import Loaded, load_asset_file, native_warnings
+from casa_assets.checks.readers.mujoco_load import Loaded, native_warnings
 from casa_assets.checks.scene.motion.contents import Contents
+from casa_assets.checks.scene.motion.stopwatch import timed_load
 from casa_assets.core.typing import Floats, Ints, Mask
 from casa_assets.model.asset.asset import Asset, Base, Joint
 from casa_assets.model.kitchen.scene import Placement, Scene
@@ -69,10 +70,19 @@ class SceneSubject:
         """The file."""
         return self.root / FILE
 
-    @cached_property
+    @property
     def loaded(self) -> Loaded:
         """The whole file compiled, with pictures, and MuJoCo's warnings."""
-        return load_asset_file(self.mjcf)
+        return self._timed_load[0]
+
+    @property
+    def load_s(self) -> float:
+        """Seconds that this took."""
+        return self._timed_load[1]
+
+    @cached_property
+    def _timed_load(self) -> tuple[Loaded, float]:
+        return timed_load(self.mjcf)
 
     @cached_property
     def model(self) -> mujoco.MjModel:

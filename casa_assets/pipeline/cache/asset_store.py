@@ -1,6 +1,6 @@
-"""Built assets and their light forms, kept on disk by what they are made from, so that a kitchen is put together fast.
+"""Built assets, their light forms and USD layers, kept on disk by what they are made from: kitchens share most of them.
 
-<cache>/assets/{built,pictures}/   by `families.run.asset_key`: a change of one family leaves the assets of all others
+<cache>/assets/{built,pictures,layers}/   by `families.run.asset_key` or by content: a change of one family leaves others
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic.main import IncEx
 
+from casa_assets.export.usd import document
 from casa_assets.families.family import Family, Params
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
@@ -22,7 +23,8 @@ from casa_assets.pipeline.cache.store import Store
 from casa_assets.pipeline.families.run import asset_key, build_asset
 
 FOLDER = "assets"
-# Part of the bound of a cache that built assets and light forms (about 40 kB each) may take, and as much for pictures.
+# Part of the bound of a cache that built assets and light forms (about 40 kB each) may take, and as much for pictures
+# and for layers.
 SHARE = 0.25
 # Fields of an asset that its light form does not depend on.
 _MESHES: Mapping[str, IncEx] = {"visuals": {"__all__": {"mesh"}}}
@@ -41,6 +43,7 @@ class AssetStore:
     def __init__(self, cache: Path) -> None:
         self._cache = cache
         self._assets, self._pictures = Store(cache / FOLDER / "built"), Store(cache / FOLDER / "pictures")
+        self._layers = Store(cache / FOLDER / "layers")
         self._seen: dict[str, bytes] = {}
         self._wrote = False
 
@@ -54,6 +57,17 @@ class AssetStore:
         content = hashlib.sha256(bare).hexdigest()
         return self._kept(_key("light", content, key_of(lighten)), lambda: lighten(asset))
 
+    def layer_text(self, asset: Asset, textures: str) -> str:
+        """The USD layer of an asset, kept or written now: `document.layer_text`."""
+        content, _ = pack(asset.model_dump(), "")
+        key = _key("layer", hashlib.sha256(content).hexdigest(), textures, key_of(document.layer_text))
+        data = self._layers.get(key)
+        if data is None:
+            data = document.layer_text(asset, textures).encode("utf-8")
+            self._layers.put(key, data)
+            self._wrote = True
+        return data.decode("utf-8")
+
     def tidy(self) -> None:
         """Keep the store in bounds: remove what was used longest ago where it has grown too large.
 
@@ -62,7 +76,7 @@ class AssetStore:
         if not self._wrote:
             return
         self._wrote = False
-        for store in (self._assets, self._pictures):
+        for store in (self._assets, self._pictures, self._layers):
             store.trim(int(SHARE * max_cache_bytes()))
 
     def _kept(self, key: str, make: Callable[[], Asset]) -> Asset:

@@ -22,7 +22,7 @@ from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import load_table, report_not_run, run
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.motion.budget import MeasuredSpeed, scene_sizes
-from casa_assets.checks.scene.motion.stopwatch import time_loading_and_stepping
+from casa_assets.checks.scene.motion.stopwatch import steps_per_second
 from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pixels, PreviewImages
@@ -185,11 +185,12 @@ def run_checks_on_scene(
         "tasks": [t.model_dump(mode="json") for t in design.tasks],
         "parking": [p.model_dump(mode="json") for p in design.parking.every],
     }
-    if subject.loaded.model is not None:
+    model = subject.loaded.model
+    if model is not None:
         with native_warnings():  # SCN001 reports them
-            load_s, steps_per_s, timestep_s = time_loading_and_stepping(subject.mjcf)
-        speed = MeasuredSpeed(load_s * 1000.0, steps_per_s, timestep_s)
-        for measurable in (speed, _views(subject.loaded.model, folder)):
+            steps_per_s = steps_per_second(model)
+        speed = MeasuredSpeed(subject.load_s * 1000.0, steps_per_s, float(model.opt.timestep))
+        for measurable in (speed, _views(model, folder)):
             report += run(measurable, scene.id, limits, waived, table)
         duration = {"check_s": round(time.perf_counter() - begin, 1)}
         measured |= {"holds": scene_sizes(subject), "speed": _rounded(speed) | duration}

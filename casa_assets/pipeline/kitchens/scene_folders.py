@@ -245,7 +245,7 @@ def publish_scene(
         design = design_of(kitchen, scene)
         facts = {**keys, **describe(recipe, kitchen, scene, design)}
         store = AssetStore(library.cache)
-        write_scene(folder, folder.parent, facts, scene, store.lightened)
+        write_scene(folder, folder.parent, facts, scene, store.lightened, store.layer_text)
         store.tidy()
         clock.end(WRITE)
         if options.drawn:
@@ -296,16 +296,22 @@ def _merge(drafts: Path, shared: Path) -> None:
 
 
 def write_scene(
-    folder: Path, root: Path, facts: dict[str, Any], scene: Scene, light_form: Callable[[Asset], Asset]
+    folder: Path,
+    root: Path,
+    facts: dict[str, Any],
+    scene: Scene,
+    light_form: Callable[[Asset], Asset],
+    layer_text: Callable[[Asset, str], str],
 ) -> None:
     """Put the files of a scene into its folder, and those that scenes share into the shared folder beside it.
 
     Args:
         folder: of the scene, empty.
         root: folder that it stands in. facts: content of scene.json. light_form: of an asset, see `lighten`.
+        layer_text: of an asset, see `usd.write`.
     """
     behaviors = {f"{SHARED}/{BEHAVIOR}/{a.id}.json": label.behavior_file(a) for a in scene.assets if a.behavior}
-    for files in (mjcf.write(scene), usd.write(scene), Files.of(behaviors)):
+    for files in (mjcf.write(scene), usd.write(scene, layer_text=layer_text), Files.of(behaviors)):
         _put(files, folder, root)
     light = mjcf.write(light_scene(scene, light_form)).entries[mjcf.FILE]
     (folder / LIGHT_FILE).write_bytes(light)

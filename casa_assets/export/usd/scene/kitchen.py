@@ -8,6 +8,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from pxr import Gf, Kind, Sdf, Usd, UsdGeom, UsdPhysics
 
@@ -31,12 +33,15 @@ SHOWN, HIDDEN = "shown", "hidden"
 LAYER = "casa:layer"
 
 
-def write(scene: Scene, shared: str = "../assets") -> Files:
+def write(
+    scene: Scene, shared: str = "../assets", layer_text: Callable[[Asset, str], str] = document.layer_text
+) -> Files:
     """The USD of a scene; the same scene is the same bytes.
 
     Args:
         scene: what to write.
         shared: leads from the folder of scene.usda to the shared folder.
+        layer_text: `document.layer_text`, or what gives the same faster.
     Returns:
         `scene.usda`, `scene_nested.usda`, `isaac_lab.py`, and the files of the shared folder as
         `assets/usd/<asset>/<asset>.usda` and `assets/textures/<name>_<hash>.png`, which are those that the MJCF of the
@@ -48,7 +53,7 @@ def write(scene: Scene, shared: str = "../assets") -> Files:
         isaac_lab.FILE: isaac_lab.scene_text(scene, FILE).encode("utf-8"),
     }
     for asset in scene.assets:
-        layer = document.layer_text(asset, f"../../{document.TEXTURES}")
+        layer = layer_text(asset, f"../../{document.TEXTURES}")
         entries[f"{FOLDER}/{LAYERS}/{asset.id}/{asset.id}.usda"] = layer.encode("utf-8")
         for material in asset.materials:
             entries |= {f"{FOLDER}/{document.TEXTURES}/{t.file_name}": t.png for t in material.textures}

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from casa_assets.export.usd import document
 from casa_assets.families.family import Family, Params, Supplies
 from casa_assets.geometry.lightweight import lighten
 from casa_assets.model.asset.asset import Asset
@@ -195,6 +196,28 @@ class TestLightForms:
         plain = box.replace(materials=tuple(m.replace(base_color_texture=None) for m in box.materials))
         assert store.lightened(plain).digest == lighten(plain).digest
         assert len(entries(tmp_path)) == 1
+
+
+class TestLayers:
+    def test_are_written_once_for_each_content_and_folder_of_pictures(self, tmp_path: Path) -> None:
+        box = textured_box()
+        inertial = box.root.inertial.replace(mass=2 * box.mass)
+        heavier = box.replace(links=(box.root.replace(inertial=inertial),))
+        for _ in range(2):
+            for asset, textures in ((box, "./textures"), (box, "../../textures"), (heavier, "./textures")):
+                assert AssetStore(tmp_path).layer_text(asset, textures) == document.layer_text(asset, textures)
+        assert len(entries(tmp_path, "layers")) == 3
+
+    def test_one_that_is_there_is_not_written_again(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        wanted = AssetStore(tmp_path).layer_text(textured_box(), "./textures")
+        written = document.layer_text
+
+        @wraps(written)
+        def never(asset: Asset, textures: str) -> str:
+            raise AssertionError(asset.id)
+
+        monkeypatch.setattr(document, "layer_text", never)
+        assert AssetStore(tmp_path).layer_text(textured_box(), "./textures") == wanted
 
 
 def test_stores_stay_within_the_bound_of_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
