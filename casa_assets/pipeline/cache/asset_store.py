@@ -1,6 +1,6 @@
 """Built assets, their light forms and USD layers, kept on disk by what they are made from: kitchens share most of them.
 
-<cache>/assets/{built,pictures,layers}/   by `families.run.asset_key` or by content: a change of one family leaves others
+<cache>/assets/{built,pictures,layers}/   by `families.run.asset_key` or content: a change of one family leaves others
 """
 
 from __future__ import annotations
