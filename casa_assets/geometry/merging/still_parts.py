@@ -44,8 +44,8 @@ OVERHEAD_M = 2.35
 # What is smaller up there is left out, metres: the canopy of a lamp.
 SMALL_OVERHEAD_M = 0.45
 # A lamp, or what else holds nothing, is fewer primitives where it is smaller than this, metres.
-LAMP_M = 0.75
-MIN_LAMP_PIECES, MOST_OF_LAMP, MOST_OF_LARGE_LAMP = 3, 2, 4
+LARGE_THING_M = 0.75
+MIN_PIECES, MOST_OF_PLAIN_THING, MOST_OF_LARGE_THING = 3, 2, 4
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class StillPart:
 
 
 def still_parts(place: Placement, form: Asset) -> list[StillPart]:
-    """The primitives of a placement that never move, in the world; those of lamps and the like made few."""
+    """The primitives of a placement that never move, in the world; those of lamps, clocks and curtains made few."""
     parts: list[StillPart] = []
     for link in form.links:
         if form.base is Base.FREE or form.is_moved(link.name):
@@ -75,8 +75,8 @@ def still_parts(place: Placement, form: Asset) -> list[StillPart]:
         touched = touched_colliders(form)
         kept = [c for c in link.colliders if c.name not in touched]
         colliders = _of_many_pieces(_of_one_hull_each(_without_slivers(kept)))
-        if _is_lamp(place, form, colliders):
-            colliders = fitted_colliders(colliders, FitLimits(_most_of_lamp(colliders), EMPTY_SHARE))
+        if _is_plain_thing(place, form, colliders):
+            colliders = fitted_colliders(colliders, FitLimits(_most_of_plain_thing(colliders), EMPTY_SHARE))
         world_from_link = place.pose @ form.asset_from_link(link.name)
         parts += [StillPart(place, c.replace(pose=world_from_link @ c.pose)) for c in colliders]
     return parts
@@ -127,18 +127,18 @@ def _empty_share(group: Sequence[Collider], shape: Shape, pose: Pose) -> float:
     return float(1 - sum(np.prod(np.diff(shape_bounds(c.shape, Pose()), axis=0)) for c in group) / whole)
 
 
-def _is_lamp(place: Placement, form: Asset, colliders: Sequence[Collider]) -> bool:
+def _is_plain_thing(place: Placement, form: Asset, colliders: Sequence[Collider]) -> bool:
     """True for a thing of several pieces that holds nothing and has no joints: a lamp, a clock, a curtain."""
-    if place.layer is not Layer.THINGS or form.joints or len(colliders) < MIN_LAMP_PIECES:
+    if place.layer is not Layer.THINGS or form.joints or len(colliders) < MIN_PIECES:
         return False
     return all(region.name == WHOLE for region in form.regions)
 
 
-def _most_of_lamp(colliders: Sequence[Collider]) -> int:
-    """Number of primitives that a lamp, or a larger thing of its kind, may have."""
+def _most_of_plain_thing(colliders: Sequence[Collider]) -> int:
+    """Number of primitives that such a thing may have; a large one may have more."""
     bounds = np.array([shape_bounds(c.shape, c.pose) for c in colliders])
     width = float((bounds[:, 1, :2].max(axis=0) - bounds[:, 0, :2].min(axis=0)).max())
-    return MOST_OF_LAMP if width < LAMP_M else MOST_OF_LARGE_LAMP
+    return MOST_OF_PLAIN_THING if width < LARGE_THING_M else MOST_OF_LARGE_THING
 
 
 def exposed_parts(parts: Sequence[StillPart]) -> list[StillPart]:
