@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +22,7 @@ from casa_assets.core.typing import Floats, Singles
 from casa_assets.preview import renderer, tonemap
 from casa_assets.preview.exposure import GOLDEN, Bounds, CameraFrustum, one_group, set_quality
 from casa_assets.preview.photoreal.viewpoint import View
-from casa_assets.preview.room.lighting import Receiver, beams, smoothed
+from casa_assets.preview.room.lighting import Beam, Receiver, beams, smoothed
 from casa_assets.preview.room.shading import shade
 from casa_assets.preview.room.shadow_maps import ShadowMap, draw_shadow_map
 from casa_assets.preview.room.surfaces import (
@@ -184,16 +185,24 @@ class _Light:
         self._corners = np.array([[(lower, upper)[k >> i & 1][i] for i in range(3)] for k in range(8)])
         self._maps: dict[tuple[int, int], ShadowMap] = {}
 
-    def on(self, seen: Surfaces, number: int) -> Singles:
-        """(H, W, 3) light on the surfaces of drawing `number`."""
-        receiver = Receiver(seen, _OFF_SURFACE_M, number)
+    def maps(self, number: int) -> list[tuple[Beam, ShadowMap]]:
+        """Where light comes from in drawing `number`, and what throws shadows there."""
+        found = []
         for k, beam in enumerate(beams(number, self.frame.passes, self.frame.directions)):
             at = (number, k)
             if at not in self._maps:
                 size_px = self.frame.shadow_px
                 self._maps[at] = draw_shadow_map(self._canvas, self._scene, beam.towards, self._corners, size_px)
-            receiver.add(beam, self._maps[at], self.room, k * GOLDEN % 1.0)
-        return smoothed(receiver.image(self.room), seen)
+            found.append((beam, self._maps[at]))
+        return found
+
+
+def _light_on(seen: Surfaces, number: int, maps: Sequence[tuple[Beam, ShadowMap]], room: Surroundings) -> Singles:
+    """(H, W, 3) light on the surfaces of drawing `number`."""
+    receiver = Receiver(seen, _OFF_SURFACE_M, number)
+    for k, (beam, shadow) in enumerate(maps):
+        receiver.add(beam, shadow, room, k * GOLDEN % 1.0)
+    return smoothed(receiver.image(room), seen)
 
 
 def _render(canvas: renderer.Canvas, model: Any, data: Any, camera: _Eye, light: _Light) -> Floats:
@@ -210,14 +219,24 @@ def _render(canvas: renderer.Canvas, model: Any, data: Any, camera: _Eye, light:
                 groups[geom] = _CLEAR_GROUP
         drawer = SurfaceDrawer(canvas, model, solid, every)
     lens = _lens(camera, frame, float(np.linalg.norm(room.upper - room.lower)) / 2)
-    total: Floats = np.zeros(())
-    for number in range(frame.passes):
-        seen = drawer.draw(lens, number, frame.width_px, frame.height_px)
+
+    def shaded(number: int, seen: Surfaces, maps: Sequence[tuple[Beam, ShadowMap]]) -> Floats:
+        """Drawing `number` in its light."""
         if is_inside:
             close_open_sides(seen, room, eye)
         else:
             grey_sections(seen, room)
-        total = total + shade(seen, light.on(seen, number), room, is_inside)
+        return shade(seen, _light_on(seen, number, maps, room), room, is_inside)
+
+    # OpenGL draws in this thread; what it has drawn is shaded in another while it draws the next.
+    with ThreadPoolExecutor(1) as pool:
+        drawings = [
+            pool.submit(shaded, number, drawer.draw(lens, number, frame.width_px, frame.height_px), light.maps(number))
+            for number in range(frame.passes)
+        ]
+    total: Floats = np.zeros(())
+    for drawing in drawings:
+        total = total + drawing.result()
     return np.asarray(total / frame.passes)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,8 @@ from casa_assets.pipeline.kitchens.library_assets import LibraryPresets, placed_
 from casa_assets.pipeline.kitchens.lived_in import objects_key, put_into
 from casa_assets.pipeline.kitchens.sampling.harmony import goes_together, is_wooden
 from casa_assets.pipeline.kitchens.sampling.mix import mixed_style, models_of_roles
+from casa_assets.pipeline.textures.ahead import painting_ahead
+from casa_assets.pipeline.textures.recipes import missing_paintings
 from casa_assets.projects import read_once
 from casa_assets.registry import kitchens
 from casa_assets.registry.families import families, family
@@ -300,13 +303,25 @@ def build_scene(recipe: SceneRecipe, cache: Path) -> tuple[KitchenRequest, Scene
             made[key] = build_choice(name, choice, store)
         return made[key]
 
-    assets = {w.name: built(w.name, w.choice) for w in kitchen.items}
-    props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
+    choices = [*(wanted.choice for wanted in kitchen.items), *kitchen.style.props]
+    with painting_ahead(lambda: missing_paintings(_finishes_of(choices), cache)):
+        assets = {w.name: built(w.name, w.choice) for w in kitchen.items}
+        props = [(choice, built(choice.preset, choice)) for choice in kitchen.style.props]
     composed = compose_kitchen(kitchen, assets, props, recipe.seed or 0, recipe.scene_id)
     if recipe.objects:
         composed = composed[0], put_into(composed[1], recipe.objects, recipe.objects_seed, store)
     store.tidy()
     return composed
+
+
+def _finishes_of(choices: Iterable[PresetChoice]) -> Iterator[str]:
+    """Ids of the finishes that choices ask for, each once."""
+    asked: dict[str, None] = {}
+    for choice in choices:
+        if not choice.is_library:
+            with suppress(CasaError):  # raised again where it is built, with the name of what it is for
+                asked |= dict.fromkeys(params_of(choice).finishes)
+    yield from asked
 
 
 def compose_kitchen(

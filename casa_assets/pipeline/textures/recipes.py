@@ -5,7 +5,8 @@ What is painted is kept in the cache; the files of a picture are read where they
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -18,6 +19,7 @@ from casa_assets.model.registry.texture_recipe import TextureRecipe
 from casa_assets.pipeline.cache.cache_folder import max_cache_bytes
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding
 from casa_assets.pipeline.cache.store import Store
+from casa_assets.pipeline.textures.ahead import Painting, painted
 from casa_assets.pipeline.textures.packs.pictures import (
     KIND,
     check_files,
@@ -216,6 +218,24 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) ->
     kept = store.get(key)
     if kept is not None:
         return Finish.from_json(kept)
+    return painted(key, partial(_paint_and_keep, recipe, size_px, store, key))
+
+
+def missing_paintings(names: Iterable[str], cache: Path) -> dict[str, Painting]:
+    """What `finish_of` has to paint of the finishes of some ids, by key; not what a plug-in paints."""
+    store, found, pictured = Store(cache / FOLDER), dict[str, Painting](), every_recipe()
+    for name in names:
+        recipe = pictured.get(name)
+        if recipe is None or recipe.kind == KIND or recipe.kind in plugin_kinds():
+            continue
+        size_px, key = picture_px(recipe), finish_key(recipe)
+        if store.get(key) is None:
+            found[key] = partial(_paint_and_keep, recipe, size_px, store, key)
+    return found
+
+
+def _paint_and_keep(recipe: TextureRecipe, size_px: int, store: Store, key: str) -> Finish:
+    substance = registry.load().substances[recipe.substance]
     made = finish(recipe.id, recipe.tile_m, _painted(recipe, size_px), substance)
     if recipe.surface is None:  # it covers a whole thing and does not repeat
         made = made.replace(material=made.material.replace(tile_m=None))
