@@ -107,7 +107,7 @@ class TestVerdict:
         before = {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]}
         monkeypatch.setattr(check, "run_scene", lambda subject, *_: Report(subject=subject.scene.id))
         monkeypatch.setattr(check, "run", lambda subject, name, *_: Report(subject=name))
-        monkeypatch.setattr(check, "time_loading_and_stepping", lambda path: (0.5, 4000.0, 0.002))
+        monkeypatch.setattr(check, "steps_per_second", lambda model: 4000.0)
         kitchen, scene = composed
         check.run_checks_on_scene(scene, design_of(kitchen, scene), folder)
         assert {path: path.stat().st_mtime_ns for path in [folder, *folder.rglob("*")]} == before
@@ -181,7 +181,7 @@ class TestVerdict:
         tamper(folder / "scene.xml", (LABEL, LABEL + "cold "))
         tamper(folder / "scene_light.xml", ('name="main_fridge__', 'name="main_frigde__'))
         monkeypatch.setattr(check, "CHECK_FRAME", PictureSettings(64, 48, 1))
-        monkeypatch.setattr(check, "time_loading_and_stepping", lambda path: (0.5, 4000.0, 0.002))
+        monkeypatch.setattr(check, "steps_per_second", lambda model: 4000.0)
         done = check.check_one(RECIPE, copy, force=True)
         assert not done.passed
         assert {i.code for i in done.problems if i.code.startswith("SCN")} == {"SCN017", "SCN021"}
@@ -247,7 +247,7 @@ class TestNothingIsPutInPlace:
         assert list((out / ".casa" / "staging").iterdir()) == []
 
     def test_where_writing_breaks_off(self, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        def broken(*_: object) -> None:
+        def broken(*_: object, **__: object) -> None:
             raise OSError("no space left")
 
         monkeypatch.setattr("casa_assets.export.usd.scene.kitchen.write", broken)
