@@ -12,6 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from casa_assets.pipeline.process_name import is_worker
+
 
 class Unsendable:
     """Cannot be pickled."""
@@ -53,6 +55,10 @@ def _answer(value: str) -> str:
 
 def _nothing(value: str) -> None:
     return None
+
+
+def _is_worker(value: str) -> bool:
+    return is_worker()
 
 
 def _large(value: str) -> bytes:

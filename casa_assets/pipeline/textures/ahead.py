@@ -5,13 +5,13 @@ Painting is work on large arrays, during which Python lets other threads run.
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
 
 from casa_assets.model.registry.finish import Finish
+from casa_assets.pipeline.process_name import is_worker
 
 # Paints one finish. What it raises is raised where the finish is asked for.
 Painting = Callable[[], Finish]
@@ -53,7 +53,7 @@ def painting_ahead(all_missing: Callable[[], Mapping[str, Painting]]) -> Iterato
     Args:
         all_missing: what is going to be asked for and is not in the cache, by key, first what is needed first.
     """
-    if multiprocessing.parent_process() is not None:
+    if is_worker():
         yield
         return
     ahead = _Ahead(all_missing)

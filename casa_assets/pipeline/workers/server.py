@@ -29,6 +29,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NoReturn
 
+from casa_assets.pipeline.process_name import WORKER
 from casa_assets.pipeline.workers.limits import IDLE_CPU_SHARE, Limits, WorkerFailure, restrict
 from casa_assets.pipeline.workers.usage import Usage, trees, usage
 
@@ -59,6 +60,7 @@ def main(descriptor: int) -> None:
     # OpenUSD's threads take a tenth more of processor time for layers as small as a kitchen's.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "PXR_WORK_THREAD_LIMIT"):
         os.environ[name] = "1"
+    os.environ[WORKER] = "1"
     _Server(socket.socket(fileno=descriptor)).serve()
 
 

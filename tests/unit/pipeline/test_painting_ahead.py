@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import threading
 from functools import partial
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from casa_assets.model.registry.finish import Finish
+from casa_assets.pipeline.process_name import WORKER
 from casa_assets.pipeline.textures.ahead import Painting, painted, painting_ahead
 from casa_assets.pipeline.textures.recipes import every_recipe, finish_of, missing_paintings
 
@@ -72,6 +72,6 @@ def test_nothing_is_foreseen_where_nothing_has_to_be_painted() -> None:
 
 def test_workers_paint_one_after_the_other(monkeypatch: pytest.MonkeyPatch) -> None:
     """There the other cores have workers of their own."""
-    monkeypatch.setattr(multiprocessing, "parent_process", threading.main_thread)
+    monkeypatch.setenv(WORKER, "1")
     with painting_ahead(never):
         assert painted("one", partial(finish, "one")).id == "one"

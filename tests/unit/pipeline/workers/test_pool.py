@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from casa_assets.errors import CasaError
+from casa_assets.pipeline.process_name import is_worker
 from casa_assets.pipeline.workers import memory
 from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.memory import WorkerPlan, available, plan_workers
@@ -55,6 +56,11 @@ def wait_until_gone(pid: int) -> None:
 def test_answers_belong_to_their_jobs(pool: Pool) -> None:
     words = [f"word {i}" for i in range(20)]
     assert run(pool, *(("answer", w) for w in words)) == [w.upper() for w in words]
+
+
+def test_a_worker_knows_that_it_is_one(pool: Pool) -> None:
+    assert run(pool, ("is_worker", "")) == [True]
+    assert not is_worker()
 
 
 def test_nothing_to_do(pool: Pool) -> None:
