@@ -54,7 +54,7 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
         time.sleep(float(os.environ["CASA_TEST_PAUSE_S"]))
         return None, types.SimpleNamespace(id=recipe.scene_id, placements=(), assets=())
 
-    def write(folder, root, facts, scene, light_form):
+    def write(folder, root, facts, scene, light_form, layer_text):
         for name in FILES:
             (folder / name).write_text(name + scene.id)
         (folder / "scene.json").write_text(json.dumps(facts))
