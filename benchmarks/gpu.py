@@ -1,7 +1,7 @@
 """Steps per second of kitchens in mujoco_warp on an NVIDIA GPU, beside another scene in the same run.
 
     ./dev bench gpu
-    ./dev bench gpu -- --peer mujoco_warp/benchmarks/kitchen/kitchen.xml --worlds 1 4096
+    ./dev bench gpu --peer mujoco_warp/benchmarks/kitchen/kitchen.xml --worlds 1 4096
 
 Rows: one kitchen, sixteen side by side (`casa.batch`), and the scene named by `--peer`, such as DeepMind's kitchen out
 of the benchmarks of mujoco_warp's repository. In each world of ours a stand-in of a robot moves and a drawer is pulled,

@@ -1,8 +1,8 @@
 """What a kitchen costs MuJoCo in its three forms, beside kitchens of scene_synthesizer 1.15.0 in the same run.
 
-    ./dev bench physics                              three of ours, and the peer's six templates
-    ./dev bench physics -- u_large__rustic --no-peer
-    ./dev bench physics -- --before earlier.json     what an earlier run found stands in brackets
+    ./dev bench physics                                      three of ours, and the peer's six templates
+    ./dev bench physics u_large__rustic --no-peer
+    ./dev bench physics --before earlier.json                what an earlier run found stands in brackets
 
 For each form (full, light, batch): primitives and meshes that touch, pairs of them that could meet (candidate pairs, as
 mujoco_warp counts them), degrees of freedom, contacts and constraint rows at rest; then times real time of one core
@@ -73,9 +73,8 @@ def main() -> None:
 
 def _measured(scenes: list[str], with_peer: bool) -> Iterator[Row]:
     for scene in scenes:
-        kitchen = casa.kitchen(*scene.split("__"))
         for form in FORMS:
-            yield measured(f"{scene}, {form}", kitchen.to_mjspec(form))
+            yield measured(f"{scene}, {form}", casa.load_scene(scene, weight=form, as_spec=True))
     for template in SHAPES if with_peer else ():
         with tempfile.TemporaryDirectory() as folder:
             run([peer_python(), TOOLS / "peer.py", f"kitchen_{template}", "0", folder])

@@ -24,6 +24,8 @@ from casa_assets.pipeline.batches.start_rows import StartRows, start_rows
 from casa_assets.pipeline.kitchens.batch_form import read_batch
 from casa_assets.pipeline.kitchens.load_scene import FILES
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
+from casa_assets.pipeline.kitchens.scene_folders import is_current
+from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.state_file import read_current_states
 
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
@@ -255,8 +257,14 @@ class _Source:
     def of(kitchen: str | Path | Kitchen, out: Path) -> _Source:
         if isinstance(kitchen, Kitchen):
             return _Source(kitchen.id, kitchen.to_mjspec("batch"), out / kitchen.id, kitchen)
-        folder = Path(kitchen) if Path(kitchen).is_dir() else out / str(kitchen)
-        return _Source(folder.name, load_scene(kitchen, weight="batch", out=out, as_spec=True), folder, None)
+        if Path(kitchen).is_dir():
+            folder = Path(kitchen)
+            return _Source(folder.name, load_scene(folder, weight="batch", as_spec=True), folder, None)
+        recipe = recipe_of(str(kitchen), (out,))
+        folder = out / recipe.scene_id
+        if is_current(recipe, out) and (folder / FILES["batch"]).is_file():
+            return _Source(folder.name, load_scene(folder, weight="batch", as_spec=True), folder, None)
+        return _Source.of(Kitchen(recipe), out)
 
     @property
     def sizes(self) -> dict[str, int]:

@@ -122,6 +122,13 @@ class TestRobot:
         batch.step(100)
         assert np.isfinite(batch.qpos).all()
 
+    def test_in_a_kitchen_that_is_nowhere_on_disk(self, tmp_path: Path, monkeypatch: Any) -> None:
+        """As on the first day: an id, and no folder of scenes."""
+        monkeypatch.chdir(tmp_path)
+        batch = casa.batch(["one_wall_small__coastal"], engine="mujoco", robot=mujoco.MjSpec.from_string(DRIVING))
+        assert batch.kitchens[0].id == "one_wall_small__coastal"
+        assert np.abs(batch.base[0, :2]).max() > 0.1, "it parks before a fixture"
+
     def test_nobody_knows_where_it_parks(self, tmp_path: Path) -> None:
         found = folders(tmp_path)
         (found[1] / "scene.json").unlink()
