@@ -12,7 +12,7 @@ from typing import Any, Literal
 import mujoco
 import numpy as np
 
-from casa_assets.api.kitchen import SCENES_FOLDER, Kitchen, load_scene
+from casa_assets.api.kitchen import SCENES_FOLDER, Kitchen, folder_or_kitchen, load_scene
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.batches.awake_sizes import awake_sizes, near_pairs
@@ -24,8 +24,6 @@ from casa_assets.pipeline.batches.start_rows import StartRows, start_rows
 from casa_assets.pipeline.kitchens.batch_form import read_batch
 from casa_assets.pipeline.kitchens.load_scene import FILES
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON, START_STATES
-from casa_assets.pipeline.kitchens.scene_folders import is_current
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.kitchens.state_file import read_current_states
 
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
@@ -255,16 +253,10 @@ class _Source:
 
     @staticmethod
     def of(kitchen: str | Path | Kitchen, out: Path) -> _Source:
-        if isinstance(kitchen, Kitchen):
-            return _Source(kitchen.id, kitchen.to_mjspec("batch"), out / kitchen.id, kitchen)
-        if Path(kitchen).is_dir():
-            folder = Path(kitchen)
-            return _Source(folder.name, load_scene(folder, weight="batch", as_spec=True), folder, None)
-        recipe = recipe_of(str(kitchen), (out,))
-        folder = out / recipe.scene_id
-        if is_current(recipe, out) and (folder / FILES["batch"]).is_file():
-            return _Source(folder.name, load_scene(folder, weight="batch", as_spec=True), folder, None)
-        return _Source.of(Kitchen(recipe), out)
+        found = kitchen if isinstance(kitchen, Kitchen) else folder_or_kitchen(kitchen, "batch", out)
+        if isinstance(found, Kitchen):
+            return _Source(found.id, found.to_mjspec("batch"), out / found.id, found)
+        return _Source(found.name, load_scene(found, weight="batch", as_spec=True), found, None)
 
     @property
     def sizes(self) -> dict[str, int]:

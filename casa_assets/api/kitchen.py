@@ -314,24 +314,28 @@ def start_states(scene: str | Path, model: mujoco.MjModel, out: Path | str | Non
 
 def _found(scene: str | Path, weight: Weight, out: Path | None) -> tuple[Path | Files, Mapping[str, list[str]]]:
     """The MJCF of a scene, on disk or in memory, and the finishes that cover its surfaces."""
-    if _is_path(scene):
-        path = Path(scene)
-        file = path / FILES[weight] if path.is_dir() else path
-        if not file.is_file():
-            if path.is_dir() and weight == "batch":
-                where = f"casa-assets scenes batch {path.name} --out {path.parent}"
-                raise CasaError(f"{file}: there is no such file; {where} writes it")
-            raise CasaError(f"{file}: there is no such file; name the folder of a scene, an XML file of it, or an id")
-        return file, _covers(file.parent)
     place = SCENES_FOLDER if out is None else out
-    recipe = recipe_of(str(scene), (place,))
-    folder = place / recipe.scene_id
-    if is_current(recipe, place) and (folder / FILES[weight]).is_file():
-        return folder / FILES[weight], _covers(folder)
-    made = Kitchen(recipe)
-    if out is not None and weight != "batch":
-        return made.write(out) / FILES[weight], surface_finishes(made.resolved.style)
-    return made._mjcf(weight), surface_finishes(made.resolved.style)
+    found = folder_or_kitchen(scene, weight, place)
+    if isinstance(found, Kitchen):
+        is_written = out is not None and weight != "batch"
+        source = found.write(place) / FILES[weight] if is_written else found._mjcf(weight)
+        return source, surface_finishes(found.resolved.style)
+    file = found / FILES[weight] if found.is_dir() else found
+    if not file.is_file():
+        if found.is_dir() and weight == "batch":
+            where = f"casa-assets scenes batch {found.name} --out {found.parent}"
+            raise CasaError(f"{file}: there is no such file; {where} writes it")
+        raise CasaError(f"{file}: there is no such file; name the folder of a scene, an XML file of it, or an id")
+    return file, _covers(file.parent)
+
+
+def folder_or_kitchen(scene: str | Path, weight: Weight, out: Path) -> Path | Kitchen:
+    """The path that is named, the folder of an id where its file of a weight is up to date in `out`, or its kitchen."""
+    if _is_path(scene):
+        return Path(scene)
+    recipe = recipe_of(str(scene), (out,))
+    folder = out / recipe.scene_id
+    return folder if is_current(recipe, out) and (folder / FILES[weight]).is_file() else Kitchen(recipe)
 
 
 def _seeded(scene: str | Path, seed: int, out: Path | None) -> str:

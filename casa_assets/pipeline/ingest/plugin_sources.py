@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from casa_assets.ingest.sources.found import Refused
 from casa_assets.ingest.sources.stores.address import StoreRoot, root_of
 from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.process_name import process_name
 from casa_assets.pipeline.workers.traces import keep_trace
 from casa_assets.registry.plugins.exchange import sources
 from casa_assets.registry.plugins.guard import guarded
@@ -54,7 +54,7 @@ def fetch(address: str, library: Path) -> Path | Refused:
     folder = cache_dir() / FETCHED / key  # not in the library: what lies there is output, not input
     if folder.is_dir():
         return folder
-    draft = folder.with_name(f"{key}.{os.getpid()}.part")
+    draft = folder.with_name(f"{key}.{process_name()}.part")
     shutil.rmtree(draft, ignore_errors=True)
     draft.mkdir(parents=True)
     try:
