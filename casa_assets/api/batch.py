@@ -29,6 +29,8 @@ from casa_assets.pipeline.kitchens.state_file import read_current_states
 EngineName = Literal["mujoco", "mujoco_warp", "mjx", "newton"]
 # These do not know what sleeps when they begin, so that all contacts at rest count.
 BEGIN_AWAKE = ("mjx", "newton")
+# The one whole number that differs between kitchens: which material a geom has.
+_MATERIAL = "geom_matid"
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,8 @@ class Batch:
         found = {}
         for name in dir(models[0]):
             value = getattr(models[0], name)
-            if isinstance(value, np.ndarray) and value.dtype.kind == "f" and not name.startswith(("_", "bvh_")):
+            is_number = isinstance(value, np.ndarray) and (value.dtype.kind == "f" or name == _MATERIAL)
+            if is_number and not name.startswith(("_", "bvh_")):
                 rows = np.stack([getattr(model, name) for model in models])
                 if (rows != rows[0]).any():
                     found[name] = rows
@@ -168,6 +171,7 @@ def batch(
     out: Path | str | None = None,
     sizes: Mapping[str, int] | None = None,
     device: str | None = None,
+    textures: bool = False,
 ) -> Batch:
     """Kitchens side by side in one engine: their batch forms in one structure, at rest in their start states.
 
@@ -185,6 +189,8 @@ def batch(
         out: folder of scenes; None: `out/scenes` of the working folder.
         sizes: nconmax, njmax and nccdmax of a world in place of those in `batch.json`; a robot may need more.
         device: such as `cuda:0` or `cpu`; None: the engine's own choice.
+        textures: for pictures: the model holds the materials of all kitchens, and `geom_matid` differs from world to
+            world. Else geoms are in plain colours, which differ too. Not with `newton`.
     Raises:
         UnknownId: no such engine or kitchen. CasaError: no kitchen or fewer worlds than kitchens, the engine is not
             installed, a kitchen cannot be built, or a robot does not load.
@@ -195,13 +201,15 @@ def batch(
     made = engine_named(engine)
     if robot is not None and engine == "newton":
         raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
+    if textures and engine == "newton":
+        raise CasaError("newton: takes the shapes of a kitchen in plain colours; leave textures out")
     place = SCENES_FOLDER if out is None else Path(out)
     sources = [_Source.of(kitchen, place) for kitchen in kitchens]
     lost = next((source for source in sources if source.parks is None), None)
     if robot is not None and lost is not None:
         raise CasaError(f"{lost.folder / SCENE_JSON}: is missing or names no parking place, where a robot would stand")
     mounted = None if robot is None else robot_of(robot)
-    shared, rows, found = _put_together(sources, engine, states, mounted, sizes or {})
+    shared, rows, found = _put_together(sources, engine, states, mounted, sizes or {}, textures)
     parts = Parts(
         models=[one.model for one in shared],
         texts=[one.text for one in shared],
@@ -219,7 +227,12 @@ def batch(
 
 
 def _put_together(
-    sources: Sequence[_Source], engine: EngineName, states: int, robot: Robot | None, sizes: Mapping[str, int]
+    sources: Sequence[_Source],
+    engine: EngineName,
+    states: int,
+    robot: Robot | None,
+    sizes: Mapping[str, int],
+    textures: bool,
 ) -> tuple[list[SharedModel], list[StartRows], dict[str, int]]:
     """Kitchens in one structure, with a robot; their states at rest; sizes of the buffers of a world."""
     specs = [source.spec for source in sources]
@@ -232,9 +245,10 @@ def _put_together(
     most = {name: max(one[name] for one in found) for name in COMMON_SIZES} | dict(sizes)
     if engine == "mjx":
         pairs = max(near_pairs(one, row) for one, row in zip(shared, rows, strict=True))
-        shared = share(specs, False, robot, {"max_contact_points": most["nconmax"], "max_geom_pairs": pairs})
-    elif robot is not None:
-        shared = share(specs, robot=robot)
+        numbers = {"max_contact_points": most["nconmax"], "max_geom_pairs": pairs}
+        shared = share(specs, False, robot, numbers, textures)
+    elif robot is not None or textures:
+        shared = share(specs, robot=robot, textures=textures)
     return shared, rows, most
 
 

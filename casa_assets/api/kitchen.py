@@ -157,7 +157,8 @@ class Kitchen:
         if weight not in FILES:
             raise UnknownId("weight", weight, FILES)
         if weight == "batch":
-            return Files.of({mjcf.FILE: batch_mjcf.write(batch_of(self.scene, cache_dir()))})
+            entries = dict(batch_mjcf.write(batch_of(self.scene, cache_dir()), shared="assets").entries)
+            return Files.of({mjcf.FILE: entries.pop(batch_mjcf.FILE), **entries})
         store = AssetStore(cache_dir())
         form = self.scene if weight == "full" else light_scene(self.scene, store.lightened)
         files = mjcf.write(form, shared="assets")

@@ -51,7 +51,10 @@ def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]
     for plan, style in KITCHENS[:MANY]:
         kitchen = casa.kitchen(plan, style)
         (out / kitchen.id).mkdir()
-        (out / kitchen.id / FILE).write_bytes(write(batch_of(kitchen.scene, cache)))
+        for path, data in write(batch_of(kitchen.scene, cache)).entries.items():
+            target = (out / kitchen.id if path == FILE else out) / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(data)
         found.append(out / kitchen.id)
     return found
 

@@ -13,8 +13,8 @@ ERROR = Severity.ERROR
 # fmt: off
 ROWS: tuple[Check, ...] = (
     Check("BAT001", "Batch form loads", ERROR, BatchSubject, size.batch_form_loads, None, "",
-          "scene_batch.xml loads without warnings, is made of boxes, spheres, cylinders and capsules, and its joints "
-          "are those of the light form; build it again from the same scene."),
+          "scene_batch.xml loads without warnings, is made of boxes, spheres, cylinders and capsules, its pictures are "
+          "small, and its joints are those of the light form; build it again from the same scene."),
     Check("BAT002", "Batch form: colliders", ERROR, BatchSubject, size.collider_count_is_bounded, "batch_shapes", "",
           "At most {limit:g} primitives of the batch form touch anything; lock more joints with --joints, or leave "
           "things out of the plan."),

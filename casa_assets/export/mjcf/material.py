@@ -45,9 +45,9 @@ def add_texture(assets: etree._Element, image: Texture, path: str) -> None:
     etree.SubElement(assets, "texture", {"name": _stem(image), "type": "2d", "file": path})
 
 
-def add(assets: etree._Element, material: Material, name: str) -> None:
+def add(assets: etree._Element, material: Material, name: str) -> etree._Element:
     """`<material>` called `name`; it names the texture of its colour image."""
-    etree.SubElement(assets, "material", _attributes(material, name))
+    return etree.SubElement(assets, "material", _attributes(material, name))
 
 
 def _attributes(material: Material, name: str) -> dict[str, str]:

@@ -11,6 +11,9 @@ from casa_assets.model.asset.asset import Asset, Base, Collider
 from casa_assets.model.kitchen.scene import PlacedLink, Scene
 from casa_assets.model.record import Id, Record
 
+# Pixels along the longer side of a picture: about 5 mm of a floor, and cameras of policies have some hundred.
+PICTURE_PX = 256
+
 
 class WorldCollider(Record):
     """A primitive that never moves and stands for colliders of one or several placements.

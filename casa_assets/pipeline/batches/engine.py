@@ -23,7 +23,7 @@ class Parts:
     """What an engine is made of.
 
     Attributes:
-        models: of the kitchens, all of one structure. texts: MJCF of each.
+        models: of the kitchens, all of one structure. texts: MJCF of each, empty where they have pictures.
         kitchen_of_world: (worlds,) which of them each world is.
         sizes: nconmax, njmax and nccdmax of a world, as in `batch.json`.
         mounted: whether a robot stands on a mocap body, which a reset moves. ctrl: (nu,) what a reset sets it to.

@@ -18,14 +18,15 @@ import numpy as np
 from casa_assets.core.typing import Floats
 from casa_assets.errors import CasaError
 from casa_assets.model.kitchen.start_states import FREE_WIDTH
+from casa_assets.pipeline.batches.pictures import materials_of
 from casa_assets.pipeline.batches.robot import Robot
 from casa_assets.pipeline.batches.shared_spec import Kitchen, SharedSpec
 from casa_assets.pipeline.batches.slots import slots_for
 from casa_assets.pipeline.batches.structure import structure_of
 
 # Whole numbers that may differ: names, trees of bounding boxes, which only MuJoCo itself uses, how many bodies are
-# parked and so without weight, and lights that are off. Shortcuts are switched off.
-_MAY_DIFFER = ("bvh_", "oct_", "name", "nname", "nbuffer", "ngravcomp", "flg_gravcomp", "light_")
+# parked and so without weight, lights that are off, and which material a geom has. Shortcuts are switched off.
+_MAY_DIFFER = ("bvh_", "oct_", "name", "nname", "nbuffer", "ngravcomp", "flg_gravcomp", "light_", "geom_matid")
 START = "start"
 _SHORTCUTS = ("geom_sameframe", "body_sameframe", "site_sameframe")
 
@@ -36,7 +37,7 @@ class SharedModel:
 
     Attributes:
         name: of the kitchen. model: compiled; its arrays have the shapes that they have for the other kitchens.
-        text: MJCF of it. start: (nq,) positions of its joints as it begins.
+        text: MJCF of it, empty where it has pictures. start: (nq,) positions of its joints as it begins.
         bodies, joints, geoms, sites, cameras: name in the kitchen -> id in the model.
     """
 
@@ -56,6 +57,7 @@ def share(
     cylinders: bool = True,
     robot: Robot | None = None,
     numerics: Mapping[str, float] = MappingProxyType({}),
+    textures: bool = False,
 ) -> list[SharedModel]:
     """Batch forms in one structure.
 
@@ -65,6 +67,7 @@ def share(
             cylinders and boxes.
         robot: stands on the body `robot_mount`, or in the world if its base is free; its names begin with `robot_`.
         numerics: name of a custom number in the models -> its value.
+        textures: each has the materials and pictures of all, so that its geoms can show any; else they are plain.
     Raises:
         CasaError: a model has something that batch forms do not have, or the structures still differ.
     """
@@ -72,16 +75,17 @@ def share(
     slots = slots_for([kitchen.structure for kitchen in kitchens])
     cameras = list(dict.fromkeys(name for kitchen in kitchens for name in kitchen.cameras))
     lights = max(kitchen.model.nlight for kitchen in kitchens)
+    painted = {name: found for kitchen in kitchens for name, found in materials_of(kitchen.model).items()}
     made = []
     for kitchen, tenants in zip(kitchens, slots.tenants, strict=True):
-        shared = SharedSpec(kitchen)
+        shared = SharedSpec(kitchen, painted if textures else None)
         shared.fill(slots, tenants)
         shared.film(cameras, lights)
         for name, value in numerics.items():
             shared.spec.add_numeric(name=name, data=[value], size=1)
         if robot is not None:
             shared.mount(robot)
-        made.append(_compiled(shared, kitchen.model))
+        made.append(_compiled(shared, kitchen.model, is_plain=not textures))
     for other in made[1:]:
         _hold_same(made[0].model, other.model)
     # Lengths by which MuJoCo turns speeds of hinges into metres a second, to tell what is slow enough to fall asleep:
@@ -106,8 +110,8 @@ def _read(spec: mujoco.MjSpec, cylinders: bool) -> Kitchen:
         raise CasaError(f"{spec.modelname}: {error}") from error
 
 
-def _compiled(shared: SharedSpec, kitchen: mujoco.MjModel) -> SharedModel:
-    """What was written for a kitchen, compiled."""
+def _compiled(shared: SharedSpec, kitchen: mujoco.MjModel, is_plain: bool) -> SharedModel:
+    """What was written for a kitchen, compiled; `is_plain`: without pictures, so that MuJoCo can write its MJCF."""
     model = shared.spec.compile()
     for name in _SHORTCUTS:
         getattr(model, name)[:] = 0
@@ -117,7 +121,7 @@ def _compiled(shared: SharedSpec, kitchen: mujoco.MjModel) -> SharedModel:
         into, out = addresses(model, joint), addresses(kitchen, kitchen.joint(name).id)
         start[into] = begun[out]
     named = (ids[sort] for sort in ("body", "joint", "geom", "site", "camera"))
-    return SharedModel(shared.spec.modelname, model, shared.spec.to_xml(), start, *named)
+    return SharedModel(shared.spec.modelname, model, shared.spec.to_xml() if is_plain else "", start, *named)
 
 
 def addresses(model: mujoco.MjModel, joint: int) -> slice:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import mujoco
@@ -11,6 +11,7 @@ import numpy as np
 from lxml import etree
 
 from casa_assets.core.typing import Floats
+from casa_assets.pipeline.batches.pictures import PaintedMaterial, add_materials, plain_colors
 from casa_assets.pipeline.batches.robot import Robot
 from casa_assets.pipeline.batches.slots import Slot, Slots
 from casa_assets.pipeline.batches.structure import BodyKind, GeomKind, JointKind, SiteKind, Structure, Unit
@@ -32,6 +33,7 @@ _WORDS = {
 }
 # Elements of MJCF that hold what stands in a kitchen, and how many there are of each sort.
 _CONTENT = ("size", "worldbody", "contact", "custom", "keyframe")
+_SKY = "skybox"
 
 
 class Kitchen(NamedTuple):
@@ -54,8 +56,15 @@ class SharedSpec:
         spec: what is written. added: sort of thing -> name in the kitchen -> what stands for it.
     """
 
-    def __init__(self, kitchen: Kitchen) -> None:
+    def __init__(self, kitchen: Kitchen, materials: Mapping[str, PaintedMaterial] | None = None) -> None:
+        """Begins with a spec that holds nothing.
+
+        Args:
+            materials: of all kitchens, by name; None: what has a picture gets the mean colour of it.
+        """
         self.spec = _emptied(kitchen.spec)
+        self._colors = plain_colors(kitchen.model) if materials is None else None
+        add_materials(self.spec, (materials or {}).values())
         self.added: dict[str, dict[str, Any]] = {sort: {} for sort in ("body", "joint", "geom", "site", "camera")}
         self._kitchen, self._model, self._structure = kitchen, kitchen.model, kitchen.structure
         self._names: Counter[str] = Counter()
@@ -226,8 +235,15 @@ class SharedSpec:
             solmix=float(model.geom_solmix[source]),
             margin=float(model.geom_margin[source]),
             gap=float(model.geom_gap[source]),
-            rgba=model.geom_rgba[source],
+            **self._look(source),
         )
+
+    def _look(self, source: int) -> dict[str, Any]:
+        """Material of a geom, or its colour: MuJoCo would take the colour where both are given."""
+        material = int(self._model.geom_matid[source])
+        if self._colors is None and material >= 0:
+            return {"material": str(self._model.material(material).name)}
+        return {"rgba": (self._model.geom_rgba if self._colors is None else self._colors)[source]}
 
     def _add_site(self, body: Any, kind: SiteKind, source: int | None, middle: Floats) -> None:
         values: dict[str, Any] = {"type": mujoco.mjtGeom(kind.shape), "size": kind.size, "group": kind.group}
@@ -241,11 +257,14 @@ class SharedSpec:
 
 
 def _emptied(spec: mujoco.MjSpec) -> mujoco.MjSpec:
-    """A kitchen without all that stands in it; options, sky and settings of pictures stay."""
+    """A kitchen without all that stands in it, and without its materials; options, sky and views stay."""
     # MjSpec takes milliseconds to delete one element, and there are more than a thousand.
     root = etree.fromstring(spec.to_xml())
     for element in [found for tag in _CONTENT for found in root.iterchildren(tag)]:
         root.remove(element)
+    for block in root.iterchildren("asset"):
+        for element in [found for found in block if found.get("type") != _SKY]:
+            block.remove(element)
     return mujoco.MjSpec.from_string(etree.tostring(root, encoding="unicode"))
 
 

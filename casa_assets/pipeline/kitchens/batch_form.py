@@ -85,7 +85,7 @@ def make_one(recipe: SceneRecipe, out: Path, request: BatchRequest, force: bool 
         begin = time.perf_counter()
         _, scene = build_scene(recipe, disk.Library(out).cache)
         form = batch_of(scene, disk.Library(out).cache, request)
-        _put(folder / BATCH_FILE, mjcf.write(form))
+        _write(form, folder)
         written = time.perf_counter()
         told = _judged(form, folder, key)
         _put(folder / BATCH_JSON, (told.model_dump_json(indent=1) + "\n").encode())
@@ -153,8 +153,19 @@ def _judged(form: BatchScene, folder: Path, key: str) -> BatchFile:
     )
 
 
+def _write(form: BatchScene, folder: Path) -> None:
+    """Write scene_batch.xml, after the pictures that are not yet in the folder that scenes share."""
+    entries = dict(mjcf.write(form).entries)
+    text = entries.pop(BATCH_FILE)
+    for path, data in entries.items():
+        if not (folder.parent / path).exists():
+            _put(folder.parent / path, data)
+    _put(folder / BATCH_FILE, text)
+
+
 def _put(path: Path, data: bytes) -> None:
     """Write a file by one rename."""
+    path.parent.mkdir(parents=True, exist_ok=True)
     fresh = path.with_name(f".{path.name}.{os.getpid()}")
     fresh.write_bytes(data)
     fresh.replace(path)

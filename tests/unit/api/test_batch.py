@@ -69,6 +69,14 @@ def test_what_differs_from_kitchen_to_kitchen_is_told(scenes: list[Path]) -> Non
     assert casa.batch(scenes[:1], engine="mujoco", worlds=3).fields == {}
 
 
+def test_pictures_of_all_kitchens_are_in_each(tmp_path: Path) -> None:
+    batch = casa.batch(folders(tmp_path, has_pictures=True), engine="mujoco", textures=True)
+    assert set(batch.fields) >= {"geom_matid", "geom_size"}
+    first, second = (kitchen.model for kitchen in batch.kitchens)
+    assert first.nmat == second.nmat == 4
+    assert {first.tex(i).name for i in range(first.ntex)} == {"sky", "oak", "tiles"}
+
+
 class TestStartStates:
     @pytest.fixture
     def drawn(self, tmp_path: Path) -> Path:
@@ -140,6 +148,8 @@ class TestRobot:
         monkeypatch.setattr("casa_assets.api.batch.engine_named", lambda _: None)
         with pytest.raises(casa.CasaError, match=r"a robot is added with newton\.ModelBuilder"):
             casa.batch(scenes, engine="newton", robot=mujoco.MjSpec.from_string(DRIVING))
+        with pytest.raises(casa.CasaError, match="in plain colours; leave textures out"):
+            casa.batch(scenes, engine="newton", textures=True)
 
 
 class TestErrors:

@@ -11,6 +11,7 @@ from casa_assets.checks.check import Measurement, Problem, at_most, not_run
 from casa_assets.checks.motion.simulation import reset_to_start
 from casa_assets.checks.scene.batch.subject import BATCH_FILE, UNREADABLE, BatchSubject
 from casa_assets.core.typing import Mask
+from casa_assets.model.kitchen.batch_scene import PICTURE_PX
 
 PRIMITIVES = (
     mujoco.mjtGeom.mjGEOM_BOX,
@@ -41,8 +42,12 @@ def _problems(subject: BatchSubject, batch: mujoco.MjModel, light: mujoco.MjMode
         yield BATCH_FILE, f"MuJoCo warns: {warning}"
     for geom in np.flatnonzero(subject.colliding & ~np.isin(batch.geom_type, PRIMITIVES)):
         yield f"geoms/{batch.geom(int(geom)).name}", "is no box, sphere, cylinder or capsule"
-    if batch.nmesh or batch.ntex > 1:
-        yield BATCH_FILE, f"has {batch.nmesh} meshes and {batch.ntex} pictures; use plain colours"
+    if batch.nmesh:
+        yield BATCH_FILE, f"has {batch.nmesh} meshes; use primitives alone"
+    shown = np.unique(batch.mat_texid[batch.mat_texid >= 0])
+    for number in shown[np.maximum(batch.tex_width, batch.tex_height)[shown] > PICTURE_PX].tolist():
+        size = f"{batch.tex_width[number]} x {batch.tex_height[number]} pixels"
+        yield f"textures/{batch.tex(number).name}", f"has {size}; {PICTURE_PX} on a side are enough"
     known = {str(light.joint(number).name) for number in range(light.njnt)}
     for number in range(batch.njnt):
         name = str(batch.joint(number).name)

@@ -22,12 +22,13 @@ from lxml import etree
 from casa_assets.export.mjcf import collider, contact, number
 from casa_assets.export.mjcf.body import BodyContext
 from casa_assets.export.mjcf.scene import room
-from casa_assets.export.mjcf.scene.kitchen import add_placement, add_poses, add_texts, light_colors
+from casa_assets.export.mjcf.scene.appearance import Appearance, Look
+from casa_assets.export.mjcf.scene.kitchen import add_placement, add_poses, add_texts
 from casa_assets.export.mjcf.visual import Meshes
 from casa_assets.export.mujoco_values import VIEWER_GROUPS
 from casa_assets.model.asset.asset import Asset, Base
+from casa_assets.model.files import Files
 from casa_assets.model.kitchen.batch_scene import BatchScene
-from casa_assets.model.kitchen.scene import LightScene
 
 FILE = "scene_batch.xml"
 # Bits of contype and conaffinity: of everything by default, of loose things, and the first of fixtures that can meet.
@@ -38,12 +39,15 @@ LAST_MEETING = 30
 GROUPS = replace(VIEWER_GROUPS, colliders=VIEWER_GROUPS.visuals)
 
 
-def write(batch: BatchScene, sleeps: bool = True) -> bytes:
+def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> Files:
     """The MJCF of the batch form of a scene; the same form is the same bytes.
 
     Args:
         sleeps: what is at rest is left out of a step until something touches or drives it. False for engines that do
             not know sleep. Nothing is asleep in the file itself: mujoco_warp 4.0 refuses a model that begins so.
+        shared: leads from the folder of scene_batch.xml to the one that scenes share.
+    Returns:
+        `scene_batch.xml`, and the pictures of the shared folder as `assets/textures/<name>_<hash>.png`.
     """
     scene = batch.scene
     root = etree.Element("mujoco", {"model": scene.id})
@@ -52,18 +56,23 @@ def write(batch: BatchScene, sleeps: bool = True) -> bytes:
     flags = {"multiccd": "enable", **({"sleep": "enable"} if sleeps else {})}
     etree.SubElement(etree.SubElement(root, "option", option), "flag", flags)
     room.add_frame(root, scene)
-    room.add_sky(etree.SubElement(root, "asset"), scene)
+    resources = etree.SubElement(root, "asset")
+    room.add_sky(resources, scene)
     world = etree.SubElement(root, "worldbody")
     room.add_lights_and_cameras(world, scene)
     full = {asset.id: asset for asset in scene.assets}
-    colors = _Colors(full)
-    _add_world(world, batch, full, colors)
+    appearance = Appearance(batch)
+    _add_world(world, batch, full, appearance)
     contexts = []
     meeting = _meeting_bits(batch)
     for place, form in zip(scene.placements, batch.forms, strict=True):
-        names = {c.name: colors.of(form.id, c.name) for link in form.links for c in link.colliders}
-        context = BodyContext(form, Meshes((), {}), {}, GROUPS, place.name, names)
+        looks = {c.name: appearance.parts[place.name, c.name] for link in form.links for c in link.colliders}
+        form = _turned(form, looks)
+        context = BodyContext(form, Meshes((), {}), {}, GROUPS, place.name)
         body = add_placement(world, place, context)
+        geoms = {geom.get("name"): geom for geom in body.iter("geom")}
+        for name, look in looks.items():
+            _paint(geoms[f"{place.name}__{name}"], look)
         if form.base is Base.FREE:
             _set_bits(body, DEFAULT | THINGS, THINGS)
         else:
@@ -77,33 +86,35 @@ def write(batch: BatchScene, sleeps: bool = True) -> bytes:
             contact.add(block, exclusion, context)
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
-    return etree.tostring(root, encoding="us-ascii", pretty_print=True)
+    appearance.add_resources(resources, shared)
+    return Files.of({FILE: etree.tostring(root, encoding="us-ascii", pretty_print=True), **appearance.entries})
 
 
-class _Colors:
-    """`rgba` of the colliders of the assets of a scene, each asset looked at once."""
-
-    def __init__(self, assets: Mapping[str, Asset]) -> None:
-        self._assets = assets
-        self._found: dict[str, dict[str, str]] = {}
-
-    def of(self, asset: str, name: str) -> str:
-        """Colour of a collider, or of the one that it is a piece of."""
-        if asset not in self._found:
-            self._found[asset] = light_colors(self._assets[asset], self._assets[asset])
-        known = self._found[asset]
-        return known[name] if name in known else known[LightScene.collider_of(name)]
+def _turned(form: Asset, looks: Mapping[str, Look]) -> Asset:
+    """A form whose boxes are described as their looks want it."""
+    links = [
+        link.replace(colliders=tuple(looks[collider.name].collider for collider in link.colliders))
+        for link in form.links
+    ]
+    return form.replace(links=tuple(links))
 
 
-def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, Asset], colors: _Colors) -> None:
+def _paint(geom: etree._Element, look: Look) -> None:
+    """Give a geom its look. MuJoCo would take a colour of the geom in place of that of its material."""
+    del geom.attrib["rgba"]
+    for name, value in look.attributes.items():
+        geom.set(name, value)
+
+
+def _add_world(world: etree._Element, batch: BatchScene, assets: Mapping[str, Asset], appearance: Appearance) -> None:
     """Add what never moves to the world body."""
-    asset_of = {place.name: place.asset for place in batch.scene.placements}
-    for item in batch.world:
-        asset = assets[asset_of[item.placement]]
-        substance = asset.substance(item.collider.substance)
+    places = {place.name: place for place in batch.scene.placements}
+    for item, look in zip(batch.world, appearance.world, strict=True):
+        place = places[item.placement]
+        substance = assets[place.asset].substance(item.collider.substance)
         group = VIEWER_GROUPS.shell if item.is_overhead else VIEWER_GROUPS.visuals
-        geom = collider.add(world, item.collider, substance, Meshes((), {}), group, f"{item.placement}__")
-        geom.set("rgba", colors.of(asset.id, item.collider.name))
+        geom = collider.add(world, look.collider, substance, Meshes((), {}), group, f"{item.placement}__")
+        _paint(geom, look)
         geom.set("contype", str(DEFAULT if item.is_overhead else DEFAULT | THINGS))
         geom.set("conaffinity", "0")
 

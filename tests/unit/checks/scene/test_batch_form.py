@@ -40,7 +40,7 @@ def forms(folder: Path) -> BatchSubject:
     scene = things()
     root = in_all_forms(scene, folder).scene_subject.root
     form = batch_form(light_scene(scene))
-    (root / BATCH_FILE).write_bytes(mjcf.write(form))
+    (root / BATCH_FILE).write_bytes(mjcf.write(form).entries[BATCH_FILE])
     return BatchSubject(form, root)
 
 
@@ -124,6 +124,14 @@ def test_a_file_that_is_not_there_is_said_once(tmp_path: Path) -> None:
     subject = forms(tmp_path)
     (subject.root / BATCH_FILE).unlink()
     assert [issue.code for issue in run(subject, "room", LIMITS).issues] == ["BAT001"]
+
+
+def test_a_large_picture_is_told_by_its_name(tmp_path: Path) -> None:
+    large = '<texture name="oak" type="2d" builtin="flat" rgb1="1 1 1" width="512" height="256"/>'
+    shown = f'{large}<material name="oak" texture="oak"/></asset>'
+    subject = tampered("</asset>", shown)(tmp_path)
+    found = run(subject, "room", LIMITS).issues
+    assert [(issue.code, issue.pointer) for issue in found] == [("BAT001", "textures/oak")]
 
 
 def test_sizes_for_engines_are_found_with_a_margin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,7 @@ def scene() -> LightScene:
 
 
 def compiled(form: BatchScene) -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_string(mjcf.write(form).decode())
+    return mujoco.MjModel.from_xml_string(mjcf.write(form).entries[mjcf.FILE].decode())
 
 
 def begun(form: BatchScene) -> mujoco.MjData:
@@ -82,7 +82,7 @@ class TestBatchForm:
         assert data.nv_awake == 1
 
     def test_engines_without_sleep_get_a_file_without_it(self) -> None:
-        assert b"sleep" not in mjcf.write(batch_form(scene()), sleeps=False)
+        assert b"sleep" not in mjcf.write(batch_form(scene()), sleeps=False).entries[mjcf.FILE]
 
 
 class TestPairs:
@@ -103,7 +103,7 @@ class TestPairs:
         assert form.pair_count == candidate_pairs(compiled(form)).sum() > 0
 
     def test_a_robot_with_the_default_bits_touches_everything(self) -> None:
-        spec = mujoco.MjSpec.from_string(mjcf.write(batch_form(scene())).decode())
+        spec = mujoco.MjSpec.from_string(mjcf.write(batch_form(scene())).entries[mjcf.FILE].decode())
         body = spec.worldbody.add_body(name="robot", pos=[0, -2, 1])
         body.add_freejoint()
         body.add_geom(name="hand", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.05, 0, 0])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import mujoco
+from lxml import etree
 
 # Where a robot parks in both.
 PARKED = {"x": 1.0, "y": -1.2, "yaw": 1.5707963}
@@ -24,15 +26,44 @@ DRIVING = _ROBOT.format(joint='<joint name="x" type="slide" axis="1 0 0" damping
 FLOATING = _ROBOT.format(joint="<freejoint/>", home="5 5 0.11 1 0 0 0 -0.4")
 
 
+# What has a picture in each: the name of the picture and MuJoCo's builtin that makes it. `tiles` is in both.
+_OAK = ("oak", 'builtin="checker" rgb1="1 0.5 0.2" rgb2="0.5 0.2 0"')
+_TILES = ("tiles", 'builtin="flat" rgb1="0.2 0.4 0.6"')
+_PAINTED = ((FIRST, {"floor__floor": _TILES, "top__slab": _OAK}), (SECOND, {"floor__floor": _TILES}))
+
+
+def painted() -> list[str]:
+    """Both kitchens with pictures on what they have in common and on what they do not."""
+    return [_with_pictures(text, shown) for text, shown in _PAINTED]
+
+
+def _with_pictures(text: str, shown: Mapping[str, tuple[str, str]]) -> str:
+    root = etree.fromstring(text)
+    block = root.find("asset")
+    assert block is not None
+    for geom, (name, look) in shown.items():
+        block.append(etree.fromstring(f'<texture name="{name}" type="2d" {look} width="8" height="8"/>'))
+        block.append(
+            etree.fromstring(
+                f'<material name="{name}_m" texture="{name}" texuniform="true" texrepeat="4 2" shininess="0.3"/>'
+            )
+        )
+        found = next(element for element in root.iter("geom") if element.get("name") == geom)
+        del found.attrib["rgba"]
+        found.set("material", f"{name}_m")
+    block.append(etree.fromstring(f'<material name="plain_{root.get("model")}" rgba="0.1 0.2 0.3 1"/>'))
+    return etree.tostring(root, encoding="unicode")
+
+
 def specs() -> list[mujoco.MjSpec]:
     """Both kitchens."""
     return [mujoco.MjSpec.from_string(text) for text in (FIRST, SECOND)]
 
 
-def folders(out: Path) -> list[Path]:
+def folders(out: Path, has_pictures: bool = False) -> list[Path]:
     """Folders of scenes with the batch forms of both."""
     found = []
-    for name, text in (("first", FIRST), ("second", SECOND)):
+    for name, text in zip(("first", "second"), painted() if has_pictures else (FIRST, SECOND), strict=True):
         (out / name).mkdir(parents=True)
         (out / name / "scene_batch.xml").write_text(text)
         (out / name / "scene.json").write_text(json.dumps({"parking": {"top": {"shut": PARKED}}}))
