@@ -199,10 +199,8 @@ def batch(
     if not kitchens or count < len(kitchens):
         raise CasaError(f"{count} worlds of {len(kitchens)} kitchens: there has to be a kitchen, and a world of each")
     made = engine_named(engine)
-    if robot is not None and engine == "newton":
-        raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
-    if textures and engine == "newton":
-        raise CasaError("newton: takes the shapes of a kitchen in plain colours; leave textures out")
+    if engine == "newton":
+        _refuse_what_newton_lacks(robot is not None, textures)
     place = SCENES_FOLDER if out is None else Path(out)
     sources = [_Source.of(kitchen, place) for kitchen in kitchens]
     lost = next((source for source in sources if source.parks is None), None)
@@ -224,6 +222,14 @@ def batch(
         for source, one, row in zip(sources, shared, rows, strict=True)
     ]
     return Batch(engine, made(parts), inside, parts, mounted)
+
+
+def _refuse_what_newton_lacks(has_robot: bool, textures: bool) -> None:
+    """Raises CasaError."""
+    if has_robot:
+        raise CasaError("newton: a robot is added with newton.ModelBuilder; leave robot out")
+    if textures:
+        raise CasaError("newton: takes the shapes of a kitchen in plain colours; leave textures out")
 
 
 def _put_together(

@@ -3,7 +3,8 @@
     python batch_worlds.py ENGINE STEPS PACKAGES FOLDER ...
 
 PACKAGES is the folder that the engine is installed in, an environment of its own, which is looked at after ours. Each
-FOLDER holds `scene_batch.xml`. One joint of each kitchen is pulled, everything else is left alone.
+FOLDER holds `scene_batch.xml`. One joint of each kitchen is pulled, everything else is left
+alone; at last the second kitchen is reset.
 """
 
 from __future__ import annotations
@@ -54,7 +55,10 @@ def main() -> None:
     }
     model = theirs.kitchens[0].model
     sizes = {"nv": model.nv, "ngeom": model.ngeom, "bytes_per_world": theirs.bytes_per_world}
-    print(json.dumps({**sizes, "s_per_step": took / int(steps), "kitchens": told}))
+    theirs.reset([1])
+    again, begun = theirs.qpos, theirs.kitchens[1].rows.qpos[0]
+    reset = {"begun": float(np.abs(again[1] - begun).max()), "others": float(np.abs(again[0] - found[0]).max())}
+    print(json.dumps({**sizes, "s_per_step": took / int(steps), "kitchens": told, "reset": reset}))
 
 
 def a_joint(kitchen: casa.BatchKitchen) -> str:

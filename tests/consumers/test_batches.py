@@ -19,6 +19,7 @@ from tests.libraries import with_cache
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).parent / "batch_worlds.py"
+PICTURES = Path(__file__).parent / "batch_pictures.py"
 # Plan and style of each.
 KITCHENS = (
     ("galley", "rustic"),
@@ -39,6 +40,8 @@ MANY, STEPS, LEAST_WAY = (2, 100, 0.005) if SHORT else (10, 1000, 0.05)
 # other points where two boxes touch.
 OFF = {"mujoco_warp": 0.001, "newton": 0.001, "mjx": 0.005}
 MAX_S = 4 * 3600
+# Two renderers draw edges and shadows differently: so much of 255, on the mean of what is not sky.
+MOST_OFF = 20.0
 
 pytestmark = pytest.mark.consumers
 
@@ -59,18 +62,22 @@ def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]
     return found
 
 
-@pytest.fixture(scope="module", params=sorted(OFF))
-def told(request: Any, folders: list[Path]) -> tuple[str, Any]:
-    """Name of an engine, and what came of it."""
+def packages_of_engines() -> str:
+    """Folder that the engines are installed in."""
     python = ROOT / os.environ.get("CASA_ENGINES", ".venv-engines/bin/python")
     assert python.is_file(), f"{python} is missing; './dev consumers' makes it, or name one with CASA_ENGINES"
-    packages = subprocess.run(
+    return subprocess.run(
         [python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))"],
         check=True,
         capture_output=True,
         text=True,
     ).stdout.strip()
-    command = [sys.executable, str(SCRIPT), request.param, str(STEPS), packages, *map(str, folders)]
+
+
+@pytest.fixture(scope="module", params=sorted(OFF))
+def told(request: Any, folders: list[Path]) -> tuple[str, Any]:
+    """Name of an engine, and what came of it."""
+    command = [sys.executable, str(SCRIPT), request.param, str(STEPS), packages_of_engines(), *map(str, folders)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
     assert done.returncode == 0, done.stderr[-4000:]
@@ -99,3 +106,22 @@ def test_everything_else_stays_where_it_is_in_mujoco(told: tuple[str, Any]) -> N
     engine, found = told
     for name, kitchen in found["kitchens"].items():
         assert kitchen["worst_off"] < OFF[engine], f"{name}: {kitchen['worst']} is off by {kitchen['worst_off']}"
+
+
+def test_a_reset_is_of_one_world_alone(told: tuple[str, Any]) -> None:
+    assert told[1]["reset"]["begun"] < 1e-5, "engines have single precision"
+    assert told[1]["reset"]["others"] == 0.0
+
+
+def test_each_world_shows_its_own_pictures(folders: list[Path], tmp_path: Path) -> None:
+    """Drawn at once by mujoco_warp, each kitchen looks as MuJoCo draws it alone, and not as another one."""
+    command = [sys.executable, str(PICTURES), packages_of_engines(), str(tmp_path), *map(str, folders[:3])]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "MUJOCO_GL": os.environ.get("MUJOCO_GL", "egl")}
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
+    assert done.returncode == 0, done.stderr[-4000:]
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert set(found) == {folder.name for folder in folders[:3]}
+    for name, kitchen in found.items():
+        assert kitchen["shown"] > 0.2, f"{name}: next to nothing is drawn"
+        assert kitchen["off"] < MOST_OFF, f"{name}: looks unlike MuJoCo's picture of it, by {kitchen['off']} of 255"
+        assert kitchen["from_others"] > 2 * MOST_OFF, f"{name}: looks like another kitchen"

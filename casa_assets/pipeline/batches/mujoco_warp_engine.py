@@ -14,7 +14,7 @@ import warp as wp
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
-from casa_assets.pipeline.batches.warp_arrays import bytes_of
+from casa_assets.pipeline.batches.warp_arrays import assign_rows, bytes_of
 
 
 class MujocoWarpEngine:
@@ -52,22 +52,15 @@ class MujocoWarpEngine:
             chosen = np.zeros(self._worlds, dtype=bool)
             chosen[worlds] = True
             mjw.reset_data(model, data, wp.array(chosen, dtype=bool))
-            positions = data.qpos.numpy()
-            positions[worlds] = qpos
-            data.qpos.assign(positions)
-            controls = data.ctrl.numpy()
-            controls[worlds] = self._ctrl
-            data.ctrl.assign(controls)
+            rows = wp.array(worlds, dtype=int)
+            assign_rows(data.qpos, rows, qpos)
+            assign_rows(data.ctrl, rows, np.tile(self._ctrl, (len(worlds), 1)))
             if self._mounted:
-                for array, values in ((data.mocap_pos, mounts[:, :3]), (data.mocap_quat, mounts[:, 3:])):
-                    rows = array.numpy()
-                    rows[worlds, 0] = values
-                    array.assign(rows)
+                assign_rows(data.mocap_pos, rows, mounts[:, None, :3])
+                assign_rows(data.mocap_quat, rows, mounts[:, None, 3:])
             # Both say what sleeps, else mujoco_warp takes the difference for a wish to wake up.
-            for array, trees in ((data.tree_asleep, asleep), (data.tree_awake, np.zeros_like(asleep))):
-                rows = array.numpy()
-                rows[worlds, : trees.shape[1]] = trees
-                array.assign(rows)
+            assign_rows(data.tree_asleep, rows, asleep)
+            assign_rows(data.tree_awake, rows, np.zeros_like(asleep))
 
     def _place_what_stands(self, parts: Parts) -> None:
         """Poses of geoms that never move, of each world: mujoco_warp takes them from the one model it is given."""

@@ -12,7 +12,7 @@ import warp as wp
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.model.kitchen.start_states import FREE_WIDTH
 from casa_assets.pipeline.batches.engine import ITERATIONS, Parts
-from casa_assets.pipeline.batches.warp_arrays import bytes_of
+from casa_assets.pipeline.batches.warp_arrays import assign_rows, bytes_of
 
 # Quaternions: (w, x, y, z) here, (x, y, z, w) in Newton.
 _TO_NEWTON, _FROM_NEWTON = (1, 2, 3, 0), (3, 0, 1, 2)
@@ -41,12 +41,10 @@ class NewtonEngine:
 
     def reset(self, worlds: Ints, qpos: Floats, asleep: Ints, mounts: Floats) -> None:
         """Put worlds into states at rest; see `Engine`. What is at rest is not asleep."""
-        positions = self.data.joint_q.numpy().reshape(self._worlds, -1)
-        positions[worlds] = self._turned(qpos, _TO_NEWTON)
-        speeds = self.data.joint_qd.numpy().reshape(self._worlds, -1)
-        speeds[worlds] = 0.0
-        self.data.joint_q.assign(positions.ravel())
-        self.data.joint_qd.assign(speeds.ravel())
+        rows = wp.array(worlds, dtype=int, device=self.data.joint_q.device)
+        speeds = self.data.joint_qd.reshape((self._worlds, -1))
+        assign_rows(self.data.joint_q.reshape((self._worlds, -1)), rows, self._turned(qpos, _TO_NEWTON))
+        assign_rows(speeds, rows, np.zeros((len(worlds), speeds.shape[1])))
         newton.eval_fk(self.model, self.data.joint_q, self.data.joint_qd, self.data)
 
     def step(self, count: int) -> None:
