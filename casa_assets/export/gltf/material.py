@@ -19,6 +19,9 @@ COLOR_QUALITY, DATA_QUALITY = 85, 90
 SAMPLER = {"magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497}
 # Shares of a picture whose alpha is neither nothing nor all, above which it is see-through and not cut out.
 MAX_SOFT_SHARE = 0.05
+# Pictures of this process by name, colour space and size: those of all styles, of 60 kB each.
+_KEPT: dict[str, tuple[bytes, str, str]] = {}
+_MOST_KEPT = 512
 
 
 @dataclass
@@ -87,12 +90,21 @@ class Materials:
         """Reference to a picture, and the alpha mode that it asks for."""
         key = f"{texture.file_name} {texture.color_space.value}"
         if key not in self._image_of:
-            content, kind, mode = encoded(texture, self.picture_px)
+            content, kind, mode = self._encoded(key, texture)
             view = self.binary.view(content)
             self.images.append({"bufferView": view, "mimeType": kind, "name": texture.name})
             self._image_of[key] = len(self.images) - 1, mode
         index, mode = self._image_of[key]
         return {"index": index}, mode
+
+    def _encoded(self, key: str, texture: Texture) -> tuple[bytes, str, str]:
+        """The same as `encoded`; kitchens of a style have the same pictures, which are kept."""
+        place = f"{key} {self.picture_px}"
+        if place not in _KEPT:
+            if len(_KEPT) >= _MOST_KEPT:
+                _KEPT.clear()
+            _KEPT[place] = encoded(texture, self.picture_px)
+        return _KEPT[place]
 
 
 def encoded(texture: Texture, most_px: int) -> tuple[bytes, str, str]:

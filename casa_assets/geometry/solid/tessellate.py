@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from casa_assets.core.typing import Floats, Ints
@@ -18,8 +20,20 @@ def tessellate(shape: Shape, pose: Pose, steps: int = 32) -> tuple[Floats, Ints]
     """
     if isinstance(shape, Hull | MeshShape):
         return pose.apply(shape.mesh.vertices), shape.mesh.faces.astype(np.int64)
+    if isinstance(shape, Box | Cylinder):
+        # All boxes have the same faces, and all cylinders.
+        return pose.apply(_outline(shape, steps)), _faces(type(shape), steps)
     points, faces = convex_hull(_outline(shape, steps))
     return pose.apply(points), faces
+
+
+@lru_cache
+def _faces(kind: type[Box] | type[Cylinder], steps: int) -> Ints:
+    """(F, 3) outward faces of the outline of a box or a cylinder; read-only."""
+    shape = Box(size=(1.0, 1.0, 1.0)) if kind is Box else Cylinder(radius=1.0, height=1.0)
+    _, faces = convex_hull(_outline(shape, steps))
+    faces.setflags(write=False)
+    return faces
 
 
 def _outline(shape: Box | Sphere | Cylinder | Capsule, steps: int) -> Floats:

@@ -52,7 +52,7 @@ from casa_assets.preview.photoreal.viewpoint import EYE, eye_view
 from casa_assets.registry.habits import load_habits
 from casa_assets.registry.kitchens import plan_names, style_names
 
-OVERVIEW_FRAME = room.PictureSettings(passes=4, shadow_px=768)
+OVERVIEW_FRAME = room.PictureSettings(passes=4, directions=6, shadow_px=512)
 EYE_FRAME, OPEN = room.PictureSettings(816, 544, passes=3), "open"  # of the picture at eye level, with doors open
 BUILD, WRITE, DRAW, CHECK, PUT = "build", "write", "draw", "check", "put"  # steps of a scene
 WORKER_BYTES = 3_000_000_000  # of memory, that building, drawing and checking a scene may take
