@@ -16,7 +16,7 @@ from casa_assets.api.kitchen import SCENES_FOLDER, Kitchen, folder_or_kitchen, l
 from casa_assets.core.typing import Floats, Ints
 from casa_assets.errors import CasaError
 from casa_assets.pipeline.batches.awake_sizes import awake_sizes, near_pairs
-from casa_assets.pipeline.batches.engine import COMMON_SIZES, Engine, Parts
+from casa_assets.pipeline.batches.engine import COMMON_SIZES, TRIAL_ROBOT_FREEDOMS, Engine, Parts
 from casa_assets.pipeline.batches.engines import engine_named
 from casa_assets.pipeline.batches.robot import Robot, robot_of
 from casa_assets.pipeline.batches.shared_model import SharedModel, share
@@ -187,7 +187,7 @@ def batch(
         states: at most so many start states of each kitchen are kept for resets, where `casa-assets scenes states` drew
             some; else there is one, the kitchen as it is built.
         out: folder of scenes; None: `out/scenes` of the working folder.
-        sizes: nconmax, njmax and nccdmax of a world in place of those in `batch.json`; a robot may need more.
+        sizes: nconmax, njmax, nccdmax and nvmax of a world in place of those in `batch.json`; a robot may need more.
         device: such as `cuda:0` or `cpu`; None: the engine's own choice.
         textures: for pictures: the model holds the materials of all kitchens, and `geom_matid` differs from world to
             world. Else geoms are in plain colours, which differ too. Not with `newton`.
@@ -248,7 +248,10 @@ def _put_together(
     found = [source.sizes or COMMON_SIZES for source in sources]
     if engine in BEGIN_AWAKE:
         found += [awake_sizes(one, row) for one, row in zip(shared, rows, strict=True)]
-    most = {name: max(one[name] for one in found) for name in COMMON_SIZES} | dict(sizes)
+    most = {name: max(one.get(name, 0) for one in found) for name in COMMON_SIZES}
+    # The trials that the sizes are from had a robot.
+    most["nvmax"] += max(0, robot.freedoms - TRIAL_ROBOT_FREEDOMS) if robot is not None else 0
+    most |= sizes
     if engine == "mjx":
         pairs = max(near_pairs(one, row) for one, row in zip(shared, rows, strict=True))
         numbers = {"max_contact_points": most["nconmax"], "max_geom_pairs": pairs}

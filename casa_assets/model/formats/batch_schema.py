@@ -16,9 +16,9 @@ class BatchFile(Record):
         joints: that move in it.
         locked: joints of the scene that are not in it; what they move stands as the scene begins.
         filled: placements that are solid in it: a thing that nothing can be put into, a door without open bins.
-        colliders: primitives that touch anything.
-        pairs: of them, that an engine looks at in every step.
-        freedoms: degrees of freedom.
+        colliders: primitives that can collide.
+        pairs: pairs of colliders that an engine has to look at in every step.
+        freedoms: degrees of freedom of all joints.
         engine: what an engine has to allocate for one world, and what it was found from.
         report: of the checks BAT001 to BAT010.
     """

@@ -40,11 +40,13 @@ class EngineSizes(Record):
     """Sizes of the buffers that a GPU engine needs for a world of a batch form, and what they were found from.
 
     Attributes:
-        nconmax, njmax, nccdmax, nvmax: contacts, constraint rows, convex pairs and degrees of freedom awake, for
-            mujoco_warp's `put_data`: the most that was counted, with the margin.
-        contacts, rows, convex_pairs, awake: the most that was counted.
+        nconmax: contacts to make room for, one and a half times `contacts`; arguments of mujoco_warp's `make_data`
+            are called so, as are the next three.
+        njmax: constraint rows to make room for. nccdmax: convex pairs. nvmax: degrees of freedom awake.
+        contacts: the most at once in the trials. rows: constraint rows. awake: degrees of freedom awake.
+        convex_pairs: pairs of shapes that go through the general convex algorithm, such as a cylinder and a box.
         awake_in_use: degrees of freedom awake with a stand-in of a robot and one fixture in use, and nothing dropped.
-        fixtures: so many were used, one after the other.
+        fixtures: how many were used in the trials, one after the other.
         mujoco_bytes: memory of an MjData of MuJoCo's own: its buffer, and the most of its arena that was used.
     """
 

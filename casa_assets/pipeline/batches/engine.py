@@ -11,7 +11,10 @@ import mujoco
 from casa_assets.core.typing import Floats, Ints
 
 # Sizes of buffers for a kitchen without `batch.json`: the most of 120 kitchens, with a margin of 1.5.
-COMMON_SIZES = {"nconmax": 144, "njmax": 872, "nccdmax": 144}
+COMMON_SIZES = {"nconmax": 144, "njmax": 872, "nccdmax": 144, "nvmax": 128}
+
+# Joints of the robot in the trials that these were counted in, and those in `batch.json`.
+TRIAL_ROBOT_FREEDOMS = 9
 
 # Iterations of the solver at most, for engines in single precision: it does not get below its tolerance there and would
 # go on to the last. After eight nothing changed any more in three kitchens.
@@ -25,7 +28,7 @@ class Parts:
     Attributes:
         models: of the kitchens, all of one structure. texts: MJCF of each, empty where they have pictures.
         kitchen_of_world: (worlds,) which of them each world is.
-        sizes: nconmax, njmax and nccdmax of a world, as in `batch.json`.
+        sizes: nconmax, njmax, nccdmax and nvmax of a world, as in `batch.json`.
         mounted: whether a robot stands on a mocap body, which a reset moves. ctrl: (nu,) what a reset sets it to.
         device: name of it, such as `cuda:0` or `cpu`; None: the engine's own choice.
     """

@@ -33,7 +33,9 @@ class MujocoWarpEngine:
             self.model = put[0]
             for name, rows, dtype in _differing(put):
                 setattr(self.model, name, wp.array(rows, dtype=dtype))
-            self.data = mjw.make_data(first, nworld=worlds, **parts.sizes)
+            # Only so many rows and columns of the inertia matrix are there, for what is awake.
+            awake = min(parts.sizes["nvmax"], int(first.nv))
+            self.data = mjw.make_data(first, nworld=worlds, **{**parts.sizes, "nvmax": awake})
             self.model.opt.iterations = min(self.model.opt.iterations, ITERATIONS)
             self._place_what_stands(parts)
         # A step as a CUDA graph, which reads and writes the arrays that are there when it is recorded.

@@ -20,12 +20,14 @@ class Robot:
     Attributes:
         make: a new MjSpec of it, for each kitchen one.
         qpos, ctrl: of its first keyframe; without one as it is built, and zeros.
+        freedoms: of all its joints.
         floats: its base has a free joint, so that it stands in the world and not on a body that a reset moves.
     """
 
     make: Callable[[], mujoco.MjSpec]
     qpos: Floats
     ctrl: Floats
+    freedoms: int
     floats: bool
 
 
@@ -49,4 +51,4 @@ def robot_of(robot: str | Path | mujoco.MjSpec) -> Robot:
     if len(free) and free[0] != 0:
         raise CasaError(f"{model.joint(int(free[0])).name}: a free joint of a robot has to be its first joint")
     qpos, ctrl = (model.key_qpos[0], model.key_ctrl[0]) if model.nkey else (model.qpos0, np.zeros(model.nu))
-    return Robot(make, np.array(qpos), np.array(ctrl), bool(len(free)))
+    return Robot(make, np.array(qpos), np.array(ctrl), int(model.nv), bool(len(free)))

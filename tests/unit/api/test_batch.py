@@ -124,6 +124,15 @@ class TestRobot:
             assert data.ctrl == pytest.approx([-0.4])
             assert model.actuator("robot_lift").id == 0
 
+    def test_a_robot_with_many_joints_gets_room_for_them(self, scenes: list[Path]) -> None:
+        """The trials had one of nine joints."""
+        alone = casa.batch(scenes, engine="mujoco").sizes
+        small = casa.batch(scenes, engine="mujoco", robot=mujoco.MjSpec.from_string(DRIVING)).sizes
+        large = casa.batch(scenes, engine="mujoco", robot=chain(12)).sizes
+        assert small == alone
+        assert large == {**alone, "nvmax": alone["nvmax"] + 3}
+        assert casa.batch(scenes, engine="mujoco", robot=chain(12), sizes={"nvmax": 56}).sizes["nvmax"] == 56
+
     def test_from_a_file(self, scenes: list[Path], tmp_path: Path) -> None:
         (tmp_path / "bot.xml").write_text(DRIVING)
         batch = casa.batch(scenes, engine="mujoco", robot=tmp_path / "bot.xml")
@@ -150,6 +159,17 @@ class TestRobot:
             casa.batch(scenes, engine="newton", robot=mujoco.MjSpec.from_string(DRIVING))
         with pytest.raises(casa.CasaError, match="in plain colours; leave textures out"):
             casa.batch(scenes, engine="newton", textures=True)
+
+
+def chain(joints: int) -> mujoco.MjSpec:
+    """An arm of so many links."""
+    spec = mujoco.MjSpec()
+    body = spec.worldbody
+    for number in range(joints):
+        body = body.add_body(name=f"link_{number}", pos=[0.0, 0.0, 0.1])
+        body.add_joint(name=f"joint_{number}", type=mujoco.mjtJoint.mjJNT_HINGE, damping=[1.0, 0.0, 0.0])
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.02, 0.0, 0.0])
+    return spec
 
 
 class TestErrors:
