@@ -16,8 +16,9 @@ from casa_assets.model.kitchen.scene import Camera, Layer, Light, LightKind, Sce
 
 # Clipping distances: a camera at a wrist sees the fingers, and what lies beyond a window is not cut off.
 NEAR_M, FAR_M = 0.015, 60.0
-# The sun's map of shadows goes this many times as far as the scene.
-SHADOW_REACH = 1.2
+# The sun's map of shadows goes this many times as far as the scene. With less the upper parts of walls lie beyond its
+# edge, and MuJoCo draws rows of dark specks there.
+SHADOW_REACH = 2.0
 # Specular light as a share of a light's colour. Chosen by eye, as in the scene of a single asset.
 SPECULAR_SHARE = 0.5
 # The exponent with which a spot of full softness fades towards its edge. Chosen by eye.
