@@ -70,7 +70,7 @@ class ShownMaterials:
     def of(
         cls, visuals: Iterable[tuple[Visual, Pose]], materials: Iterable[Material], middle: Floats, is_room: bool
     ) -> ShownMaterials:
-        """Those of some visuals, each with the pose in the frame of the frame that its mesh is in.
+        """Those of some visuals, each with the pose that takes its mesh into the common frame.
 
         Args:
             middle: (3,) of the thing that they belong to, or of the room. is_room: they are seen from there.
@@ -123,7 +123,8 @@ class ShownMaterials:
         if isinstance(shape, Box):
             sides = sides * np.where(open_sides, 1.0, HIDDEN)
         areas = areas * self.weights[near]
-        covered = np.array([np.bincount(number, areas * side, len(self.materials)) for side in sides.T])
+        # Rounded: of two that are equal the last bit must not decide, which differs between processors.
+        covered = np.array([np.bincount(number, areas * side, len(self.materials)) for side in sides.T]).round(9)
         best = int(covered.sum(axis=0).argmax())
         material = self.materials[best]
         if not isinstance(shape, Box) or material.base_color_texture is None or material.tile_m is None:
