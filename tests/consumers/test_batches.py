@@ -40,8 +40,8 @@ MANY, STEPS, LEAST_WAY = (2, 100, 0.005) if SHORT else (10, 1000, 0.05)
 # other points where two boxes touch.
 OFF = {"mujoco_warp": 0.001, "newton": 0.001, "mjx": 0.005}
 MAX_S = 4 * 3600
-# Two renderers draw edges and shadows differently: so much of 255, on the mean of what is not sky.
-MOST_OFF = 20.0
+# Two renderers draw edges and shadows differently: means of blocks of pixels by so much of 255, on average.
+MOST_OFF = 10.0
 
 pytestmark = pytest.mark.consumers
 
@@ -115,12 +115,12 @@ def test_a_reset_is_of_one_world_alone(told: tuple[str, Any]) -> None:
 
 def test_each_world_shows_its_own_pictures(folders: list[Path], tmp_path: Path) -> None:
     """Drawn at once by mujoco_warp, each kitchen looks as MuJoCo draws it alone, and not as another one."""
-    command = [sys.executable, str(PICTURES), packages_of_engines(), str(tmp_path), *map(str, folders[:3])]
+    command = [sys.executable, str(PICTURES), packages_of_engines(), str(tmp_path), *map(str, folders)]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "MUJOCO_GL": os.environ.get("MUJOCO_GL", "egl")}
     done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=MAX_S, env=environment)
     assert done.returncode == 0, done.stderr[-4000:]
     found = json.loads(done.stdout.splitlines()[-1])
-    assert set(found) == {folder.name for folder in folders[:3]}
+    assert set(found) == {folder.name for folder in folders}
     for name, kitchen in found.items():
         assert kitchen["shown"] > 0.2, f"{name}: next to nothing is drawn"
         assert kitchen["off"] < MOST_OFF, f"{name}: looks unlike MuJoCo's picture of it, by {kitchen['off']} of 255"
