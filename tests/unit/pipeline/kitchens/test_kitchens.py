@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import shutil
@@ -143,6 +144,21 @@ class TestScene:
         told = {j["name"] for f in facts["fixtures"] for j in f["joints"].values()}
         free = {n for n in joints if n.endswith("__free")}
         assert told == joints - free
+
+    def test_the_whole_room_is_on_the_map_of_shadows_of_the_sun(self) -> None:
+        """Beyond its edge MuJoCo draws dark specks. A galley is long and narrow, which makes it the hardest case."""
+        model = casa_assets.load_scene("galley__coastal", weight="light")
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        sun = model.light("sun").id
+        ahead = model.light_dir[sun] / np.linalg.norm(model.light_dir[sun])
+        right = np.cross(ahead, (0.0, 0.0, 1.0))
+        right /= np.linalg.norm(right)
+        half = np.abs(data.geom_xmat.reshape(-1, 3, 3) @ model.geom_aabb[:, 3:, None])[..., 0]
+        lower, upper = (data.geom_xpos - half).min(axis=0), (data.geom_xpos + half).max(axis=0)
+        corners = np.array(list(itertools.product(*zip(lower, upper, strict=True)))) - model.light_pos[sun]
+        across = np.abs(corners @ np.stack([right, np.cross(right, ahead)], axis=1)).max()
+        assert across < model.vis.map.shadowclip * model.stat.extent
 
     def test_regions_stand_where_the_model_has_them(self, out: Path) -> None:
         facts = json.loads((out / SCENE / "scene.json").read_text(encoding="utf-8"))
