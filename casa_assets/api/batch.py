@@ -243,7 +243,7 @@ def _put_together(
     """Kitchens in one structure, with a robot; their states at rest; sizes of the buffers of a world."""
     specs = [source.spec for source in sources]
     # States are settled without a robot, which would move; its bodies and joints come after the kitchen's.
-    shared = share(specs, cylinders=engine != "mjx")
+    shared = share(specs, cylinders=engine != "mjx", textures=textures)
     rows = [source.rows(one, states) for source, one in zip(sources, shared, strict=True)]
     found = [source.sizes or COMMON_SIZES for source in sources]
     if engine in BEGIN_AWAKE:
@@ -256,7 +256,7 @@ def _put_together(
         pairs = max(near_pairs(one, row) for one, row in zip(shared, rows, strict=True))
         numbers = {"max_contact_points": most["nconmax"], "max_geom_pairs": pairs}
         shared = share(specs, False, robot, numbers, textures)
-    elif robot is not None or textures:
+    elif robot is not None:
         shared = share(specs, robot=robot, textures=textures)
     return shared, rows, most
 

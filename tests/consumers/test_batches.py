@@ -13,9 +13,10 @@ from typing import Any
 import pytest
 
 import casa_assets as casa
-from casa_assets.export.mjcf.scene.batch import FILE, write
+from casa_assets.export.mjcf.scene.batch import write
 from casa_assets.pipeline.kitchens.batch_form import batch_of
 from tests.libraries import with_cache
+from tests.scenes import put
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).parent / "batch_worlds.py"
@@ -53,12 +54,7 @@ def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]
     found = []
     for plan, style in KITCHENS[:MANY]:
         kitchen = casa.kitchen(plan, style)
-        (out / kitchen.id).mkdir()
-        for path, data in write(batch_of(kitchen.scene, cache)).entries.items():
-            target = (out / kitchen.id if path == FILE else out) / path
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(data)
-        found.append(out / kitchen.id)
+        found.append(put(write(batch_of(kitchen.scene, cache)), out, kitchen.scene))
     return found
 
 

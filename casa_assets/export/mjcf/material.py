@@ -29,7 +29,7 @@ def names(asset: Asset) -> dict[str, str]:
 def textures(asset: Asset) -> dict[str, Texture]:
     """Path relative to model.xml -> colour image, in the order of first use."""
     images = [m.base_color_texture for m in asset.materials]
-    return {_path(image): image for image in images if image is not None}
+    return {path(image): image for image in images if image is not None}
 
 
 def add_all(assets: etree._Element, asset: Asset) -> None:
@@ -45,9 +45,9 @@ def add_texture(assets: etree._Element, image: Texture, path: str) -> None:
     etree.SubElement(assets, "texture", {"name": _stem(image), "type": "2d", "file": path})
 
 
-def add(assets: etree._Element, material: Material, name: str) -> etree._Element:
+def add(assets: etree._Element, material: Material, name: str) -> None:
     """`<material>` called `name`; it names the texture of its colour image."""
-    return etree.SubElement(assets, "material", _attributes(material, name))
+    etree.SubElement(assets, "material", _attributes(material, name))
 
 
 def _attributes(material: Material, name: str) -> dict[str, str]:
@@ -91,7 +91,8 @@ def _shininess(roughness: float) -> float:
     return min(1.0, (2.0 / alpha**2 - 2.0) / FULL_EXPONENT)
 
 
-def _path(image: Texture) -> str:
+def path(image: Texture) -> str:
+    """Where an image is put, relative to model.xml or to the folder that scenes share."""
     return f"{FOLDER}/{image.file_name}"
 
 

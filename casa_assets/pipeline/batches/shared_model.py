@@ -75,10 +75,14 @@ def share(
     slots = slots_for([kitchen.structure for kitchen in kitchens])
     cameras = list(dict.fromkeys(name for kitchen in kitchens for name in kitchen.cameras))
     lights = max(kitchen.model.nlight for kitchen in kitchens)
-    painted = {name: found for kitchen in kitchens for name, found in materials_of(kitchen.model).items()}
+    painted = (
+        {name: found for kitchen in kitchens for name, found in materials_of(kitchen.model).items()}
+        if textures
+        else None
+    )
     made = []
     for kitchen, tenants in zip(kitchens, slots.tenants, strict=True):
-        shared = SharedSpec(kitchen, painted if textures else None)
+        shared = SharedSpec(kitchen, painted)
         shared.fill(slots, tenants)
         shared.film(cameras, lights)
         for name, value in numerics.items():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -37,6 +36,7 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     scene_key,
 )
 from casa_assets.pipeline.library import library as disk
+from casa_assets.pipeline.process_name import process_name
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.engine import Workers
 
@@ -166,6 +166,6 @@ def _write(form: BatchScene, folder: Path) -> None:
 def _put(path: Path, data: bytes) -> None:
     """Write a file by one rename."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    fresh = path.with_name(f".{path.name}.{os.getpid()}")
+    fresh = path.with_name(f".{path.name}.{process_name()}")
     fresh.write_bytes(data)
     fresh.replace(path)

@@ -1,4 +1,4 @@
-"""How the primitives of a batch form look: with the pictures of what they stand for, made small, or in one colour."""
+"""Material or colour of each primitive of a batch form: pictures of what it stands for, made small, or one colour."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from lxml import etree
 from PIL import Image
 
 from casa_assets.core.typing import Floats, Mask
-from casa_assets.export.mjcf import material as mjcf_material
-from casa_assets.export.mjcf import number
+from casa_assets.export.mjcf import material, number
 from casa_assets.export.mjcf.scene.kitchen import light_colors
+from casa_assets.export.mjcf.scene.resources import SceneResources, add_all
 from casa_assets.export.mjcf.scene.room import scene_bounds
 from casa_assets.geometry.collider_colors import mean_color
 from casa_assets.geometry.shown_materials import ShownMaterials, open_sides
@@ -28,8 +28,7 @@ from casa_assets.model.kitchen.scene import Layer, LightScene, Placement
 from casa_assets.model.pose import Pose
 
 # Pictures to keep: as many as a kitchen has, and to spare.
-_KEPT = 64
-FOLDER = "assets"
+KEPT_PICTURES = 64
 
 
 class Look(NamedTuple):
@@ -64,36 +63,31 @@ class Appearance:
         world: dict[int, Look] = {}
         of_parts = iter(sides[len(batch.world) :])
         for place, form in zip(batch.scene.placements, batch.forms, strict=True):
-            shown = _Shown(place, self._assets[place.asset], middle)
+            visuals = _PlacedVisuals(place, self._assets[place.asset], middle)
             for index in standing[place.name]:
-                world[index] = self._look(form.id, batch.world[index].collider, shown.in_world, sides[index])
+                world[index] = self._look(form.id, batch.world[index].collider, visuals.in_world, sides[index])
             for link in form.links:
                 for collider in link.colliders:
-                    look = self._look(form.id, collider, shown.of_link(link.name), next(of_parts))
+                    look = self._look(form.id, collider, visuals.of_link(link.name), next(of_parts))
                     self.parts[place.name, collider.name] = look
         self.world = [world[index] for index in range(len(batch.world))]
 
+    @property
+    def resources(self) -> SceneResources:
+        """Every picture and material that was named."""
+        images = [item.base_color_texture for _, item in sorted(self._materials.items())]
+        pictures = {material.path(image): image for image in images if image is not None}
+        return SceneResources({}, pictures, dict(sorted(self._materials.items())))
+
     def add_resources(self, assets: etree._Element, folder: str) -> None:
-        """Every picture and material that was named so far, below `<asset>`; `folder` leads to that of the pictures."""
-        for image in self._pictures.values():
-            mjcf_material.add_texture(assets, image, f"{folder}/{mjcf_material.FOLDER}/{image.file_name}")
-        for name, item in sorted(self._materials.items()):
-            assert item.tile_m is not None, "only pictures that repeat are shown"
-            element = mjcf_material.add(assets, item, name)
+        """Add them below `<asset>`; `folder` leads to the one that scenes share."""
+        add_all(assets, self.resources, folder)
+        for element in assets.iterchildren("material"):
+            tile = self._materials[element.get("name", "")].tile_m
+            assert tile is not None, "only pictures that repeat are shown"
             # MuJoCo counts how often a picture is there on half of the length of a box.
             element.set("texuniform", "true")
-            element.set("texrepeat", number.numbers(2 / side for side in item.tile_m))
-
-    @property
-    def entries(self) -> dict[str, bytes]:
-        """`assets/textures/...` -> picture."""
-        pictures = self._pictures.values()
-        return {f"{FOLDER}/{mjcf_material.FOLDER}/{image.file_name}": image.png for image in pictures}
-
-    @property
-    def _pictures(self) -> dict[str, Texture]:
-        images = [item.base_color_texture for _, item in sorted(self._materials.items())]
-        return {image.file_name: image for image in images if image is not None}
+            element.set("texrepeat", number.numbers(2 / side for side in tile))
 
     def _look(self, asset: str, collider: Collider, shown: ShownMaterials, is_open: Mask) -> Look:
         found = shown.on(collider.shape, collider.pose, is_open)
@@ -118,7 +112,7 @@ class Appearance:
         return known[name] if name in known else known[LightScene.collider_of(name)]
 
 
-class _Shown:
+class _PlacedVisuals:
     """What the visuals of a placement show, in the world and in its links, as the kitchen begins."""
 
     def __init__(self, place: Placement, asset: Asset, middle_of_room: Floats) -> None:
@@ -157,7 +151,7 @@ def _solids(batch: BatchScene) -> Iterator[tuple[Shape, Pose]]:
                 yield collider.shape, world_from_link @ collider.pose
 
 
-@lru_cache(maxsize=_KEPT)
+@lru_cache(maxsize=KEPT_PICTURES)
 def _reduced(picture: Texture) -> Texture:
     """A picture with fewer pixels."""
     longer = max(picture.width_px, picture.height_px)

@@ -56,8 +56,8 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
     flags = {"multiccd": "enable", **({"sleep": "enable"} if sleeps else {})}
     etree.SubElement(etree.SubElement(root, "option", option), "flag", flags)
     room.add_frame(root, scene)
-    resources = etree.SubElement(root, "asset")
-    room.add_sky(resources, scene)
+    assets = etree.SubElement(root, "asset")
+    room.add_sky(assets, scene)
     world = etree.SubElement(root, "worldbody")
     room.add_lights_and_cameras(world, scene)
     full = {asset.id: asset for asset in scene.assets}
@@ -86,8 +86,9 @@ def write(batch: BatchScene, sleeps: bool = True, shared: str = "../assets") -> 
             contact.add(block, exclusion, context)
     add_texts(root, scene, contexts)
     add_poses(root, scene, contexts)
-    appearance.add_resources(resources, shared)
-    return Files.of({FILE: etree.tostring(root, encoding="us-ascii", pretty_print=True), **appearance.entries})
+    appearance.add_resources(assets, shared)
+    text = etree.tostring(root, encoding="us-ascii", pretty_print=True)
+    return Files.of({FILE: text, **appearance.resources.entries})
 
 
 def _turned(form: Asset, looks: Mapping[str, Look]) -> Asset:
