@@ -158,7 +158,7 @@ def measure(python: str | Path, path: Path, *more: str) -> list[str | Path]:
 def peer_python() -> Path:
     """The interpreter of the peer's own environment, which is made where it is missing."""
     python, stamp = PEER_VENV / "bin" / "python", PEER_VENV / ".stamp"
-    held = (ROOT / "constraints.txt").read_text(encoding="utf-8").split()
+    held = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     wanted = [PEER, *(line for line in held if line.startswith(("mujoco==", "numpy==")))]
     if not stamp.is_file() or stamp.read_text(encoding="utf-8") != "\n".join(wanted):
         print(f"Installing {PEER} into {PEER_VENV.name} (once) ...", file=sys.stderr)

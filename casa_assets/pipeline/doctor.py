@@ -48,6 +48,11 @@ NATIVE_MODULES = {
     "vhacdx": "vhacdx",
 }
 
+# A line of constraints.txt, such as numpy==2.4.6, or usd-core==26.11 ; python_version >= "3.14".
+_PIN = re.compile(
+    r"""(?P<name>[\w.-]+)==(?P<version>[^\s;]+)(\s*;\s*python_version\s*(?P<order><|>=)\s*"3\.(?P<minor>\d+)")?$"""
+)
+
 _DRAW = """
 import mujoco
 model = mujoco.MjModel.from_xml_string(
@@ -184,9 +189,9 @@ def _draws(name: str) -> tuple[bool, str]:
 
 
 def _python() -> Finding:
-    ok = (3, 11) <= sys.version_info[:2] <= (3, 12)
+    ok = (3, 11) <= sys.version_info[:2] <= (3, 14)
     message = f"{platform.python_version()} ({sys.executable})"
-    fix = "" if ok else "sudo apt-get install -y python3.11 python3.11-venv && PYTHON=python3.11 ./dev setup"
+    fix = "" if ok else "sudo apt-get install -y python3 python3-venv && PYTHON=python3 ./dev setup"
     return Finding(subject="python", ok=ok, message=message, fix=fix)
 
 
@@ -223,8 +228,15 @@ def _pinned() -> dict[str, str]:
     path = Path(__file__).parents[2] / "constraints.txt"
     if not path.is_file():
         return {}
-    pairs = (line.split("==") for line in path.read_text(encoding="utf-8").splitlines() if "==" in line)
-    return {_name(name): version.strip() for name, version in pairs}
+    pins = (_PIN.match(line) for line in path.read_text(encoding="utf-8").splitlines())
+    return {_name(pin["name"]): pin["version"] for pin in pins if pin is not None and _is_for_this_python(pin)}
+
+
+def _is_for_this_python(pin: re.Match[str]) -> bool:
+    if pin["minor"] is None:
+        return True
+    is_older = sys.version_info[:2] < (3, int(pin["minor"]))
+    return is_older if pin["order"] == "<" else not is_older
 
 
 def _name(requirement: str) -> str:

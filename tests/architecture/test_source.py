@@ -83,8 +83,11 @@ def test_constraints_are_names_and_versions() -> None:
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     pins = [line for line in lines if not line.startswith("#")]
     assert pins
-    assert [line for line in pins if not re.fullmatch(r"[A-Za-z0-9_.-]+==[A-Za-z0-9_.+!-]+", line)] == []
+    pin = r"""[A-Za-z0-9_.-]+==[A-Za-z0-9_.+!-]+( ; python_version (<|>=) "3\.\d+")?"""
+    assert [line for line in pins if not re.fullmatch(pin, line)] == []
 
+
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 
 # What ruff has to find in a module of the package, and the rule that says it.
 PLANTS = [
@@ -110,12 +113,10 @@ def test_ruff_reports_what_is_planted(rule: str, text: str) -> None:
 
 
 def test_every_requirement_has_a_lowest_version_and_a_pin_above_it() -> None:
-    pins = dict(
-        line.split("==")
-        for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
-        if not line.startswith("#")
-    )
-    pins = {canonicalize_name(name): version for name, version in pins.items()}
+    lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    pins: dict[str, list[Requirement]] = {}
+    for pin in (Requirement(line) for line in lines if not line.startswith("#")):
+        pins.setdefault(canonicalize_name(pin.name), []).append(pin)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = project["optional-dependencies"]
     # torch has builds for each kind of processor and card, so what the extra clip brings is not pinned.
@@ -123,6 +124,12 @@ def test_every_requirement_has_a_lowest_version_and_a_pin_above_it() -> None:
     for requirement in map(Requirement, [*pinned, *extras["clip"]]):
         assert {clause.operator for clause in requirement.specifier} & {">=", "=="}, f"{requirement} has no lower bound"
     for requirement in map(Requirement, pinned):
-        version = pins.get(canonicalize_name(requirement.name))
-        assert version is not None, f"{requirement.name} is not in constraints.txt"
-        assert requirement.specifier.contains(version, prereleases=True), f"{requirement} excludes {version}"
+        held = pins.get(canonicalize_name(requirement.name), [])
+        assert held, f"{requirement.name} is not in constraints.txt"
+        for python in PYTHONS:
+            environment = {"python_version": python, "python_full_version": f"{python}.0", "extra": ""}
+            if requirement.marker is None or requirement.marker.evaluate(environment):
+                here = [pin for pin in held if pin.marker is None or pin.marker.evaluate(environment)]
+                assert len(here) == 1, f"{requirement.name} has {len(here)} pins on Python {python}"
+                version = next(iter(here[0].specifier)).version
+                assert requirement.specifier.contains(version, prereleases=True), f"{requirement} excludes {version}"
