@@ -10,10 +10,12 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
+from lxml import etree
 from pxr import Usd, UsdGeom
 
 from tests.consumers import library_kitchen
-from tests.documents import SAVED, Block, blocks, pages, program, shell
+from tests.documents import ROOT, SAVED, Block, blocks, pages, program, shell
 from tests.libraries import with_cache
 
 pytestmark = pytest.mark.consumers
@@ -84,8 +86,24 @@ def _stands_upright(place: Path) -> None:
     assert 0.09 < size[2] < 0.11  # 97 mm high: upright, and in metres
 
 
+def _gates_a_pull_request(place: Path) -> None:
+    """The commands of the workflow that the page names, in a repository with one good and one broken mesh."""
+    repository = place / "out" / "repository"
+    for name, wanted in (("mug.obj", 0), ("banana.glb", 1)):
+        (repository / "meshes").mkdir(parents=True, exist_ok=True)
+        shutil.copy(place / "examples" / "meshes" / name, repository / "meshes")
+        workflow = yaml.safe_load((ROOT / "examples" / "workflows" / "assets.yml").read_text(encoding="utf-8"))
+        steps = [step["run"] for step in workflow["jobs"]["assets"]["steps"] if step.get("name") in ("ingest", "gate")]
+        codes = [shell(step, repository).returncode for step in steps]
+        assert codes == [0, wanted], name
+    failed = etree.parse(repository / "out" / "assets.xml").xpath("//testcase[failure]/@name")
+    assert failed == ["rejected-rate>5%"]
+    assert json.loads((repository / "out" / "assets.sarif").read_text(encoding="utf-8"))["version"] == "2.1.0"
+
+
 # What pages leave is looked at here, so that no other test makes it again.
 JUDGED = {
     "docs/howto/meshes/mesh.md": _stands_upright,
+    "docs/howto/use/gate.md": _gates_a_pull_request,
     "docs/howto/extend/library_asset.md": library_kitchen.judge,
 }

@@ -49,6 +49,12 @@ def report(
         list[str] | None,
         typer.Option(help="Exit 1 if this holds: 'rejected-rate>5%', 'worse', 'FLT005', ...; may be repeated."),
     ] = None,
+    junit: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write JUnit XML too: a test case for each input and condition.")
+    ] = None,
+    sarif: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write SARIF 2.1.0 too, which code scanning shows.")
+    ] = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures first."))] = "",
     in_3d: Annotated[
         bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each, written once."))
@@ -61,7 +67,8 @@ def report(
 
     Counts by category, source and reason; sizes and masses against the usual ones; seconds by stage. Of more than 400
     inputs the data lies in report_parts beside the page. Of more than 100,000, and with --index, report.html is an
-    overview of the pages in report_pages, which leave the checks of each input out, and takes no --baseline and --3d.
+    overview of the pages in report_pages, which leave the checks of each input out, and --baseline, --3d, --junit and
+    --sarif cannot be used.
 
     --fail-on takes a count (entries, accepted, review, rejected, advice, not-run, size-outliers, mass-outliers, and
     with --baseline better, worse, appeared, gone), a share of it (rejected-rate), or the code of a check, alone or
@@ -74,6 +81,7 @@ def report(
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.checks_page import codes
+    from casa_assets.pipeline.reports.library.ci_files import CiFiles
     from casa_assets.pipeline.reports.library.conditions import parse
     from casa_assets.pipeline.reports.library.paged import is_large
     from casa_assets.pipeline.reports.library.report import write
@@ -86,13 +94,13 @@ def report(
     output, target = Output(json_, quiet, verbose), out or (index or library) / "report.html"
     place: LibraryFolder | Path = library_at(library) if index is None else index
     if isinstance(place, Path) or is_large(place):
-        _refuse(baseline is not None or in_3d or bool(clip_weights), index)
+        _refuse(any((baseline, in_3d, clip_weights, junit, sarif)), index)
         written = _in_pages(place, target, conditions)
     else:
         _compare_all(place, clip_weights)
         with writing(target.parent):
             models = _write_models(library, target, output) if in_3d else None
-            written = write(library, target, baseline, conditions, models)
+            written = write(library, target, baseline, conditions, models, CiFiles(junit, sarif))
     _tell(written, index or library, output)
 
 
@@ -109,7 +117,7 @@ def _refuse(has_other: bool, index: Path | None) -> None:
     """Raise that a report in pages takes no other options, where there are some."""
     if has_other:
         what = "a report on --index" if index is not None else "a report on so large a library"
-        raise CasaError(f"{what} takes no --baseline, --3d and --clip-weights; leave them out")
+        raise CasaError(f"{what} takes no --baseline, --3d, --junit, --sarif and --clip-weights; leave them out")
 
 
 def _tell(written: WrittenReport, library: Path, output: Output) -> None:

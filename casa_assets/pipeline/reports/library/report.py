@@ -20,6 +20,7 @@ from casa_assets.pipeline.library.run_times import read_costs, read_times
 from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.entry import Entry
 from casa_assets.pipeline.reports.library import page, priors, rows, summary
+from casa_assets.pipeline.reports.library.ci_files import NO_CI_FILES, CiFiles
 from casa_assets.pipeline.reports.library.comparison import Run, compare, link_before, read_run, standing_of
 from casa_assets.pipeline.reports.library.conditions import Condition, judge
 from casa_assets.pipeline.reports.library.models import PageModels
@@ -33,6 +34,7 @@ def write(
     baseline: Path | None = None,
     conditions: Sequence[Condition] = (),
     models: PageModels | None = None,
+    ci_files: CiFiles = NO_CI_FILES,
 ) -> WrittenReport:
     """Write the page for the library at `root` to `target`, and a JSON file of that name beside it.
 
@@ -40,6 +42,7 @@ def write(
         target: the page, `<name>.html`; of a large library the data goes to the folder `<name>_parts` beside it.
         baseline: report.json or library of an earlier run. conditions: that are judged.
         models: where the page finds the models of its assets; None where there are none.
+        ci_files: files for continuous integration that are written too.
     Raises:
         OutputError: an entry of the library is damaged, the page cannot be written, or there is no such earlier run.
     """
@@ -61,6 +64,7 @@ def write(
             write_text(target, page.render(found, words, links, (), parts.folder_of(target).name, models))
         json_path = target.with_suffix(".json")
         write_text(json_path, json.dumps(summary.content(found, words), sort_keys=True, indent=1) + "\n")
+    ci_files.write(found, words)
     return WrittenReport(target, json_path, tuple(found.outcomes))
 
 
