@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import ctypes
-
-import meshoptimizer
 import numpy as np
-import numpy.typing as npt
+from opengl_decimate import CollapseSequence, SimplifyOptions, collapse_sequence
 
+from casa_assets.core.typing import Ints
 from casa_assets.geometry.mesh.topology import merge_rows
 from casa_assets.ingest.draft import Draft, warning
 from casa_assets.ingest.submesh import submesh
@@ -15,6 +13,9 @@ from casa_assets.model.asset.mesh import Mesh
 
 # Largest error of the simplified surface, as a part of the mesh's extent.
 TARGET_ERROR = 0.01
+# The same while every seam of the texture keeps its line. Where that would cost more, as it does with a texture of many
+# small pieces, points may also leave a seam; each side still keeps its own texture coordinates.
+SEAM_ERROR = 0.005
 
 
 def simplify(draft: Draft, limit: int) -> Draft:
@@ -34,45 +35,29 @@ def simplify(draft: Draft, limit: int) -> Draft:
 
 
 def simplified(mesh: Mesh, target: int) -> Mesh:
-    """The mesh with about `target` faces (more where seams or the error bound forbid it)."""
-    columns = [np.round(mesh.vertices / max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-30), 7)]
-    columns += [np.round(a, 6) for a in (mesh.uv, mesh.normals) if a is not None]
-    columns += [mesh.colors.astype(np.float64)] if mesh.colors is not None else []
-    first, place = merge_rows(np.column_stack(columns))
-    index = place[mesh.faces.astype(np.int64)].ravel().astype(np.uint32)
-    points = np.ascontiguousarray(mesh.vertices[first], dtype=np.float32)
-    out = np.zeros(len(index), dtype=np.uint32)
-    if mesh.uv is None:
-        count = meshoptimizer.simplify(out, index, points, target_index_count=target * 3, target_error=TARGET_ERROR)
-    else:
-        count = _with_uv(out, index, points, np.ascontiguousarray(mesh.uv[first], dtype=np.float32), target)
-    # A part of a few tiny components can collapse entirely; it stays as it is.
-    return submesh(mesh, first[out[:count]].reshape(-1, 3)) if count else mesh
+    """The mesh with about `target` faces (more where the error bound forbids it), over a part of its own vertices."""
+    for lock_seams, bound in ((True, SEAM_ERROR), (False, TARGET_ERROR)):
+        corners, sequence = _collapses(mesh, lock_seams)
+        steps = sequence.steps_for(target_count=target, target_error=bound)
+        if sequence.triangles_after(steps) <= target:
+            break
+    _, _, _, rows = sequence.state(steps)
+    # The vertex whose attributes a corner takes also gives its place, so that both fit each other.
+    return submesh(mesh, corners[rows]) if len(rows) else mesh
 
 
-def _with_uv(
-    out: npt.NDArray[np.uint32],
-    index: npt.NDArray[np.uint32],
-    points: npt.NDArray[np.float32],
-    uv: npt.NDArray[np.float32],
-    target: int,
-) -> int:
-    """Number of indices written to `out`; stretching the texture counts as an error too."""
-    # The binding declares no argument types for this function, so numbers have to be of their C types already.
-    return int(
-        meshoptimizer.simplify_with_attributes(
-            out,
-            index,
-            points,
-            uv,
-            np.array([0.5, 0.5], dtype=np.float32),
-            index_count=ctypes.c_size_t(len(index)),
-            vertex_count=ctypes.c_size_t(len(points)),
-            vertex_positions_stride=ctypes.c_size_t(points.strides[0]),
-            vertex_attributes_stride=ctypes.c_size_t(uv.strides[0]),
-            attribute_count=ctypes.c_size_t(2),
-            target_index_count=ctypes.c_size_t(target * 3),
-            target_error=ctypes.c_float(TARGET_ERROR),
-            options=ctypes.c_uint(0),
-        )
-    )
+def _collapses(mesh: Mesh, lock_seams: bool) -> tuple[Ints, CollapseSequence]:
+    """Collapses of edges until nothing is left to collapse, and the vertex of the mesh behind each of their vertices.
+
+    Lengths and errors are parts of the mesh's extent.
+    """
+    extent = max(float(np.ptp(mesh.vertices, axis=0).max()), 1e-30)
+    places = np.round((mesh.vertices - mesh.vertices.min(axis=0)) / extent, 7)
+    carried = {"TEXCOORD_0": mesh.uv, "NORMAL": mesh.normals, "COLOR_0": mesh.colors}
+    values = {name: np.round(array.astype(np.float64), 6) for name, array in carried.items() if array is not None}
+    first, place = merge_rows(np.column_stack([places, *values.values()]))
+    attributes = {"POSITION": places[first]} | {name: array[first] for name, array in values.items()}
+    index = place[mesh.faces.astype(np.int64)].ravel()
+    # At the end of an edge: a point in between would have to have texture coordinates made up for it.
+    options = SimplifyOptions(target_ratio=1.0, placement="endpoint", lock_seams=lock_seams)
+    return first, collapse_sequence(attributes, index, options)

@@ -39,6 +39,7 @@ NATIVE_MODULES = {
     "meshoptimizer": "meshoptimizer",
     "mujoco": "mujoco",
     "numpy": "numpy",
+    "opengl_decimate": "opengl-decimate",
     "PIL.Image": "pillow",
     "pxr.Usd": "usd-core",
     "pyarrow": "pyarrow",

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import meshoptimizer
 import numpy as np
+from opengl_decimate import SimplifyOptions, collapse_sequence
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -31,6 +31,8 @@ NOISE = (0.001, 0.002)
 MISSING, HOLES = (0.02, 0.04), (6, 14)
 # Share of the faces that stay, and the error that simplification may make, share of a part's size.
 KEPT, SIMPLIFY_ERROR = (0.25, 0.5), 0.004
+# Points stay where they are, and none on a border goes.
+OPTIONS = SimplifyOptions(target_ratio=1.0, placement="endpoint", lock_boundary=True)
 # Faces beyond which no side is halved any more.
 MOST_FACES = 60_000
 # Triangles of a face of which some sides are halved, over its corners (0 to 2) and the middles of the sides that
@@ -156,18 +158,11 @@ def decimated(mesh: LabelledMesh, rng: np.random.Generator) -> LabelledMesh:
     for number in np.unique(whole.part).tolist():
         rows = np.flatnonzero(whole.part == number)
         used, at = np.unique(whole.faces[rows], return_inverse=True)
-        index = np.ascontiguousarray(at.ravel(), dtype=np.uint32)
-        points = np.ascontiguousarray(whole.points[used], dtype=np.float32)
-        out = np.zeros(len(index), dtype=np.uint32)
-        count = meshoptimizer.simplify(
-            out,
-            index,
-            points,
-            target_index_count=max(4, int(share * len(rows))) * 3,
-            target_error=SIMPLIFY_ERROR,
-            options=meshoptimizer.SIMPLIFY_LOCK_BORDER,
-        )
-        pieces.append((used[out[:count].astype(np.int64)].reshape(-1, 3), number))
+        points = whole.points[used]
+        sequence = collapse_sequence({"POSITION": points}, at.ravel(), OPTIONS)
+        error = SIMPLIFY_ERROR * float(np.ptp(points, axis=0).max())
+        steps = sequence.steps_for(target_count=max(4, int(share * len(rows))), target_error=error)
+        pieces.append((used[sequence.state(steps)[3]], number))
     faces = np.concatenate([f for f, _ in pieces])
     part = np.concatenate([np.full(len(f), n, dtype=np.int64) for f, n in pieces])
     return LabelledMesh(whole.points, faces, part, np.zeros(len(faces), dtype=bool), mesh.truth)

@@ -28,6 +28,7 @@ def test_extras_of_a_checkout() -> None:
         "clip",
         "exr",
         "gymnasium",
+        "meshopt",
         "objaverse",
         "parquet",
         "ray",
