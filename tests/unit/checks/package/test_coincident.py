@@ -6,7 +6,7 @@ import pytest
 import usd_validation_nvidia
 from pxr import Gf, Usd, UsdGeom
 
-from casa_assets.checks.package import coincident_meshes, usd
+from casa_assets.checks.simready import coincident_meshes, usd
 
 CORNERS = ((0.0, 0.0, 0.0), (0.3, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.5))
 FACES = (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)
@@ -38,7 +38,7 @@ def stage_of(
 
 def verdicts(stage: Usd.Stage) -> tuple[int, int]:
     """How much their rule finds, and ours."""
-    usd.load_rules()
+    load_rules()
     rules = usd_validation_nvidia.RequirementsRegistry()
     swift = rules.get_validator(rules.find_requirement(coincident_meshes.REQUIREMENT))
     theirs = swift.__mro__[1]

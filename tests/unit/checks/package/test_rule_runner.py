@@ -11,9 +11,9 @@ import usd_validation_nvidia
 from pxr import Ar, Usd, UsdGeom, UsdShade
 from simready.validate import api
 
-from casa_assets.checks.package import rule_runner, usd
+from casa_assets.checks.simready import rule_runner, rules
 from casa_assets.checks.package.package import Package
-from casa_assets.checks.package.rule_runner import DirectRunner
+from casa_assets.checks.simready.rule_runner import DirectRunner
 from casa_assets.checks.readers.quiet import quiet
 from tests.assets import microwave, rigid_mug
 from tests.packages import tamper, written
@@ -54,7 +54,7 @@ def stage() -> Usd.Stage:
 @pytest.fixture
 def their_way(monkeypatch: pytest.MonkeyPatch) -> None:
     """Meanwhile SimReady runs as it does by itself."""
-    usd.load_rules()
+    load_rules()
     checker = usd_validation_nvidia.ComplianceChecker
     plain = usd_validation_nvidia._compliance_runners.SyncComplianceCheckerRunner
 

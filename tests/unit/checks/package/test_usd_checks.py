@@ -135,7 +135,7 @@ def test_quiet_hands_over_what_was_said() -> None:
 def test_checks_run_in_a_forked_child(tmp_path: Path) -> None:
     """Twenty children of one warm parent: a lock or thread lost in the fork would hang some of them."""
     package = written(textured_box(), tmp_path)
-    usd.load_rules()
+    load_rules()
     tripped(package, FILES)
     context = multiprocessing.get_context("fork")
     children = [context.Process(target=_child, args=(package,)) for _ in range(20)]
