@@ -108,6 +108,8 @@ def scene_parity(
 ) -> list[Problem]:
     """One problem for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
 
+    Where MuJoCo's reader of USD is not installed, UsdPhysics alone reads it.
+
     Args:
         mjcf, usd: scene.xml and scene.usda, beside the shared folder that they name.
         tolerance: of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
@@ -116,8 +118,8 @@ def scene_parity(
     model, error = _model(mujoco_load.load_asset_file, mjcf)
     if model is None:
         return [(mjcf.name, error)]
-    imported, error = _model(usd_facts.imported, usd)
-    problems = [(usd.name, error)] if imported is None else []
+    imported, error = (None, "") if usd_facts.missing_importer() else _model(usd_facts.imported, usd)
+    problems = [(usd.name, error)] if error else []
     return problems + parity_of(MjcfReading(model), imported, usd, tolerance, length_m)
 
 
