@@ -9,7 +9,9 @@ from pathlib import Path
 from PIL import Image
 
 from casa_assets.checks.package.package import Package
+from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.checks.run import run
+from casa_assets.checks.simready.installed import NoVerdict, validator_python
 from casa_assets.checks.table.table import TABLE
 from casa_assets.export.mjcf import document as mjcf
 from casa_assets.export.usd import document as usd
@@ -39,6 +41,22 @@ def tamper(path: Path, *changes: tuple[str, str]) -> None:
         assert old in text, f"{old!r} is not in {path.name}"
         text = text.replace(old, new)
     path.write_text(text, encoding="utf-8")
+
+
+def not_run_here(on_good: bool = False) -> set[str]:
+    """Codes of the checks that need an optional package which this environment lacks.
+
+    Args:
+        on_good: with those that find some faults without it, and cannot pass.
+    """
+    found: set[str] = set()
+    try:
+        validator_python()
+    except NoVerdict:
+        found |= {"USD002", "SCN020"}
+    if missing_importer():
+        found |= {"USD004", "PAR001", "PAR003", "SCN018"} | ({"PAR004", "SCN017"} if on_good else set())
+    return found
 
 
 def tripped(package: Package, prefixes: tuple[str, ...]) -> set[str]:

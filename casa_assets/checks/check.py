@@ -21,12 +21,14 @@ class Measurement:
         status: NOT_APPLICABLE or NOT_RUN where nothing was measured, PASSED where there is no fault and no number to
             report; None where the problems decide.
         reason: why it does not apply or was not run.
+        waived: that it was not run is not held against the subject.
     """
 
     number: float | None = None
     problems: tuple[Problem, ...] = ()
     status: Status | None = None
     reason: str = ""
+    waived: bool = False
 
     def __post_init__(self) -> None:
         """A check that measured nothing and found nothing has to say why: it does not pass by silence."""
@@ -47,9 +49,14 @@ def not_applicable(reason: str) -> Measurement:
     return Measurement(status=Status.NOT_APPLICABLE, reason=reason)
 
 
-def not_run(reason: str) -> Measurement:
-    """The check applies, but could not look; `reason` is a part of a sentence that says why."""
-    return Measurement(status=Status.NOT_RUN, reason=reason)
+def not_run(reason: str, waived: bool = False) -> Measurement:
+    """The check applies, but could not look.
+
+    Args:
+        reason: a part of a sentence that says why.
+        waived: it is not held against the subject, as where an optional package is not installed.
+    """
+    return Measurement(status=Status.NOT_RUN, reason=reason, waived=waived)
 
 
 def at_most(number: float, limit: float, pointer: str, message: str) -> Measurement:

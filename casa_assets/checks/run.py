@@ -40,7 +40,7 @@ def run(
             continue
         limit = None if check.limit is None else limits[check.limit]
         if check.code in waived:
-            results.append(_result(check, not_run(waived[check.code]), limit, waived=True))
+            results.append(_result(check, not_run(waived[check.code], waived=True), limit))
             continue
         with _mujoco_warnings():
             measured = check.run(subject, limits)
@@ -66,9 +66,8 @@ def report_not_run(
     results = tuple(
         _result(
             check,
-            not_run(waived.get(check.code, reason)),
+            not_run(waived.get(check.code, reason), waived=check.code in waived),
             None if check.limit is None else limits[check.limit],
-            check.code in waived,
         )
         for check in rows
     )
@@ -98,13 +97,13 @@ def _mujoco_warnings() -> AbstractContextManager[object]:
     return native_warnings()
 
 
-def _result(check: Check, measured: Measurement, limit: float | None, waived: bool = False) -> CheckResult:
+def _result(check: Check, measured: Measurement, limit: float | None) -> CheckResult:
     return CheckResult(
         code=check.code,
         status=measured.status or (Status.FAILED if measured.problems else Status.PASSED),
         severity=check.severity,
         reason=measured.reason,
-        waived=waived,
+        waived=measured.waived,
         # More than six digits would carry the noise of the machine's arithmetic into the library.
         number=None if measured.number is None else significant(measured.number, 6),
         limit=limit,

@@ -74,7 +74,8 @@ class CheckResult(Record):
         status: what became of it.
         severity: of the check; a failed error keeps the subject out, a failed warning is advice.
         reason: why it does not apply or was not run, a part of a sentence; empty for the other two.
-        waived: it was not run because registry/waivers.yaml says so.
+        waived: it was not run, which is not held against the subject: registry/waivers.yaml says so, or what the check
+            needs is optional and not installed.
         number: what was measured (the worst value where there are several), or None.
         limit: what it was held against, as registry/limits.yaml has it, or None.
         unit: of number and limit, such as `m` or `kg/m^3`; empty for counts and ratios.

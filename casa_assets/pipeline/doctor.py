@@ -15,6 +15,15 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from casa_assets.checks.simready.installed import EXTRA as SIMREADY
+from casa_assets.checks.simready.installed import (
+    NEEDED,
+    NEWEST_PYTHON,
+    NoVerdict,
+    how_to_install,
+    validator_python,
+    validator_versions,
+)
 from casa_assets.errors import CasaError
 from casa_assets.model.record import Record
 from casa_assets.pipeline.optional_packages import extras, install_command, requirements
@@ -110,7 +119,7 @@ def findings(output: Path) -> tuple[Finding, ...]:
         loaded = pool.submit(_native)
         renderers = tuple((name, *future.result()) for name, future in drawn)
         native = loaded.result()
-    machine = (_python(), *_packages(), native, *_renderers(renderers), *_folder(output), _memory())
+    machine = (_python(), *_packages(), _simready(), native, *_renderers(renderers), *_folder(output), _memory())
     return (*machine, _registry(), *_project(), *_plugins())
 
 
@@ -199,8 +208,22 @@ def _python() -> Finding:
 def _packages() -> tuple[Finding, ...]:
     pinned, needed = _pinned(), _requirements()
     found = [_package(name, pinned.get(name)) for name in needed]
-    optional = {_name(line): extra for extra, lines in extras().items() for line in lines}
+    optional = {_name(line): name for name, lines in extras().items() if name != SIMREADY for line in lines}
     return (*found, *(_package(name, pinned.get(name), extra) for name, extra in optional.items()))
+
+
+def _simready() -> Finding:
+    """Which Python has the optional validator of SimReady."""
+    subject = "SimReady validator"
+    try:
+        python = validator_python()
+    except NoVerdict as missing:
+        is_new = sys.version_info[:2] > NEWEST_PYTHON
+        fix = how_to_install() if is_new else install_command(SIMREADY)
+        message = f"{missing}; without it USD002 and SCN020 are not run"
+        return Finding(subject=subject, ok=False, needed=False, message=message, fix=fix)
+    where = f"by {python}" if python else "in this Python"
+    return Finding(subject=subject, ok=True, needed=False, message=f"{validator_versions()[NEEDED[0]]}, {where}")
 
 
 def _package(name: str, pinned: str | None, extra: str | None = None) -> Finding:
@@ -270,7 +293,7 @@ def _native() -> Finding:
         message = "; ".join(f"{modules[name]}: {why}" for name, why in bad.items())
         names = [_name(modules[name]) for name in bad]
         return Finding(subject=subject, ok=False, message=message, fix=_fix_packages(names))
-    return Finding(subject=subject, ok=True, message=f"{len(modules)} load, SimReady validation among them")
+    return Finding(subject=subject, ok=True, message=f"{len(modules)} load")
 
 
 def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:

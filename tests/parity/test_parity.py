@@ -17,10 +17,11 @@ from casa_assets.checks.readers import asset_facts, mjcf_facts, usd_facts
 from casa_assets.model.asset.asset import Asset, Base
 from tests.articulated_assets import grill
 from tests.assets import EVERY, drawer_unit, microwave, rigid_mug, textured_box
-from tests.packages import Tampering, tamper, tripped, written
+from tests.packages import Tampering, not_run_here, tamper, tripped, written
 
 RELATIVE, LENGTH = 1e-5, 1e-6
-
+# MuJoCo's reader of USD is not there for every Python.
+USD_READERS = (usd_facts.pxr_facts, *([] if usd_facts.missing_importer() else [usd_facts.mujoco_facts]))
 
 STEEL = "</cabinet_0123456789/physicsMaterials/steel>"
 CARDBOARD = "</cabinet_0123456789/physicsMaterials/cardboard>"
@@ -61,7 +62,7 @@ def test_bad_example_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     assert tripped(package, ("USD", "PAR")) == set()
     other = written(drawer_unit(), tmp_path / "bad")
     BAD[code](other)
-    assert tripped(other, ("USD", "PAR")) == {code}
+    assert tripped(other, ("USD", "PAR")) == {code} - not_run_here()
 
 
 def test_both_sides_of_a_joint_are_read(tmp_path: Path) -> None:
@@ -79,7 +80,7 @@ def test_every_reader_of_every_file_says_what_the_asset_says(make: Callable[[], 
     package = written(asset, tmp_path)
     truth = asset_facts.facts(asset)
     assert len(package.usd_files) == (2 if len(asset.links) > 1 else 1)
-    readings = [read(path) for path in package.usd_files for read in (usd_facts.mujoco_facts, usd_facts.pxr_facts)]
+    readings = [read(path) for path in package.usd_files for read in USD_READERS]
     for found in (mjcf_facts.facts(package.mjcf), *readings):
         assert parity.compare(truth, found, RELATIVE, LENGTH) == []
 
@@ -91,13 +92,12 @@ def test_what_the_nested_layer_alone_says_otherwise_is_found(tmp_path: Path) -> 
     over = '            over "knob"\n            {\n'
     other = written(drawer_unit(), tmp_path / "other")
     tamper(other.usd_files[1], (over, f"{over}                float physics:mass = 9\n"))
-    assert tripped(other, ("USD", "PAR")) == {"PAR001", "PAR002"}
+    assert tripped(other, ("USD", "PAR")) == {"PAR001", "PAR002"} - not_run_here()
 
 
 def test_free_articulation(tmp_path: Path) -> None:
     package = written(microwave(Base.FREE), tmp_path)
-    assert usd_facts.mujoco_facts(package.usd).base is Base.FREE
-    assert usd_facts.pxr_facts(package.usd).base is Base.FREE
+    assert {read(package.usd).base for read in USD_READERS} == {Base.FREE}
     assert tripped(package, ("USD", "PAR")) == set()
 
 
@@ -215,10 +215,10 @@ def test_a_pose_that_one_format_alone_has_trips_parity(tmp_path: Path) -> None:
     package = written(grill(), tmp_path)
     tamper(package.usd, ('string pose = "closed"', 'string pose = "open"'))
     # MuJoCo reads the bodies where they stand: another selection is another zero.
-    assert tripped(package, ("PAR",)) >= {"PAR001", "PAR004"}
+    assert tripped(package, ("PAR",)) >= {"PAR001", "PAR004"} - not_run_here()
     other = written(grill(), tmp_path / "other")
     tamper(other.mjcf, ('key name="on"', 'key name="hot"'))
-    assert tripped(other, ("PAR",)) == {"PAR001", "PAR002"}
+    assert tripped(other, ("PAR",)) == {"PAR001", "PAR002"} - not_run_here()
 
 
 @pytest.mark.parametrize("key", ["closed", "on", "open"])

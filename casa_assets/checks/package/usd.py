@@ -5,7 +5,6 @@ What does not open at all is reported once, by `usd_opens`; the other checks are
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -16,12 +15,12 @@ from pxr import Tf, Usd, UsdShade, UsdUtils, UsdValidation
 from casa_assets.checks.check import Measurement, Problem, count, not_run
 from casa_assets.checks.package.package import Package
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.readers.usd_facts import imported
+from casa_assets.checks.readers.usd_facts import imported, missing_importer
+from casa_assets.checks.simready.installed import NoVerdict
+from casa_assets.checks.simready.rules import PROFILE, PROFILE_VERSION
+from casa_assets.checks.simready.validator import validate_simready
 
 UNREADABLE = "the USD file does not open"
-NO_VERDICT = "the validator of SimReady gave no verdict"
-PROFILE = "Robotics-Prop"
-PROFILE_VERSION = "4.0.0"
 THUMBNAIL_PX = (256, 256)
 # This validator looks shaders up in definitions that the usd-core wheel does not carry, and fails on any file.
 UNAVAILABLE = frozenset({"usdShadeValidators:ShaderSdrCompliance"})
@@ -52,42 +51,13 @@ def usd_meets_simready_profile(package: Package) -> Measurement:
     with quiet():
         if open_stage(package.usd) is None:
             return not_run(UNREADABLE)
-        result = validate_simready(package.usd)
-    if result is None:
-        return not_run(NO_VERDICT)
-    passed, failures = result
+        try:
+            passed, failures = validate_simready(package.usd, package.root)
+        except NoVerdict as error:
+            return not_run(str(error), waived=error.is_missing)
     if passed:
         return count([])
     return count(sorted(failures.items()) or [("simready", f"{PROFILE} {PROFILE_VERSION} does not apply")])
-
-
-def validate_simready(path: Path, without: frozenset[str] = frozenset()) -> tuple[bool, dict[str, str]] | None:
-    """Hold a USD file against SimReady's profile, as SimReady's command line does.
-
-    Args:
-        without: codes of requirements that need not be run, since the caller does not count them.
-    Returns:
-        Whether it passes, and code -> message of each requirement that the profile demands and that is not met; None
-        where the validator gives no verdict.
-    """
-    import simready.validate
-    from simready.validate.api import features_summary_passed
-
-    from casa_assets.checks.package.rule_runner import only_demanded
-
-    load_rules()
-    config = simready.validate.AssetValidationConfig(
-        asset_path=str(path), profile_id=PROFILE, profile_version=PROFILE_VERSION
-    )
-    with only_demanded(without):
-        result = simready.validate.validate_asset(config)
-    if result is None:
-        return None
-    failures: dict[str, str] = {}
-    for issue in result.issues:
-        failures.setdefault(issue.requirement.code if issue.requirement else str(issue.rule), issue.message)
-    # Not `passed` of the features: those that the profile calls optional say False where they are not used.
-    return features_summary_passed(result.features_summary), failures
 
 
 def usd_passes_openusd_validators(package: Package) -> Measurement:
@@ -110,6 +80,8 @@ def validator_findings(stage: Usd.Stage) -> list[Problem]:
 
 def usd_imports_into_mujoco(package: Package) -> Measurement:
     """USD004: errors and warnings of MuJoCo's USD reader."""
+    if missing := missing_importer():
+        return not_run(missing, waived=True)
     problems: list[Problem] = []
     for path in package.usd_files:
         with quiet():
@@ -136,22 +108,6 @@ def usd_pictures_are_png(package: Package) -> Measurement:
     if not message and (size := Image.open(folder / thumbnail).size) != THUMBNAIL_PX:
         message = f"{thumbnail} measures {size[0]} x {size[1]} px"
     return count([*problems, ("thumbnail", message)] if message else problems)
-
-
-@cache
-def load_rules() -> None:
-    """Register the rules of SimReady, once per process (half a second with their import)."""
-    import simready.validate
-
-    from casa_assets.checks.package import coincident_meshes, rule_runner
-
-    with quiet():
-        simready.validate.initialize([], [], [])
-        coincident_meshes.make_swift()
-        rule_runner.run_rules_directly()
-    # The validator asks for the caller's module when it warns of a name of its own that is old; the first to ask looks
-    # through all modules that are loaded.
-    inspect.getmodule(inspect.currentframe())
 
 
 class Diagnostics:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
@@ -38,6 +39,13 @@ Array = npt.NDArray[np.float64]
 AXES = {"X": (1.0, 0.0, 0.0), "Y": (0.0, 1.0, 0.0), "Z": (0.0, 0.0, 1.0)}
 # Axis of a cylinder or capsule -> columns of its matrix, the axis last.
 COLUMNS = {"X": (1, 2, 0), "Y": (2, 0, 1), "Z": (0, 1, 2)}
+
+
+def missing_importer() -> str:
+    """Why MuJoCo cannot read USD here, a part of a sentence; empty where it can."""
+    if find_spec("mujoco._usd") is not None:
+        return ""
+    return "MuJoCo's reader of USD, the package mujoco-usd, is not installed; it has no release for Python 3.14"
 
 
 def imported(path: Path) -> Loaded:

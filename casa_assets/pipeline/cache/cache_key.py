@@ -11,7 +11,8 @@ key of the function that made it is a sha256 over
 - the files of registry/, and of the project in use, that those modules can read: a module that calls `data_root` or a
   function of `registry/layered.py` reads the files and folders that it names in text; and other files of the package,
   such as style sheets, that they name;
-- the installed versions of all third-party packages that those modules import.
+- the installed versions of all third-party packages that those modules import, and of those that another Python has
+  where SimReady's validator runs there.
 
 Nobody raises a number. The rule may count too much, never too little: where a module is reached, all of it counts. What
 a function is given as an argument is not covered and has to be put into the key beside it, by value (see `digest_of`).
@@ -35,6 +36,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from casa_assets.checks.simready.installed import versions_elsewhere
 from casa_assets.projects import data_root, project_folder, read_once
 from casa_assets.registry.layered import stated_in
 from casa_assets.registry.plugins.load import load_plugins
@@ -47,6 +49,8 @@ TEMPLATES = "templates"
 ABSENT = "absent"
 # What reaches this module runs the checks of plug-ins.
 CHECKS_OF_PLUGINS = f"{PACKAGE}.registry.plugins.checks"
+# What reaches this module validates by SimReady, in another Python where this one has no SimReady.
+RULES_OF_SIMREADY = f"{PACKAGE}.checks.simready.rules"
 # The folder of a wheel that holds registry/.
 REGISTRY_INSIDE = "registry_data"
 # A function, class or module, or the name of one such as `casa_assets.pipeline.ingest.worker:work`; what is named is
@@ -90,6 +94,8 @@ class Reach:
         found: dict[str, str] = {}
         for package in self.packages:
             found |= _versions(package)
+        if RULES_OF_SIMREADY in self.modules:
+            found |= versions_elsewhere()
         return dict(sorted(found.items()))
 
 

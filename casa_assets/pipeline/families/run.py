@@ -12,9 +12,9 @@ from types import ModuleType
 from typing import Any
 
 from casa_assets import registry
-from casa_assets.checks.package import usd
 from casa_assets.checks.run import load_table
 from casa_assets.checks.run import run as run_checks
+from casa_assets.checks.simready.validator import load_rules
 from casa_assets.core.sampling import rng_for
 from casa_assets.errors import UnknownId
 from casa_assets.families.catalog import MODELS
@@ -357,7 +357,7 @@ def _compared(
 def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
-    usd.load_rules()
+    load_rules()
     load_table()
     available_finishes()
     object_names()

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from casa_assets import registry
-from casa_assets.checks.package import usd
 from casa_assets.checks.run import load_table
+from casa_assets.checks.simready.validator import load_rules
 from casa_assets.errors import CasaError, OutputError, PluginFailure, RegistryError, Rejected
 from casa_assets.ingest.load import load
 from casa_assets.ingest.load.dispatch import warm as warm_readers
@@ -44,7 +44,7 @@ MAX_POSES = 3
 def warm() -> None:
     """Load what every worker needs, once for all of them; nothing here may draw."""
     registry.load()
-    usd.load_rules()
+    load_rules()
     load_table()
     warm_readers()
 

@@ -17,7 +17,6 @@ from casa_assets import registry
 from casa_assets.checks.design.robot.picture import floor_picture
 from casa_assets.checks.design.rules.grade import grade
 from casa_assets.checks.design.subject import DesignSubject
-from casa_assets.checks.package import usd
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import load_table, report_not_run, run
 from casa_assets.checks.scene.formats.files import SceneFiles
@@ -26,6 +25,7 @@ from casa_assets.checks.scene.motion.stopwatch import steps_per_second
 from casa_assets.checks.scene.run import UNLOADED, run_scene
 from casa_assets.checks.scene.subject import SceneSubject
 from casa_assets.checks.scene.views import Pixels, PreviewImages
+from casa_assets.checks.simready.validator import load_rules
 from casa_assets.checks.start_states.stage import Stage
 from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.export.mjcf.scene.kitchen import FILE
@@ -244,5 +244,5 @@ def check_all(
 def warm() -> None:
     """Load what every worker that checks scenes needs, once for all of them; nothing here may draw."""
     scene_folders.warm()
-    usd.load_rules()
+    load_rules()
     load_table()

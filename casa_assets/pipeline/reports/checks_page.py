@@ -12,9 +12,10 @@ HEAD = """# Checks and rejections
 Printed by `./dev docs` from the tables in `casa_assets/checks/table/`, `registry/limits.yaml` and
 `registry/rejections.yaml`. A check ends in one of four ways: **passed**; **failed**; **not applicable**, where the
 subject has nothing of the kind (no joint, no picture); **not run**, where it could not look (a file does not open, no
-weights were given) or `registry/waivers.yaml` waives it. The last two come with a reason. An asset is kept out of the
-library by an error that failed, and by an error that was not run, unless it is waived. A warning that failed is advice
-and is kept in its `asset.json`. What to do is written for whoever makes the mesh, the family or the plan; where a
+weights were given, an optional package is not installed) or `registry/waivers.yaml` waives it. The last two come with a
+reason. An asset is kept out of the library by an error that failed, and by an error that was not run, unless that is
+waived: by that file, or because an optional package is not installed. A warning that failed is advice and is kept in
+its `asset.json`. What to do is written for whoever makes the mesh, the family or the plan; where a
 check fails on something that this program generated without a change of yours, please report it.
 
 ## Checks

@@ -9,7 +9,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import given
@@ -18,7 +17,6 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdPhysics, UsdSemantics, UsdUtils, U
 
 from casa_assets.checks.package.usd import UNAVAILABLE
 from casa_assets.checks.readers.quiet import quiet
-from casa_assets.checks.readers.usd_facts import imported
 from casa_assets.export.mjcf.scene import kitchen as mjcf
 from casa_assets.export.usd.scene.kitchen import scene_text, write
 from casa_assets.export.usd.scene.lights_and_cameras import REFERENCE_M, pose_looking_along
@@ -66,23 +64,6 @@ class TestJudges:
         checker._rules = [rule for rule in checker._rules if type(rule).__name__ != NO_DEFINITIONS]
         checker.CheckCompliance(str(path))
         assert checker.GetErrors() + checker.GetFailedChecks() + checker.GetWarnings() == []
-
-    def test_mujoco_imports_it(self, path: Path) -> None:
-        with quiet():
-            found = imported(path)
-        assert (found.error, found.warnings) == ("", ())
-        model = found.model
-        assert model is not None
-        free = {model.body(int(b)).name for b, t in zip(model.jnt_bodyid, model.jnt_type, strict=True) if t == 0}
-        names = ("loose_oven", "mug", "tilted_mug", "orange", "wall", "ceiling")
-        assert free == {f"/World/{name}/object" for name in names}
-        data = mujoco.MjData(model)
-        mujoco.mj_kinematics(model, data)
-        truth = expected(corner(), "closed")
-        for place in corner().placements:
-            stand = truth[place.name]
-            # USD joints hold float32.
-            assert data.body(f"/World/{place.name}/object").xpos == pytest.approx(stand.position, abs=1e-6)
 
 
 class TestPoses:

@@ -33,6 +33,7 @@ def test_extras_of_a_checkout() -> None:
         "parquet",
         "ray",
         "robots",
+        "simready",
         "stores",
     }
     assert [line.split(">")[0] for line in optional_packages.extras()["parquet"]] == ["pyarrow"]

@@ -42,18 +42,20 @@ def formats_agree(files: SceneFiles, limit: float) -> Measurement:
 
     SCN001 and SCN018 report files that cannot be read.
     """
-    model, flat, nested = files.scene_subject.loaded.model, files.imported.model, files.imported_nested.model
-    if model is None or None in (flat, nested, files.composed[0], files.composed_nested[0]):
+    missing = usd_facts.missing_importer()
+    model, composed = files.scene_subject.loaded.model, (files.composed[0], files.composed_nested[0])
+    flat, nested = (None, None) if missing else (files.imported.model, files.imported_nested.model)
+    if model is None or None in composed or (None in (flat, nested) and not missing):
         return not_run("one of scene.xml, scene.usda and scene_nested.usda cannot be read")
     expected = MjcfReading(model)
-    problems = parity_of(expected, flat, files.usd, stage=files.composed[0])
+    problems = parity_of(expected, flat, files.usd, stage=composed[0])
     # What the flat layer says otherwise, the nested one says by reference; that is one fault.
     shared = {at for at, _ in problems}
     # Of a model that is the flat one again MuJoCo would be asked the same twice.
-    apart = None if _is_same(flat, nested) else nested
-    told = parity_of(expected, apart, files.nested, stage=files.composed_nested[0])
+    apart = None if missing or _is_same(flat, nested) else nested
+    told = parity_of(expected, apart, files.nested, stage=composed[1])
     problems += [(f"nested/{at}", said) for at, said in told if at not in shared]
-    return count(problems, allowed=limit)
+    return not_run(missing, waived=True) if missing and not problems else count(problems, allowed=limit)
 
 
 def _is_same(first: mujoco.MjModel, second: mujoco.MjModel) -> bool:
@@ -106,6 +108,8 @@ def scene_parity(
 ) -> list[Problem]:
     """One problem for each cell in which what MuJoCo and UsdPhysics read from the USD differs from the MJCF.
 
+    Where MuJoCo's reader of USD is not installed, UsdPhysics alone reads it.
+
     Args:
         mjcf, usd: scene.xml and scene.usda, beside the shared folder that they name.
         tolerance: of ratios, unit vectors, radians, and of masses and moments relative to those of the body.
@@ -114,8 +118,8 @@ def scene_parity(
     model, error = _model(mujoco_load.load_asset_file, mjcf)
     if model is None:
         return [(mjcf.name, error)]
-    imported, error = _model(usd_facts.imported, usd)
-    problems = [(usd.name, error)] if imported is None else []
+    imported, error = (None, "") if usd_facts.missing_importer() else _model(usd_facts.imported, usd)
+    problems = [(usd.name, error)] if error else []
     return problems + parity_of(MjcfReading(model), imported, usd, tolerance, length_m)
 
 

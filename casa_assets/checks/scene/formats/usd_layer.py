@@ -8,22 +8,19 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
-from functools import cache
-from importlib.metadata import version
+from pathlib import Path
 
 from pxr import Sdf, Usd
 
 from casa_assets.checks.check import Measurement, Problem, not_run
-from casa_assets.checks.package.usd import (
-    NO_VERDICT,
-    PROFILE,
-    PROFILE_VERSION,
-    validate_simready,
-    validator_findings,
-)
+from casa_assets.checks.package.usd import validator_findings
 from casa_assets.checks.readers.mujoco_load import Loaded
 from casa_assets.checks.readers.quiet import quiet
+from casa_assets.checks.readers.usd_facts import missing_importer
 from casa_assets.checks.scene.formats.files import PassedLayers, SceneFiles
+from casa_assets.checks.simready.installed import NoVerdict, validator_python, validator_versions
+from casa_assets.checks.simready.rules import PROFILE, PROFILE_VERSION, Verdict
+from casa_assets.checks.simready.validator import validate_simready
 
 # Requirements on the package of one prop that is handed over by itself, which a scene is not.
 OF_SINGLE_PROPS = {
@@ -40,25 +37,30 @@ UNREADABLE = "scene.usda or scene_nested.usda does not open"
 
 def usd_scene_loads_without_warnings(files: SceneFiles) -> Measurement:
     """SCN018: errors and warnings while the layers compose and MuJoCo reads them."""
-    flat = _loading_problems(files.usd.name, files.composed, lambda: files.imported)
+    missing = missing_importer()
+    flat = _loading_problems(files.usd.name, files.composed, None if missing else lambda: files.imported)
     if files.composed[0] is None:
         return _count(flat)
     # It refers to the flat one: what was said of that is not said again.
     shared = {message for _, message in flat}
-    nested = _loading_problems(files.nested.name, files.composed_nested, lambda: files.imported_nested)
-    return _count(flat + [(name, message) for name, message in nested if message not in shared])
+    importer = None if missing else lambda: files.imported_nested
+    nested = _loading_problems(files.nested.name, files.composed_nested, importer)
+    problems = flat + [(name, message) for name, message in nested if message not in shared]
+    return not_run(missing, waived=True) if missing and not problems else _count(problems)
 
 
 def _loading_problems(
-    name: str, composed: tuple[Usd.Stage | None, tuple[str, ...]], imported: Callable[[], Loaded]
+    name: str, composed: tuple[Usd.Stage | None, tuple[str, ...]], imported: Callable[[], Loaded] | None
 ) -> list[Problem]:
-    """What USD and MuJoCo have to say of a layer."""
+    """What USD and MuJoCo have to say of a layer; MuJoCo is not asked where `imported` is None."""
     stage, messages = composed
     if stage is None:
         return [(name, f"does not open: {'; '.join(messages) or 'there is no such file'}")]
     problems = [(name, f"USD says: {message}") for message in messages]
     if not stage.GetDefaultPrim():
         problems.append((name, "there is no default prim"))
+    if imported is None:
+        return problems
     loaded = imported()
     if loaded.model is None:
         problems.append((name, f"MuJoCo refuses it: {loaded.error}"))
@@ -84,18 +86,28 @@ def usd_scene_meets_simready_rules(files: SceneFiles) -> Measurement:
     """
     if files.composed[0] is None:
         return not_run(UNREADABLE)
-    if files.passed_layers is not None and _passes_without_known_layers(files, files.passed_layers):
-        return _count([])
-    with quiet():
-        result = validate_simready(files.usd, frozenset(OF_SINGLE_PROPS))
-    if result is None:
-        return not_run(NO_VERDICT)
-    _, failures = result
+    try:
+        validator_python()
+        if files.passed_layers is not None and _passes_without_known_layers(files, files.passed_layers):
+            return _count([])
+        _, failures = _validated(files.usd)
+    except NoVerdict as error:
+        return not_run(str(error), waived=error.is_missing)
     return _count(sorted((code, message) for code, message in failures.items() if code not in OF_SINGLE_PROPS))
 
 
+def _validated(path: Path) -> Verdict:
+    """Verdict on a layer in the folder of a scene. Raises NoVerdict."""
+    with quiet():
+        return validate_simready(path, path.parent, frozenset(OF_SINGLE_PROPS))
+
+
 def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool:
-    """True if the scene passes with each layer of an asset once, and none of those that passed before."""
+    """True if the scene passes with each layer of an asset once, and none of those that passed before.
+
+    Raises:
+        NoVerdict: the validator failed.
+    """
     part = files.usd.with_name(f".{os.getpid()}_{files.usd.name}")
     layer = Sdf.Layer.OpenAsAnonymous(str(files.usd))
     placed = {
@@ -116,11 +128,10 @@ def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool
         seen |= named
     try:
         layer.Export(str(part))
-        with quiet():
-            result = validate_simready(part, frozenset(OF_SINGLE_PROPS))
+        _, failures = _validated(part)
     finally:
         part.unlink(missing_ok=True)
-    passes = result is not None and not result[1].keys() - OF_SINGLE_PROPS.keys()
+    passes = not failures.keys() - OF_SINGLE_PROPS.keys()
     if passes:
         known.add(seen)
     return passes
@@ -128,13 +139,8 @@ def _passes_without_known_layers(files: SceneFiles, known: PassedLayers) -> bool
 
 def _digest(layer: bytes) -> str:
     """Digest of the content of a layer, and of what it is held against. Pictures in it are named by their content."""
-    return hashlib.sha256(_held_against() + layer).hexdigest()
-
-
-@cache
-def _held_against() -> bytes:
-    packages = ("simready-validate", "simready-foundation-tier-core", "usd-core")
-    return " ".join([PROFILE, PROFILE_VERSION, *(version(package) for package in packages)]).encode()
+    held_against = " ".join([PROFILE, PROFILE_VERSION, *(f"{k}={v}" for k, v in sorted(validator_versions().items()))])
+    return hashlib.sha256(held_against.encode() + layer).hexdigest()
 
 
 def _count(problems: list[Problem]) -> Measurement:

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
-from pxr import Usd
 
 from casa_assets.checks.readers.mujoco_load import native_warnings
 from casa_assets.checks.run import run
-from casa_assets.checks.scene.formats import usd_layer
 from casa_assets.checks.scene.formats.files import SceneFiles
 from casa_assets.checks.scene.formats.usd_layer import OF_SINGLE_PROPS
 from casa_assets.checks.scene.motion import stopwatch
@@ -23,10 +19,9 @@ from casa_assets.checks.table.table import TABLE
 from casa_assets.model.asset.asset import Base
 from casa_assets.model.issue import Report, Status
 from casa_assets.model.kitchen.scene import Scene
-from casa_assets.pipeline.kitchens.passed_layers import PassedLayers
 from tests.assets import textured_box
 from tests.cupboard import cupboard
-from tests.packages import tamper
+from tests.packages import not_run_here, tamper
 from tests.rooms import LIMITS, at, block, in_all_forms, room, subject
 
 ROWS = {check.code: check for check in TABLE if check.subject in (SceneFiles, PreviewImages, MeasuredSpeed)}
@@ -106,7 +101,8 @@ def test_good_is_silent(tmp_path: Path) -> None:
 @pytest.mark.parametrize("code", EXAMPLES)
 def test_bad_trips_its_code_alone(code: str, tmp_path: Path) -> None:
     report = judged(EXAMPLES[code][1], tmp_path)
-    assert {(issue.code, issue.severity) for issue in report.issues} == {(code, ROWS[code].severity)}
+    assert {issue.code for issue in report.issues} == {code} - not_run_here()
+    assert all(issue.severity is ROWS[code].severity for issue in report.issues)
 
 
 def test_every_row_is_here() -> None:
@@ -186,24 +182,6 @@ class TestPictures:
         assert run(PreviewImages({"overview": blue}), "room", LIMITS).issues == ()
 
 
-class TestImport:
-    def test_a_picture_that_many_materials_name_is_read_once(self, tmp_path: Path) -> None:
-        """MuJoCo's reader of USD has a texture for each; a carton of 16 x 16 px is there twice."""
-        print_and_twin = textured_box().replace(id="carton_9876543210")
-        scene = room((textured_box(), at(0.0, 0.0, 0.0)), (print_and_twin, at(0.5, 0.0, 0.0)))
-        loaded = in_all_forms(scene, tmp_path).imported
-        model = loaded.model
-        assert model is not None, loaded.error
-        assert loaded.warnings == ()
-        shown = {int(i) for i in model.mat_texid[:, mujoco.mjtTextureRole.mjTEXROLE_RGB] if i >= 0}
-        pictured = [m for m in range(model.nmat) if model.mat_texid[m, mujoco.mjtTextureRole.mjTEXROLE_RGB] >= 0]
-        assert len(pictured) == 2
-        (one,) = shown
-        assert (model.tex_width[one], model.tex_height[one]) == (16, 16)
-        assert model.ntex > 2
-        assert sorted(model.tex_width[model.tex_width > 1].tolist()) == [8, 16]
-
-
 class TestSpeed:
     def test_pace_is_simulated_seconds_per_second(self) -> None:
         assert MeasuredSpeed(1.0, 4000.0, 0.002).pace == pytest.approx(8.0)
@@ -235,55 +213,3 @@ class TestSpeed:
         held = scene_sizes(subject(room((cupboard(), at(0.0, 0.0, 0.0))), tmp_path))
         assert (held["joints"], held["nv"], held["colliders"], held["hulls"]) == (4, 4, 18, 0)
         assert held["bodies"] == 1 + 1 + 5
-
-
-class TestKnownLayers:
-    """SimReady's rules look once at each layer of an asset, in whatever kitchen it stands."""
-
-    @pytest.fixture
-    def looked_at(self, monkeypatch: pytest.MonkeyPatch) -> list[int]:
-        """Number of placements in each file that the validator was given."""
-        counts: list[int] = []
-        validate = usd_layer.validate_simready
-
-        def counted(path: Path, without: frozenset[str]) -> tuple[bool, dict[str, str]] | None:
-            stage = Usd.Stage.Open(str(path))
-            counts.append(len([prim for prim in stage.GetDefaultPrim().GetChildren() if prim.GetPrimAtPath("object")]))
-            return validate(path, without)
-
-        monkeypatch.setattr(usd_layer, "validate_simready", counted)
-        return counts
-
-    def test_what_passed_is_left_out_of_the_next_kitchen(self, tmp_path: Path, looked_at: list[int]) -> None:
-        known = PassedLayers(tmp_path / "cache")
-        crate = block("crate", (0.2, 0.2, 0.2), Base.FREE)
-        first = room((crate, at(0, 0, 0)), (crate, at(1, 0, 0)), (textured_box(), at(0.5, 0, 0)))
-        second = room((crate, at(0, 0, 0)), (cupboard(), at(1, 0, 0)))
-        for number, scene in enumerate((first, second)):
-            files = replace(in_all_forms(scene, tmp_path / str(number)), passed_layers=known)
-            assert usd_layer.usd_scene_meets_simready_rules(files).number == 0
-        # The floor, one of two crates and the box; then the smallest of what is known, for a body, and the cupboard.
-        assert looked_at == [3, 2]
-        assert list(tmp_path.glob("*/**/.*usda")) == []
-
-    def test_a_fault_is_found_beside_what_is_known(self, tmp_path: Path, looked_at: list[int]) -> None:
-        known = PassedLayers(tmp_path / "cache")
-        for number in range(2):
-            files = replace(in_all_forms(things(), tmp_path / str(number)), passed_layers=known)
-            if number:
-                tamper(files.usd, ("metersPerUnit = 1", "metersPerUnit = 0.01"))
-            found = usd_layer.usd_scene_meets_simready_rules(files)
-        assert found.number == 1
-        assert len(looked_at) == 3, "the whole file is looked at where a part of it fails"
-
-    def test_a_layer_that_changed_is_looked_at_again(self, tmp_path: Path) -> None:
-        known = PassedLayers(tmp_path / "cache")
-        files = replace(forms(tmp_path / "room"), passed_layers=known)
-        assert usd_layer.usd_scene_meets_simready_rules(files).number == 0
-        (layer,) = files.usd.parent.parent.glob("assets/usd/crate*/crate*.usda")
-        tamper(layer, ("metersPerUnit = 1", "metersPerUnit = 1  # changed"))
-        again = replace(SceneFiles(files.scene_subject), passed_layers=known)
-        digest = usd_layer._digest(layer.read_bytes())
-        assert not known.has(digest)
-        assert usd_layer.usd_scene_meets_simready_rules(again).number == 0
-        assert known.has(digest)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
-import usd_validation_nvidia
 from pxr import Gf, Usd, UsdGeom
 
-from casa_assets.checks.package import coincident_meshes, usd
+pytestmark = pytest.mark.consumers
 
 CORNERS = ((0.0, 0.0, 0.0), (0.3, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.5))
 FACES = (0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3)
@@ -38,9 +37,9 @@ def stage_of(
 
 def verdicts(stage: Usd.Stage) -> tuple[int, int]:
     """How much their rule finds, and ours."""
-    usd.load_rules()
-    rules = usd_validation_nvidia.RequirementsRegistry()
-    swift = rules.get_validator(rules.find_requirement(coincident_meshes.REQUIREMENT))
+    from tests.simready_rules import coincident_meshes, registered
+
+    swift = registered(coincident_meshes.REQUIREMENT)
     theirs = swift.__mro__[1]
     assert swift.__name__ == "CoincidentMeshes"
     assert theirs.__module__.startswith("simready.")
@@ -71,6 +70,8 @@ def test_both_find_the_same(stage: Usd.Stage, found: int) -> None:
 
 
 def test_the_rule_is_asked_only_where_it_could_find_something() -> None:
+    from casa_assets.checks.simready import coincident_meshes
+
     assert coincident_meshes.could_coincide(stage_of())
     assert coincident_meshes.could_coincide(stage_of(hidden=True))
     assert not coincident_meshes.could_coincide(stage_of(moved=(0.0, 0.0, 0.001)))

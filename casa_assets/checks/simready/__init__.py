@@ -1,0 +1,1 @@
+"""NVIDIA's SimReady validator: where it is installed, how it is called, and what makes it fast enough."""

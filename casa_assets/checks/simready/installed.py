@@ -1,0 +1,120 @@
+"""Find a Python that has SimReady's validator: this one, or another one.
+
+The validator is optional (the extra `simready`) and has no release for Python 3.13 or newer.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+from casa_assets.checks.simready import child
+
+EXTRA = "simready"
+# Names a Python that has the validator; it is used even where this one has it too.
+VARIABLE = "CASA_SIMREADY_PYTHON"
+NEWEST_PYTHON = (3, 12)  # simready-foundation-tier-core stops there
+NEEDED = ("simready-validate", "simready-foundation-tier-core")
+_PROBE_LIMIT_S = 60.0
+_CHECKOUT = Path(__file__).parents[3]
+_PYTHON = Path("bin", "python")
+
+
+class NoVerdict(Exception):
+    """A file was not validated; the text is a part of a sentence that says why.
+
+    Attributes:
+        is_missing: the validator is not installed, which is nobody's fault; else it failed on this file.
+    """
+
+    def __init__(self, reason: str, is_missing: bool = False) -> None:
+        super().__init__(reason)
+        self.is_missing = is_missing
+
+
+def validator_python() -> str:
+    """Path of another Python that has the validator; empty where this one is used.
+
+    Raises:
+        NoVerdict: neither has it.
+    """
+    named = os.environ.get(VARIABLE, "")
+    if named:
+        if not _has_validator(_versions_in(named)):
+            raise NoVerdict(f"{VARIABLE} names '{named}', a Python without SimReady's validator", is_missing=True)
+        return named
+    if _has_validator(_versions_here()):
+        return ""
+    for place in (_CHECKOUT / ".venv-simready", users_place()):
+        python = str(place / _PYTHON)
+        if _has_validator(_versions_in(python)):
+            return python
+    raise NoVerdict(_not_installed(), is_missing=True)
+
+
+def validator_versions() -> dict[str, str]:
+    """Versions of the packages that decide a verdict, by name; empty where there is no validator."""
+    try:
+        python = validator_python()
+    except NoVerdict:
+        return {}
+    return dict(_versions_in(python) if python else _versions_here())
+
+
+def versions_elsewhere() -> dict[str, str]:
+    """The same of another Python, without its usd-core; empty where this Python validates."""
+    if _has_validator(_versions_here()) and not os.environ.get(VARIABLE):
+        return {}
+    return {name: number for name, number in validator_versions().items() if name != "usd-core"}
+
+
+def users_place() -> Path:
+    """Folder in which an environment for the validator is looked for, outside a checkout."""
+    home = os.environ.get("XDG_DATA_HOME", "") or str(Path("~").expanduser() / ".local" / "share")
+    return Path(home) / "casa-assets" / "simready"
+
+
+def how_to_install() -> str:
+    """Command that makes an environment for the validator where this Python is too new for it."""
+    if (_CHECKOUT / "dev").is_file():
+        return "./dev setup  # needs a Python 3.11 or 3.12, such as PYTHON=python3.12"
+    place = shlex.quote(str(users_place()))
+    return f"python3.12 -m venv {place} && {place}/bin/pip install numpy 'usd-core<26' {' '.join(NEEDED)}"
+
+
+def _not_installed() -> str:
+    if sys.version_info[:2] > NEWEST_PYTHON:
+        return "SimReady's validator is not installed and needs Python 3.11 or 3.12: see `casa-assets doctor`"
+    return f"SimReady's validator is not installed: pip install 'casa-assets[{EXTRA}]'"
+
+
+def _has_validator(versions: dict[str, str]) -> bool:
+    return all(name in versions for name in NEEDED)
+
+
+@cache
+def _versions_here() -> dict[str, str]:
+    return child.versions()
+
+
+@cache
+def _versions_in(python: str) -> dict[str, str]:
+    """The same of another Python; empty where it does not run."""
+    if not os.access(python, os.X_OK):
+        return {}
+    try:
+        done = run_child(python, ["versions"], _PROBE_LIMIT_S)
+        return dict(json.loads(done.stdout)) if done.returncode == 0 else {}
+    except (OSError, ValueError, subprocess.TimeoutExpired):
+        return {}
+
+
+def run_child(python: str, arguments: list[str], limit_s: float) -> subprocess.CompletedProcess[bytes]:
+    """Run `child.py` with another Python. Raises OSError, subprocess.TimeoutExpired."""
+    command = [python, "-I", str(Path(child.__file__)), *arguments]
+    return subprocess.run(command, capture_output=True, timeout=limit_s, check=False)
