@@ -16,10 +16,9 @@ from rich.console import Console
 from rich.text import Text
 
 from casa_assets import __version__
-from casa_assets.cli.options import OLD_FORCE, OLD_OUT, OLD_WIDTH
 from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
 from casa_assets.cli.text import terminal_safe
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.categories import app as categories
 from casa_assets.cli.verbs.checks import checks
@@ -37,7 +36,6 @@ from casa_assets.cli.verbs.project import init, make
 from casa_assets.cli.verbs.report import report
 from casa_assets.cli.verbs.review import review
 from casa_assets.cli.verbs.scenes import app as scenes
-from casa_assets.cli.verbs.scenes import scene_app as scene
 from casa_assets.cli.verbs.schemas import schemas
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.cli.verbs.view import view
@@ -67,28 +65,24 @@ app = typer.Typer(
     ),
 )
 app.command(cls=Verb, rich_help_panel=MAKE)(ingest)
-app.command(cls=verb({**OLD_FORCE, "--size": "--size-m", "--clip": "--clip-weights"}), rich_help_panel=MAKE)(articulate)
-app.command(
-    cls=verb({"--into": "--out", "--category": "--lvis"}),
-    rich_help_panel=MAKE,
-)(fetch)
+app.command(cls=Verb, rich_help_panel=MAKE)(articulate)
+app.command(cls=Verb, rich_help_panel=MAKE)(fetch)
 app.add_typer(library, rich_help_panel=MAKE)
 app.add_typer(scenes, rich_help_panel=MAKE)
 app.add_typer(families, rich_help_panel=MAKE)
 app.add_typer(objects, rich_help_panel=MAKE)
 app.add_typer(textures, rich_help_panel=MAKE)
-app.add_typer(scene, hidden=True)
 app.command(cls=Verb, rich_help_panel=MAKE)(init)
 app.command(cls=Verb, rich_help_panel=MAKE)(make)
 app.command(cls=Verb, rich_help_panel=LOOK)(view)
-app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}), rich_help_panel=LOOK)(preview)
-app.command(cls=verb(OLD_OUT), rich_help_panel=LOOK)(report)
+app.command(cls=Verb, rich_help_panel=LOOK)(preview)
+app.command(cls=Verb, rich_help_panel=LOOK)(report)
 app.command(cls=Verb, rich_help_panel=LOOK)(home)
 app.command(cls=Verb, rich_help_panel=LOOK)(find)
 app.add_typer(categories, rich_help_panel=LOOK)
 app.command(cls=Verb, rich_help_panel=JUDGE)(review)
 app.command(cls=Verb, rich_help_panel=JUDGE)(checks)
-app.command(cls=verb(OLD_OUT), rich_help_panel=JUDGE)(doctor)
+app.command(cls=Verb, rich_help_panel=JUDGE)(doctor)
 app.add_typer(export, rich_help_panel=HAND_ON)
 app.command(cls=Verb, rich_help_panel=HAND_ON)(index)
 app.command(cls=Verb, rich_help_panel=HAND_ON)(schemas)

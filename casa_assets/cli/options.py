@@ -1,4 +1,4 @@
-"""The grammar of the command line: options that verbs share, each with one meaning, and the names that they had before.
+"""The grammar of the command line: options that verbs share, each with one meaning.
 
 A name has the same type and the same words of help in every verb; what follows a semicolon may say more of one verb.
 `tests/architecture/test_commands.py` holds this.
@@ -7,7 +7,6 @@ A name has the same type and the same words of help in every verb; what follows 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from enum import StrEnum
 from itertools import chain
 from pathlib import Path
@@ -95,7 +94,7 @@ REVIEW_HELP = "Include assets that are in review."
 Out = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "folders are made where they are missing."))]
 # Of verbs on kitchens, which stand in the folder that is written to.
 ScenesOut = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "the folder in which the kitchens stand."))]
-# Of verbs that read a library, and of verbs that write one: there both names say the same.
+# Of verbs that read a library; `LibraryOut` is that of verbs that write one.
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
 # Of verbs that read a library or, with --index, the rows of many; see `library_at`.
 LibraryOrIndex = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, file_okay=False)]
@@ -103,7 +102,7 @@ TablesFolder = Annotated[
     Path | None,
     typer.Option("--index", help="Folder that `casa-assets library index` wrote.", exists=True, file_okay=False),
 ]
-LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP, callback=folder_of_library)]
+LibraryOut = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, callback=folder_of_library)]
 ScenesFolder = Annotated[
     Path, typer.Option("--scenes-folder", help="Folder of kitchens; a kitchen that is not there is built.")
 ]
@@ -139,9 +138,7 @@ Category = Annotated[
 Kitchens = Annotated[list[str] | None, typer.Option("--scenes", help=SCENES_HELP, autocompletion=completion.kitchens)]
 WithReview = Annotated[bool, typer.Option("--with-review", help=REVIEW_HELP)]
 Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]
-Browser = Annotated[
-    bool, typer.Option("--browser/--no-browser", "--open/--no-open", help="Open the page in the browser.")
-]
+Browser = Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")]
 Photoreal = Annotated[
     bool, typer.Option("--photoreal", help="Path-traced stills from the USD, a minute or two each; needs Blender.")
 ]
@@ -153,10 +150,6 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors an
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print also successes and times.")]
 
 In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
-# Names of the first development version, taken until the first release, each with the name that took its place.
-OLD_OUT: Mapping[str, str] = {"--output": "--out", "-o": "--out"}
-OLD_WIDTH: Mapping[str, str] = {"--size": "--width-px"}
-OLD_FORCE: Mapping[str, str] = {"--anew": "--force"}
 
 
 def library_at(folder: Path) -> LibraryFolder:

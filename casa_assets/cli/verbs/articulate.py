@@ -254,7 +254,7 @@ def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
 
 def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, object], complete: bool) -> str:
     """Return the command that applies the review.json of the page of this run."""
-    words = ["casa-assets", "articulate", *map(str, sources), "--out", str(out)]
+    words = ["casa-assets", "articulate", *map(str, sources), "--library", str(out)]
     words += [f"{name}={value}" for name, value in options.items() if value]
     words += [] if complete else ["--no-complete"]
     return shlex.join([*words, "--review", "--decisions", "review.json"])

@@ -10,7 +10,6 @@ import typer
 from casa_assets.cli import completion
 from casa_assets.cli.member_output import end, follow, look, print_result, print_summary
 from casa_assets.cli.options import (
-    OLD_WIDTH,
     Address,
     All,
     AsJson,
@@ -32,7 +31,7 @@ from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families.run import FamilyResult
@@ -70,7 +69,7 @@ def list_families(json_: AsJson = False) -> None:
         output.line(pluralize(len(table.rows), "family"))
 
 
-@app.command(cls=verb(OLD_WIDTH))
+@app.command(cls=Verb)
 def show(
     names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
     out: Out = Path("out/look"),
@@ -155,7 +154,7 @@ def build(
     end(results)
 
 
-@app.command(cls=verb({"--textures": "--swatches", "--no-textures": "--no-swatches"}))
+@app.command(cls=Verb)
 def catalogue(
     names: Annotated[
         list[str] | None,

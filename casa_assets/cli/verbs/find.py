@@ -22,17 +22,11 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
-from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.dedup.search import Found, SearchHit
     from casa_assets.pipeline.tables.conditions import Condition
     from casa_assets.pipeline.tables.row import TableRow
-
-NO_WEIGHTS = (
-    "pictures are compared with words by CLIP, which needs --clip-weights (a file, a folder or a name of open_clip's); "
-    "--words compares categories, titles and colours alone"
-)
 
 
 def find(
@@ -46,15 +40,14 @@ def find(
         typer.Option(help="What must hold, such as category=mug, 'size<=0.3' or reason=FLT005; may be repeated."),
     ] = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "the words are compared with pictures."))] = "",
-    words: Annotated[
-        bool, typer.Option("--words", help="Compare with category, title and colours, without pictures.")
-    ] = False,
     most: Most = 10,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Search a library by words, by conditions or by both; with --index all libraries of a folder of Parquet parts.
+
+    Words are looked for in categories, titles and colours; with --clip-weights they are compared with the pictures.
 
     A condition is a field, an operator and a value. Words: category, verdict, reason, decide, source, licence, author,
     split, producer, id, with = or !=; values after commas are alternatives. Numbers: size (longest side, m), mass (kg),
@@ -65,9 +58,9 @@ def find(
 
     Examples:
 
-      casa-assets find "red mug" --clip-weights ~/ViT-B-32-laion2b.pt
+      casa-assets find "red mug"
 
-      casa-assets find "red mug" --words
+      casa-assets find "red mug" --clip-weights ~/ViT-B-32-laion2b.pt
 
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
 
@@ -77,7 +70,7 @@ def find(
     from casa_assets.pipeline.tables.conditions import parse, with_default
 
     conditions = [parse(text) for text in where or ()]
-    _check(query, index, conditions, clip_weights, words)
+    _check(query, index, conditions, clip_weights)
     root = index or library
     if clip_weights:
         found = _by_picture(query, library, clip_weights, most)
@@ -86,15 +79,13 @@ def find(
     _tell(found, root, Output(json_, quiet, verbose))
 
 
-def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str, words: bool) -> None:
+def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str) -> None:
     """Raise what is wrong with the options beside each other."""
-    if not query.strip() and (clip_weights or words or not conditions):
+    if not query.strip() and (clip_weights or not conditions):
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
     if clip_weights and (index is not None or conditions):
         hint = "--index" if index is not None else "--where"
         raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint=hint)
-    if query and not (words or clip_weights or conditions or index is not None):
-        raise CasaError(NO_WEIGHTS)
 
 
 def _rows(library: Path, index: Path | None, conditions: Sequence[Condition]) -> Iterator[TableRow]:

@@ -58,7 +58,7 @@ Examples:
 
   casa-assets ingest mug.glb --category mug        one file of a known kind
 
-  casa-assets ingest objaverse/ t3d/manifest.jsonl --out lib --jobs 8
+  casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
 
   casa-assets ingest s3://bucket/meshes             a folder, archive or table on a store
 
@@ -66,9 +66,9 @@ Examples:
 
   casa-assets ingest ~/meshes --dry-run            verdicts and reasons, nothing is written
 
-  casa-assets ingest ~/meshes --only FLT005        retry what was rejected with this code, nothing else
+  casa-assets ingest ~/meshes --retry-only FLT005  retry what was rejected with this code, nothing else
 
-  casa-assets ingest ~/meshes --again things       retry what is in review for this, and take what is new
+  casa-assets ingest ~/meshes --retry things       retry what is in review for this, and take what is new
 
   casa-assets ingest ~/meshes --estimate 40        core-hours, memory, disk, and hours on so many cores
 
@@ -79,7 +79,7 @@ Examples:
   casa-assets ingest ~/meshes --store s3://bucket/library
                                                    each asset goes to the store as it is made
 
-  casa-assets ingest ~/meshes --shard 3/16 --out shards/3
+  casa-assets ingest ~/meshes --shard 3/16 --library shards/3
                                                    the third of sixteen parts, for `casa-assets library merge`
 """
 
@@ -106,6 +106,18 @@ ShardWords = Annotated[
         "--shard", metavar="I/N", help="Work on part I of N of the inputs alone, I from 1 to N, for `library merge`."
     ),
 ]
+Retry = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--retry",
+        metavar="CODE",
+        help="Also work again on inputs rejected with this code, or in review for this subject.",
+    ),
+]
+RetryOnly = Annotated[
+    list[str] | None,
+    typer.Option("--retry-only", metavar="CODE", help="Work again on such inputs, and on nothing else."),
+]
 StoreUrl = Annotated[
     str, typer.Option("--store", metavar="URL", help="Also keep the library there, such as s3://bucket/library.")
 ]
@@ -130,11 +142,8 @@ def ingest(
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
     keep_duplicates: KeepDuplicates = False,
     split: Split = False,
-    again: Annotated[
-        list[str] | None,
-        typer.Option(help="Also retry inputs that were rejected with this code, or are in review for this subject."),
-    ] = None,
-    only: Annotated[list[str] | None, typer.Option(help="Retry only such inputs, and leave all others out.")] = None,
+    retry: Retry = None,
+    retry_only: RetryOnly = None,
     dry_run: DryRun = False,
     watch: Watch = False,
     shard: ShardWords = "",
@@ -156,7 +165,7 @@ def ingest(
 
     where = workers(engine, address, jobs)
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
-    codes = _codes(again), _codes(only)
+    codes = _codes(retry), _codes(retry_only)
     options = Options(
         library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
@@ -288,7 +297,7 @@ def _watch(sources: list[Path | StoreRoot], options: Options, output: Output) ->
     from casa_assets.pipeline.ingest.watch import settled_changes
 
     if options.dry_run or options.redone or options.shard:
-        raise typer.BadParameter("--watch goes with none of --dry-run, --again, --only and --shard")
+        raise typer.BadParameter("--watch goes with none of --dry-run, --retry, --retry-only and --shard")
     places = [place for place in sources if isinstance(place, Path)]
     if len(places) < len(sources):
         raise typer.BadParameter("--watch looks at folders of this machine; ingest from stores again at times")

@@ -12,7 +12,6 @@ from casa_assets.cli.member_output import end, follow, look, print_summary, prin
 from casa_assets.cli.options import (
     ALL_HELP,
     COUNT_HELP,
-    OLD_WIDTH,
     WIDTH_HELP,
     Address,
     AsJson,
@@ -32,7 +31,7 @@ from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 
 app = typer.Typer(
     name="objects",
@@ -71,7 +70,7 @@ def list_objects(json_: AsJson = False) -> None:
         output.line(pluralize(len(table.rows), "category"))
 
 
-@app.command(cls=verb(OLD_WIDTH))
+@app.command(cls=Verb)
 def show(
     names: Names,
     out: Out = Path("out/objects/sheets"),

@@ -12,8 +12,6 @@ from casa_assets.cli.options import (
     COUNT_HELP,
     IN_3D_HELP,
     OBJECTS_HELP,
-    OLD_FORCE,
-    OLD_WIDTH,
     SCENES_HELP,
     SEED_HELP,
     WIDTH_HELP,
@@ -38,7 +36,7 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.pack import pack
 from casa_assets.cli.verbs.plans import check_plan, fit
 from casa_assets.model.kitchen.joint_word import JointWord
@@ -55,8 +53,6 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
-# `scene new` was the name of `scenes new` in version 0.1.
-scene_app = typer.Typer(name="scene", help="A kitchen of one's own; now `scenes new`.", no_args_is_help=True)
 OUT = Path("out/scenes")
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
@@ -111,7 +107,7 @@ def list_scenes(json_: AsJson = False) -> None:
     output.line(f"{len(plans.rows)} plans x {len(styles.rows)} styles = {count} scenes")
 
 
-@app.command(cls=verb(OLD_FORCE))
+@app.command(cls=Verb)
 def build(
     scenes: Scenes = None,
     all_: All = False,
@@ -150,7 +146,7 @@ def _build(recipes: list[SceneRecipe], out: Path, jobs: Workers, options: BuildO
     scene_output.end(results)
 
 
-@app.command(cls=verb(OLD_FORCE))
+@app.command(cls=Verb)
 def check(
     scenes: Scenes = None,
     all_: All = False,
@@ -219,7 +215,7 @@ def sample(
         raise typer.Exit(1)
 
 
-@app.command(cls=verb(OLD_WIDTH))
+@app.command(cls=Verb)
 def preview(
     scene: OneScene,
     camera: Camera = None,
@@ -419,7 +415,7 @@ def diff(
         raise typer.Exit(1)
 
 
-app.command(cls=verb({"--scenes": "--scenes-folder"}))(pack)
+app.command(cls=Verb)(pack)
 app.command("check-plan", cls=Verb)(check_plan)
 app.command(cls=Verb)(fit)
 
@@ -475,14 +471,6 @@ def new(
     models = ordered_models(_roles(model or []))
     recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed, mixed, models)
     _build([recipe], out, 1, BuildOptions(), Output(json_, quiet, verbose))
-
-
-scene_app.command("new", cls=verb(old_path="scene new", path="scenes new"))(new)
-
-
-@scene_app.callback()
-def scene() -> None:
-    """A kitchen of one's own; now `scenes new`."""
 
 
 def _roles(texts: list[str]) -> list[tuple[str, str]]:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.options import OLD_OUT, OLD_WIDTH, WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
+from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
         output.line(pluralize(len(table.rows), "recipe"))
 
 
-@app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}))
+@app.command(cls=Verb)
 def make(
     names: Names = None,
     surfaces: Sets = None,
@@ -100,7 +100,7 @@ def make(
     output.look_at_file(Path(paths[0]))
 
 
-@app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}))
+@app.command(cls=Verb)
 def sheet(
     names: Names = None,
     surfaces: Sets = None,
@@ -146,7 +146,7 @@ def sheet(
         output.look_at_file(first)
 
 
-@app.command(cls=verb(OLD_OUT))
+@app.command(cls=Verb)
 def check(
     names: Names = None,
     surfaces: Sets = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.export.glb import glb
 from casa_assets.cli.verbs.export.plugin import plugin
 from casa_assets.cli.verbs.export.robocasa import robocasa
@@ -21,6 +21,6 @@ def common() -> None:
 
 
 app.command(cls=Verb)(glb)
-app.command(cls=verb({"--objects": "--library"}))(robocasa)
+app.command(cls=Verb)(robocasa)
 app.command(cls=Verb)(urdf)
 app.command(cls=Verb)(plugin)
