@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import gc
-import os
 import signal
 import sys
 import traceback
@@ -12,12 +11,10 @@ from types import FrameType
 from typing import Annotated, NoReturn
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
 from casa_assets import __version__
+from casa_assets.cli.group import Group, print_error
 from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
-from casa_assets.cli.text import terminal_safe
 from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.categories import app as categories
@@ -53,9 +50,10 @@ ABOUT = "Simulation-ready kitchens and assets as MJCF and USD, each with a pictu
 
 app = typer.Typer(
     name="casa-assets",
+    cls=Group,
     help=ABOUT,
     no_args_is_help=True,
-    rich_markup_mode="rich",
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=(
@@ -105,7 +103,7 @@ def common(
 
 def main() -> None:
     """Entry point; exit code 0 or 1 is the verb's answer, 2 misuse or a broken machine, 3 a bug, 130 Ctrl-C."""
-    sys.exit(supervised(run, _print_error))
+    sys.exit(supervised(run, print_error))
 
 
 def run() -> int:
@@ -130,18 +128,18 @@ def _run_app() -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
     except CasaError as error:
-        _print_error("error:", str(error))
+        print_error("error:", str(error))
         return EXIT_MISUSE
     except BatchFault as fault:
         if fault.traces:
             sys.stderr.write(f"{fault.traces.rstrip()}\n")
-        _print_error("bug:", f"{fault}; please report it with the traces of those")
+        print_error("bug:", f"{fault}; please report it with the traces of those")
         return EXIT_FAULT
     except OSError as error:
         if error.errno not in ACCESS_ERRNOS:
             return _report_crash()
         place = f"{error.filename}: " if error.filename else ""
-        _print_error(
+        print_error(
             "error:", f"{place}{error.strerror}; look at rights and at the room on the disk, or name another place"
         )
         return EXIT_MISUSE
@@ -154,7 +152,7 @@ def _report_crash() -> int:
     if _stopping:
         return EXIT_FAULT  # an error of what the signal interrupted; the supervisor reports the signal
     traceback.print_exc()
-    _print_error("bug:", "this is a fault of the program; please report it with the lines above")
+    print_error("bug:", "this is a fault of the program; please report it with the lines above")
     return EXIT_FAULT
 
 
@@ -168,14 +166,6 @@ def _on_signal(number: int, _: FrameType | None) -> NoReturn:
     _stopping.append(number)
     sys.unraisablehook = lambda _: None  # the supervisor prints the one line about the signal
     raise StopRequested(number)
-
-
-def _print_error(mark: str, message: str) -> None:
-    text = Text.assemble((mark, "bold red"), " ", "\n".join(terminal_safe(line) for line in message.split("\n")))
-    try:
-        Console(stderr=True, soft_wrap=True).print(text, highlight=False)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 if __name__ == "__main__":

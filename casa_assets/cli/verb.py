@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
+from casa_assets.cli.help import GENERAL, help_text, usage_pieces
 from casa_assets.projects import (
     NO_PROJECT,
     SETTINGS,
@@ -34,6 +35,14 @@ class Verb(TyperCommand):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.params += _options_of_all()
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help."""
+        formatter.write(help_text(self, ctx, formatter.width))
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """The words behind the name in the usage."""
+        return usage_pieces(self, ctx)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the verb; with --verbose, say on standard error what it took."""
@@ -84,7 +93,9 @@ def _with_project(
         str,
         typer.Option(
             "--project",
+            metavar="DIR",
             help=PROJECT_HELP,
+            rich_help_panel=GENERAL,
             envvar=VARIABLE,
             show_envvar=False,
             expose_value=False,
@@ -97,6 +108,7 @@ def _with_project(
         typer.Option(
             "--plugins/--no-plugins",
             help=PLUGINS_HELP,
+            rich_help_panel=GENERAL,
             show_default=False,
             expose_value=False,
             callback=_on_plugins,

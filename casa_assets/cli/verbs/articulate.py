@@ -48,7 +48,6 @@ EXAMPLES = """
 Examples:
 
   casa-assets articulate microwave.obj --preview --report
-
   casa-assets articulate ~/appliances --jobs 8 --review
 """
 # Names of meshes that the progress bar shows at once.

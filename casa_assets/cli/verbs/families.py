@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
+from casa_assets.cli.group import Group
 from casa_assets.cli.member_output import end, follow, look, print_result, print_summary
 from casa_assets.cli.options import (
     Address,
@@ -38,16 +39,18 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="families",
+    cls=Group,
     help="Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 HELP = "Families."
 
 
 @app.command("list", cls=Verb)
 def list_families(json_: AsJson = False) -> None:
-    """List every family with its presets. Exit 0.
+    """List every family with its presets.
+
+    Exit 0.
 
     Example:  casa-assets families list
     """
@@ -173,7 +176,7 @@ def catalogue(
     All of it takes many minutes; name families and give --no-swatches for less. Exit 0 when the page is written, 2 on
     misuse.
 
-    Example:  casa-assets families catalogue microwave toaster --no-swatches --out out/catalogue
+    Example:  casa-assets families catalogue microwave toaster --no-swatches
     """
     from casa_assets.pipeline.families.run import requests_for
     from casa_assets.pipeline.ingest.job import writing

@@ -59,11 +59,8 @@ def find(
     Examples:
 
       casa-assets find "red mug"
-
       casa-assets find "red mug" --clip-weights ~/ViT-B-32-laion2b.pt
-
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
-
       casa-assets find --index out/tables --where reason=FLT005 --most 100
     """
     from casa_assets.pipeline.dedup.search import search_rows

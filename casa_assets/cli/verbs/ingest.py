@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from casa_assets.cli.help import LIMITS
 from casa_assets.cli.ingest_output import codes_of, end, print_counts, print_events, print_summary
 from casa_assets.cli.input_report import print_codes, print_no_mesh_found, print_others
 from casa_assets.cli.options import (
@@ -54,38 +55,24 @@ USUAL_CORES = (64, 1024)  # for which --estimate prints the time besides those o
 EXAMPLES = """
 Examples:
 
-  casa-assets ingest ~/meshes                      every mesh of a folder
-
-  casa-assets ingest mug.glb --category mug        one file of a known kind
-
+  casa-assets ingest ~/meshes                      # every mesh of a folder
+  casa-assets ingest mug.glb --category mug        # one file of a known kind
   casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
-
-  casa-assets ingest s3://bucket/meshes             a folder, archive or table on a store
-
-  casa-assets ingest table_set.glb --split         one asset of each thing in a file
-
-  casa-assets ingest ~/meshes --dry-run            verdicts and reasons, nothing is written
-
-  casa-assets ingest ~/meshes --retry-only FLT005  retry what was rejected with this code, nothing else
-
-  casa-assets ingest ~/meshes --retry things       retry what is in review for this, and take what is new
-
-  casa-assets ingest ~/meshes --estimate 40        core-hours, memory, disk, and hours on so many cores
-
-  casa-assets ingest ~/incoming --watch            work on files as they come, until Ctrl-C
-
-  casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
-
+  casa-assets ingest s3://bucket/meshes            # a store
+  casa-assets ingest table_set.glb --split         # each thing an asset
+  casa-assets ingest ~/meshes --dry-run            # write nothing
+  casa-assets ingest ~/meshes --retry-only FLT005  # what was rejected so
+  casa-assets ingest ~/meshes --retry things       # and what is new
+  casa-assets ingest ~/meshes --estimate 40        # hours, memory and disk
+  casa-assets ingest ~/incoming --watch            # as files come
+  casa-assets ingest ~/meshes --json > run.jsonl   # an object per input
   casa-assets ingest ~/meshes --store s3://bucket/library
-                                                   each asset goes to the store as it is made
-
   casa-assets ingest ~/meshes --shard 3/16 --library shards/3
-                                                   the third of sixteen parts, for `casa-assets library merge`
 """
 
 
 # An option that bounds an input; 0 stands for the default, which its help names.
-_limit = partial(typer.Option, min=0, show_default=False)
+_limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS)
 Watch = Annotated[bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
@@ -133,9 +120,9 @@ def ingest(
     jobs: Jobs = 0,
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
-    timeout: Annotated[float, _limit(help="Processor seconds per input; 300 by default.")] = 0.0,
-    memory: Annotated[float, _limit(help="Gigabytes per input; 8 by default.")] = 0.0,
-    max_size: Annotated[float, _limit(help="Megabytes of an input; 512 by default.")] = 0.0,
+    timeout: Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")] = 0.0,
+    memory: Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")] = 0.0,
+    max_size: Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")] = 0.0,
     max_faces: Annotated[int, _limit(help="Faces of an input; 2500000 by default.")] = 0,
     max_texture: Annotated[int, _limit(help="Pixels of a side; 16384 by default.")] = 0,
     max_pixels: Annotated[float, _limit(help="Million pixels; 67.2 by default.")] = 0.0,
@@ -350,7 +337,6 @@ def fetch(
     Examples:
 
       casa-assets fetch --lvis Mug --most 10
-
       casa-assets ingest out/objaverse/hf-objaverse-v1
     """
     from casa_assets.ingest.sources.objaverse import download

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from casa_assets.cli.group import Group
 from casa_assets.cli.ingest_output import end, print_events, print_summary
 from casa_assets.cli.options import CLIP_HELP, AsJson, Force, LibraryOut, Out, Quiet, Verbose, library_at, more
 from casa_assets.cli.output import Output
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="library",
+    cls=Group,
     help="Libraries as a whole: merge the parts that several machines made, index many, keep them on stores.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 
 

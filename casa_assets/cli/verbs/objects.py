@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli import completion
+from casa_assets.cli.group import Group
 from casa_assets.cli.member_output import end, follow, look, print_summary, print_together
 from casa_assets.cli.options import (
     ALL_HELP,
@@ -35,9 +36,9 @@ from casa_assets.cli.verb import Verb
 
 app = typer.Typer(
     name="objects",
+    cls=Group,
     help="Loose objects, generated: food, tableware, packages; list, show, build, catalogue.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
 NamesOrAll = Annotated[
@@ -48,7 +49,9 @@ NamesOrAll = Annotated[
 
 @app.command("list", cls=Verb)
 def list_objects(json_: AsJson = False) -> None:
-    """List every category of which objects can be generated. Exit 0.
+    """List every category of which objects can be generated.
+
+    Exit 0.
 
     Example:  casa-assets objects list
     """

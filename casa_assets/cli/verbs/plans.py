@@ -44,7 +44,7 @@ def check_plan(
     Mends are to be made in the order in which they are printed. --json has them as edits: op, pointer, old and new
     value. Exit 0 when the plan fits, 1 when it has faults, 2 on misuse.
 
-    Example:  casa-assets scenes check-plan plans/studio.yaml --fix --out plans/studio_2.yaml
+    Example:  casa-assets scenes check-plan studio.yaml --fix --out studio_2.yaml
     """
     from casa_assets.pipeline.plans.check import check_plan as check
     from casa_assets.pipeline.plans.files import read_plan_text, write_new
@@ -103,7 +103,7 @@ def fit(
     where no --out names a file. Exit 0 when the plan fits, 1 when the room is too small (the least room that is
     not is printed), 2 on misuse.
 
-    Example:  casa-assets scenes fit plans/studio.yaml --width 4.2 --depth 3.1 --out plans/studio_small.yaml
+    Example:  casa-assets scenes fit studio.yaml --width 4.2 --depth 3.1 --out small.yaml
     """
     from casa_assets.pipeline.plans.files import read_plan_text, write_new
     from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan

@@ -45,9 +45,7 @@ def preview(
     Examples:
 
       casa-assets preview out/library/mug/mug_0123456789
-
       casa-assets preview out/library --colliders --out sheets
-
       casa-assets preview out/scenes/l_small__coastal --photoreal
     """
     from casa_assets.pipeline.ingest.job import writing

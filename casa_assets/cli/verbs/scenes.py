@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion, scene_output
+from casa_assets.cli.group import Group
 from casa_assets.cli.options import (
     COUNT_HELP,
     IN_3D_HELP,
@@ -49,9 +50,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="scenes",
+    cls=Group,
     help="Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 OUT = Path("out/scenes")
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
@@ -73,7 +74,9 @@ def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecip
 
 @app.command("list", cls=Verb)
 def list_scenes(json_: AsJson = False) -> None:
-    """List every plan and every style; the id of a kitchen is <plan>__<style>. Exit 0.
+    """List every plan and every style; the id of a kitchen is <plan>__<style>.
+
+    Exit 0.
 
     Example:  casa-assets scenes list
     """
@@ -398,7 +401,7 @@ def diff(
 
     Exit 0 when they are the same, 1 when they differ, 2 on misuse.
 
-    Example:  casa-assets scenes diff out/scenes/l_small__coastal /mnt/other/l_small__coastal
+    Example:  casa-assets scenes diff out/scenes/l_small__coastal old/l_small__coastal
     """
     from casa_assets.pipeline.kitchens.diff import compare, made_by_same_code
 
@@ -460,7 +463,10 @@ def new(
 
     Exit 0 when it was built, 1 when it was not, 2 on misuse.
 
-    Example:  casa-assets scenes new galley --style rustic --seed 7 --textures random --objects 40
+    Examples:
+
+      casa-assets scenes new galley --style rustic --objects 40
+      casa-assets scenes new galley --seed 7 --textures random
     """
     from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_models, ordered_surfaces
     from casa_assets.pipeline.kitchens.scene_folders import BuildOptions

@@ -56,7 +56,6 @@ def view(
     Examples:
 
       casa-assets view l_small__coastal --pose open
-
       casa-assets view out/library/mug/mug_0123456789 --web
     """
     from casa_assets.pipeline.view.subject import LIBRARIES, find

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import typer
 
+from casa_assets.cli.group import Group
 from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.export.glb import glb
 from casa_assets.cli.verbs.export.plugin import plugin
@@ -11,7 +12,10 @@ from casa_assets.cli.verbs.export.robocasa import robocasa
 from casa_assets.cli.verbs.export.urdf import urdf
 
 app = typer.Typer(
-    name="export", help="Libraries and kitchens in the form that another program reads.", no_args_is_help=True
+    name="export",
+    cls=Group,
+    help="Libraries and kitchens in the form that another program reads.",
+    no_args_is_help=True,
 )
 
 
