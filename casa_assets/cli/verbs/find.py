@@ -73,7 +73,7 @@ def find(
         found = _by_picture(query, library, clip_weights, most)
     else:
         found = search_rows(_rows(library, index, with_default(conditions)), root, query, most)
-    _tell(found, root, Output(json_, quiet, verbose))
+    _tell(found, root, bool(query.strip()), Output(json_, quiet, verbose))
 
 
 def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str) -> None:
@@ -104,15 +104,18 @@ def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Foun
     return Found(hits, len(hits))
 
 
-def _tell(found: Found, root: Path, output: Output) -> None:
-    table = TextTable(("folder", "score", "why"), sentences=("why",), right=("score",))
+def _tell(found: Found, root: Path, has_words: bool, output: Output) -> None:
+    """Print what was found; how well it fits where words were looked for, and else its category."""
+    heads = ("folder", "score", "why") if has_words else ("folder", "category")
+    table = TextTable(heads, sentences=("why",), right=("score",))
     for hit in found.hits:
         row = {"id": hit.id, "category": hit.category, "folder": str(hit.folder), "score": hit.score}
         output.row({**row, **(_facts(hit) if output.as_json else {}), "verdict": "found", "reason": hit.reason})
         folder = hit.folder.relative_to(root).as_posix()
-        table.add(terminal_safe(folder), f"{hit.score:.3f}", terminal_safe(hit.reason))
+        facts = (f"{hit.score:.3f}", hit.reason) if has_words else (hit.category,)
+        table.add(terminal_safe(folder), *map(terminal_safe, facts))
     if not found.hits:
-        output.error("nothing fits")
+        output.error("no match")
         raise typer.Exit(1)
     if not output.as_json:
         table.print(output.console)

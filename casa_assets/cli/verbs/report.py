@@ -121,8 +121,8 @@ def _tell(written: WrittenReport, library: Path, output: Output) -> None:
         output.made(library.resolve().name, written.page.parent, verdict=verdict, page=str(written.page), **content)
     for outcome in written.outcomes:
         console = output.failures if outcome.holds else output.console
-        mark = "[red]holds[/]" if outcome.holds else "[green]does not hold[/]"
-        console.print(f"{mark}: {escape(str(outcome))}", highlight=False, soft_wrap=True)
+        mark = f"[{'red' if outcome.holds else 'green'}]{outcome.mark}[/]"
+        console.print(f"{mark} {escape(str(outcome))}", highlight=False, soft_wrap=True)
     output.line(f"JSON:   {written.json}")
     output.line(f"Report: {written.page}")
     output.look_at_file(written.page)

@@ -203,7 +203,7 @@ def _opened(
         names = [name for part in model.parts for name in (*part.nodes, part.name)]
         signs = signs_of_parts(placed, stated, names, load_models())
         if not signs:
-            raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: no moving part found")
+            raise Rejected(NOTHING_MOVES, "no moving part found")
         return model, placed, found.replace(signs=signs)
     try:
         return add_interiors(model, placed, found, found.category, request.decisions, request.complete)

@@ -31,6 +31,7 @@ def test_words_alone(library: Path) -> None:
     assert (row["id"], row["category"]) == (rigid_mug().id, "mug")
     done = casa("find", "bicycle", "--library", library, "--verbose")
     assert done.returncode == 1
+    assert done.stderr.startswith("no match\n")
     assert "s of processor time" in done.stderr
 
 
@@ -47,6 +48,8 @@ def test_conditions_find_the_same_in_a_library_and_in_parts(library: Path, tmp_p
         row.pop("library")
         found.append(row)
         assert casa("find", "--where", "mass>1000", *place).returncode == 1
+    heads = casa("find", "--where", "category=mug", "--library", library).stdout.splitlines()[0]
+    assert heads.split() == ["folder", "category"]
     assert found[0] == found[1]
     assert found[0]["id"] == rigid_mug().id
     assert found[0]["status"] == "accepted"
