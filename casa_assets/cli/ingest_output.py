@@ -15,7 +15,7 @@ from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_outcome
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.cli.text import pluralize, terminal_safe, without_name
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
         output.row(_json_row(event, dry_run))
     elif event.kind == "rejected" or (output.verbose and event.was_rejected):
         output.failures.print(
-            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.message)}",
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(without_name(event.message, event.path))}",
             highlight=False,
             soft_wrap=True,
         )

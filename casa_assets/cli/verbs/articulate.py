@@ -31,7 +31,7 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.progress import bar
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.cli.text import pluralize, terminal_safe, without_name
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -292,7 +292,8 @@ def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
     console = output.failures if outcome.code or outcome.articulation is None else output.console
     name = escape(terminal_safe(outcome.mesh.name))
     if outcome.articulation is None:
-        message = "\n".join(escape(terminal_safe(line)) for line in outcome.message.split("\n"))
+        told = without_name(outcome.message, str(outcome.mesh))
+        message = "\n".join(escape(terminal_safe(line)) for line in told.split("\n"))
         console.print(f"[red]{outcome.code}[/] {name}: {message}", highlight=False, soft_wrap=True)
         return
     count = sum(not p.added for p in outcome.articulation.parts)

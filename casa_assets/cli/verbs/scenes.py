@@ -55,6 +55,7 @@ app = typer.Typer(
     no_args_is_help=True,
 )
 OUT = Path("out/scenes")
+STYLE = "coastal"  # of a new kitchen, where none is named
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
 PASSES = 6
@@ -426,7 +427,9 @@ app.command(cls=Verb)(fit)
 @app.command("new", cls=Verb)
 def new(
     plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],
-    style: Annotated[str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)],
+    style: Annotated[
+        str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)
+    ] = STYLE,
     seed: Annotated[
         int | None,
         typer.Option(min=0, help=more(SEED_HELP, "of the lengths of the plan, else they have their defaults.")),
@@ -465,6 +468,7 @@ def new(
 
     Examples:
 
+      casa-assets scenes new l_small
       casa-assets scenes new galley --style rustic --objects 40
       casa-assets scenes new galley --seed 7 --textures random
     """

@@ -143,7 +143,7 @@ def build(request: ArticulateRequest) -> ArticulateResult:
     model = load(bundle, known.limits)
     mesh = weld_model(model)
     if not mesh.areas.any():
-        raise Rejected(NOTHING_MOVES, f"{request.mesh.name}: none of its faces has an area")
+        raise Rejected(NOTHING_MOVES, "none of its faces has an area")
     frame = _choose_frame(mesh, model, request)
     placed = mesh.in_frame(frame)
     stated = stated_category(source_file, request.category or request.decisions.category or "")
@@ -304,4 +304,4 @@ def find_input(request: ArticulateRequest) -> Found:
         if isinstance(source_file, Refused):
             raise Rejected(source_file.code, source_file.message)
         return source_file
-    raise Rejected("SRC001", f"{request.mesh}: no mesh")
+    raise Rejected("SRC001", "no mesh")
