@@ -90,8 +90,9 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
     if output.as_json:
         output.row(_json_row(event, dry_run))
     elif event.kind == "rejected" or (output.verbose and event.was_rejected):
+        told = _lines(without_name(event.message, event.path))
         output.failures.print(
-            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(without_name(event.message, event.path))}",
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {told}",
             highlight=False,
             soft_wrap=True,
         )

@@ -37,6 +37,7 @@ from casa_assets.cli.verbs.schemas import schemas
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.cli.verbs.view import view
 from casa_assets.errors import BatchFault, CasaError
+from casa_assets.preview.backends import keep_from_mujoco
 
 EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
 # What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.
@@ -113,6 +114,7 @@ def run() -> int:
     # Names of strangers may hold what the terminal's encoding lacks.
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    keep_from_mujoco()
     # No record of a large library is in a cycle: to look for cycles among so many took a third of a run.
     gc.set_threshold(100_000, 20, 20)
     try:

@@ -61,6 +61,15 @@ def test_words_need_no_weights_beside_conditions(library: Path) -> None:
     assert [json.loads(line)["category"] for line in done.stdout.splitlines()] == ["mug"]
 
 
+def test_a_backend_of_opengl_that_is_not_there_is_the_fault_of_the_machine(library: Path, tmp_path: Path) -> None:
+    # PyOpenGL keeps to EGL there, so that OSMesa cannot be opened on any machine, as where its library is missing.
+    broken = {"MUJOCO_GL": "osmesa", "PYOPENGL_PLATFORM": "egl"}
+    done = casa("preview", library, "--out", tmp_path / "out", **broken)
+    assert done.returncode == 2
+    assert "sudo apt-get install -y libosmesa6" in done.stderr
+    assert not any(word in done.stderr for word in ("Traceback", "bug:"))
+
+
 def test_what_cannot_be_asked_is_told(library: Path, tmp_path: Path) -> None:
     for words, told in (
         (("--library", library), "there are no words to look for"),
