@@ -80,7 +80,9 @@ def _what(error: Any) -> str:
 def _sentence(text: str) -> str:
     """A sentence of Typer's as our own are written: behind a colon, and without a full stop."""
     first = text.partition(" ")[0]
-    return f"{text[:1].lower()}{text[1:]}".removesuffix(".") if first.istitle() else text
+    if not first.istitle():
+        return text
+    return re.sub("^dir(ectory)? ", "folder ", f"{text[:1].lower()}{text[1:]}".removesuffix("."))
 
 
 def _said(cause: Any, parameter: Any) -> str:
@@ -100,7 +102,7 @@ def _said(cause: Any, parameter: Any) -> str:
         return f"{value} is not from {low:g} to {high:g}"
     if low is not None:
         return f"{value} is less than {low:g}"
-    return str(first["msg"]).removeprefix("Value error, ")
+    return _sentence(str(first["msg"]).removeprefix("Value error, "))
 
 
 def _near(names: list[str]) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.tables import TextTable
@@ -55,6 +57,23 @@ def print_codes(codes: Counter[str], output: Output) -> None:
         meaning, advice = (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
         table.add(code, meaning, str(count), advice)
     table.print(output.console)
+
+
+def print_review(count: int, asks_category: bool, library: Path, output: Output) -> None:
+    """Print how to decide about the inputs in review; nothing where there are none.
+
+    Args:
+        asks_category: of some nobody knows what they are.
+    """
+    if not count:
+        return
+    place = terminal_safe(shlex.quote(str(library)))
+    wait, it = ("input waits", "it") if count == 1 else ("inputs wait", "them")
+    output.line(f"Review:  {count} {wait} for your decision; exports include {it} only with --with-review")
+    output.line(f"         decide on a page with `casa-assets review {place}`, or in {place}/review.csv, and run again")
+    if asks_category:
+        output.line("         no category was found for some: give --category if all are of one, or a manifest.jsonl")
+        output.line('         with a line for each file, such as {"file": "a.glb", "category": "mug"}')
 
 
 def print_outcomes(accepted: int, in_review: int, rejected: int, kept: int, output: Output) -> None:

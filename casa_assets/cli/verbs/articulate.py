@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
+from casa_assets.cli.input_report import (
+    MOST_LISTED,
+    print_codes,
+    print_no_mesh_found,
+    print_others,
+    print_outcomes,
+    print_review,
+)
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
@@ -234,8 +241,7 @@ def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, output: Out
     print_codes(+codes, output)
     counts = _counts(outcomes)
     print_outcomes(*counts, sum(outcome.count for outcome in outcomes if outcome.kept), output)
-    if counts[1]:
-        output.line(f"Review: {terminal_safe(str(out))}/review.csv; accept or correct there, then run again")
+    print_review(counts[1], False, out, output)
 
 
 def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:

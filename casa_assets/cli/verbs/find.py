@@ -73,7 +73,11 @@ def find(
         found = _by_picture(query, library, clip_weights, most)
     else:
         found = search_rows(_rows(library, index, with_default(conditions)), root, query, most)
-    _tell(found, root, bool(query.strip()), Output(json_, quiet, verbose))
+    output, has_words = Output(json_, quiet, verbose), bool(query.strip())
+    if not found.hits:
+        output.error(f"no match{_unnamed(library, index) if has_words else ''}")
+        raise typer.Exit(1)
+    _tell(found, root, has_words, output)
 
 
 def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str) -> None:
@@ -83,6 +87,15 @@ def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip
     if clip_weights and (index is not None or conditions):
         hint = "--index" if index is not None else "--where"
         raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint=hint)
+
+
+def _unnamed(library: Path, index: Path | None) -> str:
+    """How many assets words cannot find because nobody knows their category; empty for none."""
+    from casa_assets.pipeline.tables.conditions import parse
+
+    count = sum(1 for _ in _rows(library, index, [parse("decide=category")]))
+    where = "--where decide=category lists them" if index is not None else f"casa-assets review {library}"
+    return f"; {pluralize(count, 'asset')} in review without a category: {where}" if count else ""
 
 
 def _rows(library: Path, index: Path | None, conditions: Sequence[Condition]) -> Iterator[TableRow]:
@@ -114,9 +127,6 @@ def _tell(found: Found, root: Path, has_words: bool, output: Output) -> None:
         folder = hit.folder.relative_to(root).as_posix()
         facts = (f"{hit.score:.3f}", hit.reason) if has_words else (hit.category,)
         table.add(terminal_safe(folder), *map(terminal_safe, facts))
-    if not found.hits:
-        output.error("no match")
-        raise typer.Exit(1)
     if not output.as_json:
         table.print(output.console)
         output.line(f"Folders are those under {terminal_safe(str(root))}/")
