@@ -79,10 +79,8 @@ def _what(error: Any) -> str:
 
 def _sentence(text: str) -> str:
     """A sentence of Typer's as our own are written: behind a colon, and without a full stop."""
-    first = text.partition(" ")[0]
-    if not first.istitle():
-        return text
-    return re.sub("^dir(ectory)? ", "folder ", f"{text[:1].lower()}{text[1:]}".removesuffix("."))
+    words = re.sub("^dir(ectory)? ", "folder ", text.removesuffix("."), flags=re.IGNORECASE)
+    return f"{words[:1].lower()}{words[1:]}" if words.partition(" ")[0].istitle() else words
 
 
 def _said(cause: Any, parameter: Any) -> str:
