@@ -18,6 +18,7 @@ from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unbloc
 from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.categories import app as categories
+from casa_assets.cli.verbs.check import check
 from casa_assets.cli.verbs.checks import checks
 from casa_assets.cli.verbs.doctor import doctor
 from casa_assets.cli.verbs.export.app import app as export
@@ -80,6 +81,7 @@ app.command(cls=Verb, rich_help_panel=LOOK)(home)
 app.command(cls=Verb, rich_help_panel=LOOK)(find)
 app.add_typer(categories, rich_help_panel=LOOK)
 app.command(cls=Verb, rich_help_panel=JUDGE)(review)
+app.command(cls=Verb, rich_help_panel=JUDGE)(check)
 app.command(cls=Verb, rich_help_panel=JUDGE)(checks)
 app.command(cls=Verb, rich_help_panel=JUDGE)(doctor)
 app.add_typer(export, rich_help_panel=HAND_ON)

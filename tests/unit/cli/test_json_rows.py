@@ -87,6 +87,7 @@ CASES = [
     Case("scenes pack one_wall_small__coastal --zip --scenes-folder {scenes} --out {new}.zip", MADE, measured=True),
     Case("scenes check-plan {plan}", JUDGED),
     Case("scenes fit {plan} --width 3.4 --depth 5.2", JUDGED),
+    Case("check {asset}", MADE, measured=True),
     Case("checks", NAMED),
     Case("doctor", JUDGED),
     Case("schemas", NAMED),
