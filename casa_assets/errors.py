@@ -37,14 +37,14 @@ class UnknownId(CasaError):
 
     Args:
         kind: what it should have been the name of. wanted: the name. known: the names that exist.
-        listed_by: commands that list them, for whoever asked for something like none of them.
+        listed_by: what lists them, for whoever asked for something like none of them where there are many or none.
     """
 
     def __init__(self, kind: str, wanted: str, known: Iterable[str], listed_by: str = "") -> None:
         self.kind, self.wanted = kind, wanted
         names = sorted(known)
         self.nearest = _nearest(wanted, names)
-        hint = f"did you mean {', '.join(self.nearest)}?" if self.nearest else listed_by or _some(names)
+        hint = f"did you mean {', '.join(self.nearest)}?" if self.nearest else _some(names, listed_by)
         super().__init__(f"unknown {kind} {wanted!r}; {hint}")
 
 
@@ -57,12 +57,12 @@ def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
     return tuple(name for name in names if near and near[0] in words[name])[:count]
 
 
-def _some(names: list[str], count: int = 6, most: int = 12) -> str:
-    """What exists; of more than `most` names only how many."""
+def _some(names: list[str], listed_by: str, count: int = 6, most: int = 12) -> str:
+    """What exists; of more than `most` names what lists them, or only how many there are."""
     if not names:
-        return "there are none"
+        return listed_by or "there are none"
     if len(names) > most:
-        return f"{len(names)} names are known"
+        return listed_by or f"{len(names)} names are known"
     return f"there are {', '.join(names[:count])}" + (f" and {len(names) - count} more" if len(names) > count else "")
 
 

@@ -16,7 +16,29 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.plans.check import PlanCheck
 
 STYLE = "modern_1"
-PlanFile = Annotated[Path, typer.Argument(help="A plan, a YAML file anywhere.", exists=True, dir_okay=False)]
+
+
+def plan_file(named: Path) -> Path:
+    """The file of a plan that a user names: by its path, or as `scenes list` does. Raises UnknownId."""
+    from casa_assets.errors import UnknownId
+    from casa_assets.registry.kitchens import PLANS, plan_names
+    from casa_assets.registry.layered import stated_in
+
+    if named.is_file():
+        return named
+    if str(named) not in plan_names():
+        raise UnknownId("plan or file", str(named), plan_names(), "`casa-assets scenes list` names the plans")
+    return stated_in(f"{PLANS}/{named}.yaml")[-1]
+
+
+PlanFile = Annotated[
+    Path,
+    typer.Argument(
+        help="A plan: a YAML file, or the name of one, see `scenes list`.",
+        callback=plan_file,
+        autocompletion=completion.plans,
+    ),
+]
 TriedStyle = Annotated[
     str,
     typer.Option(

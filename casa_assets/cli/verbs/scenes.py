@@ -60,6 +60,10 @@ NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
 PASSES = 6
 Scenes = Annotated[list[str] | None, typer.Argument(help=NAMED, autocompletion=completion.kitchens)]
+Objects = Annotated[
+    int,
+    typer.Option("--objects", min=0, max=MAX_OBJECTS, help=more(OBJECTS_HELP, "they are put where people keep them.")),
+]
 OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", autocompletion=completion.kitchens)]
 SceneFolder = Annotated[Path, typer.Argument(help="Folder of a scene.")]
 
@@ -188,6 +192,7 @@ def check(
 def sample(
     count: Annotated[int, typer.Argument(min=1, help="How many to draw.")],
     seed: Seed = 0,
+    objects: Objects = 0,
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
     engine: Engine = EngineName.LOCAL,
@@ -203,12 +208,12 @@ def sample(
     The others are refused: rejected.json says why. diversity.json tells how diverse the kitchens are. A run that was
     stopped goes on where it was. Exit 0 when one passes or more, 1 when none does, 2 on misuse.
 
-    Example:  casa-assets scenes sample 20 --seed 1
+    Example:  casa-assets scenes sample 20 --seed 1 --objects 40
     """
     from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
     from casa_assets.pipeline.kitchens.sampling.run import sample_all
 
-    recipes, output = draw_recipes(count, seed), Output(json_, quiet, verbose)
+    recipes, output = draw_recipes(count, seed, objects), Output(json_, quiet, verbose)
     done = sample_all(recipes, out, workers(engine, address, jobs), drawn=pictures, in_3d=in_3d)
     results = scene_output.follow(done, recipes, "drawing", output, lean=True)
     scene_output.print_sample(results, recipes, seed, out, output)
@@ -252,6 +257,7 @@ def preview(
     from casa_assets.errors import OutputError, UnknownId
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.kitchens.scene_folders import all_recipes, draw_cameras
+    from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY
     from casa_assets.pipeline.reports.stills import draw_scene
     from casa_assets.preview.kitchen import PictureSettings
     from casa_assets.preview.photoreal.render import StillSettings
@@ -262,7 +268,7 @@ def preview(
     if not folder.is_dir():
         on_disk, scene_ids = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
         if scene not in scene_ids:
-            raise UnknownId("scene", scene, [*on_disk, *scene_ids])
+            raise UnknownId("scene", scene, [*on_disk, *scene_ids], LISTED_BY)
         raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
     with writing(out):
         if photoreal:
@@ -453,9 +459,7 @@ def new(
     closed: Annotated[
         bool, typer.Option("--closed", help="Build all walls; by default some plans leave sides open.")
     ] = False,
-    objects: Annotated[
-        int, typer.Option(min=0, max=MAX_OBJECTS, help=more(OBJECTS_HELP, "they are put where people keep them."))
-    ] = 0,
+    objects: Objects = 0,
     objects_seed: Annotated[int, typer.Option(min=0, help="Random seed of which objects, and where.")] = 0,
     out: ScenesOut = OUT,
     json_: AsJson = False,

@@ -21,7 +21,7 @@ from casa_assets.errors import CasaError
         ("scenes new l_small --seed -3", "--seed: -3 is less than 0"),
         ("preview . --width-px 5000", "--width-px: 5000 is not from 64 to 4096"),
         ("scenes sample many", "COUNT: 'many' is no whole number"),
-        ("scenes fit {file} --width wide --depth 2", "--width: 'wide' is no number"),
+        ("scenes fit u_small --width wide --depth 2", "--width: 'wide' is no number"),
         ("textures list --set walls", "--set: 'walls' is none of wall, floor, counter, cabinet; did you mean wall?"),
         (
             "textures ingest . --surface flor",
