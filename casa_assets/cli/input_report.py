@@ -10,6 +10,7 @@ from pathlib import Path
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.errors import CasaError
 
 KINDS = (
     ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
@@ -19,10 +20,9 @@ KINDS = (
 MOST_LISTED = 200
 
 
-def print_no_mesh_found(sources: Sequence[object], output: Output) -> None:
-    """Say on standard error that the sources hold no mesh, and what would be one."""
-    places = ", ".join(terminal_safe(str(source)) for source in sources)
-    output.error(f"no mesh found in {places}; name {KINDS}")
+def no_mesh_found(sources: Sequence[object]) -> CasaError:
+    """The error that the sources hold no mesh, with what would be one."""
+    return CasaError(f"no mesh found in {', '.join(map(str, sources))}; name {KINDS}")
 
 
 def print_others(others: Counter[str], output: Output) -> None:

@@ -95,10 +95,8 @@ REVIEW_HELP = "Include assets that are in review."
 Out = Annotated[
     Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "folders are made where they are missing."))
 ]
-# Of verbs on kitchens, which stand in the folder that is written to.
-ScenesOut = Annotated[
-    Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "the folder in which the kitchens stand."))
-]
+# Of verbs on kitchens, which are in the folder that is written to.
+ScenesOut = Annotated[Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "the folder of the kitchens."))]
 # Of verbs that read a library; `LibraryOut` is that of verbs that write one.
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
 # Of verbs that read a library or, with --index, the rows of many; see `library_at`.
@@ -110,7 +108,7 @@ TablesFolder = Annotated[
 LibraryOut = Annotated[Path, typer.Option("--library", metavar="DIR", help=LIBRARY_HELP, callback=folder_of_library)]
 ScenesFolder = Annotated[
     Path,
-    typer.Option("--scenes-folder", metavar="DIR", help="Folder of kitchens; a kitchen that is not there is built."),
+    typer.Option("--scenes-folder", metavar="DIR", help="Folder of kitchens; one that is missing is built."),
 ]
 
 WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
@@ -133,7 +131,7 @@ Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
 Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
 All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
 Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
-Force = Annotated[bool, typer.Option("--force", help="Make anew also what has not changed.")]
+Force = Annotated[bool, typer.Option("--force", help="Do it again even if nothing has changed.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Print what would be done and why; write nothing.")]
 Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
 Camera = Annotated[

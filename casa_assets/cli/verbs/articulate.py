@@ -13,8 +13,8 @@ from rich.markup import escape
 
 from casa_assets.cli.input_report import (
     MOST_LISTED,
+    no_mesh_found,
     print_codes,
-    print_no_mesh_found,
     print_others,
     print_outcomes,
     print_review,
@@ -148,8 +148,7 @@ def _articulate(
     outcomes = _follow(start, output, report)
     print_others(+others, output)
     if not outcomes:
-        print_no_mesh_found(sources, output)
-        raise typer.Exit(2)
+        raise no_mesh_found(sources)
     if len(outcomes) > 1 and not output.as_json:
         _print_summary(outcomes, out, output)
     if review_command:

@@ -15,7 +15,7 @@ import typer
 
 from casa_assets.cli.help import LIMITS
 from casa_assets.cli.ingest_output import codes_of, end, print_counts, print_events, print_summary
-from casa_assets.cli.input_report import print_codes, print_no_mesh_found, print_others
+from casa_assets.cli.input_report import no_mesh_found, print_codes, print_others
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
@@ -216,8 +216,7 @@ def _run_once(
         output.line(f"shard {options.shard} has none of the inputs")
         return []
     if not events:
-        print_no_mesh_found(sources, output)
-        raise typer.Exit(2)
+        raise no_mesh_found(sources)
     if options.dry_run and not output.as_json:
         print_codes(codes_of(events), output)
         print_counts(events, output)
@@ -236,8 +235,7 @@ def _estimate(
     # Of single inputs only those are told that are rejected.
     events = print_events(partial(sample_run, sources, options, sample), Output(quiet=True))
     if not events:
-        print_no_mesh_found(sources, output)
-        raise typer.Exit(2)
+        raise no_mesh_found(sources)
     found = estimate(events, count_inputs(sources, options.library), counts)
     if output.as_json:
         output.row({"id": "estimate", "folder": "", **asdict(found)})

@@ -203,7 +203,7 @@ def sample(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw kitchens by chance: plan, lengths, style, finishes, models. Only those that pass every check are kept.
+    """Draw random kitchens: plan, lengths, style, finishes, models. Only those that pass every check are kept.
 
     The others are refused: rejected.json says why. diversity.json tells how diverse the kitchens are. A run that was
     stopped goes on where it was. Exit 0 when one passes or more, 1 when none does, 2 on misuse.
