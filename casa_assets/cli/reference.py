@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -10,7 +11,6 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from casa_assets.cli.help import default_text, help_parts
 from casa_assets.cli.main import app
 
 HEAD = """# Commands
@@ -26,6 +26,7 @@ Printed from the program. `casa-assets COMMAND --help` says the same in a termin
 | 4 | none was rejected, but a person has to decide something (`casa-assets review`) |
 | 130, 143 | stopped by Ctrl-C or by a signal; the same command goes on from there |
 """
+_STYLE = re.compile(r"\[/?(?:bold|dim|italic|cyan|green|red|yellow)[^\]]*\]")
 
 
 def commands_markdown() -> str:
@@ -64,21 +65,38 @@ def _section(path: str, command: Any) -> list[str]:
 
 def _help(text: str) -> list[str]:
     """Paragraphs of a help text; example calls stand together in one block."""
-    prose, examples = help_parts(text)
-    block = ["```text", *examples, "```\n"] if examples else []
-    return [*(f"{paragraph}\n" for paragraph in map(_plain, prose)), *block]
+    lines: list[str] = []
+    for paragraph in re.split(r"\n\s*\n", _plain(text).strip()):
+        said = " ".join(paragraph.split("\n")).strip() if "casa-assets " not in paragraph else paragraph.strip()
+        title, _, call = said.partition("casa-assets ")
+        if not call or title.strip() not in ("", "Example:", "Examples:"):
+            lines.append(f"{' '.join(said.split())}\n")
+            continue
+        block = "\n".join(line.strip().removeprefix(title.strip()).strip() for line in said.split("\n"))
+        if lines and lines[-1] == "```\n":
+            lines[-1:] = [block, "```\n"]
+        else:
+            lines += ["```text", block, "```\n"]
+    return [line for line in lines if line.strip() not in ("Examples:", "Example:")]
 
 
 def _row(parameter: Any) -> str:
-    names = [*parameter.opts, *parameter.secondary_opts] if parameter.param_type_name == "option" else [parameter.name]
-    default = default_text(parameter)
-    shown = "needed" if parameter.required else f"`{default}`" if default else ""
-    cells = [", ".join(f"`{name}`" for name in names), _plain(parameter.help or ""), shown]
+    is_option = parameter.param_type_name == "option"
+    names = [*parameter.opts, *parameter.secondary_opts] if is_option else [parameter.name]
+    default = parameter.default() if callable(parameter.default) else parameter.default
+    shown = (
+        "" if default in (None, "", (), [], False) or not getattr(parameter, "show_default", True) else f"`{default}`"
+    )
+    if default is True:
+        shown = f"`{parameter.opts[0]}`"
+    if parameter.required:
+        shown = "needed"
+    cells = [", ".join(f"`{name}`" for name in names), _plain(getattr(parameter, "help", None) or ""), shown]
     return "| " + " | ".join(" ".join(cell.split()).replace("|", "\\|") for cell in cells) + " |"
 
 
 def _plain(text: str) -> str:
-    return inspect.cleandoc(text).replace("<", "&lt;")
+    return _STYLE.sub("", inspect.cleandoc(text).replace("\b\n", "")).replace("<", "&lt;")
 
 
 if __name__ == "__main__":
