@@ -68,10 +68,7 @@ def report(
     followed by >, >=, < or <= and a number. --json prints report.json, with a verdict. Exit 0 when the page is written,
     1 where a condition holds, 2 on misuse.
 
-    Examples:
-
-      casa-assets report --fail-on 'rejected-rate>5%' --fail-on 'review>0'
-      casa-assets report --baseline old/report.json --fail-on worse
+    Example:  casa-assets report --fail-on 'rejected-rate>5%' --fail-on 'review>0'
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.checks_page import codes
