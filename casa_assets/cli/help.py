@@ -116,7 +116,7 @@ def _parameter_sections(command: Any, ctx: Any) -> Iterator[tuple[str, list[tupl
             continue
         is_argument = parameter.param_type_name == "argument"
         name = parameter_name(parameter) if is_argument else _option(parameter)
-        panel = ARGUMENTS if is_argument else parameter.rich_help_panel or OPTIONS
+        panel = ARGUMENTS if is_argument else getattr(parameter, "rich_help_panel", None) or OPTIONS
         panel = GENERAL if "--help" in parameter.opts else panel
         sections.setdefault(panel, []).append((name, _about(parameter)))
     order = [*(name for name in sections if name not in LAST), *(name for name in LAST if name in sections)]
