@@ -54,7 +54,7 @@ QUERIES = {
     "reason": ["--where", "reason=FLT005"],
     "size": ["--where", "size<=0.05"],
     "category, size and mass": ["--where", "category=mug", "--where", "size<=0.1", "--where", "mass>0.3"],
-    "words": ["red mug", "--words"],
+    "words": ["red mug"],
 }
 
 

@@ -64,7 +64,7 @@ def main() -> None:
 def look(subject: str, turn: str, browser: Browser) -> Turn:
     """Start the command, wait for its picture, end it."""
     begin = time.monotonic()
-    command = [str(Path(sys.executable).with_name("casa-assets")), "view", subject, "--web", "--no-open"]
+    command = [str(Path(sys.executable).with_name("casa-assets")), "view", subject, "--web", "--no-browser"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as running:
         try:
             assert running.stdout is not None

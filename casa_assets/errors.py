@@ -16,6 +16,7 @@ BatchFault stands beside the tree: some items of a batch met a fault of the prog
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
 
 
@@ -32,21 +33,37 @@ class RegistryError(CasaError):
 
 
 class UnknownId(CasaError):
-    """A name that nothing answers to; carries the nearest names that exist."""
+    """A name that does not exist; carries the nearest names that do.
 
-    def __init__(self, kind: str, wanted: str, known: Iterable[str]) -> None:
+    Args:
+        kind: what it should have been the name of. wanted: the name. known: the names that exist.
+        listed_by: what lists them, for whoever asked for something like none of them where there are many or none.
+    """
+
+    def __init__(self, kind: str, wanted: str, known: Iterable[str], listed_by: str = "") -> None:
         self.kind, self.wanted = kind, wanted
         names = sorted(known)
-        self.nearest = tuple(difflib.get_close_matches(wanted, names, n=3, cutoff=0.5))
-        hint = f"; did you mean {', '.join(self.nearest)}?" if self.nearest else _some(names)
-        super().__init__(f"unknown {kind} {wanted!r}{hint}")
+        self.nearest = _nearest(wanted, names)
+        hint = f"did you mean {', '.join(self.nearest)}?" if self.nearest else _some(names, listed_by)
+        super().__init__(f"unknown {kind} {wanted!r}; {hint}")
 
 
-def _some(names: list[str], count: int = 6) -> str:
-    """What there is, for whoever asked for something like none of it."""
+def _nearest(wanted: str, names: list[str], count: int = 3) -> tuple[str, ...]:
+    """Names like the one that was wanted; if there are none, those of which one word is like it."""
+    if whole := difflib.get_close_matches(wanted, names, n=count, cutoff=0.6):
+        return tuple(whole)
+    words = {name: re.split("[_/]+", name) for name in names}
+    near = difflib.get_close_matches(wanted, {word for parts in words.values() for word in parts}, n=1, cutoff=0.75)
+    return tuple(name for name in names if near and near[0] in words[name])[:count]
+
+
+def _some(names: list[str], listed_by: str, count: int = 6, most: int = 12) -> str:
+    """What exists; of more than `most` names what lists them, or only how many there are."""
     if not names:
-        return "; there are none"
-    return f"; there are {', '.join(names[:count])}" + (f" and {len(names) - count} more" if len(names) > count else "")
+        return listed_by or "there are none"
+    if len(names) > most:
+        return listed_by or f"{len(names)} names are known"
+    return f"there are {', '.join(names[:count])}" + (f" and {len(names) - count} more" if len(names) > count else "")
 
 
 class Rejected(CasaError):

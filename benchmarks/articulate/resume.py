@@ -24,7 +24,7 @@ from pathlib import Path
 
 def command(meshes: Path, library: Path, jobs: int) -> list[str]:
     """The command line of a run."""
-    words = ["articulate", str(meshes), "--out", str(library), "--jobs", str(jobs)]
+    words = ["articulate", str(meshes), "--library", str(library), "--jobs", str(jobs)]
     return [sys.executable, "-m", "casa_assets.cli.main", *words]
 
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_outcomes
+from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_outcomes, print_review
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.progress import bar
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.cli.text import pluralize, terminal_safe, without_name
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -90,8 +90,9 @@ def _print_event(event: Event, output: Output, dry_run: bool) -> None:
     if output.as_json:
         output.row(_json_row(event, dry_run))
     elif event.kind == "rejected" or (output.verbose and event.was_rejected):
+        told = _lines(without_name(event.message, event.path))
         output.failures.print(
-            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {_lines(event.message)}",
+            f"[red]rejected[/] {_safe(event.path)}: [bold]{event.code}[/] {told}",
             highlight=False,
             soft_wrap=True,
         )
@@ -154,8 +155,7 @@ def print_summary(events: list[Event], library: Path, output: Output, explain: b
     place = terminal_safe(str(library))
     output.line(f"Library: {place}/")
     output.line(f"Index:   {place}/index.sqlite")
-    if unsure:
-        output.line(f"Review:  {place}/review.csv; accept or correct there, then run again")
+    print_review(unsure, any("category" in event.to_decide for event in events), library, output)
     output.line(f"Next:    casa-assets report --library {place}")
 
 
@@ -168,16 +168,20 @@ def codes_of(events: list[Event]) -> Counter[str]:
 
 
 def print_counts(events: list[Event], output: Output) -> int:
-    """How fast the stages were, and how many inputs were accepted, in review and rejected; returns those in review."""
+    """Print how many inputs were accepted, in review and rejected, and what they cost; returns those in review.
+
+    With --verbose also how fast the stages were.
+    """
     from casa_assets.model.issue import Decision
     from casa_assets.pipeline.ingest.run import tally
     from casa_assets.pipeline.ingest.stage_times import throughput
 
-    heads = ("stage", "inputs", "seconds", "inputs per second")
-    table = TextTable(heads, right=heads[1:], title="Throughput of one worker")
-    for one in throughput(event.seconds for event in events):
-        table.add(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
-    table.print(output.console)
+    if output.verbose:
+        heads = ("stage", "inputs", "seconds", "inputs per second")
+        table = TextTable(heads, right=heads[1:], title="Throughput of one worker")
+        for one in throughput(event.seconds for event in events):
+            table.add(one.stage, f"{one.inputs:,}", f"{one.seconds:.1f}", f"{one.per_second:,.3g}")
+        table.print(output.console)
     _print_cost(events, output)
     counts = tally(events)
     accepted, unsure, rejected = (counts[decision.value] for decision in Decision)
@@ -210,7 +214,7 @@ def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> 
         place = f"{issue.pointer} " if issue.pointer else ""
         output.console.print(f"[yellow]{issue.code}[/] {place}{_safe(issue.message)}", highlight=False, soft_wrap=True)
     for result in library_report.report.results if library_report else ():
-        if result.status is Status.NOT_RUN:
+        if result.status is Status.NOT_RUN and output.verbose:
             message = f"[yellow]{result.code}[/] not run: {_safe(result.reason)}"
             output.console.print(message, highlight=False, soft_wrap=True)
     if len(issues) > len(shown):
@@ -218,7 +222,7 @@ def _print_library_checks(library: Path, output: Output, max_lines: int = 6) -> 
 
 
 def _accepted_table(accepted: list[Entry], most: int = MAX_ROWS) -> TextTable:
-    heads = "asset", "size (cm)", "mass", "shapes", "checks", "warn", "source"
+    heads = "asset", "size (cm)", "mass", "shapes", "checks", "advice", "source"
     table = TextTable(heads, right=heads[2:-1], title="Accepted")
     for entry in accepted[:most]:
         table.add(*_cells(entry))

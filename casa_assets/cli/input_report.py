@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from casa_assets.cli.output import Output, measures
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.errors import CasaError
 
 KINDS = (
     ".glb, .gltf, .obj, .ply, .stl, .dae, .fbx, .usd, .usdz, .x3d, .wrl, .3ds, .blend, an archive of them, "
@@ -17,10 +20,9 @@ KINDS = (
 MOST_LISTED = 200
 
 
-def print_no_mesh_found(sources: Sequence[object], output: Output) -> None:
-    """Say on standard error that the sources hold no mesh, and what would be one."""
-    places = ", ".join(terminal_safe(str(source)) for source in sources)
-    output.error(f"no mesh found in {places}; name {KINDS}")
+def no_mesh_found(sources: Sequence[object]) -> CasaError:
+    """The error that the sources hold no mesh, with what would be one."""
+    return CasaError(f"no mesh found in {', '.join(map(str, sources))}; name {KINDS}")
 
 
 def print_others(others: Counter[str], output: Output) -> None:
@@ -55,6 +57,23 @@ def print_codes(codes: Counter[str], output: Output) -> None:
         meaning, advice = (row.meaning, row.remedy) if row else (why.get(code, ""), "as the line of each input says")
         table.add(code, meaning, str(count), advice)
     table.print(output.console)
+
+
+def print_review(count: int, asks_category: bool, library: Path, output: Output) -> None:
+    """Print how to decide about the inputs in review; nothing where there are none.
+
+    Args:
+        asks_category: of some nobody knows what they are.
+    """
+    if not count:
+        return
+    place = terminal_safe(shlex.quote(str(library)))
+    wait, it = ("input waits", "it") if count == 1 else ("inputs wait", "them")
+    output.line(f"Review:  {count} {wait} for your decision; exports include {it} only with --with-review")
+    output.line(f"         decide on a page with `casa-assets review {place}`, or in {place}/review.csv, and run again")
+    if asks_category:
+        output.line("         no category was found for some: give --category if all are of one, or a manifest.jsonl")
+        output.line('         with a line for each file, such as {"file": "a.glb", "category": "mug"}')
 
 
 def print_outcomes(accepted: int, in_review: int, rejected: int, kept: int, output: Output) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import gc
-import os
 import signal
 import sys
 import traceback
@@ -12,16 +11,14 @@ from types import FrameType
 from typing import Annotated, NoReturn
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
 from casa_assets import __version__
-from casa_assets.cli.options import OLD_FORCE, OLD_OUT, OLD_WIDTH
+from casa_assets.cli.group import Group, print_error
 from casa_assets.cli.supervise import SIGNALS, StopRequested, supervised, unblock
-from casa_assets.cli.text import terminal_safe
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.articulate import articulate
 from casa_assets.cli.verbs.categories import app as categories
+from casa_assets.cli.verbs.check import check
 from casa_assets.cli.verbs.checks import checks
 from casa_assets.cli.verbs.doctor import doctor
 from casa_assets.cli.verbs.export.app import app as export
@@ -37,11 +34,11 @@ from casa_assets.cli.verbs.project import init, make
 from casa_assets.cli.verbs.report import report
 from casa_assets.cli.verbs.review import review
 from casa_assets.cli.verbs.scenes import app as scenes
-from casa_assets.cli.verbs.scenes import scene_app as scene
 from casa_assets.cli.verbs.schemas import schemas
 from casa_assets.cli.verbs.textures import app as textures
 from casa_assets.cli.verbs.view import view
 from casa_assets.errors import BatchFault, CasaError
+from casa_assets.preview.backends import keep_from_mujoco
 
 EXIT_MISUSE, EXIT_FAULT, EXIT_SIGNAL_BASE = 2, 3, 128
 # What a file, a folder or a disk refuses, and no fault of the program: rights, room, or a name that cannot be.
@@ -55,9 +52,10 @@ ABOUT = "Simulation-ready kitchens and assets as MJCF and USD, each with a pictu
 
 app = typer.Typer(
     name="casa-assets",
+    cls=Group,
     help=ABOUT,
     no_args_is_help=True,
-    rich_markup_mode="rich",
+    rich_markup_mode=None,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog=(
@@ -67,28 +65,25 @@ app = typer.Typer(
     ),
 )
 app.command(cls=Verb, rich_help_panel=MAKE)(ingest)
-app.command(cls=verb({**OLD_FORCE, "--size": "--size-m", "--clip": "--clip-weights"}), rich_help_panel=MAKE)(articulate)
-app.command(
-    cls=verb({"--into": "--out", "--category": "--lvis"}),
-    rich_help_panel=MAKE,
-)(fetch)
+app.command(cls=Verb, rich_help_panel=MAKE)(articulate)
+app.command(cls=Verb, rich_help_panel=MAKE)(fetch)
 app.add_typer(library, rich_help_panel=MAKE)
 app.add_typer(scenes, rich_help_panel=MAKE)
 app.add_typer(families, rich_help_panel=MAKE)
 app.add_typer(objects, rich_help_panel=MAKE)
 app.add_typer(textures, rich_help_panel=MAKE)
-app.add_typer(scene, hidden=True)
 app.command(cls=Verb, rich_help_panel=MAKE)(init)
 app.command(cls=Verb, rich_help_panel=MAKE)(make)
 app.command(cls=Verb, rich_help_panel=LOOK)(view)
-app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}), rich_help_panel=LOOK)(preview)
-app.command(cls=verb(OLD_OUT), rich_help_panel=LOOK)(report)
+app.command(cls=Verb, rich_help_panel=LOOK)(preview)
+app.command(cls=Verb, rich_help_panel=LOOK)(report)
 app.command(cls=Verb, rich_help_panel=LOOK)(home)
 app.command(cls=Verb, rich_help_panel=LOOK)(find)
 app.add_typer(categories, rich_help_panel=LOOK)
 app.command(cls=Verb, rich_help_panel=JUDGE)(review)
+app.command(cls=Verb, rich_help_panel=JUDGE)(check)
 app.command(cls=Verb, rich_help_panel=JUDGE)(checks)
-app.command(cls=verb(OLD_OUT), rich_help_panel=JUDGE)(doctor)
+app.command(cls=Verb, rich_help_panel=JUDGE)(doctor)
 app.add_typer(export, rich_help_panel=HAND_ON)
 app.command(cls=Verb, rich_help_panel=HAND_ON)(index)
 app.command(cls=Verb, rich_help_panel=HAND_ON)(schemas)
@@ -111,7 +106,7 @@ def common(
 
 def main() -> None:
     """Entry point; exit code 0 or 1 is the verb's answer, 2 misuse or a broken machine, 3 a bug, 130 Ctrl-C."""
-    sys.exit(supervised(run, _print_error))
+    sys.exit(supervised(run, print_error))
 
 
 def run() -> int:
@@ -121,6 +116,7 @@ def run() -> int:
     # Names of strangers may hold what the terminal's encoding lacks.
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # type: ignore[union-attr]
+    keep_from_mujoco()
     # No record of a large library is in a cycle: to look for cycles among so many took a third of a run.
     gc.set_threshold(100_000, 20, 20)
     try:
@@ -136,18 +132,18 @@ def _run_app() -> int:
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
     except CasaError as error:
-        _print_error("error:", str(error))
+        print_error("error:", str(error))
         return EXIT_MISUSE
     except BatchFault as fault:
         if fault.traces:
             sys.stderr.write(f"{fault.traces.rstrip()}\n")
-        _print_error("bug:", f"{fault}; please report it with the traces of those")
+        print_error("bug:", f"{fault}; please report it with the traces of those")
         return EXIT_FAULT
     except OSError as error:
         if error.errno not in ACCESS_ERRNOS:
             return _report_crash()
         place = f"{error.filename}: " if error.filename else ""
-        _print_error(
+        print_error(
             "error:", f"{place}{error.strerror}; look at rights and at the room on the disk, or name another place"
         )
         return EXIT_MISUSE
@@ -160,7 +156,7 @@ def _report_crash() -> int:
     if _stopping:
         return EXIT_FAULT  # an error of what the signal interrupted; the supervisor reports the signal
     traceback.print_exc()
-    _print_error("bug:", "this is a fault of the program; please report it with the lines above")
+    print_error("bug:", "this is a fault of the program; please report it with the lines above")
     return EXIT_FAULT
 
 
@@ -174,14 +170,6 @@ def _on_signal(number: int, _: FrameType | None) -> NoReturn:
     _stopping.append(number)
     sys.unraisablehook = lambda _: None  # the supervisor prints the one line about the signal
     raise StopRequested(number)
-
-
-def _print_error(mark: str, message: str) -> None:
-    text = Text.assemble((mark, "bold red"), " ", "\n".join(terminal_safe(line) for line in message.split("\n")))
-    try:
-        Console(stderr=True, soft_wrap=True).print(text, highlight=False)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 if __name__ == "__main__":

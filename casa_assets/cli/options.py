@@ -1,4 +1,4 @@
-"""The grammar of the command line: options that verbs share, each with one meaning, and the names that they had before.
+"""The grammar of the command line: options that verbs share, each with one meaning.
 
 A name has the same type and the same words of help in every verb; what follows a semicolon may say more of one verb.
 `tests/architecture/test_commands.py` holds this.
@@ -7,7 +7,6 @@ A name has the same type and the same words of help in every verb; what follows 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from enum import StrEnum
 from itertools import chain
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
+from casa_assets.cli.help import CLUSTER, GENERAL
 from casa_assets.errors import OutputError
 
 if TYPE_CHECKING:
@@ -92,10 +92,12 @@ SCENES_HELP = "Ids of kitchens or globs, such as 'l_*__coastal'."
 IN_3D_HELP = "Write models that the page shows in 3D."
 REVIEW_HELP = "Include assets that are in review."
 
-Out = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "folders are made where they are missing."))]
-# Of verbs on kitchens, which stand in the folder that is written to.
-ScenesOut = Annotated[Path, typer.Option("--out", help=more(OUT_HELP, "the folder in which the kitchens stand."))]
-# Of verbs that read a library, and of verbs that write one: there both names say the same.
+Out = Annotated[
+    Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "folders are made where they are missing."))
+]
+# Of verbs on kitchens, which are in the folder that is written to.
+ScenesOut = Annotated[Path, typer.Option("--out", metavar="DIR", help=more(OUT_HELP, "the folder of the kitchens."))]
+# Of verbs that read a library; `LibraryOut` is that of verbs that write one.
 Library = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, exists=True, file_okay=False)]
 # Of verbs that read a library or, with --index, the rows of many; see `library_at`.
 LibraryOrIndex = Annotated[Path, typer.Option("--library", help=LIBRARY_HELP, file_okay=False)]
@@ -103,60 +105,77 @@ TablesFolder = Annotated[
     Path | None,
     typer.Option("--index", help="Folder that `casa-assets library index` wrote.", exists=True, file_okay=False),
 ]
-LibraryOut = Annotated[Path, typer.Option("--library", "--out", help=LIBRARY_HELP, callback=folder_of_library)]
+LibraryOut = Annotated[Path, typer.Option("--library", metavar="DIR", help=LIBRARY_HELP, callback=folder_of_library)]
 ScenesFolder = Annotated[
-    Path, typer.Option("--scenes-folder", help="Folder of kitchens; a kitchen that is not there is built.")
+    Path,
+    typer.Option("--scenes-folder", metavar="DIR", help="Folder of kitchens; one that is missing is built."),
 ]
 
 WidthPx = Annotated[int, typer.Option("--width-px", help=WIDTH_HELP, min=64, max=4096)]
 SizeM = Annotated[float, typer.Option("--size-m", help="Longest side in metres; 0: by unit and category.", min=0)]
 Jobs = Annotated[int, typer.Option("--jobs", help=JOBS_HELP, min=0)]
-Engine = Annotated[EngineName, typer.Option("--engine", help="Where jobs run: on this machine, or on a Ray cluster.")]
+Engine = Annotated[
+    EngineName,
+    typer.Option("--engine", help="Where jobs run: on this machine, or on a Ray cluster.", rich_help_panel=CLUSTER),
+]
 Address = Annotated[
     str,
-    typer.Option("--address", help="Of a running Ray cluster, such as auto or host:6379; else one is started."),
+    typer.Option(
+        "--address",
+        metavar="HOST",
+        help="Of a running Ray cluster, such as auto or host:6379; else one is started.",
+        rich_help_panel=CLUSTER,
+    ),
 ]
 Seed = Annotated[int, typer.Option("--seed", help=SEED_HELP, min=0)]
 Most = Annotated[int, typer.Option("--most", help=MOST_HELP, min=1)]
 All = Annotated[bool, typer.Option("--all", help=ALL_HELP)]
 Samples = Annotated[int, typer.Option("--samples", help="Number of random members of each.", min=0)]
-Force = Annotated[bool, typer.Option("--force", help="Make anew also what has not changed.")]
+Force = Annotated[bool, typer.Option("--force", help="Do it again even if nothing has changed.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Print what would be done and why; write nothing.")]
 Pictures = Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw a picture of each.")]
 Camera = Annotated[
     list[str] | None,
-    typer.Option("--camera", help="Names of cameras; by default all, with --photoreal eye and cutaway."),
+    typer.Option(
+        "--camera", metavar="NAME", help="Names of cameras; by default all, with --photoreal eye and cutaway."
+    ),
 ]
-Pose = Annotated[str, typer.Option("--pose", help="Named pose: start, closed, open or on, if the model has it.")]
+Pose = Annotated[
+    str, typer.Option("--pose", metavar="NAME", help="Named pose: start, closed, open or on, if the model has it.")
+]
 Category = Annotated[
     str,
     typer.Option(
         "--category",
-        help="Category of every input, such as mug; else it is guessed.",
+        metavar="NAME",
+        help="Category of every input, such as microwave; else it is guessed.",
         autocompletion=completion.categories,
     ),
 ]
-Kitchens = Annotated[list[str] | None, typer.Option("--scenes", help=SCENES_HELP, autocompletion=completion.kitchens)]
+Kitchens = Annotated[
+    list[str] | None, typer.Option("--scenes", metavar="ID", help=SCENES_HELP, autocompletion=completion.kitchens)
+]
 WithReview = Annotated[bool, typer.Option("--with-review", help=REVIEW_HELP)]
 Port = Annotated[int, typer.Option("--port", help="Port on this machine; 0: any that is free.", min=0, max=65535)]
-Browser = Annotated[
-    bool, typer.Option("--browser/--no-browser", "--open/--no-open", help="Open the page in the browser.")
-]
+Browser = Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")]
 Photoreal = Annotated[
     bool, typer.Option("--photoreal", help="Path-traced stills from the USD, a minute or two each; needs Blender.")
 ]
 
 AsJson = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object per item on standard output, and nothing else there.")
+    bool,
+    typer.Option(
+        "--json",
+        help="Print one JSON object per item on standard output, and nothing else there.",
+        rich_help_panel=GENERAL,
+    ),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors and failures.")]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print also successes and times.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only errors and failures.", rich_help_panel=GENERAL)]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print also successes and times.", rich_help_panel=GENERAL)
+]
 
 In3d = Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 0.1 MB each."))]
-# Names of the first development version, taken until the first release, each with the name that took its place.
-OLD_OUT: Mapping[str, str] = {"--output": "--out", "-o": "--out"}
-OLD_WIDTH: Mapping[str, str] = {"--size": "--width-px"}
-OLD_FORCE: Mapping[str, str] = {"--anew": "--force"}
 
 
 def library_at(folder: Path) -> LibraryFolder:

@@ -1,18 +1,18 @@
-"""The class of every verb: finds the project, takes old names of options with a note, says how long it took."""
+"""The class of every verb: it finds the project, and with --verbose says how long it took."""
 
 from __future__ import annotations
 
 import resource
 import sys
 import time
-from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
+from casa_assets.cli.help import GENERAL, help_text, usage_pieces
 from casa_assets.projects import (
     NO_PROJECT,
     SETTINGS,
@@ -27,33 +27,22 @@ from casa_assets.projects import (
 
 PROJECT_HELP = f"Folder with a {SETTINGS}; by default this one or the nearest above it; '{NO_PROJECT}': none."
 PLUGINS_HELP = "Run the code in plugins/ of the project; or none, not even of installed packages."
-UNTIL = "the old name goes away with the first release"
 
 
 class Verb(TyperCommand):
-    """A verb of the command line.
-
-    Attributes:
-        old_names: option of the last release -> the option that took its place.
-        old_path, path: words that the verb had before, and those that it has; empty where they are the same.
-    """
-
-    old_names: ClassVar[Mapping[str, str]] = {}
-    old_path: ClassVar[str] = ""
-    path: ClassVar[str] = ""
+    """A verb of the command line, with the options that all verbs share."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self.params += _options_of_all()
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse the words behind the verb, with old names replaced and told about on standard error."""
-        if self.old_path and not ctx.resilient_parsing:
-            _note(f"`{self.old_path}` is now `{self.path}`")
-        words = renamed(args, self.old_names)
-        for old in () if ctx.resilient_parsing else dict.fromkeys(used(args, self.old_names)):
-            _note(f"{old} is now {self.old_names[old]}")
-        return super().parse_args(ctx, words)
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help."""
+        formatter.write(help_text(self, ctx, formatter.width))
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """The words behind the name in the usage."""
+        return usage_pieces(self, ctx)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the verb; with --verbose, say on standard error what it took."""
@@ -63,11 +52,6 @@ class Verb(TyperCommand):
         finally:
             if ctx.params.get("verbose"):
                 typer.echo(_spent(time.monotonic() - begin), err=True)
-
-
-def verb(old_names: Mapping[str, str] | None = None, old_path: str = "", path: str = "") -> type[Verb]:
-    """The class of a verb whose options, or whose own words, had other names in the last release."""
-    return type("Verb", (Verb,), {"old_names": old_names or {}, "old_path": old_path, "path": path})
 
 
 @lru_cache(maxsize=1)
@@ -109,7 +93,9 @@ def _with_project(
         str,
         typer.Option(
             "--project",
+            metavar="DIR",
             help=PROJECT_HELP,
+            rich_help_panel=GENERAL,
             envvar=VARIABLE,
             show_envvar=False,
             expose_value=False,
@@ -122,44 +108,13 @@ def _with_project(
         typer.Option(
             "--plugins/--no-plugins",
             help=PLUGINS_HELP,
+            rich_help_panel=GENERAL,
             show_default=False,
             expose_value=False,
             callback=_on_plugins,
         ),
     ] = None,
 ) -> None: ...
-
-
-def used(args: list[str], old_names: Mapping[str, str]) -> list[str]:
-    """The old names among the words behind a verb, in their order; what follows `--` is no option."""
-    words = args[: args.index("--")] if "--" in args else args
-    return [old for word in words if (old := _old_name(word, old_names))]
-
-
-def renamed(args: list[str], old_names: Mapping[str, str]) -> list[str]:
-    """The words behind a verb with today's names of its options: `--output x`, `--output=x`, `-o x` and `-ox`."""
-    end = args.index("--") if "--" in args else len(args)
-    return [word for arg in args[:end] for word in _today(arg, old_names)] + args[end:]
-
-
-def _today(word: str, old_names: Mapping[str, str]) -> list[str]:
-    old = _old_name(word, old_names)
-    if not old:
-        return [word]
-    value = word.removeprefix(old)
-    if word.startswith("--"):
-        return [old_names[old] + value]
-    return [old_names[old], value] if value else [old_names[old]]
-
-
-def _old_name(word: str, old_names: Mapping[str, str]) -> str:
-    """The old name that a word begins with; empty where it has none."""
-    name = word.partition("=")[0] if word.startswith("--") else word[:2]
-    return name if name in old_names else ""
-
-
-def _note(text: str) -> None:
-    typer.echo(f"note: {text}; {UNTIL}", err=True)
 
 
 def _spent(wall_s: float) -> str:

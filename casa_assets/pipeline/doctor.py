@@ -27,15 +27,14 @@ from casa_assets.checks.simready.installed import (
 from casa_assets.errors import CasaError
 from casa_assets.model.record import Record
 from casa_assets.pipeline.optional_packages import extras, install_command, requirements
+from casa_assets.preview.backends import BACKENDS, install_line, why_not
 from casa_assets.projects import data_root, project_folder
 from casa_assets.registry.load import load
 from casa_assets.registry.plugins import ignored_files, load_plugins
 from casa_assets.registry.project import load_project
 from casa_assets.registry.project_files import files_of
 
-SYSTEM_PACKAGES = "libegl1 libgl1 libgl1-mesa-dri"
-RENDERERS = ("egl", "osmesa")
-LIBRARIES = {"egl": "libegl1", "osmesa": "libosmesa6"}
+RENDERERS = BACKENDS
 CHILD_LIMIT_S = 90.0
 FREE_DISK_BYTES = 2 * 1024**3  # a library of a thousand assets with pictures takes about this much
 MEMORY_BYTES = 3 * 1024**3  # convex decomposition of a large mesh needs about this much
@@ -305,14 +304,13 @@ def _renderers(drawn: tuple[tuple[str, bool, str], ...]) -> tuple[Finding, ...]:
         for name, ok, message in drawn
     )
     message = f"{works} is used" if works else "none works, so there would be no pictures"
-    fix = "" if works else f"sudo apt-get install -y {SYSTEM_PACKAGES}"
+    fix = "" if works else install_line()
     return (*each, Finding(subject="rendering", ok=works is not None, message=message, fix=fix))
 
 
 def _why_not(name: str, message: str, works: str | None) -> str:
     """Explain in plain words why a renderer does not draw, and if it matters."""
-    # What PyOpenGL raises where it does not find the library is an attribute of None.
-    why = f"its library is not installed ({LIBRARIES[name]})" if "NoneType" in message else message
+    why = why_not(name, message)
     return f"{why}; not needed, for {works} draws" if works else why
 
 

@@ -16,10 +16,8 @@ import numpy as np
 
 from casa_assets.core.typing import Singles
 from casa_assets.errors import CasaError
+from casa_assets.preview.backends import BACKENDS, MUJOCO_GL, chosen_backend, install_line, why_not
 from casa_assets.preview.tonemap import Pixels
-
-# In this order: EGL uses a GPU where there is one and Mesa's software renderer where there is none.
-BACKENDS = ("egl", "osmesa")
 
 # What importing or opening a backend raises where its library is missing or finds no device.
 _FAILURES = (ImportError, AttributeError, OSError, RuntimeError, TypeError)
@@ -30,14 +28,16 @@ _opened: list[int] = []
 
 
 class NoRenderer(CasaError):
-    """No way to draw without a screen was found; says what was tried and what to install."""
+    """This machine cannot draw without a screen; says what was tried, why it failed and what to install."""
 
     def __init__(self, tried: dict[str, str]) -> None:
         self.tried = tried
-        reasons = "; ".join(f"{name}: {why}" for name, why in tried.items())
+        reasons = "; ".join(f"{name}: {why_not(name, why) if name in BACKENDS else why}" for name, why in tried.items())
+        chosen = next(iter(tried)) if len(tried) == 1 and chosen_backend() in tried else ""
+        other = f", or leave {MUJOCO_GL}={chosen} out" if chosen else ""
         super().__init__(
-            "no OpenGL without a screen is to be had, so no picture can be drawn. On Debian or Ubuntu run "
-            f"`apt-get install libegl1 libgl1-mesa-dri` (or libosmesa6), elsewhere install Mesa's EGL. Tried {reasons}"
+            f"no picture can be drawn on this machine ({reasons}); run `{install_line(chosen)}` (Debian, Ubuntu; "
+            f"elsewhere install Mesa's EGL){other}. `casa-assets doctor` tests it"
         )
 
     def __reduce__(self) -> tuple[type, tuple[dict[str, str]]]:
@@ -134,17 +134,17 @@ def _context(pid: int) -> Any:
     """The process's one context; `pid` is the key because a context does not survive a fork.
 
     mujoco picks its own backend once, from MUJOCO_GL, while it is imported, which is too early for a process that was
-    forked from a server. So its backends are opened here by name and the variable is only read as a wish. A limit on
-    memory that leaves no room for a driver is no lack of one.
+    forked from a server. So its backends are opened here by name: the one that the user chose, or the first that works.
+    A limit on memory that leaves no room for a driver is no lack of one.
     """
     if _opened:
         # The drivers' locks and threads were copied half: the next call would wait for ever.
         raise NoRenderer(
             {"fork": f"process {_opened[0]} had drawn before it forked; start workers by forkserver or spawn"}
         )
-    wish = os.environ.get("MUJOCO_GL", "").strip().lower()
+    wish = chosen_backend()
     tried: dict[str, str] = {}
-    for name in (wish,) if wish in BACKENDS else BACKENDS:
+    for name in (wish,) if wish else BACKENDS:
         try:
             made = _open(name)
         except _FAILURES as error:

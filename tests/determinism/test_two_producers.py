@@ -56,7 +56,7 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def arguments(verb: str, mesh: Path, library: Path) -> list[object]:
     if verb == "ingest":
         return ["ingest", mesh, "--library", library, "--jobs", 1]
-    return ["articulate", mesh, "--out", library, "--up", "+z", "--front", "-y"]
+    return ["articulate", mesh, "--library", library, "--up", "+z", "--front", "-y"]
 
 
 def killed_at(moment: Moment, verb: str, mesh: Path, library: Path) -> None:

@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from casa_assets.cli.input_report import MOST_LISTED, print_codes, print_no_mesh_found, print_others, print_outcomes
+from casa_assets.cli.input_report import (
+    MOST_LISTED,
+    no_mesh_found,
+    print_codes,
+    print_others,
+    print_outcomes,
+    print_review,
+)
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
@@ -31,7 +38,7 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.progress import bar
 from casa_assets.cli.tables import TextTable
-from casa_assets.cli.text import pluralize, terminal_safe
+from casa_assets.cli.text import pluralize, terminal_safe, without_name
 from casa_assets.errors import BatchFault
 
 if TYPE_CHECKING:
@@ -48,7 +55,6 @@ EXAMPLES = """
 Examples:
 
   casa-assets articulate microwave.obj --preview --report
-
   casa-assets articulate ~/appliances --jobs 8 --review
 """
 # Names of meshes that the progress bar shows at once.
@@ -142,8 +148,7 @@ def _articulate(
     outcomes = _follow(start, output, report)
     print_others(+others, output)
     if not outcomes:
-        print_no_mesh_found(sources, output)
-        raise typer.Exit(2)
+        raise no_mesh_found(sources)
     if len(outcomes) > 1 and not output.as_json:
         _print_summary(outcomes, out, output)
     if review_command:
@@ -235,8 +240,7 @@ def _print_summary(outcomes: Sequence[ArticulateOutcome], out: Path, output: Out
     print_codes(+codes, output)
     counts = _counts(outcomes)
     print_outcomes(*counts, sum(outcome.count for outcome in outcomes if outcome.kept), output)
-    if counts[1]:
-        output.line(f"Review: {terminal_safe(str(out))}/review.csv; accept or correct there, then run again")
+    print_review(counts[1], False, out, output)
 
 
 def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
@@ -254,7 +258,7 @@ def _exit_with(outcomes: Sequence[ArticulateOutcome]) -> None:
 
 def _review_command(sources: Sequence[Path], out: Path, options: Mapping[str, object], complete: bool) -> str:
     """Return the command that applies the review.json of the page of this run."""
-    words = ["casa-assets", "articulate", *map(str, sources), "--out", str(out)]
+    words = ["casa-assets", "articulate", *map(str, sources), "--library", str(out)]
     words += [f"{name}={value}" for name, value in options.items() if value]
     words += [] if complete else ["--no-complete"]
     return shlex.join([*words, "--review", "--decisions", "review.json"])
@@ -293,7 +297,8 @@ def _print_outcome(outcome: ArticulateOutcome, output: Output) -> None:
     console = output.failures if outcome.code or outcome.articulation is None else output.console
     name = escape(terminal_safe(outcome.mesh.name))
     if outcome.articulation is None:
-        message = "\n".join(escape(terminal_safe(line)) for line in outcome.message.split("\n"))
+        told = without_name(outcome.message, str(outcome.mesh))
+        message = "\n".join(escape(terminal_safe(line)) for line in told.split("\n"))
         console.print(f"[red]{outcome.code}[/] {name}: {message}", highlight=False, soft_wrap=True)
         return
     count = sum(not p.added for p in outcome.articulation.parts)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import completion
+from casa_assets.cli.group import Group
 from casa_assets.cli.options import AsJson
 from casa_assets.cli.output import Output
 from casa_assets.cli.tables import TextTable, from_column
@@ -20,9 +21,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="categories",
+    cls=Group,
     help="Categories of things: usual size and mass, substance, other names, what builds them: list, show.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 
 

@@ -55,19 +55,34 @@ def _verdict(finding: Finding) -> str:
 
 
 def _print(found: Sequence[Finding], output: Output) -> None:
-    """Print a line for each thing; what is as it should be among many of a kind is counted, or listed where asked."""
-    here = [finding for finding in found if finding.subject.startswith(PACKAGE) and finding.ok]
-    for finding in found:
-        if output.verbose or not _is_noise(finding, found):
+    """Print what is wrong, then what else there is to say; optional packages and those that are here on a line each."""
+    wrong = [finding for finding in found if finding.needed and not finding.ok]
+    rest = [finding for finding in found if finding not in wrong]
+    notes = [finding for finding in rest if not finding.ok]
+    for finding in wrong:
+        _print_line(finding, output)
+    if output.verbose:
+        for finding in rest:
             _print_line(finding, output)
-        elif here and finding is here[-1]:
-            output.console.print(_line("ok", "green", "packages", f"{len(here)} are here"), highlight=False)
+        return
+    packages = [finding for finding in rest if finding.subject.startswith(PACKAGE)]
+    for finding in notes:
+        if finding not in packages and not _is_noise(finding, found):
+            _print_line(finding, output)
+    names = [finding.subject.removeprefix(PACKAGE) for finding in packages if not finding.ok]
+    if names:
+        words = f"optional, not installed or of another version: {', '.join(names)}; --verbose says more"
+        output.console.print(_line("note", "yellow", "packages", words), soft_wrap=True, highlight=False)
+    here = sum(finding.ok for finding in packages)
+    if here:
+        output.console.print(_line("ok", "green", "packages", f"{here} are here"), highlight=False)
+    for finding in rest:
+        if finding.ok and finding not in packages and not _is_noise(finding, found):
+            _print_line(finding, output)
 
 
 def _is_noise(finding: Finding, found: Sequence[Finding]) -> bool:
-    """True for a package that is here, and for single renderers where there is one that draws."""
-    if finding.subject.startswith(PACKAGE):
-        return finding.ok
+    """True for single renderers where there is one that draws."""
     return finding.subject.startswith(RENDERER) and any(f.ok for f in found if f.subject.startswith(RENDERER))
 
 

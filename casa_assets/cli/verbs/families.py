@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion
+from casa_assets.cli.group import Group
 from casa_assets.cli.member_output import end, follow, look, print_result, print_summary
 from casa_assets.cli.options import (
-    OLD_WIDTH,
     Address,
     All,
     AsJson,
@@ -32,23 +32,25 @@ from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.families.run import FamilyResult
 
 app = typer.Typer(
     name="families",
+    cls=Group,
     help="Parametric cabinets, counters, appliances and small things: list, show, build, catalogue.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 HELP = "Families."
 
 
 @app.command("list", cls=Verb)
 def list_families(json_: AsJson = False) -> None:
-    """List every family with its presets. Exit 0.
+    """List every family with its presets.
+
+    Exit 0.
 
     Example:  casa-assets families list
     """
@@ -70,7 +72,7 @@ def list_families(json_: AsJson = False) -> None:
         output.line(pluralize(len(table.rows), "family"))
 
 
-@app.command(cls=verb(OLD_WIDTH))
+@app.command(cls=Verb)
 def show(
     names: Annotated[list[str], typer.Argument(help=HELP, autocompletion=completion.families)],
     out: Out = Path("out/look"),
@@ -155,7 +157,7 @@ def build(
     end(results)
 
 
-@app.command(cls=verb({"--textures": "--swatches", "--no-textures": "--no-swatches"}))
+@app.command(cls=Verb)
 def catalogue(
     names: Annotated[
         list[str] | None,
@@ -174,7 +176,7 @@ def catalogue(
     All of it takes many minutes; name families and give --no-swatches for less. Exit 0 when the page is written, 2 on
     misuse.
 
-    Example:  casa-assets families catalogue microwave toaster --no-swatches --out out/catalogue
+    Example:  casa-assets families catalogue microwave toaster --no-swatches
     """
     from casa_assets.pipeline.families.run import requests_for
     from casa_assets.pipeline.ingest.job import writing

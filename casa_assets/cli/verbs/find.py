@@ -22,17 +22,11 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, measures, measures_at
 from casa_assets.cli.tables import TextTable
 from casa_assets.cli.text import pluralize, terminal_safe
-from casa_assets.errors import CasaError
 
 if TYPE_CHECKING:
     from casa_assets.pipeline.dedup.search import Found, SearchHit
     from casa_assets.pipeline.tables.conditions import Condition
     from casa_assets.pipeline.tables.row import TableRow
-
-NO_WEIGHTS = (
-    "pictures are compared with words by CLIP, which needs --clip-weights (a file, a folder or a name of open_clip's); "
-    "--words compares categories, titles and colours alone"
-)
 
 
 def find(
@@ -46,15 +40,14 @@ def find(
         typer.Option(help="What must hold, such as category=mug, 'size<=0.3' or reason=FLT005; may be repeated."),
     ] = None,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "the words are compared with pictures."))] = "",
-    words: Annotated[
-        bool, typer.Option("--words", help="Compare with category, title and colours, without pictures.")
-    ] = False,
     most: Most = 10,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
     """Search a library by words, by conditions or by both; with --index all libraries of a folder of Parquet parts.
+
+    Words are looked for in categories, titles and colours; with --clip-weights they are compared with the pictures.
 
     A condition is a field, an operator and a value. Words: category, verdict, reason, decide, source, licence, author,
     split, producer, id, with = or !=; values after commas are alternatives. Numbers: size (longest side, m), mass (kg),
@@ -65,36 +58,44 @@ def find(
 
     Examples:
 
+      casa-assets find "red mug"
       casa-assets find "red mug" --clip-weights ~/ViT-B-32-laion2b.pt
-
-      casa-assets find "red mug" --words
-
       casa-assets find --where category=mug,cup --where 'size<=0.12' --json
-
       casa-assets find --index out/tables --where reason=FLT005 --most 100
     """
     from casa_assets.pipeline.dedup.search import search_rows
     from casa_assets.pipeline.tables.conditions import parse, with_default
 
     conditions = [parse(text) for text in where or ()]
-    _check(query, index, conditions, clip_weights, words)
+    _check(query, index, conditions, clip_weights)
     root = index or library
     if clip_weights:
         found = _by_picture(query, library, clip_weights, most)
     else:
         found = search_rows(_rows(library, index, with_default(conditions)), root, query, most)
-    _tell(found, root, Output(json_, quiet, verbose))
+    output, has_words = Output(json_, quiet, verbose), bool(query.strip())
+    if not found.hits:
+        output.error(f"no match{_unnamed(library, index) if has_words else ''}")
+        raise typer.Exit(1)
+    _tell(found, root, has_words, output)
 
 
-def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str, words: bool) -> None:
+def _check(query: str, index: Path | None, conditions: Sequence[Condition], clip_weights: str) -> None:
     """Raise what is wrong with the options beside each other."""
-    if not query.strip() and (clip_weights or words or not conditions):
+    if not query.strip() and (clip_weights or not conditions):
         raise typer.BadParameter("there are no words to look for", param_hint="QUERY")
     if clip_weights and (index is not None or conditions):
         hint = "--index" if index is not None else "--where"
         raise typer.BadParameter("searches without pictures; leave --clip-weights out", param_hint=hint)
-    if query and not (words or clip_weights or conditions or index is not None):
-        raise CasaError(NO_WEIGHTS)
+
+
+def _unnamed(library: Path, index: Path | None) -> str:
+    """How many assets words cannot find because nobody knows their category; empty for none."""
+    from casa_assets.pipeline.tables.conditions import parse
+
+    count = sum(1 for _ in _rows(library, index, [parse("decide=category")]))
+    where = "--where decide=category lists them" if index is not None else f"casa-assets review {library}"
+    return f"; {pluralize(count, 'asset')} in review without a category: {where}" if count else ""
 
 
 def _rows(library: Path, index: Path | None, conditions: Sequence[Condition]) -> Iterator[TableRow]:
@@ -116,16 +117,16 @@ def _by_picture(query: str, library: Path, clip_weights: str, most: int) -> Foun
     return Found(hits, len(hits))
 
 
-def _tell(found: Found, root: Path, output: Output) -> None:
-    table = TextTable(("folder", "score", "why"), sentences=("why",), right=("score",))
+def _tell(found: Found, root: Path, has_words: bool, output: Output) -> None:
+    """Print what was found; how well it fits where words were looked for, and else its category."""
+    heads = ("folder", "score", "why") if has_words else ("folder", "category")
+    table = TextTable(heads, sentences=("why",), right=("score",))
     for hit in found.hits:
         row = {"id": hit.id, "category": hit.category, "folder": str(hit.folder), "score": hit.score}
         output.row({**row, **(_facts(hit) if output.as_json else {}), "verdict": "found", "reason": hit.reason})
         folder = hit.folder.relative_to(root).as_posix()
-        table.add(terminal_safe(folder), f"{hit.score:.3f}", terminal_safe(hit.reason))
-    if not found.hits:
-        output.error("nothing fits")
-        raise typer.Exit(1)
+        facts = (f"{hit.score:.3f}", hit.reason) if has_words else (hit.category,)
+        table.add(terminal_safe(folder), *map(terminal_safe, facts))
     if not output.as_json:
         table.print(output.console)
         output.line(f"Folders are those under {terminal_safe(str(root))}/")

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from casa_assets.cli.help import LIMITS
 from casa_assets.cli.ingest_output import codes_of, end, print_counts, print_events, print_summary
-from casa_assets.cli.input_report import print_codes, print_no_mesh_found, print_others
+from casa_assets.cli.input_report import no_mesh_found, print_codes, print_others
 from casa_assets.cli.options import (
     CLIP_HELP,
     Address,
@@ -54,38 +55,24 @@ USUAL_CORES = (64, 1024)  # for which --estimate prints the time besides those o
 EXAMPLES = """
 Examples:
 
-  casa-assets ingest ~/meshes                      every mesh of a folder
-
-  casa-assets ingest mug.glb --category mug        one file of a known kind
-
-  casa-assets ingest objaverse/ t3d/manifest.jsonl --out lib --jobs 8
-
-  casa-assets ingest s3://bucket/meshes             a folder, archive or table on a store
-
-  casa-assets ingest table_set.glb --split         one asset of each thing in a file
-
-  casa-assets ingest ~/meshes --dry-run            verdicts and reasons, nothing is written
-
-  casa-assets ingest ~/meshes --only FLT005        retry what was rejected with this code, nothing else
-
-  casa-assets ingest ~/meshes --again things       retry what is in review for this, and take what is new
-
-  casa-assets ingest ~/meshes --estimate 40        core-hours, memory, disk, and hours on so many cores
-
-  casa-assets ingest ~/incoming --watch            work on files as they come, until Ctrl-C
-
-  casa-assets ingest ~/meshes --json > run.jsonl   one JSON object per input
-
+  casa-assets ingest ~/meshes                      # every mesh of a folder
+  casa-assets ingest mug.glb --category mug        # one file of a known kind
+  casa-assets ingest objaverse/ t3d/manifest.jsonl --library lib --jobs 8
+  casa-assets ingest s3://bucket/meshes            # a store
+  casa-assets ingest table_set.glb --split         # each thing an asset
+  casa-assets ingest ~/meshes --dry-run            # write nothing
+  casa-assets ingest ~/meshes --retry-only FLT005  # what was rejected so
+  casa-assets ingest ~/meshes --retry things       # and what is new
+  casa-assets ingest ~/meshes --estimate 40        # hours, memory and disk
+  casa-assets ingest ~/incoming --watch            # as files come
+  casa-assets ingest ~/meshes --json > run.jsonl   # an object per input
   casa-assets ingest ~/meshes --store s3://bucket/library
-                                                   each asset goes to the store as it is made
-
-  casa-assets ingest ~/meshes --shard 3/16 --out shards/3
-                                                   the third of sixteen parts, for `casa-assets library merge`
+  casa-assets ingest ~/meshes --shard 3/16 --library shards/3
 """
 
 
 # An option that bounds an input; 0 stands for the default, which its help names.
-_limit = partial(typer.Option, min=0, show_default=False)
+_limit = partial(typer.Option, min=0, show_default=False, rich_help_panel=LIMITS)
 Watch = Annotated[bool, typer.Option("--watch", help="Wait for new and changed files until Ctrl-C, and work on them.")]
 Explain = Annotated[
     bool, typer.Option("--explain", help="Print every guess, with its confidence and reason; not with --dry-run.")
@@ -106,6 +93,18 @@ ShardWords = Annotated[
         "--shard", metavar="I/N", help="Work on part I of N of the inputs alone, I from 1 to N, for `library merge`."
     ),
 ]
+Retry = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--retry",
+        metavar="CODE",
+        help="Also work again on inputs rejected with this code, or in review for this subject.",
+    ),
+]
+RetryOnly = Annotated[
+    list[str] | None,
+    typer.Option("--retry-only", metavar="CODE", help="Work again on such inputs, and on nothing else."),
+]
 StoreUrl = Annotated[
     str, typer.Option("--store", metavar="URL", help="Also keep the library there, such as s3://bucket/library.")
 ]
@@ -121,20 +120,17 @@ def ingest(
     jobs: Jobs = 0,
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
-    timeout: Annotated[float, _limit(help="Processor seconds per input; 300 by default.")] = 0.0,
-    memory: Annotated[float, _limit(help="Gigabytes per input; 8 by default.")] = 0.0,
-    max_size: Annotated[float, _limit(help="Megabytes of an input; 512 by default.")] = 0.0,
+    timeout: Annotated[float, _limit(metavar="SECONDS", help="Processor seconds per input; 300 by default.")] = 0.0,
+    memory: Annotated[float, _limit(metavar="GB", help="Gigabytes per input; 8 by default.")] = 0.0,
+    max_size: Annotated[float, _limit(metavar="MB", help="Megabytes of an input; 512 by default.")] = 0.0,
     max_faces: Annotated[int, _limit(help="Faces of an input; 2500000 by default.")] = 0,
     max_texture: Annotated[int, _limit(help="Pixels of a side; 16384 by default.")] = 0,
     max_pixels: Annotated[float, _limit(help="Million pixels; 67.2 by default.")] = 0.0,
     clip_weights: Annotated[str, typer.Option(help=more(CLIP_HELP, "compares pictures."))] = "",
     keep_duplicates: KeepDuplicates = False,
     split: Split = False,
-    again: Annotated[
-        list[str] | None,
-        typer.Option(help="Also retry inputs that were rejected with this code, or are in review for this subject."),
-    ] = None,
-    only: Annotated[list[str] | None, typer.Option(help="Retry only such inputs, and leave all others out.")] = None,
+    retry: Retry = None,
+    retry_only: RetryOnly = None,
     dry_run: DryRun = False,
     watch: Watch = False,
     shard: ShardWords = "",
@@ -156,7 +152,7 @@ def ingest(
 
     where = workers(engine, address, jobs)
     memory_bytes, guards = int(memory * 1e9), _guards(max_size, max_faces, max_texture, max_pixels)
-    codes = _codes(again), _codes(only)
+    codes = _codes(retry), _codes(retry_only)
     options = Options(
         library, category, where, timeout, memory_bytes, guards, clip_weights, keep_duplicates, split, *codes, dry_run
     )
@@ -220,8 +216,7 @@ def _run_once(
         output.line(f"shard {options.shard} has none of the inputs")
         return []
     if not events:
-        print_no_mesh_found(sources, output)
-        raise typer.Exit(2)
+        raise no_mesh_found(sources)
     if options.dry_run and not output.as_json:
         print_codes(codes_of(events), output)
         print_counts(events, output)
@@ -240,8 +235,7 @@ def _estimate(
     # Of single inputs only those are told that are rejected.
     events = print_events(partial(sample_run, sources, options, sample), Output(quiet=True))
     if not events:
-        print_no_mesh_found(sources, output)
-        raise typer.Exit(2)
+        raise no_mesh_found(sources)
     found = estimate(events, count_inputs(sources, options.library), counts)
     if output.as_json:
         output.row({"id": "estimate", "folder": "", **asdict(found)})
@@ -288,7 +282,7 @@ def _watch(sources: list[Path | StoreRoot], options: Options, output: Output) ->
     from casa_assets.pipeline.ingest.watch import settled_changes
 
     if options.dry_run or options.redone or options.shard:
-        raise typer.BadParameter("--watch goes with none of --dry-run, --again, --only and --shard")
+        raise typer.BadParameter("--watch goes with none of --dry-run, --retry, --retry-only and --shard")
     places = [place for place in sources if isinstance(place, Path)]
     if len(places) < len(sources):
         raise typer.BadParameter("--watch looks at folders of this machine; ingest from stores again at times")
@@ -341,7 +335,6 @@ def fetch(
     Examples:
 
       casa-assets fetch --lvis Mug --most 10
-
       casa-assets ingest out/objaverse/hf-objaverse-v1
     """
     from casa_assets.ingest.sources.objaverse import download

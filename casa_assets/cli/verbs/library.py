@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from casa_assets.cli.group import Group
 from casa_assets.cli.ingest_output import end, print_events, print_summary
 from casa_assets.cli.options import CLIP_HELP, AsJson, Force, LibraryOut, Out, Quiet, Verbose, library_at, more
 from casa_assets.cli.output import Output
@@ -21,9 +22,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="library",
+    cls=Group,
     help="Libraries as a whole: merge the parts that several machines made, index many, keep them on stores.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 
 
@@ -54,7 +55,7 @@ def merge(
 ) -> None:
     """Merge the shards of `ingest --shard` into the library that one run over all inputs would have made.
 
-    No input is read and nothing is built anew. Exit 0 when all inputs were accepted, 1 when some were rejected, 4 when
+    No input is read and nothing is built again. Exit 0 when all inputs were accepted, 1 when some were rejected, 4 when
     none was rejected but a person has to decide about some, 2 on misuse, and where shards are missing or do not belong
     together.
 
@@ -159,7 +160,7 @@ def index(
 ) -> None:
     """Write one table of the entries of any number of libraries, as Parquet parts, for `find` and `report` --index.
 
-    The parts of a library in which no entry came, went or was replaced are kept; --force writes all anew. Name all
+    The parts of a library in which no entry came, went or was replaced are kept; --force writes all again. Name all
     libraries each time: parts of others go. Exit 0 when all is written, 2 on misuse.
 
     Example:

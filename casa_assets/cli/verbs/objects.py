@@ -8,11 +8,11 @@ from typing import Annotated
 import typer
 
 from casa_assets.cli import completion
+from casa_assets.cli.group import Group
 from casa_assets.cli.member_output import end, follow, look, print_summary, print_together
 from casa_assets.cli.options import (
     ALL_HELP,
     COUNT_HELP,
-    OLD_WIDTH,
     WIDTH_HELP,
     Address,
     AsJson,
@@ -32,13 +32,13 @@ from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 
 app = typer.Typer(
     name="objects",
+    cls=Group,
     help="Loose objects, generated: food, tableware, packages; list, show, build, catalogue.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 Names = Annotated[list[str], typer.Argument(help="Categories.", autocompletion=completion.objects)]
 NamesOrAll = Annotated[
@@ -49,7 +49,9 @@ NamesOrAll = Annotated[
 
 @app.command("list", cls=Verb)
 def list_objects(json_: AsJson = False) -> None:
-    """List every category of which objects can be generated. Exit 0.
+    """List every category of which objects can be generated.
+
+    Exit 0.
 
     Example:  casa-assets objects list
     """
@@ -71,7 +73,7 @@ def list_objects(json_: AsJson = False) -> None:
         output.line(pluralize(len(table.rows), "category"))
 
 
-@app.command(cls=verb(OLD_WIDTH))
+@app.command(cls=Verb)
 def show(
     names: Names,
     out: Out = Path("out/objects/sheets"),

@@ -21,7 +21,7 @@ def pack(
     zip_: Annotated[bool, typer.Option("--zip", help="MJCF, USD, scene.json and all that they name.")] = False,
     usdz: Annotated[bool, typer.Option("--usdz", help="The USD and all that it names, as one USDZ.")] = False,
     out: Annotated[
-        Path | None, typer.Option(help=more(OUT_HELP, "out/packs/<id>.zip or .usdz where it is not given."))
+        Path | None, typer.Option(metavar="FILE", help=more(OUT_HELP, "by default out/packs/<id>.zip or .usdz."))
     ] = None,
     scenes_folder: ScenesFolder = SCENES,
     json_: AsJson = False,
@@ -39,7 +39,7 @@ def pack(
     if zip_ == usdz:
         raise typer.BadParameter("give one of --zip and --usdz")
     output, kind = Output(json_, quiet, verbose), PackKind.ZIP if zip_ else PackKind.USDZ
-    done = pack_scene(scene, scenes_folder, kind, out or OUT / f"{scene}.{kind}")
+    done = pack_scene(scene, scenes_folder, kind, _file(out or OUT, scene, kind.value))
     facts: dict[str, Any] = {
         "kind": kind.value,
         "files": done.files,
@@ -52,3 +52,10 @@ def pack(
     output.line(f"{done.file}: {done.files} files, {done.size / 1e6:.1f} MB")
     elsewhere = () if scenes_folder == SCENES else ("--scenes-folder", scenes_folder)
     output.look(done.scene_id, *elsewhere)
+
+
+def _file(out: Path, scene: str, suffix: str) -> Path:
+    """The file to write: other programs go by its suffix, so it always has the one of its kind."""
+    if out == OUT or out.is_dir():
+        return out / f"{scene}.{suffix}"
+    return out if out.suffix.lower() == f".{suffix}" else out.with_name(f"{out.name}.{suffix}")

@@ -16,7 +16,29 @@ if TYPE_CHECKING:
     from casa_assets.pipeline.plans.check import PlanCheck
 
 STYLE = "modern_1"
-PlanFile = Annotated[Path, typer.Argument(help="A plan, a YAML file anywhere.", exists=True, dir_okay=False)]
+
+
+def plan_file(named: Path) -> Path:
+    """The file of a plan that a user names: by its path, or as `scenes list` does. Raises UnknownId."""
+    from casa_assets.errors import UnknownId
+    from casa_assets.registry.kitchens import PLANS, plan_names
+    from casa_assets.registry.layered import stated_in
+
+    if named.is_file():
+        return named
+    if str(named) not in plan_names():
+        raise UnknownId("plan or file", str(named), plan_names(), "`casa-assets scenes list` names the plans")
+    return stated_in(f"{PLANS}/{named}.yaml")[-1]
+
+
+PlanFile = Annotated[
+    Path,
+    typer.Argument(
+        help="A plan: a YAML file, or the name of one, see `scenes list`.",
+        callback=plan_file,
+        autocompletion=completion.plans,
+    ),
+]
 TriedStyle = Annotated[
     str,
     typer.Option(
@@ -33,25 +55,25 @@ OutFile = Annotated[
 def check_plan(
     file: PlanFile,
     style: TriedStyle = STYLE,
-    fix: Annotated[bool, typer.Option("--fix", help="Write the plan with all mends made, to --out.")] = False,
+    fix: Annotated[bool, typer.Option("--fix", help="Write the corrected plan to --out.")] = False,
     out: OutFile = None,
     json_: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Check a plan without building it: every fault with its line, and the nearest mend of each.
+    """Check a plan without building it: every fault with its line, and the nearest correction.
 
-    Mends are to be made in the order in which they are printed. --json has them as edits: op, pointer, old and new
+    Make corrections in the order in which they are printed. --json has them as edits: op, pointer, old and new
     value. Exit 0 when the plan fits, 1 when it has faults, 2 on misuse.
 
-    Example:  casa-assets scenes check-plan plans/studio.yaml --fix --out plans/studio_2.yaml
+    Example:  casa-assets scenes check-plan studio.yaml --fix --out studio_2.yaml
     """
     from casa_assets.pipeline.plans.check import check_plan as check
     from casa_assets.pipeline.plans.files import read_plan_text, write_new
     from casa_assets.registry.kitchens import load_style
 
     if fix != (out is not None):
-        raise typer.BadParameter("--fix and --out go together: name a file for the mended plan")
+        raise typer.BadParameter("--fix and --out go together: name a file for the corrected plan")
     output = Output(json_, quiet, verbose)
     found = check(read_plan_text(file), str(file), load_style(style)[0])
     output.row(
@@ -68,7 +90,7 @@ def check_plan(
         _print(found, file, output)
     if out is not None and found.mended:
         write_new(out, found.text)
-        output.line(f"{out}: {pluralize(len(found.faults), 'mend')} made")
+        output.line(f"{out}: {pluralize(len(found.faults), 'correction')} made")
     if not found.fits:
         raise typer.Exit(1)
 
@@ -77,11 +99,11 @@ def _print(found: PlanCheck, file: Path, output: Output) -> None:
     for told in found.faults:
         pointer = ".".join(map(str, told.fault.pointer)) or "(top)"
         output.wrong(f"{told.file}:{told.line}: {pointer}: expected {told.fault.expected}, got {told.fault.got}")
-        output.wrong(f"    mend: {told.fault.mend.sentence if told.fault.mend else 'none is near'}")
+        output.wrong(f"    correction: {told.fault.mend.sentence if told.fault.mend else 'none was found'}")
     if found.fits:
         output.line(f"{file}: fits")
         return
-    after = "with these mends it fits" if found.mended else "what has no mend has to be written anew"
+    after = "with these corrections it fits" if found.mended else "what has no correction has to be rewritten"
     output.wrong(f"{pluralize(len(found.faults), 'fault')}; {after}")
 
 
@@ -103,7 +125,7 @@ def fit(
     where no --out names a file. Exit 0 when the plan fits, 1 when the room is too small (the least room that is
     not is printed), 2 on misuse.
 
-    Example:  casa-assets scenes fit plans/studio.yaml --width 4.2 --depth 3.1 --out plans/studio_small.yaml
+    Example:  casa-assets scenes fit studio.yaml --width 4.2 --depth 3.1 --out small.yaml
     """
     from casa_assets.pipeline.plans.files import read_plan_text, write_new
     from casa_assets.pipeline.plans.fit import DoesNotFit, fit_plan

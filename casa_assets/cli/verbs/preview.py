@@ -11,6 +11,7 @@ import typer
 from casa_assets.cli import completion
 from casa_assets.cli.options import AsJson, Camera, Out, Photoreal, Pose, Quiet, Verbose, WidthPx
 from casa_assets.cli.output import Output, measures_at
+from casa_assets.errors import CasaError
 
 
 def preview(
@@ -45,9 +46,7 @@ def preview(
     Examples:
 
       casa-assets preview out/library/mug/mug_0123456789
-
       casa-assets preview out/library --colliders --out sheets
-
       casa-assets preview out/scenes/l_small__coastal --photoreal
     """
     from casa_assets.pipeline.ingest.job import writing
@@ -70,8 +69,7 @@ def preview(
             output.made(picture.title, out, measures_at(picture.asset), picture=str(picture.path))
             output.line(str(picture.path))
     if first is None:
-        output.error("no asset found; name folders that hold a model.xml")
-        raise typer.Exit(2)
+        raise CasaError("no asset found; name folders that hold a model.xml")
     output.look(first)
 
 
@@ -90,6 +88,5 @@ def _draw_stills(
             output.made(name, out, measures_at(written.subject), picture=str(written.path))
             output.line(str(written.path))
     if first is None:
-        output.error("nothing found; name folders that hold a model.xml or a scene.json")
-        raise typer.Exit(2)
+        raise CasaError("nothing found; name folders that hold a model.xml or a scene.json")
     output.look(first)

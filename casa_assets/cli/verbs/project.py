@@ -29,8 +29,8 @@ def init(
 ) -> None:
     """Write a small working project: a plan, a style, textures, a category, objects, and what `make` makes of them.
 
-    A project is a folder with a casa.yaml. What stands in it is laid over what comes with casa-assets, for every
-    command that is called in it. Exit 0 when it was written, 2 on misuse.
+    A project is a folder with a casa.yaml. Its files add to those of casa-assets, or replace them, for every command
+    that is called in it. Exit 0 when it was written, 2 on misuse.
 
     Example:  casa-assets init my_kitchens
     """
@@ -55,8 +55,8 @@ def make(
 ) -> None:
     """Call the commands that the project lists under `runs` in its casa.yaml, one after the other, in its folder.
 
-    What an earlier call made and has not changed is kept. With --json each command prints its rows, and behind them
-    stands one on the command itself. Exit 0 when all ended with 0, 1 when something was rejected or failed, 4 when a
+    What an earlier call made and has not changed is kept. With --json each command prints its rows, followed by
+    one row for the command. Exit 0 when all ended with 0, 1 when something was rejected or failed, 4 when a
     person has to decide, 2 on misuse or a broken machine: the commands behind are not called then.
 
     Example:  casa-assets make --project my_kitchens

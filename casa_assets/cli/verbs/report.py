@@ -75,9 +75,7 @@ def report(
     followed by >, >=, < or <= and a number. --json prints report.json, with a verdict. Exit 0 when the page is written,
     1 where a condition holds, 2 on misuse.
 
-    Example:
-
-      casa-assets report --library out/library --baseline old/report.json --fail-on worse --fail-on 'rejected-rate>5%'
+    Example:  casa-assets report --fail-on 'rejected-rate>5%' --fail-on 'review>0'
     """
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.reports.checks_page import codes
@@ -128,8 +126,8 @@ def _tell(written: WrittenReport, library: Path, output: Output) -> None:
         output.made(library.resolve().name, written.page.parent, verdict=verdict, page=str(written.page), **content)
     for outcome in written.outcomes:
         console = output.failures if outcome.holds else output.console
-        mark = "[red]holds[/]" if outcome.holds else "[green]does not hold[/]"
-        console.print(f"{mark}: {escape(str(outcome))}", highlight=False, soft_wrap=True)
+        mark = f"[{'red' if outcome.holds else 'green'}]{outcome.mark}[/]"
+        console.print(f"{mark} {escape(str(outcome))}", highlight=False, soft_wrap=True)
     output.line(f"JSON:   {written.json}")
     output.line(f"Report: {written.page}")
     output.look_at_file(written.page)

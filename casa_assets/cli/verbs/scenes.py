@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from casa_assets.cli import completion, scene_output
+from casa_assets.cli.group import Group
 from casa_assets.cli.options import (
     COUNT_HELP,
     IN_3D_HELP,
     OBJECTS_HELP,
-    OLD_FORCE,
-    OLD_WIDTH,
     SCENES_HELP,
     SEED_HELP,
     WIDTH_HELP,
@@ -38,7 +37,7 @@ from casa_assets.cli.options import (
 from casa_assets.cli.output import Output, measures_at
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.pack import pack
 from casa_assets.cli.verbs.plans import check_plan, fit
 from casa_assets.model.kitchen.joint_word import JointWord
@@ -51,17 +50,20 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="scenes",
+    cls=Group,
     help="Whole kitchens, a floor plan in a style: new, build, check, preview, pack and more.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
-# `scene new` was the name of `scenes new` in version 0.1.
-scene_app = typer.Typer(name="scene", help="A kitchen of one's own; now `scenes new`.", no_args_is_help=True)
 OUT = Path("out/scenes")
+STYLE = "coastal"  # of a new kitchen, where none is named
 NAMED = f"{SCENES_HELP[:-1]}, or 'l_*__coastal__o40' with 40 objects."
 MAX_OBJECTS = 60
 PASSES = 6
 Scenes = Annotated[list[str] | None, typer.Argument(help=NAMED, autocompletion=completion.kitchens)]
+Objects = Annotated[
+    int,
+    typer.Option("--objects", min=0, max=MAX_OBJECTS, help=more(OBJECTS_HELP, "they are put where people keep them.")),
+]
 OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", autocompletion=completion.kitchens)]
 SceneFolder = Annotated[Path, typer.Argument(help="Folder of a scene.")]
 
@@ -77,7 +79,9 @@ def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecip
 
 @app.command("list", cls=Verb)
 def list_scenes(json_: AsJson = False) -> None:
-    """List every plan and every style; the id of a kitchen is <plan>__<style>. Exit 0.
+    """List every plan and every style; the id of a kitchen is <plan>__<style>.
+
+    Exit 0.
 
     Example:  casa-assets scenes list
     """
@@ -111,7 +115,7 @@ def list_scenes(json_: AsJson = False) -> None:
     output.line(f"{len(plans.rows)} plans x {len(styles.rows)} styles = {count} scenes")
 
 
-@app.command(cls=verb(OLD_FORCE))
+@app.command(cls=Verb)
 def build(
     scenes: Scenes = None,
     all_: All = False,
@@ -150,7 +154,7 @@ def _build(recipes: list[SceneRecipe], out: Path, jobs: Workers, options: BuildO
     scene_output.end(results)
 
 
-@app.command(cls=verb(OLD_FORCE))
+@app.command(cls=Verb)
 def check(
     scenes: Scenes = None,
     all_: All = False,
@@ -188,6 +192,7 @@ def check(
 def sample(
     count: Annotated[int, typer.Argument(min=1, help="How many to draw.")],
     seed: Seed = 0,
+    objects: Objects = 0,
     out: ScenesOut = OUT,
     jobs: Jobs = 0,
     engine: Engine = EngineName.LOCAL,
@@ -198,17 +203,17 @@ def sample(
     quiet: Quiet = False,
     verbose: Verbose = False,
 ) -> None:
-    """Draw kitchens by chance: plan, lengths, style, finishes, models. Only those that pass every check are kept.
+    """Draw random kitchens: plan, lengths, style, finishes, models. Only those that pass every check are kept.
 
     The others are refused: rejected.json says why. diversity.json tells how diverse the kitchens are. A run that was
     stopped goes on where it was. Exit 0 when one passes or more, 1 when none does, 2 on misuse.
 
-    Example:  casa-assets scenes sample 20 --seed 1
+    Example:  casa-assets scenes sample 20 --seed 1 --objects 40
     """
     from casa_assets.pipeline.kitchens.sampling.draws import draw_recipes
     from casa_assets.pipeline.kitchens.sampling.run import sample_all
 
-    recipes, output = draw_recipes(count, seed), Output(json_, quiet, verbose)
+    recipes, output = draw_recipes(count, seed, objects), Output(json_, quiet, verbose)
     done = sample_all(recipes, out, workers(engine, address, jobs), drawn=pictures, in_3d=in_3d)
     results = scene_output.follow(done, recipes, "drawing", output, lean=True)
     scene_output.print_sample(results, recipes, seed, out, output)
@@ -219,7 +224,7 @@ def sample(
         raise typer.Exit(1)
 
 
-@app.command(cls=verb(OLD_WIDTH))
+@app.command(cls=Verb)
 def preview(
     scene: OneScene,
     camera: Camera = None,
@@ -252,6 +257,7 @@ def preview(
     from casa_assets.errors import OutputError, UnknownId
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.kitchens.scene_folders import all_recipes, draw_cameras
+    from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY
     from casa_assets.pipeline.reports.stills import draw_scene
     from casa_assets.preview.kitchen import PictureSettings
     from casa_assets.preview.photoreal.render import StillSettings
@@ -262,7 +268,7 @@ def preview(
     if not folder.is_dir():
         on_disk, scene_ids = [p.name for p in out.glob("*__*")], [r.scene_id for r in all_recipes()]
         if scene not in scene_ids:
-            raise UnknownId("scene", scene, [*on_disk, *scene_ids])
+            raise UnknownId("scene", scene, [*on_disk, *scene_ids], LISTED_BY)
         raise OutputError(str(folder), f"is not built; casa-assets scenes build {scene} --out {out}")
     with writing(out):
         if photoreal:
@@ -402,7 +408,7 @@ def diff(
 
     Exit 0 when they are the same, 1 when they differ, 2 on misuse.
 
-    Example:  casa-assets scenes diff out/scenes/l_small__coastal /mnt/other/l_small__coastal
+    Example:  casa-assets scenes diff out/scenes/l_small__coastal old/l_small__coastal
     """
     from casa_assets.pipeline.kitchens.diff import compare, made_by_same_code
 
@@ -419,7 +425,7 @@ def diff(
         raise typer.Exit(1)
 
 
-app.command(cls=verb({"--scenes": "--scenes-folder"}))(pack)
+app.command(cls=Verb)(pack)
 app.command("check-plan", cls=Verb)(check_plan)
 app.command(cls=Verb)(fit)
 
@@ -427,7 +433,9 @@ app.command(cls=Verb)(fit)
 @app.command("new", cls=Verb)
 def new(
     plan: Annotated[str, typer.Argument(help="Name of a plan, see `scenes list`.", autocompletion=completion.plans)],
-    style: Annotated[str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)],
+    style: Annotated[
+        str, typer.Option(help="Name of a style, see `scenes list`.", autocompletion=completion.styles)
+    ] = STYLE,
     seed: Annotated[
         int | None,
         typer.Option(min=0, help=more(SEED_HELP, "of the lengths of the plan, else they have their defaults.")),
@@ -451,9 +459,7 @@ def new(
     closed: Annotated[
         bool, typer.Option("--closed", help="Build all walls; by default some plans leave sides open.")
     ] = False,
-    objects: Annotated[
-        int, typer.Option(min=0, max=MAX_OBJECTS, help=more(OBJECTS_HELP, "they are put where people keep them."))
-    ] = 0,
+    objects: Objects = 0,
     objects_seed: Annotated[int, typer.Option(min=0, help="Random seed of which objects, and where.")] = 0,
     out: ScenesOut = OUT,
     json_: AsJson = False,
@@ -464,7 +470,11 @@ def new(
 
     Exit 0 when it was built, 1 when it was not, 2 on misuse.
 
-    Example:  casa-assets scenes new galley --style rustic --seed 7 --textures random --objects 40
+    Examples:
+
+      casa-assets scenes new l_small
+      casa-assets scenes new galley --style rustic --objects 40
+      casa-assets scenes new galley --seed 7 --textures random
     """
     from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, ordered_models, ordered_surfaces
     from casa_assets.pipeline.kitchens.scene_folders import BuildOptions
@@ -475,14 +485,6 @@ def new(
     models = ordered_models(_roles(model or []))
     recipe = SceneRecipe(plan, style, seed, surfaces, closed, objects, objects_seed, mixed, models)
     _build([recipe], out, 1, BuildOptions(), Output(json_, quiet, verbose))
-
-
-scene_app.command("new", cls=verb(old_path="scene new", path="scenes new"))(new)
-
-
-@scene_app.callback()
-def scene() -> None:
-    """A kitchen of one's own; now `scenes new`."""
 
 
 def _roles(texts: list[str]) -> list[tuple[str, str]]:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from casa_assets.cli import completion
-from casa_assets.cli.options import OLD_OUT, OLD_WIDTH, WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
+from casa_assets.cli.group import Group
+from casa_assets.cli.options import WIDTH_HELP, AsJson, Jobs, LibraryOut, Out, Quiet, Verbose, more
 from casa_assets.cli.output import Output
 from casa_assets.cli.progress import working_on
 from casa_assets.cli.tables import TextTable, from_column
 from casa_assets.cli.text import pluralize
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.verb import Verb
 from casa_assets.model.kitchen.surface import Surface
 
 if TYPE_CHECKING:
@@ -24,9 +25,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="textures",
+    cls=Group,
     help="Pictures of walls, floors, counters and cabinets: list, make, sheet, check, ingest.",
     no_args_is_help=True,
-    rich_markup_mode="rich",
 )
 
 Names = Annotated[
@@ -42,7 +43,9 @@ OUT = Path("out/textures")
 
 @app.command("list", cls=Verb)
 def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
-    """List every recipe with its kind, size and substance. Exit 0.
+    """List every recipe with its kind, size and substance.
+
+    Exit 0.
 
     Example:  casa-assets textures list --set floor
     """
@@ -62,7 +65,7 @@ def list_textures(surfaces: Sets = None, json_: AsJson = False) -> None:
         output.line(pluralize(len(table.rows), "recipe"))
 
 
-@app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}))
+@app.command(cls=Verb)
 def make(
     names: Names = None,
     surfaces: Sets = None,
@@ -79,7 +82,6 @@ def make(
     Examples:
 
       casa-assets textures make subway_white_running oak_natural_plank
-
       casa-assets textures make --set wall --out walls
     """
     from casa_assets.pipeline.ingest.job import writing
@@ -100,7 +102,7 @@ def make(
     output.look_at_file(Path(paths[0]))
 
 
-@app.command(cls=verb({**OLD_OUT, **OLD_WIDTH}))
+@app.command(cls=Verb)
 def sheet(
     names: Names = None,
     surfaces: Sets = None,
@@ -146,7 +148,7 @@ def sheet(
         output.look_at_file(first)
 
 
-@app.command(cls=verb(OLD_OUT))
+@app.command(cls=Verb)
 def check(
     names: Names = None,
     surfaces: Sets = None,
@@ -212,7 +214,7 @@ def ingest(
     its pictures by their ids. pack.yaml in the folder overrides the options, picture by picture. Exit 0 when all were
     taken, 1 when some were left out, 2 on misuse.
 
-    Example:  casa-assets textures ingest painted_tiles --surface wall --tile 1.2 1.2 --licence CC0-1.0
+    Example:  casa-assets textures ingest tiles --surface wall --tile 1.2 1.2
     """
     from pydantic import ValidationError
 

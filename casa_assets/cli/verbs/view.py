@@ -56,7 +56,6 @@ def view(
     Examples:
 
       casa-assets view l_small__coastal --pose open
-
       casa-assets view out/library/mug/mug_0123456789 --web
     """
     from casa_assets.pipeline.view.subject import LIBRARIES, find
@@ -85,8 +84,9 @@ def _show(subject: Subject, pose: str) -> None:
     from casa_assets.pipeline.view.desktop import mujoco_model
     from casa_assets.pipeline.view.subject import cache_of
     from casa_assets.preview.glow import Glow
-    from casa_assets.preview.live_viewer import show
+    from casa_assets.preview.live_viewer import require_screen, show
 
+    require_screen()
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     with console.status("starting") as status:
 

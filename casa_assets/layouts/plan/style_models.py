@@ -119,8 +119,10 @@ class StyleModels:
             raise UnknownId("family", choice.family, self.presets)
         presets = self.presets[choice.family]
         if choice.name not in presets:
-            kind = "asset of the libraries that casa.yaml names" if choice.is_library else f"preset of {choice.family}"
-            raise UnknownId(kind, choice.name, presets)
+            if choice.is_library:
+                hint = "list its library under `libraries` in the casa.yaml of a project"
+                raise UnknownId("asset of the libraries that casa.yaml names", choice.name, presets, hint)
+            raise UnknownId(f"preset of {choice.family}", choice.name, presets)
         return StyleModel(choice, {**presets[choice.name], **choice.params})
 
     def fitted(self, choice: PresetChoice, role: str, place: Place) -> StyleModel:

@@ -125,7 +125,12 @@ def ordered_surfaces(surfaces: Iterable[tuple[Surface, str]]) -> tuple[tuple[Sur
     picked = dict(surfaces)
     for surface, name in picked.items():
         if name not in finishes[surface]:
-            raise UnknownId(f"{surface.value} texture", name, finishes[surface])
+            raise UnknownId(
+                f"{surface.value} texture",
+                name,
+                finishes[surface],
+                f"`casa-assets textures list --set {surface.value}` lists them",
+            )
     return tuple((s, picked[s]) for s in Surface if s in picked)
 
 

@@ -38,7 +38,7 @@ from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
 from casa_assets.pipeline.kitchens.scene_files import BEHAVIOR, LIGHT_FILE, OVERVIEW, SCENE_JSON, SHARED
-from casa_assets.pipeline.kitchens.scene_ids import recipe_of, split_objects
+from casa_assets.pipeline.kitchens.scene_ids import LISTED_BY, recipe_of, split_objects
 from casa_assets.pipeline.kitchens.scene_json import describe, design_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.textures.recipes import every_recipe
@@ -413,7 +413,7 @@ def recipes_matching(patterns: Sequence[str]) -> list[SceneRecipe]:
     for pattern in patterns:
         found = [r for r in every if fnmatchcase(r.scene_id, pattern)]
         if not found:
-            raise UnknownId("scene", pattern, [r.scene_id for r in every])
+            raise UnknownId("scene", pattern, [r.scene_id for r in every], LISTED_BY)
         out += [r for r in found if r not in out]
     return out
 

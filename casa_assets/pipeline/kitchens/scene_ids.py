@@ -15,6 +15,8 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe, draw_surfaces, or
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
 from casa_assets.registry.kitchens import plan_names, style_names
 
+# What names the ids that there are, for errors.
+LISTED_BY = "`casa-assets scenes list` lists plans and styles"
 _OBJECTS = r"(?:__o(?P<objects>\d+)(?:s(?P<objects_seed>\d+))?)?"
 _REST = re.compile(
     r"(?:__s(?P<seed>\d+))?(?:__t(?P<finishes>[0-9a-f]{8}))?(?:__m(?P<models>[0-9a-f]{8}))?"
@@ -44,7 +46,7 @@ def recipe_of(scene_id: str, places: Sequence[Path] = ()) -> SceneRecipe:
     style, _, rest = tail.partition("__")
     fields = _REST.fullmatch(f"__{rest}" if rest else "")
     if plan not in plan_names() or style not in style_names() or fields is None:
-        raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()])
+        raise UnknownId("scene", scene_id, [f"{p}__{s}" for p in plan_names() for s in style_names()], LISTED_BY)
     seed = None if fields["seed"] is None else int(fields["seed"])
     _, objects, objects_seed = split_objects(scene_id)
     is_closed, is_mixed = fields["closed"] is not None, fields["mixed"] is not None

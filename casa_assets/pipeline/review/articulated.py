@@ -9,7 +9,7 @@ from casa_assets.pipeline.articulate.run import outcome_of_entry
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.reports.entry import Entry
 
-COMMAND = "casa-assets articulate SOURCES --out {library}"
+COMMAND = "casa-assets articulate SOURCES --library {library}"
 
 
 def articulated_page(library: Library, entries: Sequence[Entry]) -> str:

@@ -121,7 +121,10 @@ def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subj
     if name in object_names():
         return Member(_draw(name, member, what))
     kitchens = [f"{plan}__{style}" for plan in plan_names() for style in style_names()]
-    raise UnknownId("asset or scene", what, [*ids, *kitchens, *family_names(), *object_names()])
+    names = [*ids, *kitchens, *family_names(), *object_names()]
+    raise UnknownId(
+        "kitchen, asset or file", what, names, "`casa-assets scenes list` and `casa-assets find` list what there is"
+    )
 
 
 def cache_of(subject: Subject) -> Path:

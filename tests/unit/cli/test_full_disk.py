@@ -24,7 +24,7 @@ VERBS = [
     "scenes build one_wall_small__coastal --out {out}",
     "scenes check one_wall_small__coastal --out {out}",
     "scenes sample 1 --no-pictures --out {out}",
-    "articulate {microwave} --up +z --front=-y --out {out}",
+    "articulate {microwave} --up +z --front=-y --library {out}",
     "preview {library} --out {out}",
     "report --library {library} --out {out}/report.html",
     "index --library {library} --parquet {out}/rows.parquet",

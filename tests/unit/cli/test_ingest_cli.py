@@ -81,7 +81,7 @@ def test_all_accepted_is_exit_0(inputs: Path, tmp_path: Path) -> None:
         (["{inputs}", "--library", "/dev/null/library"], "cannot be written to"),
         (["{inputs}", "--jobs", "-1"], "--jobs"),
         (["{empty}"], "no mesh found"),
-        ([], "Missing argument"),
+        ([], "SOURCES is missing"),
     ],
 )
 def test_misuse_is_exit_2(arguments: list[str], message: str, inputs: Path, tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ if any(word in ("casa_assets.cli.main",) or "workers.server" in word for word in
 VERBS = {
     "ingest {mesh} --library {out}": "pipeline.ingest.worker:work",
     "ingest {mesh} --library {out} --jobs 1": "pipeline.ingest.survey:survey",
-    "articulate {mesh} --out {out}": "pipeline.articulate.run:articulate_one",
+    "articulate {mesh} --library {out}": "pipeline.articulate.run:articulate_one",
     "families build microwave --library {out}": "pipeline.families.run:build_one",
     "families show microwave --preset steel --out {out}": "pipeline.families.run:build_one",
     "families catalogue microwave --no-swatches --out {out}": "pipeline.families.run:build_asset",
@@ -51,7 +51,7 @@ VERBS = {
     "preview {folder} --out {out}": "pipeline.reports.pictures:draw",
     "report --library {folder}": "pipeline.reports.library.report:write",
     "index --library {folder}": "pipeline.reports.index:rebuild",
-    "find mug --words --library {folder}": "pipeline.dedup.search:search_rows",
+    "find mug --library {folder}": "pipeline.dedup.search:search_rows",
     "export robocasa {folder} --out {out}": "pipeline.export_robocasa:export",
 }
 # Verbs that are stopped within the same function as another one of these.

@@ -80,6 +80,6 @@ def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        done = RUNNER.invoke(app, ["view", "mug", "--web", "--no-open", "--port", str(taken.getsockname()[1])])
+        done = RUNNER.invoke(app, ["view", "mug", "--web", "--no-browser", "--port", str(taken.getsockname()[1])])
     assert done.exit_code == 1
     assert "leave --port out" in str(done.exception)

@@ -175,10 +175,15 @@ def no_context(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(renderer, "_open", fails)
     monkeypatch.setattr(renderer, "_opened", [])
     monkeypatch.setattr(renderer, "_context", renderer._context.__wrapped__)
-    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    for name in ("MUJOCO_GL", "CASA_ASSETS_GL"):
+        monkeypatch.delenv(name, raising=False)
 
 
 @pytest.mark.usefixtures("no_context")
-def test_without_opengl_the_error_says_what_to_install(box: Path) -> None:
-    with pytest.raises(CasaError, match=r"apt-get install libegl1.*egl: OSError.*osmesa: OSError"):
+def test_without_opengl_the_error_says_what_to_install(box: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(CasaError, match=r"egl: OSError.*osmesa: OSError.*apt-get install -y libegl1"):
         still.render(box, QUICK)
+    monkeypatch.setenv("MUJOCO_GL", "osmesa")
+    with pytest.raises(CasaError, match=r"apt-get install -y libosmesa6.*leave MUJOCO_GL=osmesa out") as error:
+        still.render(box, QUICK)
+    assert "egl: " not in str(error.value)

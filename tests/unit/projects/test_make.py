@@ -82,7 +82,7 @@ def test_commands_are_called_in_the_folder_of_the_project(tmp_path: Path) -> Non
     folder = tmp_path / "ours"
     folder.mkdir()
     runs = "  - textures make: {names: [stucco_white], out: out/walls, width-px: 64}\n"
-    runs += "  - find: {query: mug, words: true}\n"
+    runs += "  - find: {query: mug}\n"
     (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{runs}", encoding="utf-8")
     done = casa("make", "--project", folder, "--quiet", folder=tmp_path)
     assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
@@ -105,7 +105,7 @@ def test_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert len(list((folder / "out" / "walls").rglob("*.png"))) == 3
     assert (second.passed, second.exit_code) == (False, 1)
     assert [row["verdict"] for row in second.rows] == ["accepted", "rejected"]
-    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}  - find: {{query: mug, words: true}}\n{pack}")
+    (folder / "casa.yaml").write_text(f"name: ours\nruns:\n{walls}  - find: {{query: mug}}\n{pack}")
     with pytest.raises(CasaError, match=r"^casa-assets find .*: .*is no library"):
         casa_assets.make(folder)
     (folder / "casa.yaml").write_text("name: ours\nruns: [{ingst: {}}]\n")

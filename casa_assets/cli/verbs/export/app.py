@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import typer
 
-from casa_assets.cli.verb import Verb, verb
+from casa_assets.cli.group import Group
+from casa_assets.cli.verb import Verb
 from casa_assets.cli.verbs.export.glb import glb
 from casa_assets.cli.verbs.export.plugin import plugin
 from casa_assets.cli.verbs.export.robocasa import robocasa
 from casa_assets.cli.verbs.export.urdf import urdf
 
 app = typer.Typer(
-    name="export", help="Libraries and kitchens in the form that another program reads.", no_args_is_help=True
+    name="export",
+    cls=Group,
+    help="Libraries and kitchens in the form that another program reads.",
+    no_args_is_help=True,
 )
 
 
@@ -21,6 +25,6 @@ def common() -> None:
 
 
 app.command(cls=Verb)(glb)
-app.command(cls=verb({"--objects": "--library"}))(robocasa)
+app.command(cls=Verb)(robocasa)
 app.command(cls=Verb)(urdf)
 app.command(cls=Verb)(plugin)

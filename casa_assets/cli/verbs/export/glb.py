@@ -13,13 +13,10 @@ from casa_assets.cli.verbs.export.rows import ExportOut, Source, export_as
 EXAMPLES = """
 Examples:
 
-  casa-assets export glb out/library --out out/glb                every asset of a library
-
-  casa-assets export glb out/library/mug/mug_0a1b2c3d4e --out one one asset
-
-  casa-assets export glb --scenes l_small__coastal --out kitchens a kitchen, built where it is not kept
-
-  casa-assets export glb lib --out all --layers                   with collision shapes and regions
+  casa-assets export glb out/library --out out/glb       # a whole library
+  casa-assets export glb out/library/mug/mug_0a1b2c3d4e --out one
+  casa-assets export glb --scenes l_small__coastal --out kitchens
+  casa-assets export glb lib --out all --layers          # collision shapes
 """
 
 

@@ -39,13 +39,10 @@ States = Annotated[
 EXAMPLES = """
 Examples:
 
-  casa-assets export robocasa out/library --out out/robocasa      models, categories, splits, and how to add them
-
-  casa-assets export robocasa lib --out ours --registry acme      under a registry of another name
-
-  casa-assets export robocasa lib --out ours --json > rows.jsonl  one JSON object per asset
-
-  casa-assets export robocasa --scenes 'l_small__*' --library lib --out ours    kitchens, and objects to put in them
+  casa-assets export robocasa out/library --out out/robocasa
+  casa-assets export robocasa lib --out ours --registry acme
+  casa-assets export robocasa lib --out ours --json > rows.jsonl
+  casa-assets export robocasa --scenes 'l_small__*' --library lib --out ours
 """
 
 

@@ -9,13 +9,9 @@ from casa_assets.cli.verbs.export.rows import ExportOut, Source, export_as
 EXAMPLES = """
 Examples:
 
-  casa-assets export urdf out/library --out out/urdf               every asset of a library
-
-  casa-assets export urdf out/library/mug/mug_0a1b2c3d4e --out one one asset
-
-  casa-assets export urdf --scenes 'l_small__*' --out kitchens     kitchens, built where they are not kept
-
-  casa-assets export urdf lib --out urdf --json > rows.jsonl       one JSON object per asset or kitchen
+  casa-assets export urdf out/library --out out/urdf     # a whole library
+  casa-assets export urdf --scenes 'l_small__*' --out kitchens
+  casa-assets export urdf lib --out urdf --json > rows.jsonl
 """
 
 

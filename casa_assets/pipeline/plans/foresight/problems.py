@@ -376,7 +376,7 @@ def _at_things(kitchen: KitchenRequest, leaves: Sequence[Leaf], models: StyleMod
 
 
 def _swings(leaves: Sequence[Leaf]) -> Iterator[Problem]:
-    """Leaves that run into others that stand open: of two runs, or of a run and a door of the room.
+    """Leaves that run into others that are open: of two runs, or of a run and a door of the room.
 
     Those of one run keep to their own widths.
     """
@@ -389,8 +389,8 @@ def _swings(leaves: Sequence[Leaf]) -> Iterator[Problem]:
         depth, moved, still = max((a.depth_in(b), a.owner, b.owner) for a, b in ((one, other), (other, one)))
         crossing = one.crossing(other) if _are_kept_apart(one, other) else -1.0
         if depth > limits()["scene_clash_m"] + PLAY_M:
-            expected = f"room to open {moved} while {still} stands open"
-            got = f"the one runs {depth:.2f} m into the other"
+            expected = f"room to open {moved} while {still} is open"
+            got = f"they overlap by {depth:.2f} m"
         elif crossing > limits()["swing_m"] + PLAY_M:
             moved, depth = one.owner, crossing
             expected = f"ways of {one.owner} and {other.owner} apart from each other"

@@ -21,7 +21,7 @@ from casa_assets.errors import CasaError
 COUNTS = ("entries", "accepted", "review", "rejected", "advice", "not-run", "size-outliers", "mass-outliers")
 # Counts beside an earlier run.
 CHANGES = ("better", "worse", "appeared", "gone")
-# Counts of which there is a rate.
+# Counts of entries, of which there is a rate.
 RATES = ("accepted", "review", "rejected", "advice")
 OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
     ">=": operator.ge,
@@ -29,6 +29,8 @@ OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
     ">": operator.gt,
     "<": operator.lt,
 }
+# Operator of a condition that fails a build -> what stands before its number where it is told what is allowed.
+_ALLOWED: Mapping[str, str] = {">": "", ">=": "less than ", "<": "at least ", "<=": "more than "}
 _FORM = re.compile(r"\s*([A-Za-z][A-Za-z0-9-]*)\s*(?:(>=|<=|>|<)\s*([0-9]*\.?[0-9]+)\s*(%?))?\s*")
 GRAMMAR = (
     "write NAME, or NAME followed by >, >=, < or <= and a number; NAME is one of "
@@ -55,6 +57,11 @@ class Condition:
     bound: float
 
     @property
+    def is_rate(self) -> bool:
+        """It is about a share of all entries."""
+        return self.name.endswith("-rate")
+
+    @property
     def needs_baseline(self) -> bool:
         """It is about what changed since an earlier run."""
         return self.name in CHANGES
@@ -62,15 +69,32 @@ class Condition:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A condition with what was measured. holds: it does, so the build fails."""
+    """A condition with what was measured.
+
+    Attributes:
+        holds: the condition is true, so the build fails. total: entries of the report.
+    """
 
     condition: Condition
     measured: float
     holds: bool
+    total: int
+
+    @property
+    def mark(self) -> str:
+        """`FAIL` where the condition holds, else `PASS`."""
+        return "FAIL" if self.holds else "PASS"
 
     def __str__(self) -> str:
-        """Such as `rejected-rate>5% (0.0833)`."""
-        return f"{self.condition.text} ({self.measured:.4g})"
+        """Such as `rejected: 2 of 61, allowed 0`, or `rejected-rate: 3.3 % of 61, allowed 5 %`."""
+        name, of = self.condition.name, f" of {self.total}"
+        measured, bound = (
+            f"{100 * value:.3g} %" if self.condition.is_rate else f"{value:g}"
+            for value in (self.measured, self.condition.bound)
+        )
+        if name in COUNTS and name not in RATES:
+            of = ""
+        return f"{name}: {measured}{of}, allowed {_ALLOWED[self.condition.compare]}{bound}"
 
 
 def parse(text: str, codes: Collection[str]) -> Condition:
@@ -105,11 +129,11 @@ def judge(conditions: Sequence[Condition], counts: Mapping[str, int], codes: Map
     Args:
         counts: of COUNTS, and of CHANGES where there is an earlier run. codes: how many entries have each code.
     """
-    found = []
+    found, total = [], counts["entries"]
     for condition in conditions:
         name = condition.name.removesuffix("-rate")
         number: float = counts[name] if name in counts else codes.get(name, 0)
-        if name != condition.name:
-            number = number / counts["entries"] if counts["entries"] else 0.0
-        found.append(Outcome(condition, number, OPERATORS[condition.compare](number, condition.bound)))
+        if condition.is_rate:
+            number = number / total if total else 0.0
+        found.append(Outcome(condition, number, OPERATORS[condition.compare](number, condition.bound), total))
     return tuple(found)

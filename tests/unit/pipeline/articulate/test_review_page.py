@@ -40,7 +40,7 @@ def articulate(place: Path, *options: str) -> str:
     words = [
         "articulate",
         str(place / "in"),
-        "--out",
+        "--library",
         str(place / "lib"),
         "--up=+z",
         "--front=-y",

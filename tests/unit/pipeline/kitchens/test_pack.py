@@ -155,10 +155,11 @@ class TestPack:
             pack_scene(SCENE, checked_kitchen[0], PackKind.ZIP, tmp_path)
 
     def test_verb_tells_what_it_wrote(self, checked_kitchen: Checked, zipped: Path, tmp_path: Path) -> None:
-        command = ["pack", SCENE, "--zip", "--scenes", str(checked_kitchen[0]), "--out", str(tmp_path / "k.zip")]
+        command = ["pack", SCENE, "--zip", "--scenes-folder", str(checked_kitchen[0]), "--out", str(tmp_path / "k")]
         told = CliRunner().invoke(app, [*command, "--json"])
         assert told.exit_code == 0, told.output
         row = json.loads(told.stdout)
         assert (row["id"], row["kind"], row["built"]) == (SCENE, "zip", False)
         assert row["bytes"] == zipped.stat().st_size == (tmp_path / "k.zip").stat().st_size
+        assert list(tmp_path.iterdir()) == [tmp_path / "k.zip"], "the suffix is added"
         assert CliRunner().invoke(app, ["pack", SCENE]).exit_code == 2

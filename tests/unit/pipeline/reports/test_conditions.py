@@ -11,25 +11,26 @@ NUMBERS = {**dict.fromkeys(COUNTS, 0), "entries": 40, "accepted": 36, "rejected"
 
 
 @pytest.mark.parametrize(
-    ("text", "measured", "holds"),
+    ("text", "measured", "holds", "told"),
     [
-        ("rejected", 3, True),
-        ("rejected>3", 3, False),
-        ("rejected >= 3", 3, True),
-        ("rejected-rate>5%", 0.075, True),
-        ("rejected-rate>0.08", 0.075, False),
-        ("accepted<100", 36, True),
-        ("accepted<=35", 36, False),
-        ("worse", 2, True),
-        ("FLT005", 4, True),
-        ("MSH014", 0, False),
-        ("FLT005>4", 4, False),
+        ("rejected", 3, True, "FAIL rejected: 3 of 40, allowed 0"),
+        ("rejected>3", 3, False, "PASS rejected: 3 of 40, allowed 3"),
+        ("rejected >= 3", 3, True, "FAIL rejected: 3 of 40, allowed less than 3"),
+        ("rejected-rate>5%", 0.075, True, "FAIL rejected-rate: 7.5 % of 40, allowed 5 %"),
+        ("rejected-rate>0.08", 0.075, False, "PASS rejected-rate: 7.5 % of 40, allowed 8 %"),
+        ("accepted<100", 36, True, "FAIL accepted: 36 of 40, allowed at least 100"),
+        ("accepted<=35", 36, False, "PASS accepted: 36 of 40, allowed more than 35"),
+        ("entries<50", 40, True, "FAIL entries: 40, allowed at least 50"),
+        ("worse", 2, True, "FAIL worse: 2 of 40, allowed 0"),
+        ("FLT005", 4, True, "FAIL FLT005: 4 of 40, allowed 0"),
+        ("MSH014", 0, False, "PASS MSH014: 0 of 40, allowed 0"),
+        ("FLT005>4", 4, False, "PASS FLT005: 4 of 40, allowed 4"),
     ],
 )
-def test_a_condition_means_what_it_says(text: str, measured: float, holds: bool) -> None:
+def test_a_condition_means_what_it_says(text: str, measured: float, holds: bool, told: str) -> None:
     (outcome,) = judge([parse(text, CODES)], NUMBERS, {"FLT005": 4})
     assert (outcome.measured, outcome.holds) == (pytest.approx(measured), holds)
-    assert text.strip() in str(outcome)
+    assert f"{outcome.mark} {outcome}" == told
 
 
 @pytest.mark.parametrize(

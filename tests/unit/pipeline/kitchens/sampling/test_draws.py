@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 
@@ -36,6 +37,10 @@ class TestRecipes:
         assert many == draws.draw_recipes(60, 5)
         assert many[:20] == draws.draw_recipes(20, 5)
         assert many != draws.draw_recipes(60, 6)
+        with_objects = draws.draw_recipes(20, 5, objects=10)
+        assert [replace(one, objects=0, objects_seed=0) for one in with_objects] == many[:20]
+        assert {one.objects for one in with_objects} == {10}
+        assert len({one.objects_seed for one in with_objects}) == 20
 
     def test_draws_are_of_every_plan_and_style(self) -> None:
         many = draws.draw_recipes(200, 0)

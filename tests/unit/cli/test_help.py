@@ -1,0 +1,82 @@
+"""Help at 80 columns: whole words, whole examples, and no types of Python."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from casa_assets.cli.help import CLUSTER, GENERAL, LIMITS, help_text
+from casa_assets.cli.main import app
+
+WIDTH = 78  # of 80 columns, as Typer counts them
+
+
+def commands(command: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """A command or group, and all below it."""
+    yield path, command
+    for name, inner in getattr(command, "commands", {}).items():
+        if not inner.hidden:
+            yield from commands(inner, f"{path} {name}")
+
+
+ALL = dict(commands(typer.main.get_command(app), "casa-assets"))
+
+
+def text_of(path: str, width: int = WIDTH) -> str:
+    command = ALL[path]
+    return re.sub("\x1b\\[[0-9;]*m", "", help_text(command, typer.Context(command, info_name=path), width))
+
+
+def blocks(text: str) -> dict[str, str]:
+    """Heading of a section -> its lines."""
+    parts = re.split(r"^(\w[\w ]*):$", text, flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+@pytest.mark.parametrize("path", ALL)
+def test_80_columns_show_whole_words_and_whole_examples(path: str) -> None:
+    text = text_of(path)
+    assert max(map(len, text.splitlines())) <= WIDTH
+    assert not re.search(r"\u2026|<(?:list|str|bool|int|float|path|dir|file)\b", text)
+    doc = textwrap.dedent(ALL[path].help or "")
+    for line in doc.splitlines():
+        if (call := re.search(r"(?:^|Example:) +(casa-assets .*)", line)) is not None:
+            assert f"\n  {call[1].rstrip()}\n" in text
+    sources = [doc, *(p.help or "" for p in ALL[path].params)]
+    shown = text.split()
+    assert {word for source in sources for word in source.split()} <= {*shown, "Example:"}
+
+
+@pytest.mark.parametrize("path", ALL)
+def test_the_text_of_an_option_has_35_columns_and_more(path: str) -> None:
+    for title, lines in blocks(text_of(path)).items():
+        if title.startswith("Example"):
+            continue
+        column = max((len(found[0]) for line in lines.splitlines() if (found := re.match(" +", line))), default=2)
+        assert WIDTH - column >= 35, title
+
+
+def test_limits_and_the_cluster_have_sections() -> None:
+    found = blocks(text_of("casa-assets ingest"))
+    assert "--timeout SECONDS" in found[LIMITS]
+    assert "--engine local|ray" in found[CLUSTER]
+    assert "--quiet" in found[GENERAL]
+    assert "--timeout" not in found["Options"]
+
+
+def test_a_wide_terminal_gets_the_same_words() -> None:
+    for path in ("casa-assets ingest", "casa-assets scenes"):
+        assert text_of(path).split() == text_of(path, 140).split()
+
+
+def test_help_is_printed_on_standard_output() -> None:
+    done = CliRunner().invoke(app, ["scenes", "new", "--help"])
+    assert done.exit_code == 0
+    assert done.stdout.startswith("Usage: ")
+    assert "--textures" in done.stdout
