@@ -9,10 +9,11 @@ from casa_assets.textures.packs.rejections import REMEDIES
 
 HEAD = """# Checks and rejections
 
-Printed by `./dev docs`; `casa-assets checks` prints the same. A check ends as **passed**, **failed**, **not applicable** (the subject has nothing of the kind)
-or **not run** (it could not look, or `waivers.yaml` waives it); the last two come with a reason. An error that failed or was not run keeps an asset out of the library. A
-warning that failed is advice and is kept in `asset.json`. Where a check fails on something that this program generated
-without a change of yours, please report it.
+Printed by `./dev docs`; `casa-assets checks` prints the same. A check ends as **passed**, **failed**,
+**not applicable** (the subject has nothing of the kind) or **not run** (it could not look, or `waivers.yaml` waives it);
+the last two come with a reason. An error that failed or was not run keeps an asset out of the library. A warning that
+failed is advice and is kept in `asset.json`. Where a check fails on something that this program generated without a
+change of yours, please report it.
 """
 
 # What a user calls the subjects of checks, by the names of their records: a section of the page each.
