@@ -33,7 +33,7 @@ from casa_assets.pipeline.kitchens.scene_folders import recipes_matching
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "tests" / "consumers" / "robocasa" / "reset_tasks.py"
 ROWS = "resets.jsonl"
-# One of each floor plan, as in docs/measured/robocasa_tasks.md.
+# One of each floor plan, as in docs/numbers.md.
 SCENES = (
     *("galley__scandinavian", "g_large__modern_1", "g_small__farmhouse", "l_large__mediterranean", "l_small__coastal"),
     *("one_wall_large__industrial", "one_wall_small__modern_2", "u_large__rustic", "u_small__traditional_1"),

@@ -1,11 +1,13 @@
-"""Print every command with its arguments and options as Markdown: `python -m casa_assets.cli.reference`."""
+"""Pages about all commands, one for each: `python -m casa_assets.cli.reference docs/reference` writes them."""
 
 from __future__ import annotations
 
 import inspect
 import re
 import sys
+from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -15,7 +17,7 @@ from casa_assets.cli.main import app
 
 HEAD = """# Commands
 
-Printed from the program. `casa-assets COMMAND --help` says the same in a terminal.
+Printed from the program by `./dev docs`. `casa-assets COMMAND --help` says the same in a terminal.
 
 | exit code | meaning |
 |---|---|
@@ -27,40 +29,57 @@ Printed from the program. `casa-assets COMMAND --help` says the same in a termin
 | 130, 143 | stopped by Ctrl-C or by a signal; the same command goes on from there |
 """
 _STYLE = re.compile(r"\[/?(?:bold|dim|italic|cyan|green|red|yellow)[^\]]*\]")
+# An option that so many commands have in the same words is described once, in the overview.
+MANY = 5
 
 
-def commands_markdown() -> str:
-    """The page of commands of the site: a section for each verb, in the order of `casa-assets --help`."""
-    lines = [HEAD]
-    for path, command in _commands(typer.main.get_command(app), "casa-assets"):
-        lines += _section(path, command)
-    return "\n".join(lines)
+def command_pages() -> dict[str, str]:
+    """Path below docs/reference -> Markdown: an overview, and a page for each verb with the verbs below it."""
+    root: Any = typer.main.get_command(app)
+    verbs = {name: verb for name, verb in root.commands.items() if not verb.hidden}
+    commands = [c for name, verb in verbs.items() for _, c in _commands(verb, name) if not isinstance(c, TyperGroup)]
+    counts = Counter(_line(option) for command in commands for option in _parameters(command, "option"))
+    common = {line for line, count in counts.items() if count >= MANY}
+    usual = {line for line, count in counts.items() if count > 0.75 * len(commands)}
+    rows = [f"| [{name}](commands/{name}.md) | {_first(verb.help or '')} |" for name, verb in verbs.items()]
+    lines = [HEAD, "| command | |", "|---|---|", *rows]
+    lines += ["", "## Options of nearly every command", "", *sorted(usual)]
+    lines += ["", "## Options of many commands", "", *sorted(common - usual)]
+    pages = {"commands.md": "\n".join(lines) + "\n"}
+    for name, verb in verbs.items():
+        lines = [line for path, one in _commands(verb, name) for line in _section(path, one, common, usual)]
+        pages[f"commands/{name}.md"] = "\n".join(lines).rstrip("\n") + "\n"
+    return pages
+
+
+def _first(text: str) -> str:
+    """The first paragraph of a help text, in one line."""
+    return " ".join(_plain(text).split("\n\n")[0].split())
 
 
 def _commands(command: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """Commands of a group and of the groups in it, each with the words that call it."""
-    for name in command.commands:
-        inner = command.commands[name]
-        if inner.hidden:
-            continue
-        yield f"{path} {name}", inner
-        if isinstance(inner, TyperGroup):
-            yield from _commands(inner, f"{path} {name}")
-
-
-def _section(path: str, command: Any) -> list[str]:
+    """A verb and the verbs below it, each with the words that call it."""
+    yield path, command
     if isinstance(command, TyperGroup):
-        return [f"## {path}\n", *_help(command.help or "")]
-    level = "##" if path.count(" ") == 1 else "###"
-    arguments = [p for p in command.params if p.param_type_name == "argument" and not p.hidden]
-    options = [p for p in command.params if p.param_type_name == "option" and not p.hidden]
-    usage = " ".join([path, *command.collect_usage_pieces(typer.Context(command))])
-    lines = [f"{level} {path}\n", "```text", usage, "```\n", *_help(command.help or "")]
-    if arguments or options:
-        lines += ["| argument or option | what it is | default |", "|---|---|---|"]
-        lines += [_row(p) for p in (*arguments, *options)]
-        lines.append("")
-    return lines
+        for name, inner in command.commands.items():
+            if not inner.hidden:
+                yield from _commands(inner, f"{path} {name}")
+
+
+def _parameters(command: Any, kind: str) -> list[Any]:
+    return [p for p in command.params if p.param_type_name == kind and not p.hidden and p.name != "help"]
+
+
+def _section(path: str, command: Any, common: set[str], usual: set[str]) -> list[str]:
+    title = f"{'##' if ' ' in path else '#'} casa-assets {path}\n"
+    lines = [title, *_help(command.help or "")]
+    if isinstance(command, TyperGroup):
+        return lines
+    options = [_line(p) for p in _parameters(command, "option")]
+    own = [_line(p) for p in _parameters(command, "argument")] + [line for line in options if line not in common]
+    also = [line.removeprefix("- ").split(":")[0] for line in options if line in common - usual]
+    link = "[options of many commands](../commands.md#options-of-many-commands)"
+    return [*lines, *own, *([f"- {', '.join(also)}: {link}."] if also else []), ""]
 
 
 def _help(text: str) -> list[str]:
@@ -80,19 +99,20 @@ def _help(text: str) -> list[str]:
     return [line for line in lines if line.strip() not in ("Examples:", "Example:")]
 
 
-def _row(parameter: Any) -> str:
+def _line(parameter: Any) -> str:
+    """A bullet: the names of an option or argument, what it is, and its default."""
     is_option = parameter.param_type_name == "option"
-    names = [*parameter.opts, *parameter.secondary_opts] if is_option else [parameter.name]
+    names = [*parameter.opts, *parameter.secondary_opts] if is_option else [parameter.name.upper()]
     default = parameter.default() if callable(parameter.default) else parameter.default
-    shown = (
-        "" if default in (None, "", (), [], False) or not getattr(parameter, "show_default", True) else f"`{default}`"
-    )
+    shown = ""
     if default is True:
-        shown = f"`{parameter.opts[0]}`"
+        shown = f" Default: `{parameter.opts[0]}`."
+    elif default not in (None, "", (), [], False) and getattr(parameter, "show_default", True):
+        shown = f" Default: `{default}`."
     if parameter.required:
-        shown = "needed"
-    cells = [", ".join(f"`{name}`" for name in names), _plain(getattr(parameter, "help", None) or ""), shown]
-    return "| " + " | ".join(" ".join(cell.split()).replace("|", "\\|") for cell in cells) + " |"
+        shown = " Needed."
+    said = " ".join(_plain(getattr(parameter, "help", None) or "").split())
+    return f"- {', '.join(f'`{name}`' for name in names)}: {said}{shown}"
 
 
 def _plain(text: str) -> str:
@@ -100,4 +120,9 @@ def _plain(text: str) -> str:
 
 
 if __name__ == "__main__":
-    sys.stdout.write(commands_markdown())
+    folder = Path(sys.argv[1])
+    for old in folder.glob("commands/*.md"):
+        old.unlink()
+    (folder / "commands").mkdir(exist_ok=True)
+    for path, text in command_pages().items():
+        (folder / path).write_text(text, encoding="utf-8")

@@ -1,18 +1,15 @@
-"""What changes in a page before it becomes HTML: why a block is not run, files of the root, what the program prints."""
+"""What changes in a page before it becomes HTML: why a block is not run, files of the root, fields of JSON files."""
 
 from __future__ import annotations
 
 import json
 import re
-import subprocess
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
 # Pages that show a file of the root of the repository, which is written there for those who read it in the checkout.
 SHOWN = {"explanation/how_it_is_built.md": "ARCHITECTURE.md", "explanation/contributing.md": "CONTRIBUTING.md"}
-# The page that is printed from the command line; whoever reads it in the checkout has --help.
-COMMANDS = "reference/commands.md"
 _NOT_RUN = re.compile(r"^```(\w+) no-run: ([^\n`]+)$", re.MULTILINE)
 _LINK = re.compile(r"\]\(docs/")
 _FIELDS = re.compile(r"^<!-- fields of (\w+)\.json -->$", re.MULTILINE)
@@ -23,9 +20,6 @@ def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
     name = page.file.src_uri
     if name in SHOWN:
         markdown = _LINK.sub("](../", (ROOT / SHOWN[name]).read_text(encoding="utf-8"))
-    if name == COMMANDS:
-        words = [str(ROOT / ".venv" / "bin" / "python"), "-m", "casa_assets.cli.reference"]
-        markdown = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     markdown = _FIELDS.sub(lambda found: fields(found[1]), markdown)
     return _NOT_RUN.sub(r'```\1 title="No test runs this: it \2"', markdown)
 

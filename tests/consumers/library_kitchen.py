@@ -1,4 +1,4 @@
-"""What docs/howto/extend/library_asset.md leaves: a kitchen in which meshes of others stand, and its pack."""
+"""What docs/howto/kitchens/own_assets.md leaves: a kitchen in which meshes of others stand, and its pack."""
 
 from __future__ import annotations
 

@@ -105,5 +105,5 @@ def _gates_a_pull_request(place: Path) -> None:
 JUDGED = {
     "docs/howto/meshes/mesh.md": _stands_upright,
     "docs/howto/use/gate.md": _gates_a_pull_request,
-    "docs/howto/extend/library_asset.md": library_kitchen.judge,
+    "docs/howto/kitchens/own_assets.md": library_kitchen.judge,
 }

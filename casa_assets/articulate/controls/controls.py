@@ -14,7 +14,7 @@ from casa_assets.articulate.segment.raster import DepthImage
 from casa_assets.articulate.segment.welded_mesh import Bools
 from casa_assets.core.typing import Floats
 
-# Sizes in diagonals of the object. Ref: the articulation bench (docs/measured/articulate.md, The sets), which also
+# Sizes in diagonals of the object. Ref: the articulation bench (docs/numbers.md), which also
 # scores this: the widths and lengths of its 132 knobs and buttons lie between 0.010 and 0.121, but for one dial that is
 # 0.258 long.
 MIN_CONTROL_SIZE, MAX_CONTROL_SIZE = 0.006, 0.14

@@ -25,7 +25,7 @@ from casa_assets.articulate.plan import HingeEdge
 from casa_assets.core.typing import Floats
 
 # Distance of the hinge line from the back of a door, as a share of its depth. Ref: the articulation bench
-# (docs/measured/articulate.md, The sets), which also scores this: its 67 hinged doors have a median of 0.13 and
+# (docs/numbers.md), which also scores this: its 67 hinged doors have a median of 0.13 and
 # quartiles of 0.00 and 0.34.
 HINGE_DEPTH_SHARE = 0.15
 # Travel of a drawer as a share of its depth. Ref: the 57 drawers of the same bench have a median of 0.82.

@@ -16,9 +16,9 @@ from casa_assets.geometry.mesh.shape_descriptor import descriptor_distances
 from casa_assets.model.asset.signature import Signature
 from casa_assets.model.record import Vec3
 
-# Descriptors of one shape under two triangulations are this far apart at most, see docs/explanation/duplicates.md.
+# Descriptors of one shape under two triangulations are this far apart at most.
 SAME_SHAPE = 0.02
-# With fewer members the nearest one of the same kind is too often not there, see docs/measured/objects.md.
+# With fewer members the nearest one of the same kind is too often not there.
 MIN_MEMBERS = 12
 # Share of the mean variance within categories that is added along each axis, so that no axis counts without bounds.
 SHRINKAGE = 0.3

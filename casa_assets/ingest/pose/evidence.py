@@ -16,17 +16,17 @@ from casa_assets.model.registry.category import FALLBACK, Category, MatterFill, 
 # Cells along the longest side of the height map that is filled with rain; a choice.
 CELLS = 36
 # What the score is divided by, so that a way up is right as often as it is told to be. For things that lie, that are
-# full or hollow they were fitted on the meshes of docs/measured/size_pose_mass.md, where scores overstate. A vessel
+# full or hollow they were fitted on the meshes of ./dev bench ingest_pose, where scores overstate. A vessel
 # that holds nothing any way up has lost its best evidence.
 DOUBTS_LIES, DOUBTS_VESSEL, DOUBTS_CLOSED_VESSEL, DOUBTS_OTHER = 1.5, 1.2, 2.0, 1.2
 DOUBTS = {MatterFill.FILLED: 2.0, MatterFill.HOLLOW: 1.5}
 # Log likelihood of a pose of something that stands, in which it would fall or has a foot of less than this share of
-# its outline: of 74 such meshes of docs/measured/size_pose_mass.md none lies so in its file, while wrong ways up do in
+# its outline: of 74 such meshes of ./dev bench ingest_pose none lies so in its file, while wrong ways up do in
 # a third.
 FALLING_NATS, LEAST_FOOT = -4.0, 0.05
 # A vessel whose share of room, as `pose_score` counts it, is below this is a closed one; a choice.
 CLOSED_SHARE = 0.5
-# What room and foot say of a thing that nobody could name; fitted on the meshes of docs/measured/size_pose_mass.md as
+# What room and foot say of a thing that nobody could name; fitted on the meshes of ./dev bench ingest_pose as
 # if they had no names: 90 of 98 are upright then.
 ROOM_NATS, FOOT_NATS = 1.5, 1.4
 # Points closer to the ground than this share of the height, or of the longest side, belong to the foot; choices.

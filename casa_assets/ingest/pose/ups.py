@@ -44,7 +44,7 @@ MAX_FEET = 6
 OFF_AXIS_PRIOR = 0.4
 
 
-# Modellers put the origin on the floor under a thing: of 109 meshes of docs/measured/size_pose_mass.md 46 have it at
+# Modellers put the origin on the floor under a thing: of 109 meshes of ./dev bench ingest_pose 46 have it at
 # the height of their lowest point, to this share of the longest side; along other axes, or at the top, hardly any have.
 ORIGIN_SLACK, NATS_ON_ORIGIN = 0.01, 4.0
 # A mesh that lies around its origin does so along most axes, which way up it may be.

@@ -20,8 +20,8 @@ from casa_assets.pipeline.ingest.run import Options, ingest
 RESAMPLES, LOW, HIGH = 400, 5.0, 95.0
 # Runs that are simulated for the interval of one number of cores.
 SIMULATED = 20
-# Seconds of a run besides the work, as `./dev bench scale` and `./dev bench ingest_again` measure them
-# (docs/measured/scale.md, docs/measured/index.md); the last is a guess.
+# Seconds of a run besides the work, as `./dev bench scale` and `./dev bench ingest_again`
+# print them; the last is a guess.
 START_S, JOB_S, LISTING_S, LEAD_S, END_S = 3.5, 0.036, 0.0005, 0.0078, 0.001
 
 

@@ -9,78 +9,66 @@ from casa_assets.textures.packs.rejections import REMEDIES
 
 HEAD = """# Checks and rejections
 
-Printed by `./dev docs` from the tables in `casa_assets/checks/table/`, `registry/limits.yaml` and
-`registry/rejections.yaml`. A check ends in one of four ways: **passed**; **failed**; **not applicable**, where the
-subject has nothing of the kind (no joint, no picture); **not run**, where it could not look (a file does not open, no
-weights were given, an optional package is not installed) or `registry/waivers.yaml` waives it. The last two come with a
-reason. An asset is kept out of the library by an error that failed, and by an error that was not run, unless that is
-waived: by that file, or because an optional package is not installed. A warning that failed is advice and is kept in
-its `asset.json`. What to do is written for whoever makes the mesh, the family or the plan; where a
-check fails on something that this program generated without a change of yours, please report it.
-
-## Checks
-
-| code | title | severity | looks at | limit | what is tested, and what to do |
-|---|---|---|---|---|---|
+Printed by `./dev docs`; `casa-assets checks` prints the same. A check ends as **passed**, **failed**,
+**not applicable** (the subject has nothing of the kind) or **not run** (it could not look: a file does not open, an
+optional package is not installed; or `waivers.yaml` waives it); the last two come with a reason. An error that failed
+keeps an asset out of the library, and so does one that was not run, unless it is waived or needs an optional package. A
+warning that failed is advice and is kept in `asset.json`. Where a check fails on something that this program generated
+without a change of yours, please report it.
 """
 
-# What a user calls the subjects of checks, by the names of their records.
+# What a user calls the subjects of checks, by the names of their records: a section of the page each.
 SUBJECTS = {
-    "Asset": "asset",
-    "Package": "files of an asset",
-    "ObjectMember": "object",
-    "ObjectCollection": "objects of a library",
-    "LibraryView": "library",
-    "LibrarySizes": "library",
-    "SceneSubject": "kitchen",
-    "SceneFiles": "files of a kitchen",
-    "PreviewImages": "pictures of a kitchen",
-    "MeasuredSpeed": "speed of a kitchen",
-    "DesignSubject": "design of a kitchen",
-    "SceneRobots": "robots in a kitchen",
+    "Asset": "assets",
+    "Package": "files of assets",
+    "ObjectMember": "objects",
+    "ObjectCollection": "objects of one library",
+    "LibraryView": "libraries",
+    "LibrarySizes": "libraries",
+    "SceneSubject": "kitchens",
+    "SceneFiles": "files of kitchens",
+    "PreviewImages": "pictures of kitchens",
+    "MeasuredSpeed": "speed of kitchens",
+    "DesignSubject": "design of kitchens",
+    "SceneRobots": "robots in kitchens",
     "StatesSubject": "start states",
-    "BatchSubject": "batch form of a kitchen",
-    "EngineSizes": "batch form in use",
+    "BatchSubject": "batch forms",
+    "EngineSizes": "batch forms in use",
 }
-TEXTURE_TABLE_HEADER = "| code | title | limit | what is tested, and what to do |"
+TABLE_HEADER = "| code | what is tested, and what to do |\n|---|---|"
 
 
 def checks_markdown() -> str:
-    """The whole page."""
+    """The whole page: a table for each kind of subject, of rejections, and of textures."""
     records = registry.load()
     lines = [HEAD.rstrip("\n")]
-    for row in TABLE:
-        limit = f"{records.limits[row.limit]:g} {row.unit}".strip() if row.limit else ""
-        cells = (
-            row.code,
-            row.title,
-            row.severity.value,
-            SUBJECTS[row.subject.__name__],
-            limit,
-            row.describe(records.limits),
-        )
-        lines.append(f"| {' | '.join(cells)} |")
-    lines += ["", "## Reasons for rejections and warnings of the stages", "", "| code | name | meaning | what to do |"]
-    lines.append("|---|---|---|---|")
+    for subject in dict.fromkeys(SUBJECTS.values()):
+        lines += ["", f"## Checks of {subject}", "", TABLE_HEADER]
+        rows = (row for row in TABLE if SUBJECTS[row.subject.__name__] == subject)
+        lines += [_row(row.code, row.title, row.severity.value, row.describe(records.limits)) for row in rows]
+    lines += ["", "## Reasons for rejections and warnings of the stages", ""]
+    lines += ["| code | meaning | what to do |", "|---|---|---|"]
     for code, entry in sorted(records.rejections.items()):
-        lines.append(f"| {code} | {entry.name} | {entry.meaning} | {entry.remedy} |")
+        lines.append(f"| {code} | {entry.meaning} | {entry.remedy} |")
     lines += _texture_sections(records)
     return "\n".join(lines) + "\n"
 
 
+def _row(code: str, title: str, severity: str, told: str) -> str:
+    """A row of a table; a check is an error unless its row says otherwise."""
+    mark = "" if severity == "error" else f" ({severity})"
+    return f"| {code} | **{title}**{mark}. {told} |"
+
+
 def _texture_sections(records: registry.Registry) -> list[str]:
     """Checks of textures, and why a picture is left out of a pack."""
-    lines = ["", "## Checks on every texture", "", TEXTURE_TABLE_HEADER, "|---|---|---|---|"]
+    lines = ["", "## Checks of every texture", "", TABLE_HEADER]
     for row in texture_check.TABLE:
-        bound = "at most" if row.most else "at least"
-        value = records.limits[row.limit]
-        limit = f"{bound} {value:g} {row.unit}".rstrip()
-        lines.append(f"| {row.code} | {row.title} | {limit} | {row.description.format(limit=value)} |")
+        lines.append(_row(row.code, row.title, "error", row.description.format(limit=records.limits[row.limit])))
     for code, (title, key, description) in texture_check.SET_CHECKS.items():
-        value = records.limits[key]
-        lines.append(f"| {code} | {title} | at least {value:g} | {description.format(limit=value)} |")
-    lines += ["", "## Why a picture is left out of a pack", "", "| code | name | what to do |", "|---|---|---|"]
-    lines += [f"| {reason.value} | {reason.name.lower()} | {remedy} |" for reason, remedy in REMEDIES.items()]
+        lines.append(_row(code, title, "error", description.format(limit=records.limits[key])))
+    lines += ["", "## Why a picture is left out of a pack", "", "| code | what to do |", "|---|---|"]
+    lines += [f"| {reason.value} | {remedy} |" for reason, remedy in REMEDIES.items()]
     return lines
 
 

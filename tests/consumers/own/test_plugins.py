@@ -1,6 +1,6 @@
 """Each kind of thing that a plug-in may add works with the installed wheel, by command and from Python.
 
-The plug-ins are those that docs/howto/extend/plugin.md shows: once in the `plugins/` of a project, once as a package
+The plug-ins are those that docs/howto/extend.md shows: once in the `plugins/` of a project, once as a package
 that is built and installed as the page says. Rows of a project say what is made with them.
 """
 

@@ -35,8 +35,9 @@ runs:
   - families show: {names: [kettle], preset: [ours], out: out/families}
 """
 SCENES = f"  - scenes check: {{scenes: [{WHOLE}, {LIKE}], out: out/scenes, jobs: 2, 3d: false, pictures: false}}\n"
-# Rows of the user's own, beside those that the pages show.
+# Rows of the user's own, beside those that the pages show; a style that states all.
 ROWS = {
+    "styles/harbour.yaml": Path(__file__).with_name("harbour.yaml").read_text(encoding="utf-8"),
     "categories.yaml": "muesli_packet: {parent: packaged_food, longest_m: [0.2, 0.3, 0.36], "
     "mass_kg: [0.25, 0.45, 0.9], shape: [0.64, 0.2, 1], upright: stands, build: filled, "
     "substance: dry_goods, front: face, affords: [graspable]}\n",

@@ -155,7 +155,7 @@ def _unfit(order: Order) -> str:
     if order.version != version():
         return (
             "has another version of casa-assets, of a package that it uses, or of Python than the machine that started "
-            "the run; install the same on all machines (docs/howto/scale/cluster.md)"
+            "the run; install the same on all machines (docs/howto/scale.md)"
         )
     give_up = time.monotonic() + SHARED_DISK_S
     while not order.marker.exists():
