@@ -31,6 +31,7 @@ from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.passed_layers import PassedLayers
@@ -58,7 +59,6 @@ from casa_assets.pipeline.kitchens.scene_page import (
     write_report,
 )
 from casa_assets.pipeline.kitchens.state_file import read_states
-from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.usage import StepClock
@@ -88,7 +88,7 @@ def check_one(
             overview; the check of what cameras see draws its own, small, and keeps none. in_3d: with a model that the
             page shows in 3D, about 4 MB. frame: of the overview; None: as `scenes build` draws it.
     """
-    judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(disk.Library(out).cache))
+    judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(cache_for(out)))
     done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=judge, strict=strict, frame=frame))
     if done.report is not None or not done.folder:
         return done
@@ -113,7 +113,7 @@ def _shown_in_place(done: SceneResult, out: Path, folder: Path, in_3d: bool) -> 
     def make() -> SceneResult:
         added = {}
         if with_model:
-            _, scene = build_scene(done.recipe, disk.Library(out).cache)
+            _, scene = build_scene(done.recipe, cache_for(out))
             added = {"model_key": put_scene_model(folder, scene)}
         write_report(folder, {**read_report(folder), **added})
         return done
@@ -126,9 +126,9 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
 
     def make() -> SceneResult:
         clock = StepClock()
-        kitchen, scene = build_scene(recipe, disk.Library(out).cache)
+        kitchen, scene = build_scene(recipe, cache_for(out))
         clock.end(BUILD)
-        passed = PassedLayers(disk.Library(out).cache)
+        passed = PassedLayers(cache_for(out))
         report = check_and_report(recipe, scene, design_of(kitchen, scene), folder, in_3d, passed)
         clock.end(CHECK)
         build_s, check_s = clock.wall_s[BUILD], clock.wall_s[CHECK]
