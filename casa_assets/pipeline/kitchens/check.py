@@ -78,6 +78,7 @@ def check_one(
     drawn: bool = True,
     in_3d: bool = True,
     frame: room.PictureSettings | None = None,
+    at_eye_level: bool = False,
 ) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
@@ -87,9 +88,11 @@ def check_one(
         out: folder of the scenes. force: check it again. strict: what does not pass is not put in place. drawn: with an
             overview; the check of what cameras see draws its own, small, and keeps none. in_3d: with a model that the
             page shows in 3D, about 4 MB. frame: of the overview; None: as `scenes build` draws it.
+        at_eye_level: see BuildOptions.
     """
     judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(cache_for(out)))
-    done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=judge, strict=strict, frame=frame))
+    options = BuildOptions(drawn, at_eye_level, judge=judge, strict=strict, frame=frame)
+    done = build_with_options(recipe, out, options)
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
@@ -231,13 +234,14 @@ def check_all(
     strict: bool = False,
     drawn: bool = True,
     in_3d: bool = True,
+    at_eye_level: bool = False,
 ) -> Iterator[SceneResult]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d)
+    work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d, at_eye_level=at_eye_level)
     return run_recipes(work, recipes, out, jobs, f"{__name__}:warm")
 
 
