@@ -173,6 +173,16 @@ class TestVerdict:
         assert named
         assert [name for name in named if not (folder / name).resolve().is_file()] == []
 
+    def test_the_page_shows_the_picture_that_there_is(self, checked_kitchen: Checked, copy: Path) -> None:
+        _, done = checked_kitchen
+        folder = copy / RECIPE.scene_id
+        assert done.report is not None
+        for name, shown in (("eye_open.png", "overview.png"), ("overview.png", "eye_open.png")):
+            (folder / name).unlink(missing_ok=True)
+            scene_page.join_states(folder, done.report)
+            assert f'src="./{shown}"' in (folder / "report.html").read_text(encoding="utf-8")
+            (folder / "eye_open.png").write_bytes(b"png")
+
     @pytest.mark.usefixtures("at_hand")
     def test_a_broken_scene_fails_with_its_codes(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         """A label that only one format has, a light form that is another machine, and no speed worth waiting for."""
