@@ -75,13 +75,6 @@ def input_rows(printed: str) -> list[dict[str, Any]]:
     return [row for row in rows if row["status"] != "no_mesh"]
 
 
-def with_cache(out: Path, cache: Path) -> Path:
-    """A folder for scenes that begins with what is built in a cache; not for ingest, which sweeps its own."""
-    (out / ".casa").mkdir(parents=True)
-    (out / ".casa" / "cache").symlink_to(cache)
-    return out
-
-
 def command(*arguments: object) -> list[str]:
     """The command line of the program."""
     return [sys.executable, "-m", "casa_assets.cli.main", *map(str, arguments)]

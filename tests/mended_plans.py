@@ -8,17 +8,16 @@ from casa_assets.pipeline.kitchens import check
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.plans.check import check_plan, plan_id
 from casa_assets.registry.kitchens import load_style
-from tests.libraries import with_cache
 from tests.projects import Project
 
 CORPUS = Path(__file__).parent / "unit" / "plans" / "corpus"
 
 
-def problems_when_built(name: str, style: str, project: Project, out: Path, cache: Path) -> list[str]:
+def problems_when_built(name: str, style: str, project: Project, out: Path) -> list[str]:
     """What a plan of the corpus lacks as a kitchen: no mend that works, no kitchen, or checks that it does not pass.
 
     Args:
-        project: writes the mended plan into its `plans/`. out: folder of the scenes, not there yet. cache: of assets.
+        project: writes the mended plan into its `plans/`. out: folder of the scenes, not there yet.
     """
     path = CORPUS / f"{name}.yaml"
     found = check_plan(path.read_text(encoding="utf-8"), path.name, load_style(style)[0])
@@ -26,5 +25,5 @@ def problems_when_built(name: str, style: str, project: Project, out: Path, cach
         return [f"{told.fault.expected}, got {told.fault.got}" for told in found.faults if told.fault.mend is None]
     plan = plan_id(path.name)
     project({f"plans/{plan}.yaml": found.text})
-    done = check.check_one(SceneRecipe(plan, style), with_cache(out, cache), drawn=False, in_3d=False)
+    done = check.check_one(SceneRecipe(plan, style), out, drawn=False, in_3d=False)
     return [done.message] if done.message else [f"{i.code} {i.pointer}: {i.message}" for i in done.problems]

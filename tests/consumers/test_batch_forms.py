@@ -12,7 +12,6 @@ import pytest
 
 from casa_assets.pipeline.kitchens.batch_form import BatchRequest, make_one, read_batch
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from tests.libraries import with_cache
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).parent / "warp_kitchen.py"
@@ -25,9 +24,9 @@ pytestmark = pytest.mark.consumers
 
 
 @pytest.fixture(scope="module")
-def made(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a kitchen with its batch form."""
-    out = with_cache(tmp_path_factory.mktemp("scenes"), cache)
+    out = tmp_path_factory.mktemp("scenes")
     done = make_one(SceneRecipe("l_small", "coastal"), out, BatchRequest())
     assert done.folder, done.message
     assert done.passed, done.problems

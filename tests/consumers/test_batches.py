@@ -15,7 +15,6 @@ import pytest
 import casa_assets as casa
 from casa_assets.export.mjcf.scene.batch import write
 from casa_assets.pipeline.kitchens.batch_form import batch_of
-from tests.libraries import with_cache
 from tests.scenes import put
 
 ROOT = Path(__file__).parents[2]
@@ -50,7 +49,7 @@ pytestmark = pytest.mark.consumers
 @pytest.fixture(scope="module")
 def folders(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """Folders with the batch forms of the kitchens."""
-    out = with_cache(tmp_path_factory.mktemp("scenes"), cache)
+    out = tmp_path_factory.mktemp("scenes")
     found = []
     for plan, style in KITCHENS[:MANY]:
         kitchen = casa.kitchen(plan, style)

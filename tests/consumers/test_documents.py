@@ -16,20 +16,15 @@ from pxr import Usd, UsdGeom
 
 from tests.consumers import library_kitchen
 from tests.documents import ROOT, SAVED, Block, blocks, pages, program, shell
-from tests.libraries import with_cache
 
 pytestmark = pytest.mark.consumers
-# Where pages put kitchens: what these are made of is in the cache of the tests.
-SCENES = ("out/scenes", "out/theirs/scenes")
 RUN = [p for p in pages() if any(b.language in ("sh", "python") and not b.reason for b in blocks(p))]
 
 
 @pytest.mark.parametrize("page", RUN)
-def test_page(page: str, tmp_path: Path, samples: Path, cache: Path) -> None:
+def test_page(page: str, tmp_path: Path, samples: Path) -> None:
     place = tmp_path / "place"
     shutil.copytree(samples, place)
-    for out in SCENES:
-        with_cache(place / out, cache)
     before = {p.name for p in place.iterdir()}
     for block in blocks(page):
         if block.reason:

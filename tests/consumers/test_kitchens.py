@@ -13,7 +13,6 @@ import pytest
 
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
-from tests.libraries import with_cache
 
 ROOT = Path(__file__).parents[2]
 HERE = Path(__file__).parent
@@ -42,9 +41,9 @@ def told(name: str, *arguments: str | Path, script: str | None = None) -> Any:
 
 
 @pytest.fixture(scope="module")
-def kitchen(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a scene."""
-    out = with_cache(tmp_path_factory.mktemp("scenes"), cache)
+    out = tmp_path_factory.mktemp("scenes")
     made = scene_folders.build_one(SceneRecipe("l_small", "coastal"), out, drawn=False)
     assert made.folder, made.message
     return Path(made.folder)

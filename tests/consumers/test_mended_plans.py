@@ -46,5 +46,5 @@ def test_every_style_is_among_them() -> None:
 
 
 @pytest.mark.parametrize("name", PLANS)
-def test_a_mended_plan_is_a_kitchen_that_passes(name: str, own: Project, tmp_path: Path, cache: Path) -> None:
-    assert problems_when_built(name, PLANS[name], own, tmp_path / "out", cache) == []
+def test_a_mended_plan_is_a_kitchen_that_passes(name: str, own: Project, tmp_path: Path) -> None:
+    assert problems_when_built(name, PLANS[name], own, tmp_path / "out") == []

@@ -15,7 +15,7 @@ from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, build_all
 from casa_assets.preview.photoreal.picture_faults import picture_faults
 from casa_assets.preview.photoreal.render import Still, StillSettings, asset_still, scene_stills
-from tests.libraries import ROOT, with_cache
+from tests.libraries import ROOT
 
 pytestmark = pytest.mark.consumers
 PYTHON = ROOT / os.environ.get(VARIABLE, ".venv-blender/bin/python")
@@ -29,8 +29,8 @@ def there(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def kitchen(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
-    out = with_cache(tmp_path_factory.mktemp("photoreal") / "scenes", cache)
+def kitchen(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("photoreal") / "scenes"
     (result,) = build_all([SceneRecipe("one_wall_small", "coastal")], out, 1, BuildOptions(drawn=False))
     assert result.folder, result.message
     return Path(result.folder)

@@ -13,7 +13,6 @@ from typing import Any
 import pytest
 
 from tests.consumers.robots.page import ASKED, KITCHENS, PLANS, rows
-from tests.libraries import with_cache
 
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / os.environ.get("CASA_ROBOTS", ".venv-robots")
@@ -45,9 +44,9 @@ def casa(*arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.fixture(scope="module")
-def out(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of scenes with one that was certified."""
-    folder = with_cache(tmp_path_factory.mktemp("scenes"), cache)
+    folder = tmp_path_factory.mktemp("scenes")
     done = casa("scenes", "robots", SCENE, "--robot", "PandaOmron", "--out", folder, "--jobs", 1)
     assert done.returncode == 0, done.stdout + done.stderr
     return folder

@@ -29,7 +29,6 @@ from tests.articulated_assets import grill
 from tests.assets import EVERY, microwave
 from tests.browser import HOME, Browser, Page
 from tests.built_libraries import keep, loose_and_fixed
-from tests.libraries import with_cache
 from tests.scenes import corner
 
 pytestmark = pytest.mark.consumers
@@ -183,9 +182,9 @@ def test_what_cannot_be_loaded_is_told(browser: Browser, oven_page: Path, tmp_pa
     assert "cannot be read" in page.texts("[role=alert]")[0]
 
 
-def test_the_page_of_a_kitchen(browser: Browser, tmp_path: Path, cache: Path) -> None:
+def test_the_page_of_a_kitchen(browser: Browser, tmp_path: Path) -> None:
     """As `scenes check` leaves it: the model comes in place of the picture, is turned, and a door opens."""
-    done = check_one(SceneRecipe("one_wall_small", "coastal"), with_cache(tmp_path / "scenes", cache))
+    done = check_one(SceneRecipe("one_wall_small", "coastal"), tmp_path / "scenes")
     assert done.passed, done.message
     page = browser.open(Path(done.folder) / "report.html")
     page.assert_clean()

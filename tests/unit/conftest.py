@@ -13,7 +13,6 @@ from casa_assets.pipeline.kitchens import check, scene_folders
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import SceneResult
 from casa_assets.preview import kitchen
-from tests.libraries import with_cache
 from tests.projects import Project, project_in
 
 SMALLEST = kitchen.PictureSettings(64, 48, 1)
@@ -21,7 +20,7 @@ RECIPE = SceneRecipe("one_wall_small", "coastal")
 
 
 @pytest.fixture(scope="session")
-def checked_kitchen(common: Path, cache: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SceneResult]:
+def checked_kitchen(common: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, SceneResult]:
     """A folder of scenes with one in it, and its verdict; its pictures are tiny.
 
     The first process that asks builds and checks it; each has a copy of its own.
@@ -33,8 +32,6 @@ def checked_kitchen(common: Path, cache: Path, tmp_path_factory: pytest.TempPath
         patch.setattr(scene_folders.draw_cameras, "__defaults__", ((), SMALLEST, "start"))
         with (common / "first_checked.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            if not first.exists():
-                with_cache(first, cache)
             check.check_one(RECIPE, first)
         shutil.copytree(first, out, symlinks=True, dirs_exist_ok=True)
         return out, check.check_one(RECIPE, out)

@@ -66,6 +66,9 @@ Objects = Annotated[
 ]
 OneScene = Annotated[str, typer.Argument(help="Id of a scene that was built.", autocompletion=completion.kitchens)]
 SceneFolder = Annotated[Path, typer.Argument(help="Folder of a scene.")]
+EyeLevel = Annotated[
+    bool, typer.Option("--eye-level", help="Draw each that is built at eye level, too, with its doors open.")
+]
 
 
 def _recipes(scenes: list[str] | None, all_: bool, out: Path) -> list[SceneRecipe]:
@@ -124,9 +127,7 @@ def build(
     engine: Engine = EngineName.LOCAL,
     address: Address = "",
     pictures: Pictures = True,
-    at_eye_level: Annotated[
-        bool, typer.Option("--eye-level", help="Draw each that is built at eye level, too, with its doors open.")
-    ] = False,
+    at_eye_level: EyeLevel = False,
     force: Force = False,
     json_: AsJson = False,
     quiet: Quiet = False,
@@ -164,6 +165,7 @@ def check(
     address: Address = "",
     force: Force = False,
     pictures: Pictures = True,
+    at_eye_level: EyeLevel = False,
     in_3d: Annotated[bool, typer.Option("--3d/--no-3d", help=more(IN_3D_HELP, "about 4 MB each."))] = True,
     json_: AsJson = False,
     quiet: Quiet = False,
@@ -179,7 +181,8 @@ def check(
     from casa_assets.pipeline.kitchens.check import check_all
 
     recipes, output = _recipes(scenes, all_, out), Output(json_, quiet, verbose)
-    done = check_all(recipes, out, workers(engine, address, jobs), force, drawn=pictures, in_3d=in_3d)
+    processes = workers(engine, address, jobs)
+    done = check_all(recipes, out, processes, force, drawn=pictures, in_3d=in_3d, at_eye_level=at_eye_level)
     results = scene_output.follow(done, recipes, "checking", output)
     if not json_:
         scene_output.print_numbers(results, out, output)

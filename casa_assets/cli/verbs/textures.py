@@ -84,6 +84,7 @@ def make(
       casa-assets textures make subway_white_running oak_natural_plank
       casa-assets textures make --set wall --out walls
     """
+    from casa_assets.pipeline.cache.cache_folder import cache_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import write_finish
@@ -93,7 +94,7 @@ def make(
     with working_on(output.console, "painting", [recipe.id for recipe in recipes]) as done, writing(out):
         for recipe in recipes:
             folder = out / _group(recipe)
-            paths = [str(path) for path in write_finish(recipe, folder, _cache(out), width_px)]
+            paths = [str(path) for path in write_finish(recipe, folder, cache_for(out), width_px)]
             done(recipe.id)
             output.made(recipe.id, folder, _size(recipe.tile_m), files=paths)
             for path in paths:
@@ -119,6 +120,7 @@ def sheet(
 
     Example:  casa-assets textures sheet --set floor --side 2
     """
+    from casa_assets.pipeline.cache.cache_folder import cache_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import select_recipes
     from casa_assets.pipeline.textures.sheet import pages, shots
@@ -132,7 +134,7 @@ def sheet(
         out.mkdir(parents=True, exist_ok=True)
         for title, rows in groups.items():
             cells = []
-            for cell in shots(rows, _cache(out), side, width_px):
+            for cell in shots(rows, cache_for(out), side, width_px):
                 cells.append(cell)
                 done(cell.title)
             if not cells:
@@ -164,13 +166,14 @@ def check(
 
     Example:  casa-assets textures check --set wall
     """
+    from casa_assets.pipeline.cache.cache_folder import cache_for
     from casa_assets.pipeline.ingest.job import writing
     from casa_assets.pipeline.textures.check import CheckedTexture, check_recipes, check_sets, select_recipes
 
     recipes, output = select_recipes(names or [], surfaces or []), Output(json_, quiet, verbose)
     checked: list[CheckedTexture] = []
     with working_on(output.console, "checking", [recipe.id for recipe in recipes]) as done, writing(out):
-        for result in check_recipes(recipes, _cache(out), jobs):
+        for result in check_recipes(recipes, cache_for(out), jobs):
             checked.append(result)
             done(result.report.subject)
     reports = [c.report for c in checked] + list(check_sets(checked))
@@ -277,12 +280,6 @@ def _size(tile_m: tuple[float, float]) -> dict[str, Any]:
 
 def _verdict(report: Report) -> str:
     return "passed" if report.passed else "failed"
-
-
-def _cache(out: Path) -> Path:
-    from casa_assets.pipeline.library.library import Library
-
-    return Library(out).cache
 
 
 def _group(recipe: TextureRecipe) -> str:

@@ -42,8 +42,9 @@ class AssetStore:
 
     def __init__(self, cache: Path) -> None:
         self._cache = cache
-        self._assets, self._pictures = Store(cache / FOLDER / "built"), Store(cache / FOLDER / "pictures")
-        self._layers = Store(cache / FOLDER / "layers")
+        self._assets, self._pictures, self._layers = (
+            Store(cache / FOLDER / name, is_optional=True) for name in ("built", "pictures", "layers")
+        )
         self._seen: dict[str, bytes] = {}
         self._wrote = False
 

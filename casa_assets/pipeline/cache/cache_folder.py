@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 from pathlib import Path
 
 import platformdirs
@@ -14,16 +15,19 @@ VARIABLE = "CASA_ASSETS_CACHE"
 SIZE_VARIABLE = "CASA_ASSETS_CACHE_GB"
 # Room for each of the 400 textures (1.2 MB) in four versions, and for 25,000 built assets (40 kB).
 DEFAULT_GB = 4.0
+# A cache on a disk with less free space is not used. The picture of one texture takes about 1 MB.
+MIN_FREE_BYTES = 100_000_000
 
 
 def cache_dir() -> Path:
-    """The folder in which functions called from Python keep built assets and painted textures between runs.
+    """The folder in which built assets and painted textures are kept between runs.
 
-    It is the environment variable CASA_ASSETS_CACHE where that is set, else the user's cache folder of this platform,
-    such as `~/.cache/casa-assets` (`$XDG_CACHE_HOME/casa-assets` where that is set). It is made when something is first
-    kept in it, and removing it costs time and nothing else. What was used longest ago is removed where it grows over
-    4 GB, or over the number of the environment variable CASA_ASSETS_CACHE_GB. The command line keeps its cache beside
-    its output, within the same bound.
+    Python and the command line share it, so that what one has built the other does not build again. It is the
+    environment variable CASA_ASSETS_CACHE if that is set, else the user's cache folder of this platform, such as
+    `~/.cache/casa-assets` (`$XDG_CACHE_HOME/casa-assets` if that is set). It is made when something is first kept in
+    it, and removing it costs time and nothing else. When it grows over 4 GB, or over the number of the environment
+    variable CASA_ASSETS_CACHE_GB, what was used longest ago is removed. If it cannot be written to, the command line
+    keeps the same files in `.casa/cache` of its output folder and says so; functions called from Python keep nothing.
 
     Returns:
         Absolute path; the folder need not exist yet.
@@ -32,6 +36,30 @@ def cache_dir() -> Path:
     if stated:
         return Path(stated).expanduser().absolute()
     return platformdirs.user_cache_path("casa-assets", appauthor=False)
+
+
+def cache_for(out: Path) -> Path:
+    """The cache of a run that writes to the folder `out`.
+
+    It is cache_dir(), or `.casa/cache` in `out` if cache_dir() cannot be written to or its disk is full.
+    """
+    return out / ".casa" / "cache" if unusable(cache_dir()) else cache_dir()
+
+
+def unusable(cache: Path) -> str:
+    """Why nothing can be kept in a cache folder, such as "is on a full disk"; empty if something can.
+
+    The folder need not exist: then its nearest parent folder decides.
+    """
+    place = cache
+    while not os.path.lexists(place) and place != place.parent:
+        place = place.parent
+    try:
+        if not place.is_dir() or not os.access(place, os.W_OK | os.X_OK):
+            return "cannot be written to"
+        return "is on a full disk" if shutil.disk_usage(place).free < MIN_FREE_BYTES else ""
+    except OSError as error:
+        return f"cannot be used: {error.strerror}"
 
 
 def max_cache_bytes() -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 import zlib
 from contextlib import suppress
 from pathlib import Path
@@ -11,24 +12,28 @@ from casa_assets.pipeline.process_name import process_name
 
 # Part of its bound that a store is brought down to, so that not every new file makes it look for old ones.
 TRIMMED_SHARE = 0.75
+# A half-written file of that age was left by a process that was killed.
+ABANDONED_S = 24 * 3600.0
 
 
 class Store:
     """A folder of results; any number of processes may read and write it at once.
 
     Args:
-        root: made where it is missing.
+        root: made if it is missing.
+        is_optional: what cannot be written is not kept, without an error, and what cannot be read counts as missing.
     """
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, is_optional: bool = False) -> None:
         self.root = root
+        self._ignored: tuple[type[OSError], ...] = (OSError,) if is_optional else ()
 
     def get(self, key: str) -> bytes | None:
-        """The bytes put under a key (64 hex digits), or None where there are none or they are damaged."""
+        """The bytes put under a key (64 hex digits), or None if there are none or they are damaged."""
         path = self._path(key)
         try:
             data = zlib.decompress(path.read_bytes())
-        except (FileNotFoundError, zlib.error):
+        except (FileNotFoundError, zlib.error, *self._ignored):
             return None
         with suppress(OSError):  # the folder may only be read, or another process has just removed the file
             os.utime(path)  # when it was last used, for `trim`: file systems are often mounted without access times
@@ -37,28 +42,37 @@ class Store:
     def put(self, key: str, data: bytes) -> None:
         """Keep bytes under a key; a reader sees all of them or none."""
         path = self._path(key)
-        path.parent.mkdir(parents=True, exist_ok=True)
         fresh = path.with_name(f".{path.name}.{process_name()}")
-        fresh.write_bytes(zlib.compress(data, level=1))
-        fresh.replace(path)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            fresh.write_bytes(zlib.compress(data, level=1))
+            fresh.replace(path)
+        except self._ignored:
+            with suppress(OSError):  # half of it may be there
+                fresh.unlink()
 
     def trim(self, max_bytes: int) -> None:
-        """Remove the files that were used longest ago, where all of them together take more than `max_bytes`.
+        """Remove the files that were used longest ago, if all of them together take more than `max_bytes`.
 
-        Safe while others read and write: who misses a file makes it anew.
+        Safe while others read and write: a process that misses a file makes it again. Half-written files that a killed
+        process left a day ago or earlier are removed too.
         """
         files: list[tuple[int, int, Path]] = []
-        for path in self.root.glob("*/[!.]*"):  # a name with a dot is a file that another process is writing
+        for path in self.root.glob("*/*"):
             with suppress(FileNotFoundError):
                 found = path.stat()
-                files.append((found.st_mtime_ns, found.st_size, path))
+                if not path.name.startswith("."):
+                    files.append((found.st_mtime_ns, found.st_size, path))
+                elif time.time() - found.st_mtime > ABANDONED_S:
+                    path.unlink()
         total = sum(size for _, size, _ in files)
         if total <= max_bytes:
             return
         for _, size, path in sorted(files):
             if total <= TRIMMED_SHARE * max_bytes:
                 return
-            path.unlink(missing_ok=True)
+            with suppress(FileNotFoundError, *self._ignored):
+                path.unlink()
             total -= size
 
     def sweep(self) -> None:

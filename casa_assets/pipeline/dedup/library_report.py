@@ -102,8 +102,9 @@ def compare_library(library: disk.Library, table: EntryTable, eye: ClipModel | N
 
 def object_rows(rows: Sequence[AssetRow]) -> list[AssetRow]:
     """The members of categories of registry/objects/ that have a signature."""
-    known = frozenset(object_names())
-    return [row for row in rows if row.from_numbers and row.category in known and row.signature is not None]
+    drawn = [row for row in rows if row.from_numbers and row.signature is not None]
+    known = frozenset(object_names()) if drawn else frozenset()  # which reads all of registry/objects
+    return [row for row in drawn if row.category in known]
 
 
 def read_library_report(root: Path) -> LibraryReport | None:

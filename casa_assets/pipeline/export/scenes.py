@@ -10,7 +10,7 @@ from typing import Any, Protocol, TypeVar
 from casa_assets.errors import BatchFault
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.kitchen.scene import Layer, Scene
-from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.kitchens.resolve import WARM, SceneRecipe
 from casa_assets.pipeline.kitchens.scene_folders import WORKER_BYTES
 from casa_assets.pipeline.workers.batch import attempt, run_batch
@@ -50,7 +50,7 @@ def export_scenes(
     Raises:
         CasaError: the disk, the renderer or the memory of this machine does not suffice.
     """
-    work = partial(export_one, export=export, failed=failed, root=root, cache=cache_dir())
+    work = partial(export_one, export=export, failed=failed, root=root, cache=cache_for(root))
     for number, answer in run_batch(work, recipes, root, jobs, WARM, WORKER_BYTES):
         if isinstance(answer, WorkerFailure):
             answer = failed(recipes[number].scene_id, answer.text, True)

@@ -54,7 +54,7 @@ def printed_lines(asset: Asset, cache: Path) -> dict[str, tuple[PrintedLine, ...
 
 
 def _lines(recipe: TextureRecipe, picture: Texture, cache: Path) -> tuple[PrintedLine, ...]:
-    store, size = Store(cache / "printed_lines"), (picture.height_px, picture.width_px)
+    store, size = Store(cache / "printed_lines", is_optional=True), (picture.height_px, picture.width_px)
     key = digest_of("printed_lines", key_of(lines_in_picture), recipe.digest, size)
     kept = store.get(key)
     if kept is None:

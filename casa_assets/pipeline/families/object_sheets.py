@@ -9,6 +9,7 @@ from pathlib import Path
 from casa_assets.export import mjcf
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.record import Vec3
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.families.run import build_asset, family_of, object_requests, params_of
 from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.viewer.model_files import put_model
@@ -73,7 +74,7 @@ def write_sheet(name: str, out: Path, count: int, seed: int, size_px: int) -> Pa
         UnknownId: there is no such category. OutputError, NoRenderer: it cannot be drawn or written.
     """
     cells = []
-    for member in draw_members(name, out / ".cache", count, seed, size_px):
+    for member in draw_members(name, cache_for(out), count, seed, size_px):
         size = " x ".join(f"{100 * side:.3g}" for side in member.sides)
         mass = f"{member.mass:.3g} kg" if member.mass >= 1.0 else f"{1000 * member.mass:.3g} g"
         cells.append(SheetCell(f"#{member.index}, {mass}", f"{size} cm", member.picture))

@@ -25,6 +25,7 @@ from casa_assets.model.asset.asset import Asset
 from casa_assets.model.asset.provenance import Labels
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.registry.category import Category
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of, modules_holding, versions_of
 from casa_assets.pipeline.families.finishes import available_finishes, finishes, finishes_key
 from casa_assets.pipeline.families.loose_objects import complete
@@ -233,7 +234,7 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     member_family = family_of(request)
     params = params_of(request)
     begin, cpu_before = time.perf_counter(), time.process_time()
-    asset = build_asset(member_family, params, library.cache)
+    asset = build_asset(member_family, params, cache_for(library.root))
     built = time.perf_counter()
     staged = library.stage(asset.id)
     drawn_s = write_package(asset, staged, PREVIEW if drawn else PREVIEW_VIEW)
@@ -244,7 +245,7 @@ def _build_one(request: FamilyRequest, library: disk.Library, checked: bool, dra
     if checked:
         report = check_package(asset, staged, category_of_family(member_family))
         if request.is_object:
-            report = report + check_member(asset, category_of_family(member_family), library.cache)
+            report = report + check_member(asset, category_of_family(member_family), cache_for(library.root))
     checked_s = time.perf_counter() - loaded
     seconds = {"build": built - begin, "write": written - built - drawn_s, "draw": drawn_s, "check": checked_s}
     size = sum(p.stat().st_size for p in staged.rglob("*") if p.is_file())

@@ -10,7 +10,7 @@ from pathlib import Path
 from casa_assets.errors import PluginFailure
 from casa_assets.ingest.sources.found import Refused
 from casa_assets.ingest.sources.stores.address import StoreRoot, root_of
-from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.process_name import process_name
 from casa_assets.pipeline.workers.traces import keep_trace
@@ -51,7 +51,7 @@ def fetch(address: str, library: Path) -> Path | Refused:
     """
     plugin, source = sources()[address.partition(":")[0]]
     key = hashlib.sha256(f"{address}\0{plugin.digest}".encode()).hexdigest()[:16]
-    folder = cache_dir() / FETCHED / key  # not in the library: what lies there is output, not input
+    folder = cache_for(library) / FETCHED / key  # not in the library: what lies there is output, not input
     if folder.is_dir():
         return folder
     draft = folder.with_name(f"{key}.{process_name()}.part")

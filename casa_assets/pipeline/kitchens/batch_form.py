@@ -24,6 +24,7 @@ from casa_assets.model.kitchen.batch_scene import BatchScene, EngineSizes
 from casa_assets.model.kitchen.joint_word import JointWord
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_files import BATCH_FILE, BATCH_JSON
@@ -35,7 +36,6 @@ from casa_assets.pipeline.kitchens.scene_folders import (
     run_recipes,
     scene_key,
 )
-from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.process_name import process_name
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.engine import Workers
@@ -83,8 +83,8 @@ def make_one(recipe: SceneRecipe, out: Path, request: BatchRequest, force: bool 
         if kept is not None and kept.key == key and (folder / BATCH_FILE).is_file():
             return replace(built, report=kept.report, kept=True)
         begin = time.perf_counter()
-        _, scene = build_scene(recipe, disk.Library(out).cache)
-        form = batch_of(scene, disk.Library(out).cache, request)
+        _, scene = build_scene(recipe, cache_for(out))
+        form = batch_of(scene, cache_for(out), request)
         _write(form, folder)
         written = time.perf_counter()
         told = _judged(form, folder, key)

@@ -31,6 +31,7 @@ from casa_assets.checks.start_states.verdict import StatesSubject
 from casa_assets.export.mjcf.scene.kitchen import FILE
 from casa_assets.model.issue import Report
 from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.kitchens import scene_folders
 from casa_assets.pipeline.kitchens.passed_layers import PassedLayers
@@ -58,7 +59,6 @@ from casa_assets.pipeline.kitchens.scene_page import (
     write_report,
 )
 from casa_assets.pipeline.kitchens.state_file import read_states
-from casa_assets.pipeline.library import library as disk
 from casa_assets.pipeline.workers.batch import attempt
 from casa_assets.pipeline.workers.engine import Workers
 from casa_assets.pipeline.workers.usage import StepClock
@@ -78,6 +78,7 @@ def check_one(
     drawn: bool = True,
     in_3d: bool = True,
     frame: room.PictureSettings | None = None,
+    at_eye_level: bool = False,
 ) -> SceneResult:
     """Build a scene where it is missing or outdated, and run every check on it; `report.json` keeps the verdict.
 
@@ -87,9 +88,11 @@ def check_one(
         out: folder of the scenes. force: check it again. strict: what does not pass is not put in place. drawn: with an
             overview; the check of what cameras see draws its own, small, and keeps none. in_3d: with a model that the
             page shows in 3D, about 4 MB. frame: of the overview; None: as `scenes build` draws it.
+        at_eye_level: see BuildOptions.
     """
-    judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(disk.Library(out).cache))
-    done = build_with_options(recipe, out, BuildOptions(drawn=drawn, judge=judge, strict=strict, frame=frame))
+    judge = partial(check_and_report, in_3d=in_3d, passed=PassedLayers(cache_for(out)))
+    options = BuildOptions(drawn, at_eye_level, judge=judge, strict=strict, frame=frame)
+    done = build_with_options(recipe, out, options)
     if done.report is not None or not done.folder:
         return done
     folder = Path(done.folder)
@@ -113,7 +116,7 @@ def _shown_in_place(done: SceneResult, out: Path, folder: Path, in_3d: bool) -> 
     def make() -> SceneResult:
         added = {}
         if with_model:
-            _, scene = build_scene(done.recipe, disk.Library(out).cache)
+            _, scene = build_scene(done.recipe, cache_for(out))
             added = {"model_key": put_scene_model(folder, scene)}
         write_report(folder, {**read_report(folder), **added})
         return done
@@ -126,9 +129,9 @@ def _checked_in_place(recipe: SceneRecipe, out: Path, folder: Path, in_3d: bool)
 
     def make() -> SceneResult:
         clock = StepClock()
-        kitchen, scene = build_scene(recipe, disk.Library(out).cache)
+        kitchen, scene = build_scene(recipe, cache_for(out))
         clock.end(BUILD)
-        passed = PassedLayers(disk.Library(out).cache)
+        passed = PassedLayers(cache_for(out))
         report = check_and_report(recipe, scene, design_of(kitchen, scene), folder, in_3d, passed)
         clock.end(CHECK)
         build_s, check_s = clock.wall_s[BUILD], clock.wall_s[CHECK]
@@ -231,13 +234,14 @@ def check_all(
     strict: bool = False,
     drawn: bool = True,
     in_3d: bool = True,
+    at_eye_level: bool = False,
 ) -> Iterator[SceneResult]:
     """Scenes in the order in which they are done, worked on by several processes.
 
     Raises:
         OutputError: the folder is held by another run or cannot be written.
     """
-    work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d)
+    work = partial(check_one, out=out, force=force, strict=strict, drawn=drawn, in_3d=in_3d, at_eye_level=at_eye_level)
     return run_recipes(work, recipes, out, jobs, f"{__name__}:warm")
 
 

@@ -6,18 +6,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from casa_assets.errors import BatchFault
-from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE, SCENE_JSON
 from casa_assets.pipeline.kitchens.scene_folders import EYE_FRAME, OPEN, WORKER_BYTES, draw_cameras
 from casa_assets.pipeline.workers.batch import run_batch
 from casa_assets.pipeline.workers.limits import WorkerFailure
 from casa_assets.preview.photoreal.viewpoint import EYE
 
-NAME = f"{EYE}_{OPEN}.png"
-
 
 def missing(out: Path) -> list[Path]:
     """The pictures that the scenes in a folder should have and have not."""
-    wanted = [path.with_name(NAME) for path in sorted(out.glob(f"*/{SCENE_JSON}"))]
+    wanted = [path.with_name(EYE_PICTURE) for path in sorted(out.glob(f"*/{SCENE_JSON}"))]
     return [path for path in wanted if not path.exists()]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 
 FOLDER = "simready"
@@ -22,5 +23,6 @@ class PassedLayers:
         """Remember layers that passed."""
         for digest in digests:
             path = self.folder / digest[:2] / digest
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.touch()
+            with suppress(OSError):  # a cache that cannot be written to: the layer is looked at again
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch()

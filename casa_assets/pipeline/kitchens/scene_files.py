@@ -11,3 +11,5 @@ SCENE_JSON = "scene.json"
 ROBOTS_JSON = "robots.json"
 START_STATES = "start_states.npz"
 OVERVIEW = "overview"
+# Picture at eye level, with doors open.
+EYE_PICTURE = "eye_open.png"

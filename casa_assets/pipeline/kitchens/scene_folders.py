@@ -34,6 +34,7 @@ from casa_assets.model.formats.scene_schema import SceneFile
 from casa_assets.model.issue import Issue, Report
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.pipeline.cache.asset_store import AssetStore
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.cache.cache_key import digest_of, key_of
 from casa_assets.pipeline.ingest.job import writing
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene, kitchen_key, preset_params
@@ -222,7 +223,7 @@ def _redraw_overview(recipe: SceneRecipe, folder: Path, key: str, options: Build
 def _build_and_publish(recipe: SceneRecipe, library: disk.Library, options: BuildOptions, key: str) -> SceneResult:
     clock = StepClock()
     try:
-        kitchen, scene = build_scene(recipe, library.cache)
+        kitchen, scene = build_scene(recipe, cache_for(library.root))
     except CasaError:
         remove_scene(library.root, recipe.scene_id)
         raise
@@ -244,7 +245,7 @@ def publish_scene(
         keys = {"key": key, **({"picture_key": picture_key(key)} if options.drawn else {})}
         design = design_of(kitchen, scene)
         facts = {**keys, **describe(recipe, kitchen, scene, design)}
-        store = AssetStore(library.cache)
+        store = AssetStore(cache_for(library.root))
         write_scene(folder, folder.parent, facts, scene, store.lightened, store.layer_text)
         store.tidy()
         clock.end(WRITE)

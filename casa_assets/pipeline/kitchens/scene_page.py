@@ -24,7 +24,7 @@ from casa_assets.model.kitchen.floor import ParkingPlace
 from casa_assets.model.kitchen.scene import Scene
 from casa_assets.model.record import Record, Sha256
 from casa_assets.pipeline.cache.cache_key import key_of
-from casa_assets.pipeline.kitchens.scene_files import ROBOTS_JSON, SCENE_JSON, SHARED
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE, OVERVIEW, ROBOTS_JSON, SCENE_JSON, SHARED
 from casa_assets.pipeline.reports.kitchen_report import page
 from casa_assets.pipeline.viewer.model_files import SUFFIX, ModelFiles, put_model
 from casa_assets.pipeline.viewer.viewer_file import put_viewer
@@ -162,7 +162,8 @@ def _page_of(folder: Path, data: dict[str, Any]) -> str:
         viewer = f"../{SHARED}/{put_viewer(folder.parent / SHARED)}"
         model = ModelFiles(script.name.removesuffix(SUFFIX), script.name, viewer)
     facts = json.loads((folder / SCENE_JSON).read_text(encoding="utf-8"))
-    return page(facts, data, explained(registry.load().limits), model)
+    pictures = (name for name in (f"{OVERVIEW}.png", EYE_PICTURE) if (folder / name).is_file())
+    return page(facts, data, explained(registry.load().limits), model, next(pictures, f"{OVERVIEW}.png"))
 
 
 def _model_script(folder: Path) -> Path | None:

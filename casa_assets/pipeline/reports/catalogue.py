@@ -16,6 +16,7 @@ from casa_assets.errors import BatchFault
 from casa_assets.export import mjcf
 from casa_assets.export.gltf import EVERYTHING, asset_glb
 from casa_assets.model.registry.finish import Surface
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.families.run import WORKER_BYTES, FamilyRequest, build_asset, params_of
 from casa_assets.pipeline.library.library import write_files
 from casa_assets.pipeline.reports.object_catalogue import MODELS, PAGE
@@ -84,7 +85,7 @@ def make(
         (out / "textures").mkdir(parents=True, exist_ok=True)
         for surface, rows in recipes().items():
             swatches[surface] = []
-            for shot in shots(list(rows.values()), out / ".cache", SWATCH_M, SWATCH_PX):
+            for shot in shots(list(rows.values()), cache_for(out), SWATCH_M, SWATCH_PX):
                 (out / "textures" / f"{shot.title}.webp").write_bytes(_webp(shot.png))
                 swatches[surface].append(shot.title)
             yield f"{len(rows)} textures of {surface.value}s"
@@ -97,7 +98,7 @@ def make(
 
 def _draw(request: FamilyRequest, out: Path, viewer: str) -> MemberPictures:
     """One preset in all its poses; `viewer` is the path of the viewer below `out`, empty where there are no models."""
-    asset = build_asset(family(request.family), params_of(request), out / ".cache")
+    asset = build_asset(family(request.family), params_of(request), cache_for(out))
     folder = Path(tempfile.mkdtemp(prefix="catalogue"))
     try:
         write_files(folder, mjcf.write(asset))

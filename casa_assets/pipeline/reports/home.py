@@ -110,6 +110,7 @@ def _kitchens(shelf: Shelf, cards: Sequence[kitchens.SceneCard]) -> dict[str, An
         "unchecked": sum(card.row.passed is None for card in cards),
         "shown": shown,
         "first": shown[0]["id"] if shown else "",
+        "first_unchecked": next((card.row.id for card in cards if card.row.passed is None), ""),
     }
 
 

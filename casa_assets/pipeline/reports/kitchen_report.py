@@ -21,13 +21,18 @@ Cells = tuple[str | Marked, ...]
 
 
 def page(
-    facts: Mapping[str, Any], report: Mapping[str, Any], explained: Mapping[str, str], model: ModelFiles | None = None
+    facts: Mapping[str, Any],
+    report: Mapping[str, Any],
+    explained: Mapping[str, str],
+    model: ModelFiles | None = None,
+    picture: str = "overview.png",
 ) -> str:
     """HTML of the page.
 
     Args:
         facts: content of scene.json. report: content of report.json.
         explained: code of a check -> its title and what is tested. model: what it shows in 3D, None where nothing is.
+        picture: name of the file that is shown until the model is loaded.
     """
     results = [CheckResult.model_validate(result) for result in report["results"]]
     joints = sum(len(f["joints"]) for f in facts["fixtures"])
@@ -36,6 +41,7 @@ def page(
         "kitchens/report.html",
         title=facts["id"],
         model=model,
+        picture=picture,
         verdict=_passed_or_failed(bool(report["passed"])),
         summary=(
             f"{len(facts['fixtures'])} fixtures, {joints} joints; design {grade['score']:.0f} of 100, "

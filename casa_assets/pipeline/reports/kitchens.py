@@ -18,6 +18,7 @@ from pydantic import TypeAdapter
 from casa_assets.model.issue import Report
 from casa_assets.pipeline.cache.cache_key import key_of
 from casa_assets.pipeline.kitchens.sampling.diversity import Diversity, read_diversity, table_rows
+from casa_assets.pipeline.kitchens.scene_files import EYE_PICTURE
 from casa_assets.pipeline.reports import parts
 from casa_assets.pipeline.reports.page_template import relative_link, render_template
 from casa_assets.pipeline.reports.parts import Part, chunks
@@ -25,7 +26,7 @@ from casa_assets.preview.sheet import SheetCell, contact_sheet
 
 PAGE, SHEET = "index.html", "contact_sheet.png"
 SUMMARY, SUMMARY_PAGE = "summary.json", "summary.html"
-FLOOR_MAP, AT_EYE_LEVEL = "floor_map.png", "eye_open.png"
+FLOOR_MAP = "floor_map.png"
 CARDS = "kitchens.json"  # in the cache
 ROWS_PER_PART = 500
 # Scenes on the contact sheet: all up to the first number, of more the second number, in more columns.
@@ -180,21 +181,23 @@ def _write_tables(out: Path, found: Sequence[SceneRow]) -> None:
 
 
 def summary_page(found: Sequence[SceneRow]) -> str:
-    """HTML of the table of numbers."""
+    """HTML of the table of numbers, without the columns in which no kitchen has a number."""
+    numbers = [cells(row) for row in found]
+    shown = [i for i in range(len(COLUMNS)) if any(row[i] for row in numbers)]
     return render_template(
         "kitchens/summary.html",
         title="Kitchens in numbers",
         sentence=sentence(found),
-        head=("scene", "verdict", *(heading for heading, _, _ in COLUMNS)),
+        head=("scene", "verdict", *(COLUMNS[i][0] for i in shown)),
         rows=[
             {
                 "name": row.id,
                 "is_checked": row.passed is not None,
                 "kind": VERDICT_STYLES[row.passed],
                 "verdict": row.verdict,
-                "numbers": cells(row),
+                "numbers": [values[i] for i in shown],
             }
-            for row in found
+            for row, values in zip(found, numbers, strict=True)
         ],
     )
 
@@ -322,7 +325,7 @@ def on_sheet(found: Sequence[SceneCard]) -> list[SceneCard]:
 def best_picture(card: SceneCard) -> str:
     """Name of the picture that tells most: at the height of eyes with doors open, else the first; empty for none."""
     first = card.pictures[0] if card.pictures else ""
-    return AT_EYE_LEVEL if AT_EYE_LEVEL in card.pictures else first
+    return EYE_PICTURE if EYE_PICTURE in card.pictures else first
 
 
 def _best_picture(out: Path, card: SceneCard) -> bytes:

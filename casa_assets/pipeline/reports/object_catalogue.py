@@ -15,6 +15,7 @@ from casa_assets import registry
 from casa_assets.core.rounding import significant
 from casa_assets.errors import BatchFault
 from casa_assets.model.registry.category import Category, NumberBasis, SizeRange
+from casa_assets.pipeline.cache.cache_folder import cache_for
 from casa_assets.pipeline.families.object_sheets import DrawnMember, draw_members
 from casa_assets.pipeline.families.run import WORKER_BYTES
 from casa_assets.pipeline.reports.page_template import render_template
@@ -141,7 +142,7 @@ def _draw(name: str, out: Path, count: int, viewer: str) -> DrawnCategory:
     Args:
         viewer: path of the viewer below `out`; empty where there are no models.
     """
-    members = draw_members(name, out / ".cache", count, 0, PICTURE_PX, out / MODELS if viewer else None)
+    members = draw_members(name, cache_for(out), count, 0, PICTURE_PX, out / MODELS if viewer else None)
     whole = [member for member in members if member.is_whole] or members
     path = f"{STRIPS}/{name}.webp"
     (out / path).write_bytes(_strip(members))

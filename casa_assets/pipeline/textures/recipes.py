@@ -213,7 +213,7 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) ->
     substance = registry.load().substances[recipe.substance]
     if recipe.kind == KIND:
         return resized_finish(recipe, substance, size_px) if size_px < SIZE_PX else finish_of_picture(recipe, substance)
-    store = Store(cache / FOLDER)
+    store = Store(cache / FOLDER, is_optional=True)
     key = finish_key(recipe, size_px)
     kept = store.get(key)
     if kept is not None:
@@ -223,7 +223,7 @@ def finish_of(recipe: TextureRecipe, cache: Path, size_px: int | None = None) ->
 
 def missing_paintings(names: Iterable[str], cache: Path) -> dict[str, Painting]:
     """What `finish_of` has to paint of the finishes of some ids, by key; not what a plug-in paints."""
-    store, found, pictured = Store(cache / FOLDER), dict[str, Painting](), every_recipe()
+    store, found, pictured = Store(cache / FOLDER, is_optional=True), dict[str, Painting](), every_recipe()
     for name in names:
         recipe = pictured.get(name)
         if recipe is None or recipe.kind == KIND or recipe.kind in plugin_kinds():

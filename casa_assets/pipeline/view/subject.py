@@ -10,7 +10,7 @@ from pathlib import Path
 from casa_assets.errors import CasaError, OutputError, UnknownId
 from casa_assets.export.mjcf.scene.kitchen import FILE as SCENE_XML
 from casa_assets.ingest.load.formats import SUFFIXES
-from casa_assets.pipeline.cache.cache_folder import cache_dir
+from casa_assets.pipeline.cache.cache_folder import cache_dir, cache_for
 from casa_assets.pipeline.families.run import FamilyRequest, params_of
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe
 from casa_assets.pipeline.kitchens.scene_files import SCENE_JSON
@@ -128,12 +128,8 @@ def find(what: str, scenes: Path, libraries: Sequence[Path] = LIBRARIES) -> Subj
 
 
 def cache_of(subject: Subject) -> Path:
-    """Folder of the store of built assets: beside the scenes where there is one already, else that of the user."""
-    if isinstance(subject, Kitchen):
-        beside = disk.Library(subject.place).cache
-        if beside.is_dir():
-            return beside
-    return cache_dir()
+    """Folder of the store of built assets, which a run that writes kitchens to the same place uses, too."""
+    return cache_for(subject.place) if isinstance(subject, Kitchen) else cache_dir()
 
 
 def _in_folder(folder: Path) -> Subject:

@@ -7,6 +7,7 @@ program, of the machine, or of the user's request, and these are told apart here
 from __future__ import annotations
 
 import gc
+import logging
 import traceback
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any, TypeVar
 
 from casa_assets import registry
 from casa_assets.errors import CasaError, OutputError, PluginFailure
+from casa_assets.pipeline.cache.cache_folder import cache_dir, cache_for, unusable
 from casa_assets.pipeline.ingest.job import RunAborted, writing
 from casa_assets.pipeline.library.library import Library
 from casa_assets.pipeline.workers.engine import Workers, open_engine
@@ -21,6 +23,7 @@ from casa_assets.pipeline.workers.limits import Limits, WorkerFailure
 from casa_assets.pipeline.workers.traces import keep_trace
 from casa_assets.preview.renderer import NoRenderer
 
+LOG = logging.getLogger(__name__)
 J = TypeVar("J")
 T = TypeVar("T")
 
@@ -51,6 +54,9 @@ def run_batch(
     """
     if not jobs:
         return
+    if why := unusable(cache_dir()):
+        message = "the cache folder %s %s, so %s is used instead; CASA_ASSETS_CACHE names another folder"
+        LOG.warning(message, cache_dir(), why, cache_for(root))
     limits = Limits(CPU_S, int(registry.load().limits["input_memory_bytes"]))
     with open_engine(workers, limits, warm, Library(root).private, least_bytes) as pool:
         for number, answer in pool.run(

@@ -21,7 +21,7 @@ from casa_assets.core.color import linear_from_srgb, srgb_from_hex
 from tests.consumers.own.results import TELLING, Checked, by_code, certified, only_entry, told_by
 from tests.documents import saved
 from tests.installed import Environment
-from tests.libraries import box_obj, with_cache
+from tests.libraries import box_obj
 
 pytestmark = pytest.mark.consumers
 WHOLE, LIKE = "studio__harbour__s3", "nook__ours"  # kitchens of a plan and a style that state all, that are like others
@@ -102,7 +102,7 @@ class Made:
 
 
 @pytest.fixture(scope="module")
-def project(user: Environment, tmp_path_factory: pytest.TempPathFactory, cache: Path) -> Path:
+def project(user: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project that `casa-assets make` has made all of, kitchens last."""
     begin = tmp_path_factory.mktemp("begin")
     called(user, "init", "kitchens", folder=begin)
@@ -118,7 +118,6 @@ def project(user: Environment, tmp_path_factory: pytest.TempPathFactory, cache: 
     _draw(begin / "pictures" / "stone.png")
     options = ("--pack", "slabs", "--surface", "counter", "--tile", "0.6", "0.6", "--licence", "CC0-1.0")
     called(user, "textures", "ingest", begin / "pictures", *options, "--plugins", folder=folder)
-    with_cache(folder / "out" / "scenes", cache)
     called(user, "make", "--plugins", folder=folder)
     mesh = only_entry(folder / "out" / "library", "muesli_packet")
     (folder / "styles" / "ours.yaml").write_text(STYLE % mesh.name, encoding="utf-8")

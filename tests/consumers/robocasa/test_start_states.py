@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.libraries import casa, with_cache
+from tests.libraries import casa
 
 pytestmark = pytest.mark.consumers
 ROOT = Path(__file__).parents[3]
@@ -57,10 +57,10 @@ for begun in (1, "random"):
 
 
 @pytest.fixture(scope="module")
-def rows(tmp_path_factory: pytest.TempPathFactory, cache: Path) -> list[list[object]]:
+def rows(tmp_path_factory: pytest.TempPathFactory) -> list[list[object]]:
     """What the script says of an export with start states."""
     root = tmp_path_factory.mktemp("states")
-    scenes, out = with_cache(root / "scenes", cache), root / "out"
+    scenes, out = root / "scenes", root / "out"
     asked = ("--count", COUNT, "--objects", THINGS, "--jobs", 1)
     for words in (
         ("scenes", "states", KITCHEN, *asked, "--out", scenes),

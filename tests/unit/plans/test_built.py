@@ -11,6 +11,6 @@ from tests.projects import Project
 
 
 @pytest.mark.slow
-def test_a_mended_plan_is_a_kitchen_that_passes(project: Project, tmp_path: Path, cache: Path) -> None:
+def test_a_mended_plan_is_a_kitchen_that_passes(project: Project, tmp_path: Path) -> None:
     """A row whose cooker needs room beside the refrigerator."""
-    assert problems_when_built("draft_farmhouse", "farmhouse", project, tmp_path / "out", cache) == []
+    assert problems_when_built("draft_farmhouse", "farmhouse", project, tmp_path / "out") == []

@@ -30,7 +30,6 @@ from casa_assets.registry.kitchens import load_style
 from tests.articulated_assets import microwave
 from tests.assets import rigid_mug
 from tests.built_libraries import keep
-from tests.libraries import with_cache
 from tests.projects import Project
 
 
@@ -61,7 +60,7 @@ def test_the_asset_stands_in_the_kitchen_byte_for_byte(with_toaster: str, tmp_pa
     assert kitchen_key(recipe) != kitchen_key(SceneRecipe("one_wall_small", "modern_1"))
 
 
-def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Path, cache: Path) -> None:
+def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Path) -> None:
     """In place of the style's: an asset of a library, and a preset of a family; its id and scene.json tell of them."""
     models = {"toaster": f"library:{with_toaster}"}
     kitchen = casa.kitchen("one_wall_small", "modern_1", models=models)
@@ -71,7 +70,7 @@ def test_a_kitchen_is_given_a_model_by_its_role(with_toaster: str, tmp_path: Pat
     SceneFile.model_validate(kitchen.facts)
     assert kitchen.facts["models"] == models
     assert "models" not in casa.kitchen("one_wall_small", "modern_1").facts
-    place = kitchen.write(with_cache(tmp_path / "scenes", cache))
+    place = kitchen.write(tmp_path / "scenes")
     assert recipe_of(place.name, (place.parent,)).models == tuple(models.items())
     told = build_command(recipe_of(place.name, (place.parent,)))
     assert told == f"casa-assets scenes new one_wall_small --style modern_1 --model toaster=library:{with_toaster}"

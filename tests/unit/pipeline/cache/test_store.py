@@ -64,6 +64,20 @@ def test_what_another_process_is_writing_stays(tmp_path: Path) -> None:
     store.trim(0)
     assert half.exists()
     assert store.get(KEY) is None
+    os.utime(half, (0, 0))  # whoever wrote it was killed
+    store.trim(0)
+    assert not half.exists()
+
+
+def test_only_an_optional_store_may_fail_to_keep_something(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"")
+    root = tmp_path / "file" / "store"
+    optional = Store(root, is_optional=True)
+    optional.put(KEY, b"x")
+    optional.trim(0)
+    assert optional.get(KEY) is None
+    with pytest.raises(OSError, match="file"):
+        Store(root).put(KEY, b"x")
 
 
 def put_and_trim(root: Path, first: int) -> None:

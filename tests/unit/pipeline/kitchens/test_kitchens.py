@@ -24,16 +24,15 @@ from casa_assets.pipeline.kitchens.scene_ids import recipe_of
 from casa_assets.pipeline.reports import kitchens as book
 from casa_assets.preview import kitchen
 from casa_assets.registry.kitchens import load_plan, plan_names, read_plan, style_names
-from tests.libraries import with_cache
 
 PLAN, STYLE = "one_wall_small", "scandinavian"
 SCENE = f"{PLAN}__{STYLE}"
 
 
 @pytest.fixture(scope="module")
-def out(cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with one built scene."""
-    folder = with_cache(tmp_path_factory.mktemp("scenes") / "out", cache)
+    folder = tmp_path_factory.mktemp("scenes") / "out"
     made = scene_folders.build_one(SceneRecipe(PLAN, STYLE), folder, drawn=False)
     assert made.passed, made.message
     return folder
@@ -321,8 +320,8 @@ class TestDiff:
         assert diff.made_by_same_code(out / SCENE, out / SCENE)
         assert not diff.made_by_same_code(out / SCENE, tmp_path / SCENE)
 
-    def test_difference_is_named(self, out: Path, cache: Path, tmp_path: Path) -> None:
-        made = scene_folders.build_one(SceneRecipe(PLAN, "industrial"), with_cache(tmp_path, cache), drawn=False)
+    def test_difference_is_named(self, out: Path, tmp_path: Path) -> None:
+        made = scene_folders.build_one(SceneRecipe(PLAN, "industrial"), tmp_path, drawn=False)
         lines = diff.compare(out / SCENE, Path(made.folder))
         assert any(line.startswith("style: ") for line in lines)
         assert any(line.startswith("surfaces.floor: ") for line in lines)

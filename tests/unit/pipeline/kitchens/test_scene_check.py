@@ -19,6 +19,7 @@ from casa_assets.errors import PlanConflict
 from casa_assets.layouts.order.request import KitchenRequest
 from casa_assets.model.issue import Issue, Report, Severity
 from casa_assets.model.kitchen.scene import Scene
+from casa_assets.pipeline.cache.cache_folder import cache_dir
 from casa_assets.pipeline.kitchens import check, scene_folders, scene_page
 from casa_assets.pipeline.kitchens.resolve import SceneRecipe, build_scene
 from casa_assets.pipeline.kitchens.scene_folders import BuildOptions, SceneResult, build_with_options
@@ -38,15 +39,13 @@ def copy(checked_kitchen: Checked, tmp_path: Path) -> Path:
     out, _ = checked_kitchen
     shutil.copytree(out / RECIPE.scene_id, tmp_path / RECIPE.scene_id)
     (tmp_path / "assets").symlink_to(out / "assets")
-    (tmp_path / ".casa").mkdir()
-    (tmp_path / ".casa" / "cache").symlink_to(out / ".casa" / "cache")
     return tmp_path
 
 
 @pytest.fixture(scope="module")
-def composed(checked_kitchen: Checked) -> tuple[KitchenRequest, Scene]:
+def composed(cache: Path) -> tuple[KitchenRequest, Scene]:
     """What the recipe gives."""
-    return build_scene(RECIPE, checked_kitchen[0] / ".casa" / "cache")
+    return build_scene(RECIPE, cache)
 
 
 @pytest.fixture
@@ -174,6 +173,16 @@ class TestVerdict:
         assert named
         assert [name for name in named if not (folder / name).resolve().is_file()] == []
 
+    def test_the_page_shows_the_picture_that_there_is(self, checked_kitchen: Checked, copy: Path) -> None:
+        _, done = checked_kitchen
+        folder = copy / RECIPE.scene_id
+        assert done.report is not None
+        for name, shown in (("eye_open.png", "overview.png"), ("overview.png", "eye_open.png")):
+            (folder / name).unlink(missing_ok=True)
+            scene_page.join_states(folder, done.report)
+            assert f'src="./{shown}"' in (folder / "report.html").read_text(encoding="utf-8")
+            (folder / "eye_open.png").write_bytes(b"png")
+
     @pytest.mark.usefixtures("at_hand")
     def test_a_broken_scene_fails_with_its_codes(self, copy: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         """A label that only one format has, a light form that is another machine, and no speed worth waiting for."""
@@ -227,33 +236,26 @@ def files_below(out: Path) -> list[Path]:
 
 @pytest.mark.usefixtures("at_hand")
 class TestNothingIsPutInPlace:
-    @pytest.fixture
-    def out(self, checked_kitchen: Checked, tmp_path: Path) -> Path:
-        """An empty folder with what earlier runs have built of assets."""
-        (tmp_path / ".casa").mkdir()
-        (tmp_path / ".casa" / "cache").symlink_to(checked_kitchen[0] / ".casa" / "cache")
-        return tmp_path
-
-    def test_where_a_strict_judge_refuses(self, out: Path) -> None:
-        done = build_with_options(RECIPE, out, BuildOptions(drawn=False, judge=refuse, strict=True))
+    def test_where_a_strict_judge_refuses(self, tmp_path: Path) -> None:
+        done = build_with_options(RECIPE, tmp_path, BuildOptions(drawn=False, judge=refuse, strict=True))
         assert (done.passed, done.folder, [i.code for i in done.problems]) == (False, "", ["SCN009"])
-        assert files_below(out) == []
-        assert list((out / ".casa" / "staging").iterdir()) == []
+        assert files_below(tmp_path) == []
+        assert list((tmp_path / ".casa" / "staging").iterdir()) == []
 
-    def test_where_nobody_is_strict_it_stays(self, out: Path) -> None:
-        done = build_with_options(RECIPE, out, BuildOptions(drawn=False, judge=refuse))
+    def test_where_nobody_is_strict_it_stays(self, tmp_path: Path) -> None:
+        done = build_with_options(RECIPE, tmp_path, BuildOptions(drawn=False, judge=refuse))
         assert not done.passed
-        assert (out / RECIPE.scene_id / "scene.usda").is_file()
-        assert list((out / ".casa" / "staging").iterdir()) == []
+        assert (tmp_path / RECIPE.scene_id / "scene.usda").is_file()
+        assert list((tmp_path / ".casa" / "staging").iterdir()) == []
 
-    def test_where_writing_breaks_off(self, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_where_writing_breaks_off(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         def broken(*_: object, **__: object) -> None:
             raise OSError("no space left")
 
         monkeypatch.setattr("casa_assets.export.usd.scene.kitchen.write", broken)
-        done = scene_folders.build_one(RECIPE, out, drawn=False)
+        done = scene_folders.build_one(RECIPE, tmp_path, drawn=False)
         assert "no space left" in done.message
-        assert files_below(out) == []
+        assert files_below(tmp_path) == []
 
     def test_where_it_cannot_be_composed_any_more_an_earlier_one_goes(
         self, copy: Path, monkeypatch: pytest.MonkeyPatch
@@ -276,6 +278,13 @@ class TestStrict:
         done = check.check_one(RECIPE, copy, strict=True)
         assert (done.passed, done.folder) == (False, "")
         assert not (copy / RECIPE.scene_id).exists()
+
+
+def test_what_it_is_made_of_is_kept_in_the_cache_that_python_uses(checked_kitchen: Checked, cache: Path) -> None:
+    out, _ = checked_kitchen
+    assert cache_dir() == cache
+    assert {"assets", "textures"} <= {p.name for p in cache.iterdir()}
+    assert [p.name for p in (out / ".casa" / "cache").glob("*") if p.is_dir()] == []
 
 
 class TestSummary:

@@ -61,6 +61,21 @@ def test_kitchens_with_most_joints_come_first_and_large(tmp_path: Path) -> None:
     assert "not checked yet" in tree.xpath("//section/header")[0].text_content()
 
 
+def test_where_every_kitchen_is_checked_nothing_says_otherwise(tmp_path: Path) -> None:
+    for plan in ("galley", "l_small"):
+        folder = scene(tmp_path / "scenes", plan, "rustic")
+        (folder / "eye_open.png").write_bytes(b"png")
+    report = {"subject": "galley__rustic", "results": [], "issues": [], "passed": True, "tasks": []}
+    (tmp_path / "scenes" / "galley__rustic" / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    text = page(tmp_path).text_content()
+    assert "casa-assets scenes check l_small__rustic" in text
+    (tmp_path / "scenes" / "l_small__rustic" / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    text = page(tmp_path).text_content()
+    assert "casa-assets scenes check" not in text
+    assert "not checked" not in text
+    assert text.count("; passed") == 2
+
+
 def test_a_picture_that_cannot_be_drawn_is_told(tmp_path: Path) -> None:
     folder = scene(tmp_path / "scenes", "galley", "rustic")
     (folder / "scene.xml").write_text("<mujoco>", encoding="utf-8")

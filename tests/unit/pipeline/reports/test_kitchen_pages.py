@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from lxml import html
 from PIL import Image
 
 from casa_assets.pipeline.kitchens.sampling.diversity import Choices, Traits, diversity_of, write_diversity
@@ -67,6 +68,15 @@ def test_a_scene_is_told_by_what_one_looks_for(tmp_path: Path) -> None:
     (part,) = kitchens.index_parts([card])
     row = dict(zip(kitchens.FIELDS, part.content[0], strict=True))
     assert (row["plan"], row["style"], row["verdict"], row["joints"]) == ("galley", "rustic", "not checked", 1)
+
+
+def test_the_table_of_numbers_has_no_empty_columns() -> None:
+    named = kitchens.SceneRow("galley__rustic", "galley", "rustic")
+    checked = kitchens.SceneRow("galley__coastal", "galley", "coastal", passed=True, joints=0, texture_mb=21.0)
+    for rows, heads in (([named], []), ([named, checked], ["joints", "tex MB"])):
+        tree = html.document_fromstring(kitchens.summary_page(rows))
+        assert [th.text for th in tree.xpath("//th")] == ["scene", "verdict", *heads]
+        assert {len(tr.xpath("td")) for tr in tree.xpath("//tr[td]")} == {2 + len(heads)}
 
 
 def test_scenes_that_have_not_changed_are_not_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -119,8 +119,10 @@ def test_a_path_that_shows_nothing_says_what_to_do(tmp_path: Path) -> None:
         find(str(tmp_path), tmp_path, ())
 
 
-def test_the_cache_beside_the_scenes_is_used_where_there_is_one(cache: Path, tmp_path: Path) -> None:
+def test_a_kitchen_uses_the_cache_that_writing_it_uses(
+    cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     kitchen = Kitchen(SceneRecipe("galley", "rustic"), tmp_path)
     assert cache_of(kitchen) == cache
-    Library(tmp_path).cache.mkdir(parents=True)
-    assert cache_of(kitchen) == Library(tmp_path).cache
+    monkeypatch.setenv("CASA_ASSETS_CACHE", "/dev/null/cache")
+    assert cache_of(kitchen) == tmp_path / ".casa" / "cache"

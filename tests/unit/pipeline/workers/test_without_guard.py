@@ -12,7 +12,7 @@ import pytest
 from casa_assets.pipeline.families import run
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.workers import batch
-from tests.libraries import BOXES, ROOT, box_obj, with_cache
+from tests.libraries import BOXES, ROOT, box_obj
 
 pytestmark = pytest.mark.slow
 
@@ -42,8 +42,7 @@ assert all(s.passed for s in build_scenes(kitchens, Path("scenes"), 2, BuildOpti
 
 
 @pytest.mark.parametrize("started", ["file", "text"])
-def test_a_script_without_a_guard(started: str, tmp_path: Path, cache: Path) -> None:
-    with_cache(tmp_path / "scenes", cache)
+def test_a_script_without_a_guard(started: str, tmp_path: Path) -> None:
     (tmp_path / "mesh").mkdir()
     for name in ("cereal_box", "milk_carton"):
         (tmp_path / "mesh" / f"{name}.obj").write_text(box_obj(BOXES[name]), encoding="ascii")

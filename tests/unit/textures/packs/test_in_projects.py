@@ -26,7 +26,7 @@ from casa_assets.pipeline.textures.packs.ingest import PackOptions, PackReport, 
 from casa_assets.pipeline.textures.recipes import find_recipe, finish_of, origin_of, recipes
 from casa_assets.projects import use_project
 from casa_assets.textures.packs.entry import PictureDescription
-from tests.libraries import ROOT, command, with_cache
+from tests.libraries import ROOT, command
 from tests.pictures import encoded, pixels, tiling, write_pictures
 from tests.projects import Project
 
@@ -203,11 +203,10 @@ def run(*words: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
     return done
 
 
-def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path, cache: Path) -> None:
+def test_from_an_empty_folder_to_a_checked_kitchen(tmp_path: Path) -> None:
     """By the command line: a project, a pack, a style that uses it, and the other pack by name; then from Python."""
     run("init", "ours", folder=tmp_path)
     ours = tmp_path / "ours"
-    with_cache(ours / "out" / "scenes", cache)
     write_pictures(tmp_path / "slates", 2)
     stated = ("--tile", "1", "1", "--licence", "CC0-1.0")
     done = run("textures", "ingest", "../slates", "--surface", "floor", *stated, folder=ours)

@@ -58,8 +58,8 @@ function details(row, place) {
     if (pair[1]) { terms.append(make("dt", { text: pair[0] }), make("dd", { text: pair[1] })); }
   });
   place.append(terms);
-  place.append(make("p", { "class": "small", text: "In 3D, from the folder of this page:" }), make("code", { "class": "command", text: "casa-assets view " + row.id }));
-  if (!isChecked) { place.append(make("p", { "class": "small", text: "Every check, with a page of its own:" }), make("code", { "class": "command", text: "casa-assets scenes check " + row.id + " --out ." })); }
+  place.append(make("p", { "class": "small", text: isChecked ? "Open its doors, from the folder of this page:" : "In 3D at once, from the folder of this page:" }), make("code", { "class": "command", text: "casa-assets view " + row.id }));
+  if (!isChecked) { place.append(make("p", { "class": "small", text: "Every check, and a page that shows this kitchen in 3D:" }), make("code", { "class": "command", text: "casa-assets scenes check " + row.id + " --out ." })); }
 }
 
 casa.browse({
