@@ -393,7 +393,7 @@ function browse(page) {
   // Start -------------------------------------------------------------------------------------------------------------
   page.sorts.forEach(function (sort) {
     [1, -1].forEach(function (way) {
-      byId("order").append(make("option", { value: (way < 0 ? "-" : "") + sort.key, text: sort.title + (way < 0 ? " ↓" : " ↑") }));
+      byId("order").append(make("option", { value: (way < 0 ? "-" : "") + sort.key, text: sort.ways ? sort.ways[way < 0 ? 1 : 0] : sort.title + (way < 0 ? " ↓" : " ↑") }));
     });
   });
   byId("order").addEventListener("change", function (event) {
