@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -40,7 +41,8 @@ def test_no_cell_of_a_report_is_markup() -> None:
     assert page.count('<span class="none">1 not applicable</span>') == 1
 
 
-def test_what_failed_comes_first_and_numbers_are_for_people() -> None:
+def kitchen_page(explained: Mapping[str, str]) -> str:
+    """Page of a kitchen of which one check failed, one gave advice, four passed and one does not apply."""
     results = [
         {"code": "SCN003", "status": "passed", "number": 2.76863e-05, "limit": 0.001, "unit": "m"},
         {"code": "SCN006", "status": "passed", "number": 0.952044, "limit": 0.95},
@@ -55,20 +57,26 @@ def test_what_failed_comes_first_and_numbers_are_for_people() -> None:
     tasks = [{"task": name, "rate": rate} for name, rate in (("pnp_cab_to_counter", 0.65), ("open_drawer", 0.5))]
     report = {
         "passed": False,
-        "issues": [],
+        "issues": [{"code": "NKB004", "severity": "error", "pointer": "main_upper_doors_2", "message": "is narrow"}],
         "results": results,
         "tasks": tasks,
+        "holds": {"bodies": 140, "texture_mb": 19.9035},
+        "robots": {"PandaOmron": {"joints": 57, "reached": 50, "followed": 49, "margin": 0.25, "without_parking": 2}},
         "grade": {"score": 1.0, "access_score": 1.0, "design": rules, "access": []},
     }
     facts = {"id": "galley__rustic", "fixtures": [], "generator": "casa-assets"}
-    tree = html.document_fromstring(kitchen_report.page(facts, report, {"NKB004": "Work aisle: Fronts are apart."}))
+    return kitchen_report.page(facts, report, explained)
+
+
+def test_what_failed_comes_first_and_numbers_are_for_people() -> None:
+    tree = html.document_fromstring(kitchen_page({"NKB004": "Work aisle: Fronts are apart."}))
     groups = [(group.xpath("string(summary)"), group.get("open") is not None) for group in tree.xpath("//details")]
     assert groups == [
         *[("1 failed", True), ("1 advice", True), ("4 passed", False), ("1 not applicable", False)],
         ("2 supported", False),
         *[("1 not followed", True), ("1 followed", False), ("1 not applicable", False)],
     ]
-    cells = [[" ".join(cell.text_content().split()) for cell in row] for row in tree.xpath("//tr[td]")]
+    cells = [[" ".join(cell.text_content().split()) for cell in row] for row in tree.xpath("//details//tr[td]")]
     assert cells[:6] == [
         ["Work aisle NKB004Fronts are apart.", "0.988 m", "1.07 m"],
         ["SCN026", "6,000 ms", "5,000 ms"],

@@ -20,7 +20,7 @@ function show(number) {
   if (number === null || number === undefined) { return "–"; }
   if (number === 0) { return "0"; }
   const size = Math.abs(number);
-  if (size >= 1e6 || size < 1e-3) { return number.toExponential(2); }
+  if (size < 1e-6) { return "below 0.000001"; }
   if (size >= 1000) { return Math.round(number).toLocaleString("en"); }
   return String(Number(number.toPrecision(3)));
 }

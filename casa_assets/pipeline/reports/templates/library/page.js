@@ -112,6 +112,12 @@ function details(row, place) {
 }
 // Status of a check: 0 failed, 1 passed, 2 does not apply, 3 was not run, 4 advice.
 const STATES = [[0, "failed", "bad-text"], [4, "advice", "warn-text"], [3, "not run", "warn-text"], [1, "passed", "good"], [2, "does not apply", "small"]];
+// A number and its limit with their unit, small lengths in millimetres.
+function compared(number, limit, unit) {
+  const isSmall = unit === "m" && Math.max(Math.abs(number || 0), Math.abs(limit || 0)) < 0.1;
+  const name = isSmall ? "mm" : unit.replace("^2", "²").replace("^3", "³");
+  return [number, limit].map(function (value) { return value === null ? "" : show(isSmall ? 1000 * value : value) + (name ? "\u00a0" + name : ""); });
+}
 function results(all) {
   const place = make("div");
   STATES.forEach(function (state) {
@@ -121,10 +127,10 @@ function results(all) {
     some.forEach(function (r) {
       const text = (facts.checks[r[0]] || "").split(": ");
       const named = make("td", { title: text.slice(1).join(": ") }, make("span", { text: r[0] + " " + text[0] }), r[5] ? make("div", { "class": "small", text: r[5] }) : null);
-      body.append(make("tr", {}, named, make("td", { "class": "number", text: r[2] === null ? "" : show(r[2]) }), make("td", { "class": "number", text: r[3] === null ? "" : show(r[3]) }), make("td", { text: r[4] })));
+      body.append(make("tr", {}, named, ...compared(r[2], r[3], r[4]).map(function (text) { return make("td", { "class": "number", text: text }); })));
     });
-    const head = make("tr", {}, ...["Check", "Measured", "Limit", "Unit"].map(function (h, i) { return make("th", { text: h, scope: "col", "class": i === 1 || i === 2 ? "number" : "" }); }));
-    const box = make("details", {}, make("summary", {}, make("b", { "class": state[2], text: some.length + " " + state[1] })), make("table", {}, make("thead", {}, head), body));
+    const head = make("tr", {}, ...["Check", "Measured", "Limit"].map(function (h, i) { return make("th", { text: h, scope: "col", "class": i ? "number" : "" }); }));
+    const box = make("details", {}, make("summary", {}, make("b", { "class": state[2], text: some.length + " " + state[1] })), make("div", { "class": "scroll" }, make("table", {}, make("thead", {}, head), body)));
     box.open = state[0] === 0 || state[0] === 4;
     place.append(box);
   });
