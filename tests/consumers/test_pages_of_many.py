@@ -10,6 +10,7 @@ import pytest
 from casa_assets.model.registry.finish import Surface
 from casa_assets.pipeline.families.run import FamilyRequest
 from casa_assets.pipeline.library.library import Library
+from casa_assets.pipeline.library.run_times import Cost, keep_times
 from casa_assets.pipeline.reports import catalogue, home, kitchens, object_catalogue, parts
 from casa_assets.pipeline.reports.catalogue import MemberPictures
 from casa_assets.pipeline.reports.library import models, paged, report
@@ -34,6 +35,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     root = keep(tmp_path_factory.mktemp("pages") / "library", [FIRST, OTHER])
     earlier = report.write(root, root.parent / "earlier.html").json
     keep(root, [LARGE])
+    keep_times(Library(root), FIRST.id, {"load MJCF": 0.25, "collide": 12.5}, Cost(13.0, 10**9, 10**6, 14.0))
     for code, message in CASES:
         refused(root, code, message)
     page = root / "report.html"
@@ -181,7 +183,7 @@ def test_an_address_brings_a_state_back(browser: Browser, library: Path, hash_: 
 
 def test_a_row_opens_by_a_click_and_in_3d(browser: Browser, library: Path) -> None:
     page = opened(browser, library)
-    page.click("#list .line >> nth=0")
+    page.click("#list .line:has(.badge.accepted) >> nth=0")
     page.wait("#detail .model-popup")
     page.click("#detail .model-popup")
     page.wait(".cv[data-state=ready]")
