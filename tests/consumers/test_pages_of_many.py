@@ -78,7 +78,8 @@ FAULTS = r"""(() => {
     }
   }
   const cut = [...document.querySelectorAll(".line .number, .line .verdict, .tile strong")]
-    .filter(e => e.checkVisibility() && e.scrollWidth > e.clientWidth + 1 && getComputedStyle(e).display !== "inline");
+    .filter(e => e.checkVisibility() && e.scrollWidth > e.clientWidth + 1)
+    .concat([...document.querySelectorAll(".line")].filter(e => e.scrollHeight > e.clientHeight + 1));
   const wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
   return { broken, cut: cut.map(e => e.textContent), wide };
 })()"""

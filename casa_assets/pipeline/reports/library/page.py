@@ -220,7 +220,7 @@ def _tiles(totals: Totals, shown: Mapping[str, int]) -> list[dict[str, str]]:
             _other_advice(totals.advised - shown["advice"]),
             "#advice=yes",
         ),
-        ("odd", "Unusual", f"{odd:,}", "outside the usual size or mass", "#tab=numbers"),
+        ("odd", "Unusual", f"{odd:,}", "outside the usual size or mass", "#outlier=size&outlier=mass"),
         ("checks", "Checks passed", f"{totals.checks.passed:,}", _applying(totals.checks), ""),
         ("categories", "Categories", f"{len(assets):,}", _largest(assets), "#tab=numbers"),
     ]

@@ -159,7 +159,7 @@ function browse(page) {
   function measure() {
     const width = list.clientWidth || 1;
     const isTiles = state.view === "tiles";
-    const size = width < 640 ? "narrow" : width < 1000 ? "middle" : "wide";
+    const size = width < 800 ? "narrow" : width < 1080 ? "middle" : "wide";
     list.className = (isTiles ? "tiles-view " : "table ") + size;
     byId("heads").className = "cells " + size;
     byId("heads").hidden = isTiles || !page.line;

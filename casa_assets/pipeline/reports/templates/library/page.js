@@ -47,7 +47,7 @@ function line(row) {
   return make("div", { "class": "cells" }, picture(row, ""), label,
     make("div", { "class": "clip middle-only", text: row.category }), verdict(row), sizes, weight,
     make("div", { "class": "number wide-only", text: show(row.colliders) }), make("div", { "class": "number wide-only", text: show(row.faces) }),
-    make("div", { "class": "clip wide-only", text: row.source, title: row.path }), make("div", { "class": "number wide-only", text: checks }));
+    make("div", { "class": "number wide-only", text: checks }));
 }
 function tile(row) {
   const told = row.verdict === "rejected" ? why(row) : size(row.size) + " cm, " + mass(row.mass);
@@ -227,7 +227,7 @@ casa.browse({
     { title: "" }, { key: "id", title: "Asset or input" }, { key: "listed", title: "Category" }, { key: "verdict", title: "Verdict" },
     { key: "size", title: "Size, cm", kind: "number middle-only" }, { key: "mass", title: "Mass", kind: "number middle-only" },
     { key: "colliders", title: "Colliders", kind: "number wide-only" }, { key: "faces", title: "Faces", kind: "number wide-only" },
-    { key: "source", title: "Source", kind: "wide-only" }, { key: "checks", title: "Checks", kind: "number wide-only" }
+    { key: "checks", title: "Checks", kind: "number wide-only" }
   ],
   line: { height: [74, 96], node: line },
   tile: { width: 190, height: 256, node: tile },
